@@ -1,0 +1,10 @@
+"""The `robotskin` command: one subcommand a verb, each in its own module."""
+
+import typer
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help="A sense of touch for the whole body of any robot.")
+
+
+@app.callback()
+def main() -> None:
+    """A sense of touch for the whole body of any robot."""

@@ -1,0 +1,1 @@
+"""Stage 6: from the running skin to a skin model."""

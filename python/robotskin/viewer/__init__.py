@@ -1,0 +1,1 @@
+"""The browser page that shows robot, skin and network."""

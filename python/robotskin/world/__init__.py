@@ -1,0 +1,1 @@
+"""The simulated two ends of the skin: links and faults, body and touch."""
