@@ -1,0 +1,41 @@
+// What the skin feels in one control cycle, in SI units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace robotskin::skin {
+
+// alive: fresh. stale: not heard of within the freshness bound. stuck: heard of, but its values cannot be true.
+// dead: the network reports it gone. never_seen: not heard of since the driver started.
+enum class Health : std::uint8_t { alive, stale, stuck, dead, never_seen };
+
+// Struct of arrays, cell axis first, in the order of the SkinModel; sized once, filled every cycle.
+// Values of a cell that is not alive are its last ones: whoever uses a value looks at its health first.
+struct SkinState {
+  std::vector<std::array<float, 3>> normal_force;  // (N, 3) newton, >= 0; the touch on the robot is -z times their sum
+  std::vector<float> proximity;                    // (N) 0 to 1, share of full scale
+  std::vector<float> distance;                     // (N) metres, estimated from proximity; +inf where nothing is near
+  std::vector<std::array<float, 3>> acceleration;  // (N, 3) m/s^2, specific force in the cell frame
+  std::vector<std::array<float, 2>> temperature;   // (N, 2) degrees Celsius
+  std::vector<std::int64_t> stamp_ns;              // (N) host clock at the sample
+  std::vector<Health> health;                      // (N)
+  std::vector<std::uint8_t> saturated;             // (N) 1 where a channel is at the end of its range
+  std::int64_t time_ns = 0;                        // host clock of this snapshot
+
+  void resize(std::size_t cells) {
+    normal_force.assign(cells, {0, 0, 0});
+    proximity.assign(cells, 0);
+    distance.assign(cells, 0);
+    acceleration.assign(cells, {0, 0, 0});
+    temperature.assign(cells, {0, 0});
+    stamp_ns.assign(cells, 0);
+    health.assign(cells, Health::never_seen);
+    saturated.assign(cells, 0);
+  }
+
+  std::size_t size() const { return proximity.size(); }
+};
+
+}  // namespace robotskin::skin

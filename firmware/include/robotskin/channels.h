@@ -1,0 +1,39 @@
+/* The nine channels of a cell: width on the wire, and what one count means.
+ *
+ * Raw values are what sensors deliver and what frames carry; one count of channel c is
+ * STEP_NUMERATOR / STEP_DENOMINATOR of its unit. */
+#ifndef ROBOTSKIN_CHANNELS_H
+#define ROBOTSKIN_CHANNELS_H
+
+#include <stdint.h>
+
+#include "robotskin/portable.h"
+
+/* X(name, signed, bits, step numerator, step denominator, unit)
+ * Proximity is a share of full scale; forces span 0 to 10 N; acceleration is specific force in standard gravities. */
+#define RS_CHANNELS(X)                  \
+  X(proximity, 0, 16, 1, 65536, "1")    \
+  X(force_1, 0, 10, 10, 1024, "N")      \
+  X(force_2, 0, 10, 10, 1024, "N")      \
+  X(force_3, 0, 10, 10, 1024, "N")      \
+  X(acceleration_x, 1, 10, 1, 256, "g") \
+  X(acceleration_y, 1, 10, 1, 256, "g") \
+  X(acceleration_z, 1, 10, 1, 256, "g") \
+  X(temperature_1, 1, 8, 1, 2, "degC")  \
+  X(temperature_2, 1, 14, 1, 32, "degC")
+
+#define RS_CHANNEL_INDEX(name, is_signed, bits, numerator, denominator, unit) RS_CHANNEL_##name,
+typedef enum { RS_CHANNELS(RS_CHANNEL_INDEX) RS_CHANNEL_COUNT } rs_channel;
+#undef RS_CHANNEL_INDEX
+
+/* One sample of all channels, in counts. */
+typedef struct {
+  int32_t value[RS_CHANNEL_COUNT];
+} rs_sample;
+
+#define RS_CHANNEL_SUM(name, is_signed, bits, numerator, denominator, unit) +(bits)
+enum { RS_SAMPLE_BITS = 0 RS_CHANNELS(RS_CHANNEL_SUM) };
+#undef RS_CHANNEL_SUM
+RS_STATIC_ASSERT(RS_SAMPLE_BITS == 98, "the nine channels take 98 bits on the wire");
+
+#endif

@@ -1,0 +1,132 @@
+/* The wire format between section unit and host: one UDP datagram, numbers big-endian.
+ *
+ * header (32 bytes) | count records of 20 bytes | tag (16 bytes, only if RS_DATAGRAM_KEYED is set)
+ *
+ * A record is the 18 content bytes of a frame (wire.h) and 16 bits: the section unit's port (4 bits, 1 to 15, 0 for
+ * the unit itself; downwards a frame goes out on that port, on all ports for 0) and, upwards, how long before
+ * `time_ns` the frame arrived, in microseconds (12 bits).
+ * The tag is the first 16 bytes of keyed BLAKE2s-256 over all bytes before it. `session` is drawn at each start of a
+ * sender and `sequence` grows by one with each of its datagrams, so old datagrams cannot be played again. */
+#ifndef ROBOTSKIN_DATAGRAM_H
+#define ROBOTSKIN_DATAGRAM_H
+
+#include <stdint.h>
+
+#include "robotskin/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  RS_DATAGRAM_MAGIC = 0x52534B4E, /* "RSKN" */
+  RS_DATAGRAM_VERSION = 1,
+  RS_DATAGRAM_HEADER_BYTES = 32,
+  RS_DATAGRAM_RECORD_BYTES = RS_CONTENT_BYTES + 2,
+  RS_DATAGRAM_TAG_BYTES = 16,
+  RS_DATAGRAM_KEY_BYTES = 32,
+  RS_DATAGRAM_BYTES_MAX = 1472, /* Ethernet without fragmentation */
+  RS_DATAGRAM_RECORDS_MAX = (RS_DATAGRAM_BYTES_MAX - RS_DATAGRAM_HEADER_BYTES - RS_DATAGRAM_TAG_BYTES) /
+      RS_DATAGRAM_RECORD_BYTES,
+  RS_DATAGRAM_KEYED = 1, /* flag: a tag follows the records */
+  RS_SECTION_UNIT_PORTS_MAX = 15,
+  RS_HOST_PORT = 1337,         /* UDP port of the host, as of the published interface boxes */
+  RS_SECTION_UNIT_PORT = 1336, /* UDP port of a section unit */
+  RS_KEEP_ALIVE_MS = 100
+};
+
+/* X(name, number, direction and meaning) */
+#define RS_DATAGRAM_KINDS(X)                                                         \
+  X(frames, 1, "up: frames that arrived at the section unit's ports")                \
+  X(heartbeat, 2, "up: nothing to report; records are the unit's own status frames") \
+  X(keep_alive, 3, "down: the host listens; without it a section unit falls silent") \
+  X(inject, 4, "down: frames (command, joints) to send into the network")            \
+  X(power, 5, "down: records' first byte switches the ports on (1) or off (0)")
+
+#define RS_DATAGRAM_KIND_NUMBER(name, number, text) RS_DATAGRAM_KIND_##name = (number),
+typedef enum { RS_DATAGRAM_KINDS(RS_DATAGRAM_KIND_NUMBER) RS_DATAGRAM_KIND_LIMIT } rs_datagram_kind;
+#undef RS_DATAGRAM_KIND_NUMBER
+
+typedef struct {
+  uint8_t kind;
+  uint8_t flags;
+  uint8_t unit;          /* physical section unit within its group */
+  uint16_t section_unit; /* section-unit group: the name space of cell ids */
+  uint32_t session;
+  uint32_t sequence;
+  uint64_t time_ns; /* sender's clock when the datagram left */
+  uint16_t count;   /* records */
+  uint32_t dropped; /* frames the section unit had to drop since its start */
+} rs_datagram_header;
+
+/* Byte positions: magic 0, version 4, kind 5, section_unit 6, session 8, sequence 12, time_ns 16, count 24, unit 26,
+ * flags 27, dropped 28. */
+RS_INLINE void rs_datagram_header_pack(uint8_t* bytes, const rs_datagram_header* in) {
+  rs_store32(bytes, (uint32_t)RS_DATAGRAM_MAGIC);
+  bytes[4] = RS_DATAGRAM_VERSION;
+  bytes[5] = in->kind;
+  bytes[6] = (uint8_t)(in->section_unit >> 8);
+  bytes[7] = (uint8_t)in->section_unit;
+  rs_store32(bytes + 8, in->session);
+  rs_store32(bytes + 12, in->sequence);
+  rs_store32(bytes + 16, (uint32_t)(in->time_ns >> 32));
+  rs_store32(bytes + 20, (uint32_t)in->time_ns);
+  bytes[24] = (uint8_t)(in->count >> 8);
+  bytes[25] = (uint8_t)in->count;
+  bytes[26] = in->unit;
+  bytes[27] = in->flags;
+  rs_store32(bytes + 28, in->dropped);
+}
+
+typedef enum {
+  RS_DATAGRAM_OK = 0,
+  RS_DATAGRAM_TOO_SHORT,
+  RS_DATAGRAM_FOREIGN, /* wrong magic */
+  RS_DATAGRAM_VERSION_ALIEN,
+  RS_DATAGRAM_KIND_UNKNOWN,
+  RS_DATAGRAM_LENGTH_WRONG /* length and count disagree */
+} rs_datagram_fault;
+
+/* Reads the header and checks that the length is exactly what header, records and tag need. */
+RS_INLINE rs_datagram_fault rs_datagram_header_unpack(rs_datagram_header* out, const uint8_t* bytes, uint32_t length) {
+  if (length < (uint32_t)RS_DATAGRAM_HEADER_BYTES) return RS_DATAGRAM_TOO_SHORT;
+  if (rs_load32(bytes) != (uint32_t)RS_DATAGRAM_MAGIC) return RS_DATAGRAM_FOREIGN;
+  if (bytes[4] != RS_DATAGRAM_VERSION) return RS_DATAGRAM_VERSION_ALIEN;
+  out->kind = bytes[5];
+  out->section_unit = (uint16_t)(((uint32_t)bytes[6] << 8) | bytes[7]);
+  out->session = rs_load32(bytes + 8);
+  out->sequence = rs_load32(bytes + 12);
+  out->time_ns = ((uint64_t)rs_load32(bytes + 16) << 32) | rs_load32(bytes + 20);
+  out->count = (uint16_t)(((uint32_t)bytes[24] << 8) | bytes[25]);
+  out->unit = bytes[26];
+  out->flags = bytes[27];
+  out->dropped = rs_load32(bytes + 28);
+  if (out->kind == 0 || out->kind >= RS_DATAGRAM_KIND_LIMIT) return RS_DATAGRAM_KIND_UNKNOWN;
+  const uint32_t tag = (out->flags & RS_DATAGRAM_KEYED) != 0 ? (uint32_t)RS_DATAGRAM_TAG_BYTES : 0U;
+  if (out->count > RS_DATAGRAM_RECORDS_MAX ||
+      length != (uint32_t)RS_DATAGRAM_HEADER_BYTES + (uint32_t)RS_DATAGRAM_RECORD_BYTES * out->count + tag) {
+    return RS_DATAGRAM_LENGTH_WRONG;
+  }
+  return RS_DATAGRAM_OK;
+}
+
+/* The two bytes after a record's frame content. */
+RS_INLINE void rs_record_arrival_pack(uint8_t* record, uint32_t port, uint32_t age_us) {
+  const uint32_t word = ((port & 0xFU) << 12) | (age_us > 0xFFFU ? 0xFFFU : age_us);
+  record[RS_CONTENT_BYTES] = (uint8_t)(word >> 8);
+  record[RS_CONTENT_BYTES + 1] = (uint8_t)word;
+}
+
+RS_INLINE uint32_t rs_record_port(const uint8_t* record) {
+  return record[RS_CONTENT_BYTES] >> 4;
+}
+
+RS_INLINE uint32_t rs_record_age_us(const uint8_t* record) {
+  return ((uint32_t)(record[RS_CONTENT_BYTES] & 0xFU) << 8) | record[RS_CONTENT_BYTES + 1];
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
