@@ -1,12 +1,15 @@
 """Shared by every test: the seed that random tests use, printed when one fails."""
 
 import os
+from pathlib import Path
 
 import pytest
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--seed", type=int, default=int(os.environ.get("ROBOTSKIN_SEED", "1")), help="seed of random tests")
+    parser.addoption(
+        "--seed", type=int, default=int(os.environ.get("ROBOTSKIN_SEED", "1")), help="seed of random tests"
+    )
 
 
 def pytest_report_header(config: pytest.Config) -> str:
@@ -16,3 +19,22 @@ def pytest_report_header(config: pytest.Config) -> str:
 @pytest.fixture
 def seed(request: pytest.FixtureRequest) -> int:
     return request.config.getoption("--seed")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Published layouts outside the repository; a test that needs them is skipped where they are absent."""
+    repository = Path(__file__).resolve().parent.parent
+    candidates = [repository.parent / "shared"]
+    if "ROBOTSKIN_SHARED" in os.environ:
+        candidates = [Path(os.environ["ROBOTSKIN_SHARED"])]
+    else:
+        # A linked checkout lies elsewhere than the repository whose neighbour the data is.
+        git_link = repository / ".git"
+        if git_link.is_file():
+            common = Path(git_link.read_text().removeprefix("gitdir:").strip()).parent.parent.parent
+            candidates.append(common.parent / "shared")
+    for candidate in candidates:
+        if (candidate / "data").is_dir():
+            return candidate / "data"
+    pytest.skip(f"no shared data: {candidates[0] / 'data'} does not exist (ROBOTSKIN_SHARED names another folder)")

@@ -1,0 +1,36 @@
+// The one interface through which anything moves a robot, simulated or real.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/joint_command.hpp"
+#include "model/joint_state.hpp"
+
+namespace robotskin {
+
+enum class PortStatus : std::uint8_t {
+  ok,
+  no_new_state,  // read: nothing measured since the last read; the state passed in is left as it was
+  refused,       // write: mode not offered, wrong count or a value that is not finite; the robot got nothing
+  disconnected,  // the robot does not answer
+};
+
+// Called from the control cycle: no function blocks, allocates or throws. After construction the robot holds still
+// until the first accepted write.
+class RobotPort {
+ public:
+  virtual ~RobotPort() = default;
+
+  virtual std::size_t joint_count() const noexcept = 0;
+  virtual bool offers(CommandMode mode) const noexcept = 0;
+
+  // Fills a state of joint_count() joints, which the caller has sized; its stamp tells when it was measured.
+  [[nodiscard]] virtual PortStatus read(JointState& state) noexcept = 0;
+  // Holds until the next write or stop.
+  [[nodiscard]] virtual PortStatus write(const JointCommand& command) noexcept = 0;
+  // Brings the robot to rest and keeps it there against gravity, whatever was commanded before.
+  virtual void stop() noexcept = 0;
+};
+
+}  // namespace robotskin
