@@ -9,7 +9,7 @@ export PATH := $(abspath $(BIN)):$(PATH)
 SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core tests -name '*.[ch]' -o -name '*.[ch]pp')
 
-.PHONY: help demo test lint format bench fuzz test-asan docs lock clean
+.PHONY: help build demo test lint format bench stubs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -42,6 +42,18 @@ format: $(VENV)/deps.stamp  ## rewrite the sources in the house format
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format --quiet .
 	$(BIN)/clang-format -i $(C_FILES)
+
+bench: build  ## every benchmark, as JSON under out/bench
+	$(BIN)/robotskin bench all --directory out/bench
+
+stubs: build  ## rewrite the type stubs of the compiled core
+	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin._core --output-dir python/robotskin
+	$(BIN)/ruff format --quiet python/robotskin/_core
+
+lock: $(VENV)/deps.stamp  ## pin every dependency, with hashes, after a change of pyproject.toml
+	(echo '# Written by `make lock` from pyproject.toml; every version and hash is fixed here.'; \
+	 $(BIN)/uv pip compile pyproject.toml --extra models --group dev --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet) > requirements.lock.new
+	mv requirements.lock.new requirements.lock
 
 clean:  ## remove what was built
 	rm -rf build $(VENV)/build.stamp

@@ -1,0 +1,116 @@
+"""ARCHITECTURE.md tells the truth about the folders, and every stage keeps to the stages before it."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "ARCHITECTURE.md").read_text()
+
+# A stage may include its own headers and those of the rooms listed here.
+CORE_KNOWS = {
+    "model": set(),
+    "driver": set(),
+    "skin": {"driver"},
+    "control": {"skin", "driver", "model"},
+    "robot": {"control", "skin", "driver", "model"},
+    "world": {"model", "driver", "skin"},
+    "bindings": {"model", "driver", "skin", "control", "robot", "world"},
+}
+
+# Python packages in the order of the flow; a package imports only packages that stand before it.
+PYTHON_ORDER = [
+    "errors",
+    "_core",
+    "robots",
+    "layout",
+    "selfconfig",
+    "world",
+    "record",
+    "viewer",
+    "apps",
+    "bench",
+    "cli",
+]
+
+# Python that runs while a module is imported by type checkers only, or on demand, may not hide an arrow either.
+ALLOWED_BACK_EDGES: dict[tuple[str, str], str] = {}
+
+
+def rooms_named_on_the_page() -> set[str]:
+    return set(re.findall(r"`((?:core|firmware|python/robotskin)/[a-z_]+)/`", PAGE))
+
+
+def rooms_on_disk() -> set[str]:
+    rooms = set()
+    for parent in ("core", "firmware", "python/robotskin"):
+        for folder in (ROOT / parent).iterdir():
+            holds_sources = folder.is_dir() and any(
+                path.suffix in {".c", ".cpp", ".h", ".hpp", ".py"} for path in folder.rglob("*")
+            )
+            if holds_sources and folder.name not in {"include", "__pycache__"}:
+                rooms.add(f"{parent}/{folder.name}")
+    return rooms
+
+
+def test_every_folder_stands_on_the_page() -> None:
+    assert rooms_on_disk() <= rooms_named_on_the_page()
+
+
+def test_every_room_on_the_page_exists() -> None:
+    missing = {room for room in rooms_named_on_the_page() if not (ROOT / room).is_dir()}
+    assert not missing
+
+
+@pytest.mark.parametrize("room", sorted(CORE_KNOWS))
+def test_core_stage_includes_only_earlier_stages(room: str) -> None:
+    for source in sorted((ROOT / "core" / room).rglob("*.[ch]pp")):
+        for include in re.findall(r'#include "([a-z_]+)/', source.read_text()):
+            if include == "robotskin":
+                continue
+            assert include == room or include in CORE_KNOWS[room], f"{source.relative_to(ROOT)} includes {include}/"
+
+
+def test_firmware_knows_nothing_above_it() -> None:
+    for source in sorted((ROOT / "firmware").rglob("*.[ch]")):
+        for include in re.findall(r'#include "([a-z_]+)/', source.read_text()):
+            assert include in {"robotskin", "cell", "network", "section_unit"}, source
+        for include in re.findall(r"#include <([a-z_]+)\.h>", source.read_text()):
+            assert include in {"stdint", "stdbool", "stddef", "string", "limits"}, f"{source}: <{include}.h>"
+
+
+def test_pinocchio_and_eigen_stay_behind_the_robot_model() -> None:
+    for source in sorted((ROOT / "core").rglob("*.[ch]pp")):
+        heavy = re.search(r"#include <(pinocchio|Eigen)/", source.read_text())
+        if heavy:
+            assert source.suffix == ".cpp", source
+            assert source.parent.name in {"model", "control"}, source
+
+
+def imports_of(source: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(source.read_text())):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names = [node.module]
+            if node.module == "robotskin":
+                names = [f"robotskin.{alias.name}" for alias in node.names]
+        found |= {name.split(".")[1] for name in names if name.startswith("robotskin.")}
+    return found
+
+
+def test_python_packages_import_only_earlier_ones() -> None:
+    package = ROOT / "python" / "robotskin"
+    for source in sorted(package.rglob("*.py")):
+        inside = source.relative_to(package).parts
+        room = inside[0] if len(inside) > 1 else source.stem
+        if room == "__init__":
+            continue
+        assert room in PYTHON_ORDER, f"{source.relative_to(ROOT)}: add {room} to the order of the flow"
+        for target in imports_of(source) & set(PYTHON_ORDER):
+            earlier = PYTHON_ORDER.index(target) <= PYTHON_ORDER.index(room)
+            assert earlier or (room, target) in ALLOWED_BACK_EDGES, f"{source.relative_to(ROOT)} imports {target}"
