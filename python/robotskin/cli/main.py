@@ -2,7 +2,10 @@
 
 import typer
 
+from robotskin.cli import bench
+
 app = typer.Typer(no_args_is_help=True, add_completion=False, help="A sense of touch for the whole body of any robot.")
+app.add_typer(bench.app, name="bench")
 
 
 @app.callback()
