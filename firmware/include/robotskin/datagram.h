@@ -1,12 +1,15 @@
 /* The wire format between section unit and host: one UDP datagram, numbers big-endian.
  *
- * header (32 bytes) | count records of 20 bytes | tag (16 bytes, only if RS_DATAGRAM_KEYED is set)
+ * header (36 bytes) | count records of 20 bytes | tag (16 bytes, only if RS_DATAGRAM_KEYED is set)
  *
  * A record is the 18 content bytes of a frame (wire.h) and 16 bits: the section unit's port (4 bits, 1 to 15, 0 for
  * the unit itself; downwards a frame goes out on that port, on all ports for 0) and, upwards, how long before
  * `time_ns` the frame arrived, in microseconds (12 bits).
  * The tag is the first 16 bytes of keyed BLAKE2s-256 over all bytes before it. `session` is drawn at each start of a
- * sender and `sequence` grows by one with each of its datagrams, so old datagrams cannot be played again. */
+ * sender (never 0) and `sequence` grows by one with each of its datagrams, so a datagram cannot be played again within
+ * a session. `answering` is the session last heard from the other end, so one of an earlier session cannot either: an
+ * end that has a key drops what does not answer its own session, except that a section unit listens to a `keep_alive`
+ * with `answering` 0, which opens the exchange. */
 #ifndef ROBOTSKIN_DATAGRAM_H
 #define ROBOTSKIN_DATAGRAM_H
 
@@ -21,27 +24,28 @@ extern "C" {
 enum {
   RS_DATAGRAM_MAGIC = 0x52534B4E, /* "RSKN" */
   RS_DATAGRAM_VERSION = 1,
-  RS_DATAGRAM_HEADER_BYTES = 32,
+  RS_DATAGRAM_HEADER_BYTES = 36,
   RS_DATAGRAM_RECORD_BYTES = RS_CONTENT_BYTES + 2,
   RS_DATAGRAM_TAG_BYTES = 16,
   RS_DATAGRAM_KEY_BYTES = 32,
   RS_DATAGRAM_BYTES_MAX = 1472, /* Ethernet without fragmentation */
-  RS_DATAGRAM_RECORDS_MAX = (RS_DATAGRAM_BYTES_MAX - RS_DATAGRAM_HEADER_BYTES - RS_DATAGRAM_TAG_BYTES) /
-      RS_DATAGRAM_RECORD_BYTES,
+  RS_DATAGRAM_RECORDS_MAX =
+      (RS_DATAGRAM_BYTES_MAX - RS_DATAGRAM_HEADER_BYTES - RS_DATAGRAM_TAG_BYTES) / RS_DATAGRAM_RECORD_BYTES,
   RS_DATAGRAM_KEYED = 1, /* flag: a tag follows the records */
   RS_SECTION_UNIT_PORTS_MAX = 15,
+  RS_UNIT_ALL = 255,           /* down: every section unit of the group */
   RS_HOST_PORT = 1337,         /* UDP port of the host, as of the published interface boxes */
   RS_SECTION_UNIT_PORT = 1336, /* UDP port of a section unit */
   RS_KEEP_ALIVE_MS = 100
 };
 
 /* X(name, number, direction and meaning) */
-#define RS_DATAGRAM_KINDS(X)                                                         \
-  X(frames, 1, "up: frames that arrived at the section unit's ports")                \
-  X(heartbeat, 2, "up: nothing to report; records are the unit's own status frames") \
-  X(keep_alive, 3, "down: the host listens; without it a section unit falls silent") \
-  X(inject, 4, "down: frames (command, joints) to send into the network")            \
-  X(power, 5, "down: records' first byte switches the ports on (1) or off (0)")
+#define RS_DATAGRAM_KINDS(X)                                                                  \
+  X(frames, 1, "up: frames that arrived at the section unit's ports")                         \
+  X(heartbeat, 2, "up: nothing to report; records are the unit's own status frames")          \
+  X(keep_alive, 3, "down: the host listens; without it a section unit falls silent")          \
+  X(inject, 4, "down: frames (command, joints) to send into the network; the unit tags them") \
+  X(power, 5, "down: a record's first byte switches its port (0: all) on (1) or off (0)")
 
 #define RS_DATAGRAM_KIND_NUMBER(name, number, text) RS_DATAGRAM_KIND_##name = (number),
 typedef enum { RS_DATAGRAM_KINDS(RS_DATAGRAM_KIND_NUMBER) RS_DATAGRAM_KIND_LIMIT } rs_datagram_kind;
@@ -54,13 +58,14 @@ typedef struct {
   uint16_t section_unit; /* section-unit group: the name space of cell ids */
   uint32_t session;
   uint32_t sequence;
-  uint64_t time_ns; /* sender's clock when the datagram left */
-  uint16_t count;   /* records */
-  uint32_t dropped; /* frames the section unit had to drop since its start */
+  uint64_t time_ns;   /* sender's clock when the datagram left */
+  uint16_t count;     /* records */
+  uint32_t dropped;   /* frames the section unit had to drop since its start */
+  uint32_t answering; /* session of the other end, 0: not heard yet */
 } rs_datagram_header;
 
 /* Byte positions: magic 0, version 4, kind 5, section_unit 6, session 8, sequence 12, time_ns 16, count 24, unit 26,
- * flags 27, dropped 28. */
+ * flags 27, dropped 28, answering 32. */
 RS_INLINE void rs_datagram_header_pack(uint8_t* bytes, const rs_datagram_header* in) {
   rs_store32(bytes, (uint32_t)RS_DATAGRAM_MAGIC);
   bytes[4] = RS_DATAGRAM_VERSION;
@@ -76,6 +81,7 @@ RS_INLINE void rs_datagram_header_pack(uint8_t* bytes, const rs_datagram_header*
   bytes[26] = in->unit;
   bytes[27] = in->flags;
   rs_store32(bytes + 28, in->dropped);
+  rs_store32(bytes + 32, in->answering);
 }
 
 typedef enum {
@@ -101,6 +107,7 @@ RS_INLINE rs_datagram_fault rs_datagram_header_unpack(rs_datagram_header* out, c
   out->unit = bytes[26];
   out->flags = bytes[27];
   out->dropped = rs_load32(bytes + 28);
+  out->answering = rs_load32(bytes + 32);
   if (out->kind == 0 || out->kind >= RS_DATAGRAM_KIND_LIMIT) return RS_DATAGRAM_KIND_UNKNOWN;
   const uint32_t tag = (out->flags & RS_DATAGRAM_KEYED) != 0 ? (uint32_t)RS_DATAGRAM_TAG_BYTES : 0U;
   if (out->count > RS_DATAGRAM_RECORDS_MAX ||

@@ -2,7 +2,7 @@
  *
  * A frame is 20 bytes: 144 bits of content, most significant bit first, then a 16-bit checksum (crc.h). Links carry
  * nothing but frames, so a receiver finds their boundaries by the checksum and needs no delimiter.
- * Every frame is a list of fields X(name, signed, bits); from it come the struct `rs_NAME`, the functions
+ * Every frame is a list of fields X(name, signed, bits, meaning); from it come the struct `rs_NAME`, the functions
  * `rs_NAME_pack` and `rs_NAME_unpack`, the bit table in docs/protocol.md and the Python bindings. */
 #ifndef ROBOTSKIN_WIRE_H
 #define ROBOTSKIN_WIRE_H
@@ -54,68 +54,174 @@ enum {
 typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type;
 #undef RS_TYPE_NUMBER
 
-/* The sample time is the low bits of the tick number and the elapsed 64ths of the tick period. */
-#define RS_SAMPLE_FIELDS(X)                                                                                     \
-  X(type, 0, 4)                                                                                                 \
-  X(source, 0, 14) X(sequence, 0, 8) X(ttl, 0, 6) X(sample_tick, 0, 4) X(sample_phase, 0, 6) X(refresh, 0, 1)   \
-      X(fault, 0, 1) X(replayed, 0, 1) X(dropped, 0, 1) X(proximity, 0, 16) X(force_1, 0, 10) X(force_2, 0, 10) \
-          X(force_3, 0, 10) X(acceleration_x, 1, 10) X(acceleration_y, 1, 10) X(acceleration_z, 1, 10)          \
-              X(temperature_1, 1, 8) X(temperature_2, 1, 14)
+// clang-format off
+/* X(name, signed, bits, meaning) */
+/* Sample frames carry the absolute values of all channels, so each one alone makes its cell fresh. The names of the
+ * channels are those of channels.h. */
+#define RS_SAMPLE_FIELDS(X)                                                           \
+  X(type, 0, 4, "frame type")                                                         \
+  X(source, 0, 14, "id of the cell")                                                  \
+  X(sequence, 0, 8, "counts the cell's sample frames")                                \
+  X(ttl, 0, 6, "hops left")                                                           \
+  X(sample_tick, 0, 4, "sample time: low bits of the tick number")                    \
+  X(sample_phase, 0, 6, "sample time: elapsed 64ths of the tick period")              \
+  X(refresh, 0, 1, "sent for freshness or after a change of route, not for an event") \
+  X(fault, 0, 1, "a sensor is missing or saturated")                                  \
+  X(replayed, 0, 1, "sent again after a change of route")                             \
+  X(dropped, 0, 1, "the cell had to drop frames since its last one")                  \
+  X(proximity, 0, 16, "counts")                                                       \
+  X(force_1, 0, 10, "counts")                                                         \
+  X(force_2, 0, 10, "counts")                                                         \
+  X(force_3, 0, 10, "counts")                                                         \
+  X(acceleration_x, 1, 10, "counts")                                                  \
+  X(acceleration_y, 1, 10, "counts")                                                  \
+  X(acceleration_z, 1, 10, "counts")                                                  \
+  X(temperature_1, 1, 8, "counts")                                                    \
+  X(temperature_2, 1, 14, "counts")
 
 #define RS_CLOCK_FIELDS(X) RS_SAMPLE_FIELDS(X)
 #define RS_EVENT_FIELDS(X) RS_SAMPLE_FIELDS(X)
 
-/* The tag covers what the root fixed (sequence, root, depth cap, rate divisor, gain threshold), not what each hop
- * changes. */
-#define RS_TICK_FIELDS(X)                                                                                             \
-  X(type, 0, 4)                                                                                                       \
-  X(sequence, 0, 16) X(hops, 0, 8) X(root, 0, 8) X(sender, 0, 14) X(sender_port, 0, 2) X(nonce, 0, 8) X(parent, 0, 1) \
-      X(heard, 0, 1) X(leaving, 0, 1) X(forming, 0, 1) X(depth_cap, 0, 8) X(rate_divisor, 0, 4)                       \
-          X(gain_threshold, 0, 6) X(echo, 0, 8) X(age_us, 0, 12) X(spare, 0, 10) X(tag, 0, 32)
+/* The tag covers what the root fixed: era, sequence, root, forming, depth cap, rate divisor, gain threshold. What each
+ * hop changes cannot be covered. Tick time is 65536 era + sequence, in milliseconds. */
+#define RS_TICK_FIELDS(X)                                              \
+  X(type, 0, 4, "frame type")                                          \
+  X(sequence, 0, 16, "tick number, one a millisecond")                 \
+  X(hops, 0, 8, "of the sender; 255: do not route through me")         \
+  X(root, 0, 8, "section unit (4 bits) and its port (4 bits)")         \
+  X(sender, 0, 14, "id, 0: not named yet")                             \
+  X(sender_port, 0, 2, "the sender's port - 1")                        \
+  X(nonce, 0, 8, "drawn at the sender's boot")                         \
+  X(parent, 0, 1, "the receiver is the sender's parent")               \
+  X(heard, 0, 1, "the sender hears the receiver")                      \
+  X(leaving, 0, 1, "the sender is about to change its parent")         \
+  X(forming, 0, 1, "the network is being formed")                      \
+  X(depth_cap, 0, 8, "deepest hops a granted move may reach")          \
+  X(rate_divisor, 0, 4, "cells send every n-th sample")                \
+  X(gain_threshold, 0, 6, "hops to gain before a change of root")      \
+  X(echo, 0, 8, "sequence of the last event heard on this link")       \
+  X(age_us, 0, 12, "from the root's start of sending to this frame's") \
+  X(era, 0, 10, "wraps of sequence")                                   \
+  X(tag, 0, 32, "of what the root fixed")
 
-#define RS_STATUS_FIELDS(X)                                                                                         \
-  X(type, 0, 4)                                                                                                     \
-  X(sender, 0, 14) X(size, 0, 16) X(lean_size, 0, 16) X(height, 0, 8) X(alternative, 0, 1) X(candidate, 0, 14)      \
-      X(candidate_size, 0, 16) X(candidate_delta, 0, 4) X(candidate_root, 0, 8) X(foreign_root, 0, 8) X(echo, 0, 8) \
-          X(tick_echo, 0, 8) X(spare, 0, 19)
+#define RS_STATUS_FIELDS(X)                                           \
+  X(type, 0, 4, "frame type")                                         \
+  X(sender, 0, 14, "id")                                              \
+  X(size, 0, 16, "cells in the subtree")                              \
+  X(lean_size, 0, 16, "those without another parent in reach")        \
+  X(height, 0, 8, "hops to the deepest cell")                         \
+  X(alternative, 0, 1, "another parent of the same tree is in reach") \
+  X(candidate, 0, 14, "cell that offers to move")                     \
+  X(candidate_size, 0, 16, "cells that would move")                   \
+  X(candidate_delta, 0, 4, "hops the move costs")                     \
+  X(candidate_root, 0, 8, "where to")                                 \
+  X(foreign_root, 0, 8, "a root seen next to the subtree")            \
+  X(echo, 0, 8, "sequence of the last event heard on this link")      \
+  X(tick_echo, 0, 8, "low bits of the tick number answered")          \
+  X(spare, 0, 19, "")
 
-#define RS_GRANT_FIELDS(X)                                                                                        \
-  X(type, 0, 4)                                                                                                   \
-  X(sequence, 0, 16) X(root, 0, 8) X(cell, 0, 14) X(target_root, 0, 8) X(want_1_root, 0, 8) X(want_1_size, 0, 16) \
-      X(want_2_root, 0, 8) X(want_2_size, 0, 16) X(depth_cap, 0, 8) X(gain_threshold, 0, 6) X(tag, 0, 32)
+#define RS_GRANT_FIELDS(X)                                        \
+  X(type, 0, 4, "frame type")                                     \
+  X(sequence, 0, 16, "tick number")                               \
+  X(root, 0, 8, "root that grants")                               \
+  X(cell, 0, 14, "cell that may move")                            \
+  X(target_root, 0, 8, "where to")                                \
+  X(want_1_root, 0, 8, "root that may receive cells")             \
+  X(want_1_size, 0, 16, "how many")                               \
+  X(want_2_root, 0, 8, "second such root")                        \
+  X(want_2_size, 0, 16, "how many")                               \
+  X(depth_cap, 0, 8, "deepest hops a move may reach")             \
+  X(gain_threshold, 0, 6, "hops to gain before a change of root") \
+  X(tag, 0, 32, "of all before it")
 
-#define RS_JOINTS_FIELDS(X)                                                                                          \
-  X(type, 0, 4)                                                                                                      \
-  X(epoch, 0, 6) X(limb, 0, 4) X(part, 0, 2) X(joint_1, 1, 16) X(joint_2, 1, 16) X(joint_3, 1, 16) X(joint_4, 1, 16) \
-      X(joint_5, 1, 16) X(joint_6, 1, 16) X(spare, 0, 8) X(tag, 0, 24)
+#define RS_JOINTS_FIELDS(X)                         \
+  X(type, 0, 4, "frame type")                       \
+  X(epoch, 0, 6, "low bits of tick number / 4")     \
+  X(limb, 0, 4, "")                                 \
+  X(part, 0, 2, "joints 6 part + 1 to 6 part + 6")  \
+  X(joint_1, 1, 16, "position in 2 pi / 65536 rad") \
+  X(joint_2, 1, 16, "position in 2 pi / 65536 rad") \
+  X(joint_3, 1, 16, "position in 2 pi / 65536 rad") \
+  X(joint_4, 1, 16, "position in 2 pi / 65536 rad") \
+  X(joint_5, 1, 16, "position in 2 pi / 65536 rad") \
+  X(joint_6, 1, 16, "position in 2 pi / 65536 rad") \
+  X(spare, 0, 8, "")                                \
+  X(tag, 0, 24, "of all before it")
 
-#define RS_TORQUE_FIELDS(X)                                                                                          \
-  X(type, 0, 4)                                                                                                      \
-  X(epoch, 0, 6) X(limb, 0, 4) X(part, 0, 2) X(joint_1, 1, 16) X(joint_2, 1, 16) X(joint_3, 1, 16) X(joint_4, 1, 16) \
-      X(joint_5, 1, 16) X(joint_6, 1, 16) X(cells, 0, 14) X(active, 0, 12) X(age, 0, 4) X(saturated, 0, 1)           \
-          X(spare, 0, 1)
+#define RS_TORQUE_FIELDS(X)                             \
+  X(type, 0, 4, "frame type")                           \
+  X(epoch, 0, 6, "low bits of tick number / 4")         \
+  X(limb, 0, 4, "")                                     \
+  X(part, 0, 2, "joints 6 part + 1 to 6 part + 6")      \
+  X(joint_1, 1, 16, "torque in the limb's step")        \
+  X(joint_2, 1, 16, "torque in the limb's step")        \
+  X(joint_3, 1, 16, "torque in the limb's step")        \
+  X(joint_4, 1, 16, "torque in the limb's step")        \
+  X(joint_5, 1, 16, "torque in the limb's step")        \
+  X(joint_6, 1, 16, "torque in the limb's step")        \
+  X(cells, 0, 14, "summed")                             \
+  X(active, 0, 12, "of them in contact")                \
+  X(age, 0, 4, "epochs of the oldest joint state used") \
+  X(saturated, 0, 1, "a sum left its range")            \
+  X(spare, 0, 1, "")
 
-/* Ports are stored as port - 1; errors_p is the binary logarithm of the frames lost on that port, capped at 7. */
-#define RS_TOPOLOGY_FIELDS(X)                                                                                       \
-  X(type, 0, 4)                                                                                                     \
-  X(source, 0, 14) X(uid, 0, 32) X(revision, 0, 6) X(parent_port, 0, 3) X(spare, 0, 9) X(neighbour_1, 0, 14)        \
-      X(neighbour_port_1, 0, 2) X(errors_1, 0, 3) X(neighbour_2, 0, 14) X(neighbour_port_2, 0, 2) X(errors_2, 0, 3) \
-          X(neighbour_3, 0, 14) X(neighbour_port_3, 0, 2) X(errors_3, 0, 3) X(neighbour_4, 0, 14)                   \
-              X(neighbour_port_4, 0, 2) X(errors_4, 0, 3)
+/* Sent on change and once a second. A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port by a
+ * record of that port with source 16383 and the cell there as neighbour 1. */
+#define RS_TOPOLOGY_FIELDS(X)                                           \
+  X(type, 0, 4, "frame type")                                           \
+  X(source, 0, 14, "id of the cell")                                    \
+  X(uid, 0, 32, "the cell's serial number")                             \
+  X(revision, 0, 6, "counts changes")                                   \
+  X(parent_port, 0, 3, "1 to 4, 0: none")                               \
+  X(ttl, 0, 6, "hops left")                                             \
+  X(spare, 0, 3, "")                                                    \
+  X(neighbour_1, 0, 14, "id of the cell at port 1")                     \
+  X(neighbour_port_1, 0, 2, "the port it uses - 1")                     \
+  X(errors_1, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(neighbour_2, 0, 14, "id of the cell at port 2")                     \
+  X(neighbour_port_2, 0, 2, "the port it uses - 1")                     \
+  X(errors_2, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(neighbour_3, 0, 14, "id of the cell at port 3")                     \
+  X(neighbour_port_3, 0, 2, "the port it uses - 1")                     \
+  X(errors_3, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(neighbour_4, 0, 14, "id of the cell at port 4")                     \
+  X(neighbour_port_4, 0, 2, "the port it uses - 1")                     \
+  X(errors_4, 0, 3, "binary logarithm of frames lost there, at most 7")
 
-#define RS_COMMAND_FIELDS(X)                                                                                     \
-  X(type, 0, 4)                                                                                                  \
-  X(target, 0, 14) X(operation, 0, 6) X(counter, 0, 16) X(index, 0, 16) X(value_high, 0, 16) X(value_low, 0, 32) \
-      X(spare, 0, 8) X(tag, 0, 32)
+/* Flooded down the tree: a cell takes commands only from its parent. */
+#define RS_COMMAND_FIELDS(X)                      \
+  X(type, 0, 4, "frame type")                     \
+  X(target, 0, 14, "id, 16383: every cell")       \
+  X(operation, 0, 6, "operations.h")              \
+  X(counter, 0, 16, "grows with each command")    \
+  X(index, 0, 16, "what of")                      \
+  X(value_high, 0, 16, "upper part of the value") \
+  X(value_low, 0, 32, "value")                    \
+  X(spare, 0, 8, "")                              \
+  X(tag, 0, 32, "of all before it and the era")
 
-#define RS_REPLY_FIELDS(X)                                                                           \
-  X(type, 0, 4)                                                                                      \
-  X(source, 0, 14) X(ttl, 0, 6) X(operation, 0, 6) X(counter, 0, 16) X(status, 0, 4) X(index, 0, 16) \
-      X(value_high, 0, 16) X(value_low, 0, 32) X(spare, 0, 30)
+#define RS_REPLY_FIELDS(X)                        \
+  X(type, 0, 4, "frame type")                     \
+  X(source, 0, 14, "id of the cell")              \
+  X(ttl, 0, 6, "hops left")                       \
+  X(operation, 0, 6, "of the command")            \
+  X(counter, 0, 16, "of the command")             \
+  X(status, 0, 4, "operations.h")                 \
+  X(index, 0, 16, "of the command")               \
+  X(value_high, 0, 16, "upper part of the value") \
+  X(value_low, 0, 32, "value now in force")       \
+  X(spare, 0, 30, "")
 
-#define RS_JOIN_FIELDS(X) \
-  X(type, 0, 4)           \
-  X(uid, 0, 32) X(ttl, 0, 6) X(nonce, 0, 8) X(sender, 0, 14) X(spare_1, 0, 16) X(spare_2, 0, 32) X(spare_3, 0, 32)
+#define RS_JOIN_FIELDS(X)                                 \
+  X(type, 0, 4, "frame type")                             \
+  X(uid, 0, 32, "the cell's serial number")               \
+  X(ttl, 0, 6, "hops left")                               \
+  X(nonce, 0, 8, "drawn at boot")                         \
+  X(wanted, 0, 14, "id in the cell's flash, or 0")        \
+  X(challenge, 0, 16, "comes back in the assign command") \
+  X(spare_1, 0, 32, "")                                   \
+  X(spare_2, 0, 32, "")
+// clang-format on
 
 RS_INLINE uint32_t rs_bits_get(const uint32_t* words, unsigned at, unsigned width) {
   const unsigned word = at / 32U, bit = at % 32U;
@@ -171,7 +277,7 @@ RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {
 
 #define RS_MEMBER_0(name) uint32_t name;
 #define RS_MEMBER_1(name) int32_t name;
-#define RS_MEMBER(name, is_signed, bits) RS_MEMBER_##is_signed(name)
+#define RS_MEMBER(name, is_signed, bits, text) RS_MEMBER_##is_signed(name)
 #define RS_GET_0(name, at, bits) out->name = rs_bits_get(words, (at), (bits));
 #define RS_GET_1(name, at, bits) out->name = rs_sign_extend(rs_bits_get(words, (at), (bits)), (bits));
 
@@ -193,70 +299,75 @@ RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {
     rs_content_store(bytes, words);                                                             \
   }
 
-#define RS_POSITION_clock(name, is_signed, bits) \
-  RS_clock_##name##_AT, RS_clock_##name##_LAST = RS_clock_##name##_AT + (bits) - 1,
-#define RS_UNPACK_clock(name, is_signed, bits) RS_GET_##is_signed(name, RS_clock_##name##_AT, bits)
-#define RS_PACK_clock(name, is_signed, bits) rs_bits_put(words, RS_clock_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_clock(name, is_signed, bits, text) \
+  RS_clock_##name##_AT, RS_clock_##name##_LAST = RS_clock_##name##_AT + (bits)-1,
+#define RS_UNPACK_clock(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_clock_##name##_AT, bits)
+#define RS_PACK_clock(name, is_signed, bits, text) rs_bits_put(words, RS_clock_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(clock, RS_CLOCK_FIELDS)
 
-#define RS_POSITION_event(name, is_signed, bits) \
-  RS_event_##name##_AT, RS_event_##name##_LAST = RS_event_##name##_AT + (bits) - 1,
-#define RS_UNPACK_event(name, is_signed, bits) RS_GET_##is_signed(name, RS_event_##name##_AT, bits)
-#define RS_PACK_event(name, is_signed, bits) rs_bits_put(words, RS_event_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_event(name, is_signed, bits, text) \
+  RS_event_##name##_AT, RS_event_##name##_LAST = RS_event_##name##_AT + (bits)-1,
+#define RS_UNPACK_event(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_event_##name##_AT, bits)
+#define RS_PACK_event(name, is_signed, bits, text) rs_bits_put(words, RS_event_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(event, RS_EVENT_FIELDS)
 
-#define RS_POSITION_tick(name, is_signed, bits) \
-  RS_tick_##name##_AT, RS_tick_##name##_LAST = RS_tick_##name##_AT + (bits) - 1,
-#define RS_UNPACK_tick(name, is_signed, bits) RS_GET_##is_signed(name, RS_tick_##name##_AT, bits)
-#define RS_PACK_tick(name, is_signed, bits) rs_bits_put(words, RS_tick_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_tick(name, is_signed, bits, text) \
+  RS_tick_##name##_AT, RS_tick_##name##_LAST = RS_tick_##name##_AT + (bits)-1,
+#define RS_UNPACK_tick(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_tick_##name##_AT, bits)
+#define RS_PACK_tick(name, is_signed, bits, text) rs_bits_put(words, RS_tick_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(tick, RS_TICK_FIELDS)
 
-#define RS_POSITION_status(name, is_signed, bits) \
-  RS_status_##name##_AT, RS_status_##name##_LAST = RS_status_##name##_AT + (bits) - 1,
-#define RS_UNPACK_status(name, is_signed, bits) RS_GET_##is_signed(name, RS_status_##name##_AT, bits)
-#define RS_PACK_status(name, is_signed, bits) rs_bits_put(words, RS_status_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_status(name, is_signed, bits, text) \
+  RS_status_##name##_AT, RS_status_##name##_LAST = RS_status_##name##_AT + (bits)-1,
+#define RS_UNPACK_status(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_status_##name##_AT, bits)
+#define RS_PACK_status(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_status_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(status, RS_STATUS_FIELDS)
 
-#define RS_POSITION_grant(name, is_signed, bits) \
-  RS_grant_##name##_AT, RS_grant_##name##_LAST = RS_grant_##name##_AT + (bits) - 1,
-#define RS_UNPACK_grant(name, is_signed, bits) RS_GET_##is_signed(name, RS_grant_##name##_AT, bits)
-#define RS_PACK_grant(name, is_signed, bits) rs_bits_put(words, RS_grant_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_grant(name, is_signed, bits, text) \
+  RS_grant_##name##_AT, RS_grant_##name##_LAST = RS_grant_##name##_AT + (bits)-1,
+#define RS_UNPACK_grant(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_grant_##name##_AT, bits)
+#define RS_PACK_grant(name, is_signed, bits, text) rs_bits_put(words, RS_grant_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(grant, RS_GRANT_FIELDS)
 
-#define RS_POSITION_joints(name, is_signed, bits) \
-  RS_joints_##name##_AT, RS_joints_##name##_LAST = RS_joints_##name##_AT + (bits) - 1,
-#define RS_UNPACK_joints(name, is_signed, bits) RS_GET_##is_signed(name, RS_joints_##name##_AT, bits)
-#define RS_PACK_joints(name, is_signed, bits) rs_bits_put(words, RS_joints_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_joints(name, is_signed, bits, text) \
+  RS_joints_##name##_AT, RS_joints_##name##_LAST = RS_joints_##name##_AT + (bits)-1,
+#define RS_UNPACK_joints(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_joints_##name##_AT, bits)
+#define RS_PACK_joints(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_joints_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(joints, RS_JOINTS_FIELDS)
 
-#define RS_POSITION_torque(name, is_signed, bits) \
-  RS_torque_##name##_AT, RS_torque_##name##_LAST = RS_torque_##name##_AT + (bits) - 1,
-#define RS_UNPACK_torque(name, is_signed, bits) RS_GET_##is_signed(name, RS_torque_##name##_AT, bits)
-#define RS_PACK_torque(name, is_signed, bits) rs_bits_put(words, RS_torque_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_torque(name, is_signed, bits, text) \
+  RS_torque_##name##_AT, RS_torque_##name##_LAST = RS_torque_##name##_AT + (bits)-1,
+#define RS_UNPACK_torque(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_torque_##name##_AT, bits)
+#define RS_PACK_torque(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_torque_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(torque, RS_TORQUE_FIELDS)
 
-#define RS_POSITION_topology(name, is_signed, bits) \
-  RS_topology_##name##_AT, RS_topology_##name##_LAST = RS_topology_##name##_AT + (bits) - 1,
-#define RS_UNPACK_topology(name, is_signed, bits) RS_GET_##is_signed(name, RS_topology_##name##_AT, bits)
-#define RS_PACK_topology(name, is_signed, bits) rs_bits_put(words, RS_topology_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_topology(name, is_signed, bits, text) \
+  RS_topology_##name##_AT, RS_topology_##name##_LAST = RS_topology_##name##_AT + (bits)-1,
+#define RS_UNPACK_topology(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_topology_##name##_AT, bits)
+#define RS_PACK_topology(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_topology_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(topology, RS_TOPOLOGY_FIELDS)
 
-#define RS_POSITION_command(name, is_signed, bits) \
-  RS_command_##name##_AT, RS_command_##name##_LAST = RS_command_##name##_AT + (bits) - 1,
-#define RS_UNPACK_command(name, is_signed, bits) RS_GET_##is_signed(name, RS_command_##name##_AT, bits)
-#define RS_PACK_command(name, is_signed, bits) rs_bits_put(words, RS_command_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_command(name, is_signed, bits, text) \
+  RS_command_##name##_AT, RS_command_##name##_LAST = RS_command_##name##_AT + (bits)-1,
+#define RS_UNPACK_command(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_command_##name##_AT, bits)
+#define RS_PACK_command(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_command_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(command, RS_COMMAND_FIELDS)
 
-#define RS_POSITION_reply(name, is_signed, bits) \
-  RS_reply_##name##_AT, RS_reply_##name##_LAST = RS_reply_##name##_AT + (bits) - 1,
-#define RS_UNPACK_reply(name, is_signed, bits) RS_GET_##is_signed(name, RS_reply_##name##_AT, bits)
-#define RS_PACK_reply(name, is_signed, bits) rs_bits_put(words, RS_reply_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_reply(name, is_signed, bits, text) \
+  RS_reply_##name##_AT, RS_reply_##name##_LAST = RS_reply_##name##_AT + (bits)-1,
+#define RS_UNPACK_reply(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_reply_##name##_AT, bits)
+#define RS_PACK_reply(name, is_signed, bits, text) rs_bits_put(words, RS_reply_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(reply, RS_REPLY_FIELDS)
 
-#define RS_POSITION_join(name, is_signed, bits) \
-  RS_join_##name##_AT, RS_join_##name##_LAST = RS_join_##name##_AT + (bits) - 1,
-#define RS_UNPACK_join(name, is_signed, bits) RS_GET_##is_signed(name, RS_join_##name##_AT, bits)
-#define RS_PACK_join(name, is_signed, bits) rs_bits_put(words, RS_join_##name##_AT, (bits), (uint32_t)in->name);
+#define RS_POSITION_join(name, is_signed, bits, text) \
+  RS_join_##name##_AT, RS_join_##name##_LAST = RS_join_##name##_AT + (bits)-1,
+#define RS_UNPACK_join(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_join_##name##_AT, bits)
+#define RS_PACK_join(name, is_signed, bits, text) rs_bits_put(words, RS_join_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(join, RS_JOIN_FIELDS)
 
 #ifdef __cplusplus

@@ -1,0 +1,191 @@
+/* A cell: sensors in, frames out, its place in the network kept by itself.
+ *
+ * rs_cell_step is the whole firmware: a pure function of state, input and time. Whoever runs it (a board, the
+ * simulator, a test) owns clock, links and sensors, gives one input at a time, and does what the output says:
+ *
+ * - RS_INPUT_BOOT first, once after each power-up; it forgets everything but the flash image.
+ * - A frame in the output goes out on an idle port; its bytes stay where they are, inside the state, until
+ *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port.
+ * - RS_INPUT_TIMER at or after `timer_us`, RS_INPUT_SAMPLE at or after `sample_us` (if `sampling`). Both times hold
+ *   until the next output; an early, late or unasked timer does no harm.
+ * - Frames are given as received: the cell checks and counts them. A frame with RS_FRAME_BYTES bytes that fails its
+ *   checksum is counted as lost; boundaries are found by receiver.h.
+ *
+ * `now_us` is the cell's own clock; it wraps every 71 minutes, starts anywhere and may run 2 % fast or slow. */
+#ifndef ROBOTSKIN_CELL_H
+#define ROBOTSKIN_CELL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "robotskin/channels.h"
+#include "robotskin/geometry.h"
+#include "robotskin/settings.h"
+#include "robotskin/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Input ---- */
+
+enum { RS_CELL_KEY_BYTES = 16 };
+
+typedef struct {
+  uint32_t uid;         /* serial number, unique and never 0 */
+  uint32_t random;      /* fresh at each boot */
+  const uint8_t* flash; /* image of RS_FLASH_BYTES, or NULL */
+  const uint8_t* key;   /* RS_CELL_KEY_BYTES, or NULL: ticks and commands are not authenticated */
+} rs_boot;
+
+typedef enum { RS_INPUT_BOOT, RS_INPUT_FRAME, RS_INPUT_SENT, RS_INPUT_SAMPLE, RS_INPUT_TIMER } rs_input_kind;
+
+typedef struct {
+  rs_input_kind kind;
+  uint8_t port;            /* 1 to 4; of FRAME and SENT */
+  bool fault;              /* of SAMPLE: a sensor is missing or saturated */
+  const uint8_t* frame;    /* RS_FRAME_BYTES; of FRAME */
+  const rs_sample* sample; /* of SAMPLE */
+  const rs_boot* boot;     /* of BOOT */
+} rs_input;
+
+/* ---- Output ---- */
+
+typedef struct {
+  const uint8_t* frame[RS_PORTS]; /* frame to start on port p at index p - 1, or NULL */
+  uint32_t timer_us;
+  uint32_t sample_us;
+  uint32_t led_rgb; /* 0xRRGGBB, valid if led_changed */
+  bool sampling;    /* sample_us is valid */
+  bool led_changed;
+  bool flash_changed;   /* write `flash` to flash */
+  const uint8_t* flash; /* RS_FLASH_BYTES inside the state, valid if flash_changed */
+} rs_output;
+
+/* ---- State: read by checkers and viewers, written by the cell alone ---- */
+
+enum {
+  RS_QUEUE_URGENT = 32, /* events and joined torques of the subtree */
+  RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
+  RS_QUEUE_SLOW = 32,   /* replies, topology and join frames of the subtree */
+  RS_QUEUE_DOWN = 16,   /* commands and joint states on their way down */
+  RS_NO_PARENT = 0      /* parent_port */
+};
+
+/* What the root fixed in a tick, passed on unchanged. */
+typedef struct {
+  uint32_t tag;
+  uint16_t sequence;
+  uint16_t era;
+  uint8_t root;
+  uint8_t forming;
+  uint8_t depth_cap;
+  uint8_t rate_divisor;
+  uint8_t gain_threshold;
+} rs_wave;
+
+/* What is known of the neighbour at one port. */
+typedef struct {
+  rs_wave wave;
+  uint32_t origin_us; /* when the root sent that tick, cell's clock */
+  uint32_t heard_us;  /* last valid frame */
+  uint32_t lost;      /* frames with a wrong checksum */
+  uint16_t id;
+  uint16_t size; /* of its subtree, if it is a child */
+  uint8_t hops;  /* as advertised */
+  uint8_t nonce;
+  uint8_t port;   /* 1 to 4, the neighbour's own port */
+  uint8_t good;   /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
+  uint8_t height; /* of its subtree */
+  bool up;        /* enough valid frames, none missed */
+  bool hears_us;  /* says that it hears this cell */
+  bool child;     /* says that this cell is its parent */
+  bool leaving;
+  bool met;      /* nonce and wave have been heard */
+  uint8_t flaps; /* link losses in short order, for the hold-down */
+  uint32_t held_until_us;
+} rs_neighbour;
+
+typedef struct {
+  rs_neighbour neighbour[RS_PORTS];
+  rs_wave wave;         /* the tick this cell passes on */
+  uint32_t origin_us;   /* when the root sent that tick, cell's clock */
+  uint32_t advanced_us; /* when the sequence last advanced */
+  uint32_t orphaned_us;
+  uint32_t advertised_us;
+  uint32_t reported_us; /* last status to the parent */
+  uint32_t quarantine_us;
+  uint16_t feasible_sequence; /* feasible distance: a parent's advert must come strictly before it */
+  uint16_t subtree_size;
+  uint8_t feasible_hops;
+  uint8_t hops;
+  uint8_t parent_port; /* RS_NO_PARENT or 1 to 4 */
+  uint8_t subtree_height;
+  bool in_quarantine;
+  bool routed; /* has had a parent since boot */
+} rs_route;
+
+typedef struct {
+  uint32_t frames_lost, frames_dropped, hops_exhausted, frames_from_parent, tags_refused, commands_stale;
+} rs_cell_counts;
+
+typedef struct {
+  rs_route route;
+  rs_settings settings;
+  rs_cell_counts counts;
+
+  uint32_t uid;
+  uint32_t random_state;
+  uint16_t id; /* in force; RS_ID_NONE until named */
+  uint16_t challenge;
+  uint8_t nonce;
+  bool keyed;
+  uint32_t key_schedule[12];
+
+  /* Sampling */
+  uint32_t sample_us;
+  uint32_t sent_us; /* last own sample frame */
+  int32_t sent_value[RS_CHANNEL_COUNT];
+  uint8_t sample_sequence;
+  uint8_t divided; /* samples skipped for the rate divisor */
+  bool refresh_due;
+  bool drop_to_report;
+
+  /* Commands */
+  uint32_t command_time; /* tick time of the last counted command */
+  uint16_t command_counter;
+  bool command_known;
+  uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
+  bool reply_known;
+  uint32_t led_rgb;
+  uint8_t flash[RS_FLASH_BYTES];
+
+  /* Topology and naming */
+  uint32_t topology_us, join_us;
+  uint8_t topology_revision;
+  bool topology_due;
+
+  /* Transmission */
+  uint8_t busy;       /* bit p - 1: a frame is going out on port p */
+  uint8_t advert_due; /* bit p - 1: port p is to get a tick frame */
+  bool status_due;
+  uint8_t urgent_first, urgent_count, data_first, data_count, slow_first, slow_count, down_first, down_count;
+  uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
+  uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
+  uint8_t urgent[RS_QUEUE_URGENT][RS_FRAME_BYTES];
+  uint8_t data[RS_QUEUE_DATA][RS_FRAME_BYTES];
+  uint8_t slow[RS_QUEUE_SLOW][RS_FRAME_BYTES];
+  uint8_t down[RS_QUEUE_DOWN][RS_FRAME_BYTES];
+} rs_cell;
+
+RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a part with 12 KB of RAM");
+
+/* One input at one time. `output` is filled completely. An input that names no port 1 to 4, or a frame that is no valid
+ * frame, changes nothing but counters. */
+void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,129 @@
+/* A section unit: roots of the cell trees at its ports, and the bridge between frames and datagrams.
+ *
+ * Like a cell it is a pure step: whoever runs it owns clock, links and sockets. It names cells, sends the tick every
+ * millisecond on each port, tags commands, gathers upward frames into datagrams of at most `batch_us` age and opens the
+ * host's datagrams. The keyed hash is a hook, so that the one well-kept BLAKE2s of the host is linked, not written
+ * again.
+ *
+ * `now_ns` is the section unit's clock; its milliseconds are the tick time, so units of one group share it. */
+#ifndef ROBOTSKIN_SECTION_UNIT_H
+#define ROBOTSKIN_SECTION_UNIT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "robotskin/cell.h"
+#include "robotskin/datagram.h"
+#include "robotskin/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Writes the tag (keyed BLAKE2s-256, first 16 bytes) of `count` bytes. */
+typedef void (*rs_tag_hook)(void* context, const uint8_t* bytes, uint32_t count, uint8_t tag[RS_DATAGRAM_TAG_BYTES]);
+
+typedef struct {
+  uint16_t section_unit; /* group: the name space of cell ids */
+  uint8_t unit;          /* 0 to 15 within the group */
+  uint8_t ports;         /* 1 to 15 */
+  uint16_t first_id;     /* ids this unit may give, apart from those of other units of the group */
+  uint16_t last_id;
+  uint32_t batch_us;       /* a frame waits at most this long for a datagram to fill; 0: one frame a datagram */
+  uint32_t session;        /* drawn at each start, never 0 */
+  bool powered;            /* ports are on from the start */
+  bool unasked;            /* sends datagrams without keep-alives (recorders, tests) */
+  const uint8_t* cell_key; /* RS_CELL_KEY_BYTES, or NULL */
+  rs_tag_hook tag;         /* NULL: datagrams are not authenticated */
+  void* tag_context;
+} rs_section_unit_config;
+
+typedef enum {
+  RS_UNIT_INPUT_BOOT,
+  RS_UNIT_INPUT_FRAME,
+  RS_UNIT_INPUT_SENT,
+  RS_UNIT_INPUT_DATAGRAM,
+  RS_UNIT_INPUT_TIMER
+} rs_unit_input_kind;
+
+typedef struct {
+  rs_unit_input_kind kind;
+  uint8_t port;                         /* 1 to 15; of FRAME and SENT */
+  const uint8_t* bytes;                 /* frame (RS_FRAME_BYTES) or datagram */
+  uint32_t count;                       /* bytes of a datagram */
+  const rs_section_unit_config* config; /* of BOOT */
+} rs_unit_input;
+
+typedef struct {
+  const uint8_t* frame[RS_SECTION_UNIT_PORTS_MAX]; /* frame to start on port p at index p - 1, or NULL; as in cell.h */
+  const uint8_t* datagram;                         /* to the host, valid until the next step; or NULL */
+  uint32_t datagram_bytes;
+  uint64_t timer_ns; /* RS_UNIT_INPUT_TIMER at or after this time; it may be `now` again */
+  uint16_t power;    /* bit p - 1: port p has power */
+} rs_unit_output;
+
+enum {
+  RS_UNIT_NAMES_MAX = 4096, /* cells a unit can name */
+  RS_UNIT_QUEUE = 64        /* frames waiting to go down a port */
+};
+
+typedef struct {
+  uint64_t heard_ns;
+  uint32_t frames, lost, dropped; /* received whole, damaged, not sent down for a full queue */
+  uint16_t cell;                  /* at this port; 0: none named */
+  uint16_t size;                  /* of its tree, as reported by `status` */
+  uint8_t height;
+  uint8_t cell_port; /* 1 to 4 */
+  uint8_t nonce;
+  uint8_t good;
+  bool root; /* the cell there has this port as parent */
+  bool busy;
+  bool tick_due;
+  uint8_t sending[RS_FRAME_BYTES];
+  uint8_t queue_first, queue_count;
+  uint8_t queue[RS_UNIT_QUEUE][RS_FRAME_BYTES];
+} rs_unit_port;
+
+typedef struct {
+  uint32_t uid;
+  uint16_t id;
+} rs_unit_name;
+
+typedef struct {
+  rs_section_unit_config config;
+  uint8_t cell_key[RS_CELL_KEY_BYTES];
+  uint32_t key_schedule[12];
+  rs_unit_port port[RS_SECTION_UNIT_PORTS_MAX];
+
+  uint64_t tick_time; /* milliseconds; number of the last tick */
+  uint64_t started_ns, heartbeat_ns, host_heard_ns;
+  uint32_t wave_tag[RS_SECTION_UNIT_PORTS_MAX];
+  uint16_t power;
+  bool host_listens;
+
+  /* Names, as an open-addressed table by uid. */
+  rs_unit_name name[2 * RS_UNIT_NAMES_MAX];
+  uint32_t names;
+  uint16_t next_id;
+  uint8_t id_taken[(RS_ID_LAST + 8) / 8];
+
+  /* Host */
+  uint32_t host_session, host_sequence, sequence;
+  uint32_t dropped, refused; /* frames without a place; datagrams refused */
+  uint16_t command_counter;  /* last one flooded */
+
+  uint64_t batch_ns[RS_DATAGRAM_RECORDS_MAX]; /* arrival of the waiting records */
+  uint32_t batch_count;
+  uint8_t batch[RS_DATAGRAM_BYTES_MAX];
+  uint8_t datagram[RS_DATAGRAM_BYTES_MAX];
+} rs_section_unit;
+
+/* One input at one time; `output` is filled completely. After BOOT with a bad configuration (ports, ids, session) the
+ * unit does nothing and its timer never comes. */
+void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uint64_t now_ns, rs_unit_output* output);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
