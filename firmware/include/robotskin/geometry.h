@@ -15,7 +15,8 @@ enum { RS_PORTS = 4 }; /* Ports are numbered 1 to 4; arrays hold port p at index
   X(3, -12000, 7000)      \
   X(4, -12000, -7000)
 
-#define RS_HEXAGON_SIDE_UM 14000  /* side of the rigid hexagon; corners on the y axis, 24.2 mm across flats */
+#define RS_HEXAGON_SIDE_UM \
+  14000 /* side of the rigid hexagon; corners on the x axis, flats face the lattice neighbours, 24.2 mm across */
 #define RS_LATTICE_PITCH_UM 28000 /* distance of neighbours in the flat lattice */
 #define RS_CELL_THICKNESS_UM 3600 /* rigid cell without its foam layer */
 #define RS_HINGE_REACH_UM 3700    /* widest gap that the flexible joint spans */
