@@ -1,8 +1,221 @@
-// Binds the model stage.
+// Binds the model stage. Results come as copies, because a view would change with the next update.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <stdexcept>
+
 #include "bindings/bindings.hpp"
+#include "model/joint_command.hpp"
+#include "model/joint_state.hpp"
+#include "model/robot_dynamics.hpp"
+#include "model/robot_model.hpp"
+#include "model/robot_port.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
 
 namespace robotskin::bindings {
+namespace {
 
-void bind_model(nanobind::module_ /*module*/) {}
+using InputVector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+template <typename Value>
+nb::ndarray<nb::numpy, Value> copied(std::span<const Value> values, std::initializer_list<std::size_t> shape) {
+  auto* data = new Value[values.size() == 0 ? 1 : values.size()];
+  std::copy(values.begin(), values.end(), data);
+  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<Value*>(memory); });
+  return nb::ndarray<nb::numpy, Value>(data, shape.size(), shape.begin(), owner);
+}
+
+std::vector<std::string> names(std::span<const std::string> values) {
+  return {values.begin(), values.end()};
+}
+
+std::span<const double> as_span(const InputVector& vector) {
+  return {vector.data(), vector.shape(0)};
+}
+
+void require(bool accepted, const char* what) {
+  if (!accepted) throw std::invalid_argument(what);
+}
+
+// A vector of a state or command as a numpy array that shares its memory, and that can be assigned from one.
+template <auto member, typename Owner>
+void bind_vector(nb::class_<Owner>& owner, const char* name, const char* doc) {
+  owner.def_prop_rw(
+      name,
+      [](nb::handle_t<Owner> self) {
+        std::vector<double>& vector = nb::cast<Owner&>(self).*member;
+        return nb::ndarray<nb::numpy, double>(vector.data(), {vector.size()}, self);
+      },
+      [](Owner& self, InputVector values) {
+        std::vector<double>& vector = self.*member;
+        require(values.shape(0) == vector.size(), "the array must have one entry a joint");
+        std::copy_n(values.data(), vector.size(), vector.data());
+      },
+      doc, nb::for_getter(nb::rv_policy::automatic));
+}
+
+void bind_states(nb::module_& module) {
+  module.attr("NEVER_NS") = never_ns;
+  auto state = nb::class_<JointState>(module, "JointState", "Measured joints: rad, rad/s, Nm; m, m/s, N if prismatic.")
+                   .def(nb::init<std::size_t>(), "joint_count"_a)
+                   .def_prop_ro("joint_count", &JointState::joint_count)
+                   .def_rw("stamp_ns", &JointState::stamp_ns, "Host clock when measured; NEVER_NS if never.");
+  bind_vector<&JointState::position>(state, "position", "(n) rad");
+  bind_vector<&JointState::velocity>(state, "velocity", "(n) rad/s");
+  bind_vector<&JointState::effort>(state, "effort", "(n) Nm, measured, positive along the joint's axis");
+
+  nb::enum_<CommandMode>(module, "CommandMode", "The interface a command goes through.")
+      .value("position", CommandMode::position)
+      .value("velocity", CommandMode::velocity)
+      .value("torque", CommandMode::torque);
+  auto command = nb::class_<JointCommand>(module, "JointCommand", "What the joints are told for one cycle.")
+                     .def(nb::init<CommandMode, std::size_t>(), "mode"_a, "joint_count"_a)
+                     .def_prop_ro("joint_count", &JointCommand::joint_count)
+                     .def_rw("mode", &JointCommand::mode);
+  bind_vector<&JointCommand::value>(command, "value", "(n) rad, rad/s or Nm by mode");
+
+  nb::enum_<PortStatus>(module, "PortStatus", "How a robot answered a read or a write.")
+      .value("ok", PortStatus::ok)
+      .value("no_new_state", PortStatus::no_new_state)
+      .value("refused", PortStatus::refused)
+      .value("disconnected", PortStatus::disconnected);
+}
+
+void bind_robot_model(nb::module_& module) {
+  nb::exception<ModelError>(module, "ModelError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  module.attr("BASE") = RobotModel::base;
+  module.attr("UNBOUNDED") = RobotModel::unbounded;
+  nb::enum_<JointKind>(module, "JointKind")
+      .value("revolute", JointKind::revolute)
+      .value("prismatic", JointKind::prismatic);
+
+  nb::class_<RobotModel>(module, "RobotModel",
+                         "What is constant about a robot of n joints and l links on a fixed base.\n\n"
+                         "Lengths in m, angles in rad. Joints come before their children, the base link comes first.")
+      .def(nb::init<const std::string&>(), "urdf"_a,
+           "Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.")
+      .def_prop_ro("name", &RobotModel::name)
+      .def_prop_ro("joint_count", &RobotModel::joint_count)
+      .def_prop_ro("link_count", &RobotModel::link_count)
+      .def_prop_ro("joint_names", [](const RobotModel& self) { return names(self.joint_names()); })
+      .def_prop_ro("link_names", [](const RobotModel& self) { return names(self.link_names()); })
+      .def_prop_ro(
+          "joint_parents", [](const RobotModel& self) { return copied(self.joint_parents(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) index of the joint above, or BASE")
+      .def_prop_ro("joint_kinds",
+                   [](const RobotModel& self) {
+                     return std::vector<JointKind>(self.joint_kinds().begin(), self.joint_kinds().end());
+                   })
+      .def_prop_ro(
+          "joint_axes", [](const RobotModel& self) { return copied(self.joint_axes(), {self.joint_count(), 3}); },
+          nb::rv_policy::move, "(n, 3) unit vectors in the joint's frame")
+      .def_prop_ro(
+          "parent_from_joint",
+          [](const RobotModel& self) { return copied(self.parent_from_joint(), {self.joint_count(), 4, 4}); },
+          nb::rv_policy::move, "(n, 4, 4) with the joint at zero")
+      .def_prop_ro(
+          "lower", [](const RobotModel& self) { return copied(self.lower(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) rad or m, -inf if unbounded")
+      .def_prop_ro(
+          "upper", [](const RobotModel& self) { return copied(self.upper(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) rad or m, inf if unbounded")
+      .def_prop_ro(
+          "velocity_limit", [](const RobotModel& self) { return copied(self.velocity_limit(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) rad/s or m/s")
+      .def_prop_ro(
+          "effort_limit", [](const RobotModel& self) { return copied(self.effort_limit(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) Nm or N")
+      .def_prop_ro(
+          "link_joints", [](const RobotModel& self) { return copied(self.link_joints(), {self.link_count()}); },
+          nb::rv_policy::move, "(l) index of the joint that carries the link, or BASE")
+      .def_prop_ro(
+          "joint_from_link",
+          [](const RobotModel& self) { return copied(self.joint_from_link(), {self.link_count(), 4, 4}); },
+          nb::rv_policy::move, "(l, 4, 4) constant")
+      .def("joint_index", &RobotModel::joint_index, "joint"_a, "Raises ModelError for an unknown name.")
+      .def("link_index", &RobotModel::link_index, "link"_a, "Raises ModelError for an unknown name.");
+}
+
+void bind_robot_dynamics(nb::module_& module) {
+  using Dynamics = RobotDynamics;
+  nb::class_<Dynamics>(module, "RobotDynamics",
+                       "Where the links are and how the robot answers to forces, at the last update.\n\n"
+                       "All in the base frame, SI units: M(q) a + C(q, v) v + g(q) = torque.")
+      .def(nb::init<const RobotModel&>(), "model"_a)
+      .def_prop_ro("joint_count", &Dynamics::joint_count)
+      .def_prop_ro("link_count", &Dynamics::link_count)
+      .def(
+          "update",
+          [](Dynamics& self, InputVector q, InputVector v) {
+            require(self.update(as_span(q), as_span(v)), "q and v must have one finite entry a joint");
+          },
+          "q"_a, "v"_a, "Computes all results for q (n) rad and v (n) rad/s; ValueError leaves them as they were.")
+      .def_prop_ro(
+          "base_from_joint",
+          [](const Dynamics& self) { return copied(self.base_from_joint(), {self.joint_count(), 4, 4}); },
+          nb::rv_policy::move, "(n, 4, 4)")
+      .def_prop_ro(
+          "joint_motions", [](const Dynamics& self) { return copied(self.joint_motions(), {self.joint_count(), 6}); },
+          nb::rv_policy::move,
+          "(n, 6) linear velocity at the base origin, then angular velocity, of a unit velocity of each joint")
+      .def_prop_ro(
+          "mass_matrix",
+          [](const Dynamics& self) { return copied(self.mass_matrix(), {self.joint_count(), self.joint_count()}); },
+          nb::rv_policy::move, "(n, n)")
+      .def_prop_ro(
+          "gravity_torque", [](const Dynamics& self) { return copied(self.gravity_torque(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) Nm that hold the robot still")
+      .def_prop_ro(
+          "nonlinear_effects",
+          [](const Dynamics& self) { return copied(self.nonlinear_effects(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) Nm, C v + g")
+      .def(
+          "forward_dynamics",
+          [](const Dynamics& self, InputVector torque) {
+            std::vector<double> acceleration(self.joint_count());
+            require(self.forward_dynamics(as_span(torque), acceleration), "torque must have one entry a joint");
+            return copied(std::span<const double>(acceleration), {acceleration.size()});
+          },
+          "torque"_a, "(n) rad/s2 from torque (n) Nm.")
+      .def(
+          "solve_mass",
+          [](const Dynamics& self, InputVector right_side) {
+            std::vector<double> solution(self.joint_count());
+            require(self.solve_mass(as_span(right_side), solution), "right_side must have one entry a joint");
+            return copied(std::span<const double>(solution), {solution.size()});
+          },
+          "right_side"_a, "(n) M^-1 right_side.")
+      .def(
+          "base_from_link",
+          [](const Dynamics& self, std::size_t link) {
+            std::vector<double> placement(16);
+            require(self.base_from_link(link, placement), "link must be below link_count");
+            return copied(std::span<const double>(placement), {4, 4});
+          },
+          "link"_a, "(4, 4)")
+      .def(
+          "link_jacobian",
+          [](const Dynamics& self, std::size_t link) {
+            std::vector<double> jacobian(6 * self.joint_count());
+            require(self.link_jacobian(link, jacobian), "link must be below link_count");
+            return copied(std::span<const double>(jacobian), {6, self.joint_count()});
+          },
+          "link"_a, "(6, n) velocity of the link's origin, then angular velocity, along the axes of the base.");
+}
+
+}  // namespace
+
+void bind_model(nb::module_ module) {
+  bind_states(module);
+  bind_robot_model(module);
+  bind_robot_dynamics(module);
+}
 
 }  // namespace robotskin::bindings

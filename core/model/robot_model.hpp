@@ -26,13 +26,12 @@ enum class JointKind : std::uint8_t { revolute, prismatic };
 class RobotModel {
  public:
   static constexpr int base = -1;
+  // A position limit of this size or more, rad or m, stands for none: URDF text cannot say infinity.
+  static constexpr double unbounded = 1e9;
 
-  // Throws ModelError for text that is not a URDF, and for joints that are neither revolute, continuous with finite
-  // bounds, prismatic nor fixed (python/robotskin/robots repairs the rest).
+  // Throws ModelError for text that is not a URDF, and for a joint that is not revolute, prismatic or fixed. A
+  // continuous joint has to be written as a revolute one with unbounded limits, so that every joint has one position.
   explicit RobotModel(const std::string& urdf);
-  ~RobotModel();
-  RobotModel(RobotModel&&) noexcept;
-  RobotModel& operator=(RobotModel&&) noexcept;
 
   const std::string& name() const noexcept { return name_; }
   std::size_t joint_count() const noexcept { return joint_names_.size(); }
@@ -60,7 +59,6 @@ class RobotModel {
 
  private:
   friend class RobotDynamics;
-  struct Implementation;  // the Pinocchio model
 
   std::string name_;
   std::vector<std::string> joint_names_, link_names_;
@@ -68,7 +66,7 @@ class RobotModel {
   std::vector<JointKind> joint_kinds_;
   std::vector<double> joint_axes_, parent_from_joint_, joint_from_link_;
   std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
-  std::shared_ptr<const Implementation> implementation_;
+  std::shared_ptr<const void> pinocchio_model_;  // a pinocchio::Model, a type that costs a minute to know
 };
 
 }  // namespace robotskin

@@ -1,0 +1,56 @@
+"""What can be wrong with a robot description."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from robotskin.errors import RobotskinError
+
+
+class MalformedUrdfError(RobotskinError):
+    """Text that is not the URDF of one robot; the message names the source, the element and what was expected."""
+
+    def __init__(self, source: str, problem: str) -> None:
+        self.source = source
+        self.problem = problem
+        super().__init__(f"{source}: {problem}")
+
+
+class MissingMeshError(RobotskinError):
+    """A mesh file that a link names and that is nowhere.
+
+    Attributes: `link`, `filename` (as the URDF writes it) and `searched` (the paths that were tried).
+    """
+
+    def __init__(self, link: str, filename: str, searched: Sequence[Path]) -> None:
+        self.link = link
+        self.filename = filename
+        self.searched = tuple(searched)
+        tried = "".join(f"\n  {path}" for path in self.searched) or "\n  (nowhere: no folder is known for this package)"
+        super().__init__(
+            f"link {link!r}: mesh {filename!r} was not found; tried{tried}\n"
+            "give the folder that holds the package with package_folders=, or in ROS_PACKAGE_PATH"
+        )
+
+
+class UnreadableMeshError(RobotskinError):
+    """A mesh file that exists and holds no surface. Attributes: `path` and `problem`."""
+
+    def __init__(self, path: Path, problem: str) -> None:
+        self.path = path
+        self.problem = problem
+        super().__init__(f"mesh {path}: {problem}")
+
+
+class ModelsNotInstalledError(RobotskinError):
+    """A robot is asked for by name, and the package with the named robots is not installed."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        super().__init__(
+            f"robot {name!r}: the named robots come from the package example-robot-data, which is not installed; "
+            "run: pip install 'robotskin[models]', or give the path of a URDF"
+        )
+
+
+class ModelsDisagreeError(RobotskinError):
+    """Pinocchio and MuJoCo made different joints out of one description, which must never happen."""

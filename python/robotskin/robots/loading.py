@@ -1,0 +1,58 @@
+"""Loads a robot by name or by the path of its URDF."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+from robotskin._core.model import RobotModel
+from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
+from robotskin.robots.dual_arm import compose_dual_arm
+from robotskin.robots.errors import MalformedUrdfError
+from robotskin.robots.repair import in_joint_order, repaired
+from robotskin.robots.robot import Robot
+
+
+def load(name_or_path: str | Path, *, package_folders: Sequence[str | Path] = ()) -> Robot:
+    """A robot of `robot_names()`, or that of any URDF file.
+
+    What has a folder in it or ends in `.urdf` is a path, everything else a name. `package_folders` are searched first
+    for what the URDF addresses as `package://`. Raises UnknownNameError, ModelsNotInstalledError, FileNotFoundError,
+    MalformedUrdfError, MissingMeshError or UnreadableMeshError. What had to be repaired stands in `Robot.repairs`.
+    """
+    path: Path | None
+    if isinstance(name_or_path, Path) or "/" in name_or_path or name_or_path.endswith(".urdf"):
+        path = Path(name_or_path).expanduser().resolve()
+        name, text, folder = path.stem, _text_of(path), path.parent
+    elif name_or_path in COMPOSED:
+        name, path = name_or_path, None
+        text, folder = compose_dual_arm()
+    else:
+        name, path = name_or_path, named_urdf(name_or_path)
+        text, folder = _text_of(path), path.parent
+    return from_text(text, name=name, source=path, folder=folder, package_folders=package_folders)
+
+
+def from_text(
+    text: str, *, name: str, folder: Path, source: Path | None = None, package_folders: Sequence[str | Path] = ()
+) -> Robot:
+    """A robot from the text of a URDF whose relative paths begin in `folder`. Raises as `load` does."""
+    described_by = str(source or name)
+    folders = [Path(entry).expanduser().resolve() for entry in package_folders]
+    installed = models_folder()
+    if installed is not None:
+        folders += [installed.parent, *sorted(entry for entry in installed.iterdir() if entry.is_dir())]
+    result = repaired(text, described_by, folder, folders)
+    result.root.set("name", name)
+    # The first reading tells the order of the joints, the second has links and joints in that order.
+    unordered = RobotModel(ElementTree.tostring(result.root, encoding="unicode"))
+    urdf = in_joint_order(result.root, unordered.joint_names)
+    core = RobotModel(urdf)
+    if core.joint_names != unordered.joint_names:
+        raise MalformedUrdfError(described_by, "the order of its joints depends on the order of its text")
+    return Robot(name=name, urdf=urdf, source=source, repairs=result.repairs, mimics=result.mimics, core=core)
+
+
+def _text_of(path: Path) -> str:
+    if not path.is_file():
+        raise FileNotFoundError(f"no URDF at {path}")
+    return path.read_text(encoding="utf-8", errors="replace")
