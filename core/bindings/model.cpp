@@ -88,6 +88,15 @@ void bind_states(nb::module_& module) {
       .value("disconnected", PortStatus::disconnected);
 }
 
+void bind_robot_port(nb::module_& module) {
+  nb::class_<RobotPort>(module, "RobotPort", "The one interface through which anything moves a robot.")
+      .def_prop_ro("joint_count", &RobotPort::joint_count)
+      .def("offers", &RobotPort::offers, "mode"_a)
+      .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")
+      .def("write", &RobotPort::write, "command"_a, "Holds until the next write or stop.")
+      .def("stop", &RobotPort::stop, "Brings the robot to rest and keeps it there against gravity.");
+}
+
 void bind_robot_model(nb::module_& module) {
   nb::exception<ModelError>(module, "ModelError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
   module.attr("BASE") = RobotModel::base;
@@ -214,6 +223,7 @@ void bind_robot_dynamics(nb::module_& module) {
 
 void bind_model(nb::module_ module) {
   bind_states(module);
+  bind_robot_port(module);
   bind_robot_model(module);
   bind_robot_dynamics(module);
 }

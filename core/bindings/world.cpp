@@ -1,8 +1,12 @@
 // Binds the world stage.
+#include "bindings/world.hpp"
+
 #include "bindings/bindings.hpp"
 
 namespace robotskin::bindings {
 
-void bind_world(nanobind::module_ /*module*/) {}
+void bind_world(nanobind::module_ module) {
+  bind_world_body(module);
+}
 
 }  // namespace robotskin::bindings

@@ -1,0 +1,186 @@
+// Binds the simulated body.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/vector.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "bindings/world.hpp"
+#include "world/body.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::bindings {
+namespace {
+
+using world::Body;
+using world::Hand;
+using world::HandDescription;
+using world::Imperfections;
+using world::ServoGains;
+using world::SimulatedRobot;
+using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+
+template <typename Row>
+auto rows(const std::vector<Row>& values) {
+  constexpr std::size_t width = std::tuple_size_v<Row>;
+  auto* data = new double[values.size() * width + 1];
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (std::size_t k = 0; k < width; ++k) data[i * width + k] = values[i][k];
+  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
+  return nb::ndarray<nb::numpy, double>(data, {values.size(), width}, owner);
+}
+
+world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector<int>& cell_geom,
+                            const Poses& body_from_cell, const std::vector<int>& object_body,
+                            const std::vector<double>& object_temperature, double ambient_temperature) {
+  const std::size_t cells = cell_body.size();
+  if (cell_geom.size() != cells || body_from_cell.shape(0) != cells || object_body.size() != object_temperature.size())
+    throw std::invalid_argument("Body: one geom and pose a cell, one temperature an object");
+  world::Mounting mounting;
+  mounting.cell_body = cell_body;
+  mounting.cell_geom = cell_geom;
+  mounting.object_body = object_body;
+  mounting.object_temperature = object_temperature;
+  mounting.ambient_temperature = ambient_temperature;
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double* m = body_from_cell.data() + 16 * i;
+    mounting.body_from_cell_rotation.push_back({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]});
+    mounting.body_from_cell_translation.push_back({m[3], m[7], m[11]});
+  }
+  return mounting;
+}
+
+void bind_parts(nb::module_& module) {
+  nb::class_<Imperfections>(module, "Imperfections",
+                            "How far simulated sensors are from ideal ones; offsets and scales are drawn within +-.")
+      .def(nb::init<>())
+      .def_static("none", &Imperfections::none, "Ideal sensors: quantised and limited, nothing else.")
+      .def_rw("proximity_noise_counts", &Imperfections::proximity_noise_counts)
+      .def_rw("proximity_offset_counts", &Imperfections::proximity_offset_counts)
+      .def_rw("proximity_scale", &Imperfections::proximity_scale)
+      .def_rw("force_noise_counts", &Imperfections::force_noise_counts)
+      .def_rw("force_offset_counts", &Imperfections::force_offset_counts)
+      .def_rw("force_scale", &Imperfections::force_scale)
+      .def_rw("acceleration_noise_g", &Imperfections::acceleration_noise_g)
+      .def_rw("acceleration_offset_g", &Imperfections::acceleration_offset_g)
+      .def_rw("acceleration_scale", &Imperfections::acceleration_scale)
+      .def_rw("temperature_noise_c", &Imperfections::temperature_noise_c)
+      .def_rw("temperature_offset_c", &Imperfections::temperature_offset_c)
+      .def_rw("drift_counts", &Imperfections::drift_counts)
+      .def_rw("drift_period_s", &Imperfections::drift_period_s);
+
+  nb::class_<ServoGains>(module, "ServoGains", "Inner position loop: C v + g + M (kp e + kd de/dt + ki integral e).")
+      .def(nb::init<>())
+      .def_rw("stiffness", &ServoGains::stiffness, "1/s^2")
+      .def_rw("damping", &ServoGains::damping, "1/s")
+      .def_rw("integral", &ServoGains::integral, "1/s^3");
+
+  nb::class_<HandDescription>(module, "HandDescription", "A weightless ball on three sliding joints of the world.")
+      .def(
+          "__init__",
+          [](HandDescription* self, int body, int joint, double radius_m, double mass_kg,
+             std::array<double, 3> parking) { new (self) HandDescription{body, joint, radius_m, mass_kg, parking}; },
+          "body"_a, "joint"_a, "radius_m"_a, "mass_kg"_a, "parking"_a)
+      .def_ro("radius_m", &HandDescription::radius_m)
+      .def_ro("mass_kg", &HandDescription::mass_kg);
+
+  nb::enum_<Hand::Task>(module, "HandTask", "What a hand is doing.")
+      .value("parked", Hand::Task::parked)
+      .value("approaching", Hand::Task::approaching)
+      .value("pushing", Hand::Task::pushing)
+      .value("leaving", Hand::Task::leaving);
+
+  nb::class_<SimulatedRobot, RobotPort>(module, "SimulatedRobot",
+                                        "A robot that exists in MuJoCo only, behind the port of a real one.");
+}
+
+}  // namespace
+
+void bind_world_body(nb::module_& module) {
+  bind_parts(module);
+  nb::class_<Body>(module, "Body", "Robot, cells, hands and objects in one MuJoCo model, shared with Python.")
+      .def(
+          "__init__",
+          [](Body* self, std::uintptr_t model, std::uintptr_t data, const nb::object& /*owner*/,
+             const std::vector<int>& cell_body, const std::vector<int>& cell_geom, Poses body_from_cell,
+             const std::vector<int>& object_body, const std::vector<double>& object_temperature,
+             double ambient_temperature, const std::vector<HandDescription>& hands,
+             const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
+             const Imperfections& imperfections, std::uint64_t seed) {
+            if (robot_joints.size() != effort_limit.size())
+              throw std::invalid_argument("Body: one effort limit a joint");
+            new (self) Body(
+                reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
+                mounting_of(cell_body, cell_geom, body_from_cell, object_body, object_temperature, ambient_temperature),
+                hands, robot_joints, effort_limit, gains, imperfections, seed);
+          },
+          nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
+          "body_from_cell"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a, "hands"_a,
+          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
+      .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
+      .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal)
+      .def_prop_ro(
+          "sensor_force", [](const Body& self) { return rows(self.contacts().sensor_force()); }, nb::rv_policy::move,
+          "(N, 3) newton, what each force sensor truly feels")
+      .def_prop_ro(
+          "object_force", [](const Body& self) { return self.contacts().object_force(); },
+          "(O) newton, MuJoCo's normal contact force of each object on all cells")
+      .def_prop_ro(
+          "specific_force",
+          [](const Body& self) {
+            std::vector<std::array<double, 3>> all;
+            for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back(self.truth(i, 0).specific_force);
+            return rows(all);
+          },
+          nb::rv_policy::move, "(N, 3) m/s^2 in each cell's frame")
+      .def(
+          "distance",
+          [](const Body& self) {
+            std::vector<std::array<double, 1>> all;
+            for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back({self.truth(i, 0).distance_m});
+            return rows(all);
+          },
+          nb::rv_policy::move, "(N, 1) metres to the nearest object, inf where there is none within reach")
+      .def(
+          "temperature",
+          [](const Body& self, std::int64_t time_ns) {
+            std::vector<std::array<double, 2>> all;
+            for (std::size_t i = 0; i < self.cell_count(); ++i) {
+              const auto truth = self.truth(i, time_ns);
+              all.push_back({truth.board_temperature_c, truth.surface_temperature_c});
+            }
+            return rows(all);
+          },
+          "time_ns"_a, nb::rv_policy::move, "(N, 2) degrees Celsius of board and surface")
+      .def(
+          "sample",
+          [](Body& self, std::size_t cell, std::int64_t time_ns) {
+            if (cell >= self.cell_count()) throw std::out_of_range("Body.sample: no such cell");
+            rs_sample sample;
+            self.sample(cell, time_ns, sample);
+            return std::vector<int>(sample.value, sample.value + RS_CHANNEL_COUNT);
+          },
+          "cell"_a, "time_ns"_a, "The nine channels in counts, imperfections included.")
+      .def("world_from_cell",
+           [](const Body& self) {
+             std::vector<std::array<double, 16>> all;
+             for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back(self.world_from_cell(i));
+             return rows(all);
+           })
+      .def_prop_ro("samples", [](const Body& self) { return self.sensors().samples(); })
+      .def_prop_ro("saturated_samples", [](const Body& self) { return self.sensors().saturated_samples(); })
+      .def("hand_push", [](Body& self, std::size_t hand, std::size_t cell, double force_n, double x_m,
+                           double y_m) { self.hands().at(hand).push(cell, force_n, x_m, y_m); })
+      .def("hand_approach",
+           [](Body& self, std::size_t hand, std::size_t cell, double distance_m, double speed_m_s, double x_m,
+              double y_m) { self.hands().at(hand).approach(cell, distance_m, speed_m_s, x_m, y_m); })
+      .def("hand_leave", [](Body& self, std::size_t hand) { self.hands().at(hand).leave(); })
+      .def("hand_task", [](Body& self, std::size_t hand) { return self.hands().at(hand).task(); })
+      .def("hand_cell", [](Body& self, std::size_t hand) { return self.hands().at(hand).cell(); });
+}
+
+}  // namespace robotskin::bindings

@@ -1,0 +1,61 @@
+#include "world/body.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+
+namespace robotskin::world {
+
+Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<HandDescription>& hands,
+           const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
+           const Imperfections& imperfections, std::uint64_t seed)
+    : model_(model),
+      data_(data),
+      mounting_(std::move(mounting)),
+      contacts_(*model, mounting_),
+      motion_(mounting_),
+      reflection_(*model, mounting_),
+      warmth_(mounting_),
+      sensors_(mounting_.cell_count(), imperfections, seed),
+      robot_(*model, *data, robot_joints, effort_limit, gains) {
+  for (const HandDescription& hand : hands) hands_.emplace_back(*model, hand);
+}
+
+double Body::timestep_s() const {
+  return model_->opt.timestep;
+}
+
+void Body::step(std::int64_t time_ns) {
+  mj_step1(model_, data_);
+  robot_.drive(*model_, *data_);
+  for (Hand& hand : hands_) hand.drive(*model_, *data_, mounting_);
+  mj_step2(model_, data_);
+  mj_rnePostConstraint(model_, data_);
+  contacts_.update(*model_, *data_);
+  motion_.update(*model_, *data_);
+  const double time_s = 1e-9 * static_cast<double>(time_ns);
+  for (const int cell : contacts_.changed()) warmth_.touch(cell, contacts_.toucher()[cell], time_s);
+  robot_.measure(*data_, time_ns + std::llround(1e9 * model_->opt.timestep));
+}
+
+Truth Body::truth(std::size_t cell, std::int64_t time_ns) const {
+  const double time_s = 1e-9 * static_cast<double>(time_ns);
+  const bool touched = contacts_.toucher()[cell] >= 0;
+  return {contacts_.sensor_force()[cell], touched ? 0.0 : reflection_.distance(*model_, *data_, cell),
+          motion_.specific_force(cell), warmth_.surface_temperature(cell, time_s),
+          warmth_.board_temperature(cell, time_s)};
+}
+
+bool Body::sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) {
+  return sensors_.sample(cell, 1e-9 * static_cast<double>(time_ns), truth(cell, time_ns), sample);
+}
+
+std::array<double, 16> Body::world_from_cell(std::size_t cell) const {
+  const int body = mounting_.cell_body[cell];
+  const Matrix3 world_from_body = load9(data_->xmat + 9 * body);
+  const Matrix3 r = multiply(world_from_body, mounting_.body_from_cell_rotation[cell]);
+  const Vector3 t = load3(data_->xpos + 3 * body) + apply(world_from_body, mounting_.body_from_cell_translation[cell]);
+  return {r[0], r[1], r[2], t[0], r[3], r[4], r[5], t[1], r[6], r[7], r[8], t[2], 0, 0, 0, 1};
+}
+
+}  // namespace robotskin::world

@@ -1,0 +1,60 @@
+// The simulated body: one MuJoCo model with robot, cells, hands and objects, and what the cells' sensors feel of it.
+//
+// Each physics step: kinematics, then the torques of robot and hands, then dynamics; after it contacts, motion and
+// temperatures are read. What is true at the step's start is held until the next step: a cell that samples at any
+// virtual time in between reads that.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "world/contact.hpp"
+#include "world/hand.hpp"
+#include "world/motion.hpp"
+#include "world/mounting.hpp"
+#include "world/reflection.hpp"
+#include "world/sensors.hpp"
+#include "world/simulated_robot.hpp"
+#include "world/warmth.hpp"
+
+namespace robotskin::world {
+
+class Body {
+ public:
+  // Model and data are shared with Python, which keeps them alive; they are the only physics.
+  Body(mjModel_* model, mjData_* data, Mounting mounting, const std::vector<HandDescription>& hands,
+       const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
+       const Imperfections& imperfections, std::uint64_t seed);
+
+  // One physics step from `time_ns` of the simulated clock on.
+  void step(std::int64_t time_ns);
+  double timestep_s() const;
+
+  // The reading of a cell; true if a channel is at the end of its range.
+  bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample);
+  Truth truth(std::size_t cell, std::int64_t time_ns) const;
+
+  // (4, 4) row-major, as of the last physics step.
+  std::array<double, 16> world_from_cell(std::size_t cell) const;
+
+  std::size_t cell_count() const { return mounting_.cell_count(); }
+  const Mounting& mounting() const { return mounting_; }
+  const Contacts& contacts() const { return contacts_; }
+  const Sensors& sensors() const { return sensors_; }
+  SimulatedRobot& robot() { return robot_; }
+  std::vector<Hand>& hands() { return hands_; }
+
+ private:
+  mjModel_* model_;
+  mjData_* data_;
+  Mounting mounting_;
+  Contacts contacts_;
+  Motion motion_;
+  Reflection reflection_;
+  Warmth warmth_;
+  Sensors sensors_;
+  SimulatedRobot robot_;
+  std::vector<Hand> hands_;
+};
+
+}  // namespace robotskin::world

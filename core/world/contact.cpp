@@ -1,0 +1,109 @@
+#include "world/contact.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+
+#include "robotskin/geometry.h"
+
+namespace robotskin::world {
+namespace {
+
+#define POINT_M(sensor, x_um, y_um) {(x_um) * 1e-6, (y_um) * 1e-6},
+constexpr double sensor_point_m[3][2] = {RS_FORCE_SENSOR_POINTS(POINT_M)};
+#undef POINT_M
+
+constexpr std::size_t presses_max = 4096;
+
+}  // namespace
+
+std::array<double, 3> sensor_shares(double x_m, double y_m) {
+  const auto& [a, b, c] = sensor_point_m;
+  const double area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+  std::array<double, 3> share{};
+  share[1] = ((x_m - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y_m - a[1])) / area;
+  share[2] = ((b[0] - a[0]) * (y_m - a[1]) - (x_m - a[0]) * (b[1] - a[1])) / area;
+  share[0] = 1 - share[1] - share[2];
+  // Beyond the triangle of the sensors the plate lifts off the far one.
+  double sum = 0;
+  for (double& s : share) sum += s = std::max(s, 0.0);
+  for (double& s : share) s /= sum;
+  return share;
+}
+
+Contacts::Contacts(const mjModel& model, const Mounting& mounting)
+    : mounting_(mounting),
+      cell_of_geom_(model.ngeom, -1),
+      object_of_body_(model.nbody, -1),
+      sensor_force_(mounting.cell_count()),
+      toucher_depth_m_(mounting.cell_count()),
+      toucher_(mounting.cell_count(), -1),
+      marked_(mounting.cell_count()),
+      object_force_(mounting.object_count()) {
+  for (std::size_t i = 0; i < mounting.cell_count(); ++i) cell_of_geom_[mounting.cell_geom[i]] = static_cast<int>(i);
+  for (std::size_t i = 0; i < mounting.object_count(); ++i)
+    object_of_body_[mounting.object_body[i]] = static_cast<int>(i);
+  presses_.reserve(presses_max);
+  touched_.reserve(mounting.cell_count());
+  changed_.reserve(mounting.cell_count());
+}
+
+void Contacts::update(const mjModel& model, const mjData& data) {
+  for (const int cell : changed_) marked_[cell] = 0;
+  changed_.clear();
+  for (const int cell : touched_) {
+    sensor_force_[cell] = {0, 0, 0};
+    toucher_[cell] = -1;
+    toucher_depth_m_[cell] = 0;
+    marked_[cell] = 1;
+    changed_.push_back(cell);
+  }
+  touched_.clear();
+  presses_.clear();
+  std::fill(object_force_.begin(), object_force_.end(), 0.0);
+
+  for (int i = 0; i < data.ncon && presses_.size() < presses_max; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    int cell = cell_of_geom_[contact.geom[0]], other = contact.geom[1];
+    if (cell < 0) {
+      cell = cell_of_geom_[contact.geom[1]];
+      other = contact.geom[0];
+    }
+    if (cell < 0) continue;
+    const int object = object_of_body_[model.geom_bodyid[other]];
+    if (object < 0) continue;
+    mjtNum wrench[6];
+    mj_contactForce(&model, &data, i, wrench);
+    object_force_[object] += wrench[0];
+    presses_.push_back({cell, object * static_cast<int>(model.nbody) + mounting_.cell_body[cell],
+                        std::max(-contact.dist, 1e-9), wrench[0], load3(contact.pos)});
+  }
+
+  for (const Press& press : presses_) {
+    double depth_sum_m = 0, force_sum_n = 0;
+    for (const Press& other : presses_) {
+      if (other.pair != press.pair) continue;
+      depth_sum_m += other.depth_m;
+      force_sum_n += other.force_n;
+    }
+    const double force_n = force_sum_n * press.depth_m / depth_sum_m;
+    const int cell = press.cell, body = mounting_.cell_body[cell];
+    const Vector3 in_body = apply_transposed(load9(data.xmat + 9 * body), press.point - load3(data.xpos + 3 * body));
+    const Vector3 in_cell =
+        apply_transposed(mounting_.body_from_cell_rotation[cell], in_body - mounting_.body_from_cell_translation[cell]);
+    const auto share = sensor_shares(in_cell[0], in_cell[1]);
+    for (int s = 0; s < 3; ++s) sensor_force_[cell][s] += force_n * share[s];
+    if (toucher_[cell] < 0) touched_.push_back(cell);
+    if (press.depth_m > toucher_depth_m_[cell]) {
+      toucher_depth_m_[cell] = press.depth_m;
+      toucher_[cell] = press.pair / static_cast<int>(model.nbody);
+    }
+    if (marked_[cell] == 0) {
+      marked_[cell] = 1;
+      changed_.push_back(cell);
+    }
+  }
+}
+
+}  // namespace robotskin::world

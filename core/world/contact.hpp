@@ -1,0 +1,58 @@
+// Touch: MuJoCo's contact forces, given to the force sensors of the cells they press.
+//
+// An object that presses a link meets a soft skin: what presses is shared by all cells in reach, each in proportion
+// to its indentation. For each pair of object and link the normal forces of all contacts are added up and given out
+// again in proportion to contact depth, so the cells' sum equals the contact force. Within a cell a rigid plate stands
+// on three sensors, so the shares are the barycentric coordinates of the contact point, none below zero.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "world/mounting.hpp"
+
+namespace robotskin::world {
+
+class Contacts {
+ public:
+  Contacts(const mjModel_& model, const Mounting& mounting);
+
+  // Reads the contacts of the last physics step. Allocates nothing.
+  void update(const mjModel_& model, const mjData_& data);
+
+  // (N, 3) newton, what each force sensor feels, >= 0 and not yet limited by its range.
+  const std::vector<std::array<double, 3>>& sensor_force() const { return sensor_force_; }
+  // (N) index of the object that presses a cell most, -1: none.
+  const std::vector<int>& toucher() const { return toucher_; }
+  // Cells that are pressed or were in the step before, each once.
+  const std::vector<int>& changed() const { return changed_; }
+  // (O) newton, MuJoCo's normal contact force of each object on all cells.
+  const std::vector<double>& object_force() const { return object_force_; }
+
+ private:
+  struct Press {
+    int cell;
+    int pair;  // object times link
+    double depth_m;
+    double force_n;
+    Vector3 point;  // world frame
+  };
+
+  const Mounting& mounting_;
+  std::vector<int> cell_of_geom_;    // (ngeom)
+  std::vector<int> object_of_body_;  // (nbody)
+  std::vector<Press> presses_;
+  std::vector<std::array<double, 3>> sensor_force_;
+  std::vector<double> toucher_depth_m_;
+  std::vector<int> toucher_;
+  std::vector<int> touched_;
+  std::vector<int> changed_;
+  std::vector<std::uint8_t> marked_;
+  std::vector<double> object_force_;
+};
+
+// How a force of 1 at (x, y) metres on a cell's face is shared by its three sensors: >= 0, sum 1.
+std::array<double, 3> sensor_shares(double x_m, double y_m);
+
+}  // namespace robotskin::world

@@ -1,0 +1,27 @@
+// Which parts of a MuJoCo model are skin cells and which are things that touch them.
+#pragma once
+
+#include <vector>
+
+#include "world/vector3.hpp"
+
+struct mjModel_;
+struct mjData_;
+
+namespace robotskin::world {
+
+// Struct of arrays; N cells, O objects. Indices are those of the MuJoCo model that Python compiled.
+struct Mounting {
+  std::vector<int> cell_body;                       // (N) the link a cell stands on
+  std::vector<int> cell_geom;                       // (N) its hexagonal prism
+  std::vector<Matrix3> body_from_cell_rotation;     // (N) z column is the outward normal
+  std::vector<Vector3> body_from_cell_translation;  // (N) metres, centre of the outer face
+  std::vector<int> object_body;                     // (O) hands first, then free objects
+  std::vector<double> object_temperature;           // (O) degrees Celsius
+  double ambient_temperature = 30;                  // degrees Celsius
+
+  std::size_t cell_count() const { return cell_body.size(); }
+  std::size_t object_count() const { return object_body.size(); }
+};
+
+}  // namespace robotskin::world

@@ -1,0 +1,122 @@
+// The cells' network in virtual time: links at 4 Mb/s, and the shipping firmware in every cell and section unit.
+//
+// A discrete-event simulation. A frame occupies its wire for 50 us of the sender's clock; then the receiver gets it and
+// the sender is told. A cell wakes when its firmware asks to. Nothing is allocated once the run has settled, and one
+// seed gives one run, to the byte (`log_hash`).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "robotskin/cell.h"
+#include "robotskin/section_unit.h"
+#include "world/event_queue.hpp"
+#include "world/wiring.hpp"
+
+namespace robotskin::world {
+
+// Where cells get their readings.
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+  // The reading of `cell` at `time_ns`; true if a channel is missing or at the end of its range.
+  virtual bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) = 0;
+};
+
+// Where section units send their datagrams.
+class DatagramSink {
+ public:
+  virtual ~DatagramSink() = default;
+  virtual void send(std::size_t unit, std::span<const std::uint8_t> datagram) = 0;
+};
+
+struct NetworkOptions {
+  LineQuality line;
+  std::uint32_t batch_us = 1000;  // of the section units
+  bool unasked = false;           // section units send without a keep-alive
+  bool powered = true;            // ports are on from the start
+  std::int64_t epoch_ns = 0;      // the section units' clock at virtual time 0
+  std::uint64_t seed = 1;
+  const std::uint8_t* cell_key = nullptr;  // RS_CELL_KEY_BYTES, or none
+  rs_tag_hook tag = nullptr;               // of datagrams, or none
+  void* tag_context = nullptr;
+};
+
+struct NetworkCounts {
+  std::uint64_t frames_sent = 0;       // that began on a wire with something at its end
+  std::uint64_t frames_delivered = 0;  // hops
+  std::uint64_t frames_lost = 0;       // on a wire: by chance, cut, or to a dead cell
+  std::uint64_t frames_damaged = 0;    // by bit errors
+  std::uint64_t cell_steps = 0;
+  std::uint64_t events = 0;
+  std::uint64_t datagrams = 0;
+  std::uint64_t datagram_bytes = 0;
+  std::uint64_t records = 0;  // frames inside datagrams
+};
+
+class Network {
+ public:
+  Network(const Wiring& wiring, const NetworkOptions& options, SampleSource& source, DatagramSink& sink);
+  ~Network();
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  // Runs all events before `end_ns` of virtual time.
+  void run_until(std::int64_t end_ns);
+  std::int64_t time_ns() const { return now_ns_; }
+
+  // A datagram from the host, now.
+  void receive(std::size_t unit, std::span<const std::uint8_t> datagram);
+
+  // ---- Faults ----
+  // The wire at a cell's port carries nothing any more (mended: again); `out` and `in` name the directions.
+  void cut(std::size_t cell, int port, bool out = true, bool in = true);
+  void mend(std::size_t cell, int port);
+  void kill(std::size_t cell);
+  // Starts a cell, after `off_ns` without power if it runs.
+  void reboot(std::size_t cell, std::int64_t off_ns);
+
+  // ---- What is so ----
+  std::size_t cell_count() const { return cells_.size(); }
+  std::size_t unit_count() const { return units_.size(); }
+  const rs_cell& cell(std::size_t index) const;
+  bool alive(std::size_t cell) const;
+  const rs_section_unit& unit(std::size_t index) const;
+  const NetworkCounts& counts() const { return counts_; }
+  std::uint64_t frames_dropped() const;            // by full queues of cells and section units
+  std::vector<std::uint32_t> queue_peaks() const;  // (N) frames waiting in a cell at once, at most
+  std::vector<std::int32_t> depths() const;        // (N) hops to the nearest port over wires that work, -1: none
+  bool formed() const;                             // every cell that can be reached has a parent and that depth
+  std::uint64_t log_hash() const { return log_hash_; }
+
+ private:
+  struct Cell;
+  struct Unit;
+  struct Wire;  // one direction
+
+  void boot(std::size_t cell);
+  void supply();  // gives or takes power after a change of ports, wires or cells
+  void step_cell(std::size_t cell, const rs_input& input);
+  void step_unit(std::size_t unit, const rs_unit_input& input);
+  void start(std::uint32_t wire, const std::uint8_t* frame);
+  void finish(std::uint32_t wire);
+  void wake_cell(std::size_t cell, std::int64_t time_ns);
+  void wake_unit(std::size_t unit, std::int64_t time_ns);
+  void log(std::uint64_t word);
+
+  NetworkOptions options_;
+  SampleSource& source_;
+  DatagramSink& sink_;
+  EventQueue queue_;
+  std::vector<Cell> cells_;
+  std::vector<Unit> units_;
+  std::vector<Wire> wires_;
+  NetworkCounts counts_;
+  std::int64_t now_ns_ = 0;
+  std::uint64_t log_hash_ = 0;
+};
+
+}  // namespace robotskin::world

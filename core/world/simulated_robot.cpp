@@ -1,0 +1,109 @@
+#include "world/simulated_robot.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace robotskin::world {
+namespace {
+
+// The servo's memory is limited, so that an arm held by force does not jump when it is let go.
+constexpr double lead_max = 0.05;        // rad or m, how far the velocity goal may run ahead
+constexpr double error_sum_max = 0.002;  // rad s
+
+}  // namespace
+
+SimulatedRobot::SimulatedRobot(const mjModel& model, const mjData& data, const std::vector<int>& joints,
+                               std::vector<double> effort_limit, const ServoGains& gains)
+    : effort_limit_(std::move(effort_limit)),
+      gains_(gains),
+      command_(CommandMode::position, joints.size()),
+      error_sum_(joints.size()),
+      wanted_(model.nv),
+      torque_(model.nv),
+      measured_(joints.size()) {
+  for (const int joint : joints) {
+    position_address_.push_back(model.jnt_qposadr[joint]);
+    velocity_address_.push_back(model.jnt_dofadr[joint]);
+    goal_.push_back(data.qpos[position_address_.back()]);
+  }
+  command_.value = goal_;
+  measure(data, 0);
+}
+
+bool SimulatedRobot::offers(CommandMode mode) const noexcept {
+  return mode == CommandMode::position || mode == CommandMode::velocity || mode == CommandMode::torque;
+}
+
+PortStatus SimulatedRobot::read(JointState& state) noexcept {
+  if (!unread_) return PortStatus::no_new_state;
+  unread_ = false;
+  std::copy(measured_.position.begin(), measured_.position.end(), state.position.begin());
+  std::copy(measured_.velocity.begin(), measured_.velocity.end(), state.velocity.begin());
+  std::copy(measured_.effort.begin(), measured_.effort.end(), state.effort.begin());
+  state.stamp_ns = measured_.stamp_ns;
+  return PortStatus::ok;
+}
+
+PortStatus SimulatedRobot::write(const JointCommand& command) noexcept {
+  if (!offers(command.mode) || command.value.size() != joint_count()) return PortStatus::refused;
+  for (const double value : command.value)
+    if (!std::isfinite(value)) return PortStatus::refused;
+  if (command.mode != command_.mode) {
+    // A new interface starts from where the robot is.
+    std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
+    std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
+  }
+  command_.mode = command.mode;
+  std::copy(command.value.begin(), command.value.end(), command_.value.begin());
+  return PortStatus::ok;
+}
+
+void SimulatedRobot::stop() noexcept {
+  command_.mode = CommandMode::velocity;
+  std::fill(command_.value.begin(), command_.value.end(), 0.0);
+  std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
+  std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
+}
+
+void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
+  const std::size_t n = joint_count();
+  if (command_.mode == CommandMode::torque) {
+    for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] = command_.value[i];
+  } else {
+    const double step_s = model.opt.timestep;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
+      double goal_velocity = 0;
+      if (command_.mode == CommandMode::velocity) {
+        goal_velocity = command_.value[i];
+        goal_[i] = std::clamp(goal_[i] + goal_velocity * step_s, position - lead_max, position + lead_max);
+      } else {
+        goal_[i] = command_.value[i];
+      }
+      const double error = goal_[i] - position;
+      error_sum_[i] = std::clamp(error_sum_[i] + error * step_s, -error_sum_max, error_sum_max);
+      wanted_[velocity_address_[i]] =
+          gains_.stiffness * error + gains_.damping * (goal_velocity - velocity) + gains_.integral * error_sum_[i];
+    }
+    mj_mulM(&model, &data, torque_.data(), wanted_.data());
+    for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] += data.qfrc_bias[velocity_address_[i]];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double limited = std::clamp(torque_[velocity_address_[i]], -effort_limit_[i], effort_limit_[i]);
+    measured_.effort[i] = limited;
+    data.qfrc_applied[velocity_address_[i]] = limited;
+  }
+}
+
+void SimulatedRobot::measure(const mjData& data, std::int64_t stamp_ns) noexcept {
+  for (std::size_t i = 0; i < joint_count(); ++i) {
+    measured_.position[i] = data.qpos[position_address_[i]];
+    measured_.velocity[i] = data.qvel[velocity_address_[i]];
+  }
+  measured_.stamp_ns = stamp_ns;
+  unread_ = true;
+}
+
+}  // namespace robotskin::world

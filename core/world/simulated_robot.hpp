@@ -1,0 +1,51 @@
+// A robot that exists in MuJoCo only, behind the same port as a real one.
+#pragma once
+
+#include <vector>
+
+#include "model/robot_port.hpp"
+
+struct mjModel_;
+struct mjData_;
+
+namespace robotskin::world {
+
+// Inner loops of an industrial controller: a position or velocity command is tracked by torques that carry the arm's
+// own weight and are scaled by its inertia, tau = C v + g + M (kp e + kd de/dt + ki integral e).
+struct ServoGains {
+  double stiffness = 16000;  // kp, 1/s^2
+  double damping = 220;      // kd, 1/s
+  double integral = 60000;   // ki, 1/s^3
+};
+
+// Not for several threads at once: whoever steps the world also calls the port.
+class SimulatedRobot : public RobotPort {
+ public:
+  // `joints`: MuJoCo joint of each of the n robot joints; effort_limit (n) Nm or N.
+  SimulatedRobot(const mjModel_& model, const mjData_& data, const std::vector<int>& joints,
+                 std::vector<double> effort_limit, const ServoGains& gains);
+
+  std::size_t joint_count() const noexcept override { return position_address_.size(); }
+  bool offers(CommandMode mode) const noexcept override;
+  [[nodiscard]] PortStatus read(JointState& state) noexcept override;
+  [[nodiscard]] PortStatus write(const JointCommand& command) noexcept override;
+  void stop() noexcept override;
+
+  // Between the two halves of a physics step: sets the joints' torques.
+  void drive(const mjModel_& model, mjData_& data) noexcept;
+  // After a physics step: `stamp_ns` becomes the stamp of the next state read.
+  void measure(const mjData_& data, std::int64_t stamp_ns) noexcept;
+
+ private:
+  std::vector<int> position_address_, velocity_address_;
+  std::vector<double> effort_limit_;
+  ServoGains gains_;
+  JointCommand command_;
+  std::vector<double> goal_;             // (n) position the servo holds or, in velocity mode, moves along
+  std::vector<double> error_sum_;        // (n) integral of the position error
+  std::vector<double> wanted_, torque_;  // (nv) of the whole MuJoCo model
+  JointState measured_;
+  bool unread_ = false;
+};
+
+}  // namespace robotskin::world
