@@ -19,6 +19,7 @@
 #include <stdint.h>
 
 #include "robotskin/channels.h"
+#include "robotskin/chaskey.h"
 #include "robotskin/geometry.h"
 #include "robotskin/settings.h"
 #include "robotskin/wire.h"
@@ -29,7 +30,7 @@ extern "C" {
 
 /* ---- Input ---- */
 
-enum { RS_CELL_KEY_BYTES = 16 };
+enum { RS_CELL_KEY_BYTES = RS_CHASKEY_KEY_BYTES };
 
 typedef struct {
   uint32_t uid;         /* serial number, unique and never 0 */
@@ -65,10 +66,10 @@ typedef struct {
 /* ---- State: read by checkers and viewers, written by the cell alone ---- */
 
 enum {
-  RS_QUEUE_URGENT = 32, /* events and joined torques of the subtree */
+  RS_QUEUE_URGENT = 32, /* events of the subtree */
   RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
   RS_QUEUE_SLOW = 32,   /* replies, topology and join frames of the subtree */
-  RS_QUEUE_DOWN = 16,   /* commands and joint states on their way down */
+  RS_QUEUE_DOWN = 16,   /* commands on their way down */
   RS_NO_PARENT = 0      /* parent_port */
 };
 
@@ -86,24 +87,28 @@ typedef struct {
 
 /* What is known of the neighbour at one port. */
 typedef struct {
-  rs_wave wave;
+  rs_wave wave;       /* its last accepted advert */
   uint32_t origin_us; /* when the root sent that tick, cell's clock */
   uint32_t heard_us;  /* last valid frame */
-  uint32_t lost;      /* frames with a wrong checksum */
-  uint16_t id;
-  uint16_t size; /* of its subtree, if it is a child */
-  uint8_t hops;  /* as advertised */
-  uint8_t nonce;
-  uint8_t port;   /* 1 to 4, the neighbour's own port */
-  uint8_t good;   /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
-  uint8_t height; /* of its subtree */
-  bool up;        /* enough valid frames, none missed */
-  bool hears_us;  /* says that it hears this cell */
-  bool child;     /* says that this cell is its parent */
-  bool leaving;
-  bool met;      /* nonce and wave have been heard */
-  uint8_t flaps; /* link losses in short order, for the hold-down */
+  uint32_t up_us;     /* link up since */
   uint32_t held_until_us;
+  uint32_t lost; /* frames with a wrong checksum */
+  uint16_t id;
+  uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
+  uint16_t lean_size;
+  uint8_t height; /* of its subtree */
+  uint8_t hops;   /* as advertised */
+  uint8_t nonce;
+  uint8_t port;  /* 1 to 4: the neighbour's own port */
+  uint8_t good;  /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
+  uint8_t flaps; /* link losses in short order */
+  bool met;      /* nonce and advert have been heard */
+  bool up;       /* enough valid frames, none missed */
+  bool hears_us; /* says that it hears this cell */
+  bool child;    /* says that this cell is its parent */
+  bool leaving;
+  bool alternative; /* a child that has another parent in reach */
+  bool held;        /* hold-down until held_until_us */
 } rs_neighbour;
 
 typedef struct {
@@ -113,69 +118,98 @@ typedef struct {
   uint32_t advanced_us; /* when the sequence last advanced */
   uint32_t orphaned_us;
   uint32_t advertised_us;
-  uint32_t reported_us; /* last status to the parent */
-  uint32_t quarantine_us;
-  uint16_t feasible_sequence; /* feasible distance: a parent's advert must come strictly before it */
-  uint16_t subtree_size;
+  uint32_t reported_us;       /* last status to the parent */
+  uint32_t quarantine_us;     /* end of quarantine, if in_quarantine */
+  uint16_t feasible_sequence; /* feasible distance: an advert must come strictly before it to be adopted */
   uint8_t feasible_hops;
   uint8_t hops;
   uint8_t parent_port; /* RS_NO_PARENT or 1 to 4 */
-  uint8_t subtree_height;
   bool in_quarantine;
-  bool routed; /* has had a parent since boot */
+  bool unbound;         /* no feasible distance yet: any advert may be adopted */
+  bool timed;           /* a tick has been adopted since boot: wave and origin give the time */
+  uint8_t foreign_root; /* seen beside the own tree, 0: none */
+  uint16_t subtree_size, subtree_lean_size;
+  uint8_t subtree_height;
+  bool alternative; /* another parent of the same tree is in reach */
 } rs_route;
 
+/* A ring of frames. */
 typedef struct {
-  uint32_t frames_lost, frames_dropped, hops_exhausted, frames_from_parent, tags_refused, commands_stale;
+  uint8_t first, count;
+} rs_ring;
+
+typedef struct {
+  rs_ring urgent, data, slow, down;
+  uint8_t busy;       /* bit p - 1: a frame is going out on port p */
+  uint8_t advert_due; /* bit p - 1: port p is to get a tick frame */
+  bool status_due;
+  uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
+  uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
+  uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
+  uint8_t urgent_frame[RS_QUEUE_URGENT][RS_FRAME_BYTES];
+  uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
+  uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
+  uint8_t down_frame[RS_QUEUE_DOWN][RS_FRAME_BYTES];
+} rs_queues;
+
+typedef struct {
+  uint32_t due_us;
+  uint32_t sent_us; /* last own frame */
+  int32_t sent_value[RS_CHANNEL_COUNT];
+  uint8_t sequence;
+  uint8_t divided; /* samples skipped for the rate divisor */
+  bool running;
+  bool refresh_due;
+  bool dropped; /* to be told in the next own frame */
+} rs_sampling;
+
+typedef struct {
+  uint32_t time; /* tick time, milliseconds, at which the last counted command came */
+  uint16_t counter;
+  bool counted; /* counter and time are valid */
+  bool replied;
+  uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
+} rs_commanding;
+
+/* X(name, meaning) */
+// clang-format off
+#define RS_CELL_COUNTS(X)                                                  \
+  X(frames_damaged, "received with a wrong checksum")                       \
+  X(frames_unknown, "received with a type that has no business there")      \
+  X(frames_dropped, "not passed on: a queue was full or the route too long lost") \
+  X(hops_exhausted, "not passed on: no hops left")                          \
+  X(frames_from_parent, "samples that came down the tree")                  \
+  X(tags_refused, "ticks and commands with a wrong tag or an old time")     \
+  X(commands_stale, "commands with an old counter")                         \
+  X(parent_changes, "changes of parent")                                    \
+  X(orphanings, "times without any parent")
+// clang-format on
+
+#define RS_COUNT_MEMBER(name, text) uint32_t name;
+typedef struct {
+  RS_CELL_COUNTS(RS_COUNT_MEMBER)
 } rs_cell_counts;
+#undef RS_COUNT_MEMBER
 
 typedef struct {
-  rs_route route;
-  rs_settings settings;
-  rs_cell_counts counts;
-
   uint32_t uid;
-  uint32_t random_state;
   uint16_t id; /* in force; RS_ID_NONE until named */
   uint16_t challenge;
   uint8_t nonce;
   bool keyed;
-  uint32_t key_schedule[12];
-
-  /* Sampling */
-  uint32_t sample_us;
-  uint32_t sent_us; /* last own sample frame */
-  int32_t sent_value[RS_CHANNEL_COUNT];
-  uint8_t sample_sequence;
-  uint8_t divided; /* samples skipped for the rate divisor */
-  bool refresh_due;
-  bool drop_to_report;
-
-  /* Commands */
-  uint32_t command_time; /* tick time of the last counted command */
-  uint16_t command_counter;
-  bool command_known;
-  uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
-  bool reply_known;
+  bool led_changed, flash_changed; /* to be told in the output of this step */
+  uint32_t timer_us;
   uint32_t led_rgb;
-  uint8_t flash[RS_FLASH_BYTES];
-
-  /* Topology and naming */
-  uint32_t topology_us, join_us;
+  uint32_t topology_us, join_us; /* next due */
   uint8_t topology_revision;
-  bool topology_due;
-
-  /* Transmission */
-  uint8_t busy;       /* bit p - 1: a frame is going out on port p */
-  uint8_t advert_due; /* bit p - 1: port p is to get a tick frame */
-  bool status_due;
-  uint8_t urgent_first, urgent_count, data_first, data_count, slow_first, slow_count, down_first, down_count;
-  uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
-  uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
-  uint8_t urgent[RS_QUEUE_URGENT][RS_FRAME_BYTES];
-  uint8_t data[RS_QUEUE_DATA][RS_FRAME_BYTES];
-  uint8_t slow[RS_QUEUE_SLOW][RS_FRAME_BYTES];
-  uint8_t down[RS_QUEUE_DOWN][RS_FRAME_BYTES];
+  rs_route route;
+  rs_sampling sampling;
+  rs_commanding commanding;
+  rs_settings settings;
+  rs_cell_counts counts;
+  rs_chaskey_key key;
+  uint8_t flash[RS_FLASH_BYTES];
+  rs_queues queues;
 } rs_cell;
 
 RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a part with 12 KB of RAM");

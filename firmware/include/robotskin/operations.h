@@ -2,7 +2,8 @@
  *
  * A command is addressed to one cell or to all; only a cell addressed by its own id answers with a `reply`, except that
  * all cells answer `ping` and `topology`. A cell carries out each counter once and repeats its last reply if the same
- * command comes again. `assign` alone is not counted: its challenge makes it fresh. */
+ * command comes again. Section units send `assign` and `rejoin` themselves, uncounted: the one is made fresh by its
+ * challenge, the other does no harm twice. */
 #ifndef ROBOTSKIN_OPERATIONS_H
 #define ROBOTSKIN_OPERATIONS_H
 
@@ -16,14 +17,15 @@
   X(topology, 3, "0", "answer: a topology frame")                                                            \
   X(clock_rate, 4, "0", "samples per second in clock mode: 0, 63, 125 or 250")                               \
   X(mode, 5, "0", "0: clock mode, 1: event mode")                                                            \
-  X(event_rate, 6, "0", "samples per second in event mode: 1 to 1000")                                       \
+  X(event_rate, 6, "0", "samples per second in event mode: 8 to 1000")                                       \
   X(threshold, 7, "channel 0 to 8", "counts, 1 to 65535: change that makes an event")                        \
   X(event_mask, 8, "0", "bit c: channel c makes events")                                                     \
   X(offset, 9, "channel 0 to 8", "counts, signed: added to each reading")                                    \
   X(led, 10, "0", "colour 0xRRGGBB")                                                                         \
   X(store, 11, "0", "keeps id and settings in flash")                                                        \
   X(forget, 12, "0", "erases id and settings from flash; those in force stay until the next boot")           \
-  X(read, 13, "operation", "high: index of that operation; answer: its value in force")
+  X(read, 13, "index of the setting", "low: number of its operation; answer: high: that number, low: value in force") \
+  X(rejoin, 14, "0", "low: uid of a cell that has to ask for an id anew")
 
 /* X(name, number, meaning) */
 #define RS_REPLY_STATUSES(X)                            \

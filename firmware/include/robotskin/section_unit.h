@@ -63,58 +63,63 @@ typedef struct {
 } rs_unit_output;
 
 enum {
-  RS_UNIT_NAMES_MAX = 4096, /* cells a unit can name */
-  RS_UNIT_QUEUE = 64        /* frames waiting to go down a port */
+  RS_UNIT_NAMES_MAX = 4096,                  /* cells a unit can name */
+  RS_UNIT_QUEUE = 64,                        /* frames waiting to go down a port */
+  RS_UNIT_SILENCE_MS = 10 * RS_KEEP_ALIVE_MS /* without word from the host the unit falls silent */
 };
 
 typedef struct {
   uint64_t heard_ns;
-  uint32_t frames, lost, dropped; /* received whole, damaged, not sent down for a full queue */
+  uint32_t frames, lost, dropped; /* received whole, damaged; not sent down because the queue was full */
   uint16_t cell;                  /* at this port; 0: none named */
   uint16_t size;                  /* of its tree, as reported by `status` */
   uint8_t height;
   uint8_t cell_port; /* 1 to 4 */
-  uint8_t nonce;
   uint8_t good;
   bool root; /* the cell there has this port as parent */
   bool busy;
   bool tick_due;
-  uint8_t sending[RS_FRAME_BYTES];
+  uint32_t tag; /* of the current tick */
   uint8_t queue_first, queue_count;
+  uint8_t sending[RS_FRAME_BYTES];
   uint8_t queue[RS_UNIT_QUEUE][RS_FRAME_BYTES];
 } rs_unit_port;
 
 typedef struct {
-  uint32_t uid;
-  uint16_t id;
+  uint32_t uid; /* 0: free */
+  uint16_t id;  /* 0: known, but named elsewhere */
 } rs_unit_name;
+
+/* The names a unit has given, as an open-addressed table by uid. */
+typedef struct {
+  rs_unit_name entry[2 * RS_UNIT_NAMES_MAX];
+  uint8_t taken[(RS_ID_LAST + 8) / 8]; /* bit by id */
+  uint32_t count;
+  uint16_t next_id;
+  uint32_t refused; /* requests without a free id */
+} rs_unit_names;
 
 typedef struct {
   rs_section_unit_config config;
-  uint8_t cell_key[RS_CELL_KEY_BYTES];
-  uint32_t key_schedule[12];
+  rs_chaskey_key key;
   rs_unit_port port[RS_SECTION_UNIT_PORTS_MAX];
-
+  rs_unit_names names;
   uint64_t tick_time; /* milliseconds; number of the last tick */
-  uint64_t started_ns, heartbeat_ns, host_heard_ns;
-  uint32_t wave_tag[RS_SECTION_UNIT_PORTS_MAX];
+  uint64_t heartbeat_ns;
   uint16_t power;
-  bool host_listens;
-
-  /* Names, as an open-addressed table by uid. */
-  rs_unit_name name[2 * RS_UNIT_NAMES_MAX];
-  uint32_t names;
-  uint16_t next_id;
-  uint8_t id_taken[(RS_ID_LAST + 8) / 8];
 
   /* Host */
+  uint64_t host_heard_ns, host_time_ns;
   uint32_t host_session, host_sequence, sequence;
-  uint32_t dropped, refused; /* frames without a place; datagrams refused */
-  uint16_t command_counter;  /* last one flooded */
+  uint32_t dropped;         /* frames without a place */
+  uint32_t refused;         /* datagrams */
+  uint16_t command_counter; /* last one flooded */
+  bool host_heard;
 
-  uint64_t batch_ns[RS_DATAGRAM_RECORDS_MAX]; /* arrival of the waiting records */
-  uint32_t batch_count;
-  uint8_t batch[RS_DATAGRAM_BYTES_MAX];
+  /* Records that wait for a datagram */
+  uint64_t arrival_ns[RS_DATAGRAM_RECORDS_MAX];
+  uint32_t waiting;
+  uint8_t record[RS_DATAGRAM_RECORDS_MAX][RS_DATAGRAM_RECORD_BYTES];
   uint8_t datagram[RS_DATAGRAM_BYTES_MAX];
 } rs_section_unit;
 

@@ -16,6 +16,7 @@ typedef enum { RS_MODE_CLOCK = 0, RS_MODE_EVENT = 1 } rs_mode;
 enum {
   RS_CLOCK_RATE_DEFAULT_HZ = 250,
   RS_EVENT_RATE_DEFAULT_HZ = 1000,
+  RS_EVENT_RATE_MIN_HZ = 8, /* a slower cell could not stay fresh */
   RS_EVENT_RATE_MAX_HZ = 1000,
   RS_EVENT_MASK_ALL = (1 << RS_CHANNEL_COUNT) - 1
 };

@@ -1,0 +1,188 @@
+#include <string.h>
+
+#include "cell/parts.h"
+
+enum {
+  TICK_TIME_MASK = (1 << RS_TICK_TIME_BITS) - 1,
+  COUNTER_LIFE_MS = 2 * 65536, /* after this no recorded command passes its tag any more, whatever its counter */
+  ERA_EDGE_MS = 1000           /* a command may have been tagged in the era before, if that ended just now */
+};
+
+static bool authentic(const rs_cell* cell, const uint8_t* frame, uint32_t tag, uint32_t now_us) {
+  if (!cell->keyed) return true;
+  const uint32_t time = rs_tick_time(cell, now_us);
+  const uint32_t era = time >> 16;
+  if (rs_tags_equal(rs_command_tag(&cell->key, frame, era), tag)) return true;
+  const uint32_t edge = (time & 0xFFFFU) < ERA_EDGE_MS            ? era - 1U
+                        : (time & 0xFFFFU) > 65536U - ERA_EDGE_MS ? era + 1U
+                                                                  : era;
+  return edge != era && rs_tags_equal(rs_command_tag(&cell->key, frame, edge & (TICK_TIME_MASK >> 16)), tag);
+}
+
+/* One setting by the number of its operation: where it lies decides index and range. */
+static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t now_us) {
+  rs_settings* settings = &cell->settings;
+  const uint32_t index = command->index, value = command->value_low;
+  const bool of_channel = command->operation == RS_OPERATION_threshold || command->operation == RS_OPERATION_offset;
+  if (of_channel ? index >= RS_CHANNEL_COUNT : index != 0U) return RS_REPLY_bad_index;
+  switch (command->operation) {
+    case RS_OPERATION_clock_rate:
+#define RATE_IS(rate_hz, period_us) (rate_hz) == value ||
+      if (!(RS_CLOCK_RATES(RATE_IS) false)) return RS_REPLY_bad_value;
+#undef RATE_IS
+      settings->clock_rate_hz = (uint8_t)value;
+      break;
+    case RS_OPERATION_mode:
+      if (value > RS_MODE_EVENT) return RS_REPLY_bad_value;
+      settings->mode = (uint8_t)value;
+      break;
+    case RS_OPERATION_event_rate:
+      if (value < RS_EVENT_RATE_MIN_HZ || value > RS_EVENT_RATE_MAX_HZ) return RS_REPLY_bad_value;
+      settings->event_rate_hz = (uint16_t)value;
+      break;
+    case RS_OPERATION_threshold:
+      if (value == 0U || value > 0xFFFFU) return RS_REPLY_bad_value;
+      settings->threshold[index] = (uint16_t)value;
+      return RS_REPLY_done;
+    case RS_OPERATION_event_mask:
+      if (value > RS_EVENT_MASK_ALL) return RS_REPLY_bad_value;
+      settings->event_mask = (uint16_t)value;
+      return RS_REPLY_done;
+    case RS_OPERATION_offset:
+      if (value > 0x7FFFU && value < 0xFFFF8000U) return RS_REPLY_bad_value;
+      settings->offset[index] = (int16_t)((int32_t)((value & 0xFFFFU) ^ 0x8000U) - 0x8000);
+      return RS_REPLY_done;
+    case RS_OPERATION_led:
+      if (value > 0xFFFFFFU) return RS_REPLY_bad_value;
+      cell->led_rgb = value;
+      cell->led_changed = true;
+      return RS_REPLY_done;
+    default:
+      return RS_REPLY_unknown_operation;
+  }
+  rs_sampling_restart(cell, now_us);
+  return RS_REPLY_done;
+}
+
+static bool get(const rs_cell* cell, uint32_t operation, uint32_t index, uint32_t* value) {
+  const rs_settings* settings = &cell->settings;
+  switch (operation) {
+    case RS_OPERATION_clock_rate:
+      *value = settings->clock_rate_hz;
+      return true;
+    case RS_OPERATION_mode:
+      *value = settings->mode;
+      return true;
+    case RS_OPERATION_event_rate:
+      *value = settings->event_rate_hz;
+      return true;
+    case RS_OPERATION_threshold:
+      *value = settings->threshold[index % RS_CHANNEL_COUNT];
+      return true;
+    case RS_OPERATION_event_mask:
+      *value = settings->event_mask;
+      return true;
+    case RS_OPERATION_offset:
+      *value = (uint32_t)(int32_t)settings->offset[index % RS_CHANNEL_COUNT];
+      return true;
+    case RS_OPERATION_led:
+      *value = cell->led_rgb;
+      return true;
+    default:
+      return false;
+  }
+}
+
+/* Carries a command out and puts the answer into `reply`. */
+static void carry_out(rs_cell* cell, const rs_command* command, rs_reply* reply, uint32_t now_us) {
+  reply->status = RS_REPLY_done;
+  switch (command->operation) {
+    case RS_OPERATION_ping:
+      reply->value_low = rs_tick_time(cell, now_us);
+      break;
+    case RS_OPERATION_topology:
+      cell->topology_us = now_us;
+      break;
+    case RS_OPERATION_store:
+      cell->settings.id = cell->id;
+      rs_settings_store(&cell->settings, cell->flash);
+      cell->flash_changed = true;
+      break;
+    case RS_OPERATION_forget:
+      cell->settings.id = RS_ID_NONE;
+      memset(cell->flash, 0xFF, RS_FLASH_BYTES);
+      cell->flash_changed = true;
+      break;
+    case RS_OPERATION_read:
+      reply->value_high = command->value_low & 0xFFFFU;
+      if (!get(cell, command->value_low, command->index, &reply->value_low)) reply->status = RS_REPLY_bad_value;
+      break;
+    default:
+      reply->status = set(cell, command, now_us);
+      reply->value_high = command->operation;
+      get(cell, command->operation, command->index, &reply->value_low);
+      break;
+  }
+}
+
+static void answer(rs_cell* cell, const rs_command* command, uint32_t now_us) {
+  rs_reply reply = {.type = RS_TYPE_reply,
+                    .source = cell->id,
+                    .ttl = RS_TTL_START,
+                    .operation = command->operation,
+                    .counter = command->counter,
+                    .index = command->index};
+  carry_out(cell, command, &reply, now_us);
+  rs_commanding* commanding = &cell->commanding;
+  commanding->replied = command->target == cell->id || command->operation == RS_OPERATION_ping;
+  if (!commanding->replied) return;
+  rs_reply_pack(commanding->reply, &reply);
+  rs_frame_seal(commanding->reply);
+  rs_queue_up(cell, commanding->reply);
+}
+
+static void receive_counted(rs_cell* cell, const rs_command* command, const uint8_t* frame, uint32_t now_us) {
+  rs_commanding* commanding = &cell->commanding;
+  const bool for_us = cell->id != RS_ID_NONE && (command->target == cell->id || command->target == RS_ID_ALL);
+  const uint32_t time = rs_tick_time(cell, now_us);
+  const bool expired = ((time - commanding->time) & TICK_TIME_MASK) > COUNTER_LIFE_MS;
+  if (commanding->counted && !expired) {
+    if (command->counter == commanding->counter) {
+      /* Sent again because a reply was missed: pass on, answer, but do nothing twice. */
+      rs_queue_down(cell, frame);
+      if (for_us && commanding->replied) rs_queue_up(cell, commanding->reply);
+      return;
+    }
+    if (!rs_newer((uint16_t)command->counter, commanding->counter)) {
+      ++cell->counts.commands_stale;
+      return;
+    }
+  }
+  rs_queue_down(cell, frame);
+  commanding->counted = true;
+  commanding->counter = (uint16_t)command->counter;
+  commanding->time = time;
+  commanding->replied = false;
+  if (for_us) answer(cell, command, now_us);
+}
+
+void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  (void)port;
+  rs_command command;
+  rs_command_unpack(&command, frame);
+  if (!authentic(cell, frame, command.tag, now_us)) {
+    ++cell->counts.tags_refused;
+    return;
+  }
+  const bool by_uid = command.operation == RS_OPERATION_assign || command.operation == RS_OPERATION_rejoin;
+  if (!by_uid) {
+    receive_counted(cell, &command, frame, now_us);
+  } else if (command.value_low != cell->uid) {
+    rs_queue_down(cell, frame);
+  } else if (command.operation == RS_OPERATION_rejoin) {
+    rs_identity_rejoin(cell, now_us);
+  } else if (command.value_high == cell->challenge && command.index >= RS_ID_FIRST && command.index <= RS_ID_LAST) {
+    rs_identity_assign(cell, (uint16_t)command.index, now_us);
+  }
+  rs_timer_set(cell, now_us);
+}

@@ -1,0 +1,87 @@
+/* What the parts of a cell's firmware offer each other. Ports are indices 0 to 3 here. */
+#ifndef ROBOTSKIN_CELL_PARTS_H
+#define ROBOTSKIN_CELL_PARTS_H
+
+#include "robotskin/cell.h"
+#include "robotskin/crc.h"
+#include "robotskin/operations.h"
+#include "robotskin/timing.h"
+
+enum { RS_ALL_PORTS = (1 << RS_PORTS) - 1 };
+
+/* Whether time a is at or after time b, on a clock that wraps. */
+RS_INLINE bool rs_reached(uint32_t a, uint32_t b) {
+  return (int32_t)(a - b) >= 0;
+}
+
+/* Whether sequence number a comes after b (RFC 1982). */
+RS_INLINE bool rs_newer(uint16_t a, uint16_t b) {
+  const uint16_t ahead = (uint16_t)(a - b);
+  return ahead != 0U && ahead < 0x8000U;
+}
+
+/* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */
+RS_INLINE uint32_t rs_spread(uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x7FEB352DU;
+  x ^= x >> 15;
+  x *= 0x846CA68BU;
+  return x ^ (x >> 16);
+}
+
+/* ---- network/wave.c: what a root fixes in its ticks, and its tag ---- */
+enum { RS_TICK_TIME_BITS = 26 };
+uint32_t rs_wave_time(const rs_wave* wave); /* 65536 era + sequence */
+uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave);
+void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick);
+void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave);
+bool rs_waves_equal(const rs_wave* a, const rs_wave* b);
+/* The tag of a command frame sent in an era. */
+uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t era);
+
+/* ---- network/links.c: which neighbours are there (R1) ---- */
+bool rs_link_usable(const rs_neighbour* neighbour);
+void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us);
+void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us);
+void rs_links_check(rs_cell* cell, uint32_t now_us);
+
+/* ---- network/route.c: the parent (R2 to R9) ---- */
+void rs_route_boot(rs_cell* cell, uint32_t now_us);
+void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+void rs_route_lose(rs_cell* cell, uint32_t now_us);
+void rs_route_check(rs_cell* cell, uint32_t now_us);
+uint32_t rs_tick_time(const rs_cell* cell, uint32_t now_us); /* milliseconds, RS_TICK_TIME_BITS bits */
+
+/* ---- network/subtree.c: status frames ---- */
+void rs_subtree_update(rs_cell* cell);
+void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame);
+void rs_subtree_pack(const rs_cell* cell, uint8_t* frame);
+
+/* ---- network/identity.c: naming and topology reports ---- */
+void rs_identity_boot(rs_cell* cell, uint32_t random, uint32_t now_us);
+void rs_identity_changed(rs_cell* cell, uint32_t now_us); /* a report is due soon */
+void rs_identity_check(rs_cell* cell, uint32_t now_us);
+void rs_identity_assign(rs_cell* cell, uint16_t id, uint32_t now_us);
+void rs_identity_rejoin(rs_cell* cell, uint32_t now_us);
+
+/* ---- network/queues.c ---- */
+bool rs_queue_up(rs_cell* cell, const uint8_t* frame);   /* by its type; false: no room */
+void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
+void rs_queues_forget_samples(rs_cell* cell);
+void rs_queues_check(rs_cell* cell);
+
+/* ---- network/transmit.c: the next frame of each idle port ---- */
+void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
+
+/* ---- cell/sampling.c ---- */
+uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
+void rs_sampling_restart(rs_cell* cell, uint32_t now_us);    /* after a change of settings or id, or the first tick */
+void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us);
+
+/* ---- cell/commands.c ---- */
+void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+
+/* When the next check is due; called by whoever changes one of its reasons. */
+void rs_timer_set(rs_cell* cell, uint32_t now_us);
+
+#endif

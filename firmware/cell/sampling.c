@@ -1,0 +1,126 @@
+/* When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
+ * has moved by its threshold from the value last sent (Cheng et al. 2019, eq. 6 and 7, Algorithm 1), and one for
+ * freshness after a silence or a change of route. */
+#include <string.h>
+
+#include "cell/parts.h"
+
+#define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits)-1)) : 0,
+#define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
+  (1 << ((is_signed) != 0 ? (bits)-1 : (bits))) - 1,
+static const int32_t channel_low[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_LOW)};
+static const int32_t channel_high[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_HIGH)};
+
+uint32_t rs_sampling_period_us(const rs_settings* settings) {
+  if (settings->mode == RS_MODE_EVENT) {
+    return settings->event_rate_hz == 0U ? 0U : 1000000U / settings->event_rate_hz;
+  }
+#define RATE_CASE(rate_hz, period_us) \
+  case rate_hz:                       \
+    return period_us;
+  switch (settings->clock_rate_hz) {
+    RS_CLOCK_RATES(RATE_CASE)
+    default:
+      return 0;
+  }
+#undef RATE_CASE
+}
+
+/* The next sample after one at `now_us` (or the first, if nothing was sampled). Periods that divide the tick numbers
+ * are locked to the section unit's time, each cell at a phase of its own, so that the cells of a tree neither sample at
+ * once nor drift into each other. */
+static uint32_t next_sample_us(const rs_cell* cell, uint32_t period_us, bool sampled, uint32_t now_us) {
+  const uint32_t period_ticks = period_us / RS_TICK_US;
+  if (period_ticks * RS_TICK_US != period_us || 65536U % period_ticks != 0U) return now_us + period_us;
+  const uint32_t in_period_us = (cell->route.wave.sequence % period_ticks) * RS_TICK_US;
+  const uint32_t position_us = (in_period_us + (now_us - cell->route.origin_us)) % period_us;
+  const uint32_t phase_us = rs_spread(cell->id) % period_us;
+  uint32_t wait_us = (phase_us + period_us - position_us) % period_us;
+  if (wait_us == 0U || (sampled && wait_us < period_us / 2U)) wait_us += period_us;
+  return now_us + wait_us;
+}
+
+void rs_sampling_restart(rs_cell* cell, uint32_t now_us) {
+  rs_sampling* sampling = &cell->sampling;
+  const uint32_t period_us = rs_sampling_period_us(&cell->settings);
+  sampling->running = period_us != 0U && cell->id != RS_ID_NONE && cell->route.timed;
+  sampling->refresh_due = true;
+  sampling->divided = (uint8_t)(rs_spread(cell->id) >> 24);
+  if (sampling->running) sampling->due_us = next_sample_us(cell, period_us, false, now_us);
+}
+
+/* Silence that a cell allows itself before it sends for freshness, other in each cell and each time. */
+static uint32_t silence_us(const rs_cell* cell) {
+  const uint32_t draw = rs_spread(((uint32_t)cell->id << 8) | cell->sampling.sequence);
+  return RS_REFRESH_US + draw % RS_REFRESH_JITTER_US;
+}
+
+static bool changed(const rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT]) {
+  for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) {
+    const int32_t difference = value[c] - cell->sampling.sent_value[c];
+    const int32_t threshold = cell->settings.threshold[c];
+    if ((cell->settings.event_mask >> c & 1U) != 0U && (difference >= threshold || -difference >= threshold))
+      return true;
+  }
+  return false;
+}
+
+static bool divided_away(rs_cell* cell) {
+  const uint8_t divisor = cell->route.wave.rate_divisor;
+  if (divisor < 2U) return false;
+  cell->sampling.divided = (uint8_t)((cell->sampling.divided + 1U) % divisor);
+  return cell->sampling.divided != 0U;
+}
+
+static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refresh, bool fault, uint32_t now_us) {
+  rs_sampling* sampling = &cell->sampling;
+  const uint32_t since_us = now_us - cell->route.origin_us;
+  const rs_clock sample = {.type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
+                           .source = cell->id,
+                           .sequence = sampling->sequence,
+                           .ttl = RS_TTL_START,
+                           .sample_tick = (cell->route.wave.sequence + since_us / RS_TICK_US) & 0xFU,
+                           .sample_phase = since_us % RS_TICK_US * 64U / RS_TICK_US,
+                           .refresh = refresh,
+                           .fault = fault,
+                           .dropped = sampling->dropped,
+#define CHANNEL_VALUE(name, is_signed, bits, numerator, denominator, unit) \
+  .name = CHANNEL_VALUE_##is_signed(value[RS_CHANNEL_##name]),
+#define CHANNEL_VALUE_0(counts) (uint32_t)(counts)
+#define CHANNEL_VALUE_1(counts) (counts)
+                           RS_CHANNELS(CHANNEL_VALUE)};
+  uint8_t frame[RS_FRAME_BYTES];
+  rs_clock_pack(frame, &sample);
+  rs_frame_seal(frame);
+  /* What found no room counts as not sent: the next sample tries again. */
+  if (!rs_queue_up(cell, frame)) return;
+  memcpy(sampling->sent_value, value, sizeof sampling->sent_value);
+  sampling->sent_us = now_us;
+  sampling->refresh_due = false;
+  sampling->dropped = false;
+  ++sampling->sequence;
+}
+
+void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us) {
+  rs_sampling* sampling = &cell->sampling;
+  if (!sampling->running) return;
+  const uint32_t period_us = rs_sampling_period_us(&cell->settings);
+  sampling->due_us = next_sample_us(cell, period_us, true, now_us);
+
+  int32_t value[RS_CHANNEL_COUNT];
+  for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) {
+    /* Sensors cannot exceed 18 bits; an offset cannot overflow what is clamped first. */
+    int32_t counts = sample->value[c];
+    if (counts < -131072) counts = -131072;
+    if (counts > 131071) counts = 131071;
+    counts += cell->settings.offset[c];
+    value[c] = counts < channel_low[c] ? channel_low[c] : counts > channel_high[c] ? channel_high[c] : counts;
+  }
+  if (cell->settings.mode == RS_MODE_EVENT) {
+    const bool event = changed(cell, value);
+    const bool refresh = sampling->refresh_due || now_us - sampling->sent_us + period_us >= silence_us(cell);
+    if (event || refresh) send(cell, value, !event, fault, now_us);
+  } else if (!divided_away(cell)) {
+    send(cell, value, sampling->refresh_due, fault, now_us);
+  }
+}

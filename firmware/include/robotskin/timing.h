@@ -1,0 +1,33 @@
+/* The periods and limits of the network, in microseconds. */
+#ifndef ROBOTSKIN_TIMING_H
+#define ROBOTSKIN_TIMING_H
+
+#include "robotskin/wire.h"
+
+enum {
+  RS_FRAME_US = RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE * 1000 / (RS_LINK_BAUD / 1000), /* 50: one frame on a link */
+  RS_TICK_US = 1000,
+  RS_HEARTBEAT_US = 1250,                          /* a cell that hears no new tick speaks up by itself */
+  RS_LINK_UP_FRAMES = 3,                           /* valid frames before a link counts */
+  RS_LINK_DOWN_US = 3500,                          /* without a valid frame: three heartbeats missed */
+  RS_QUARANTINE_US = RS_LINK_DOWN_US + RS_TICK_US, /* after boot, until every child of before has noticed */
+  RS_STALE_US = 4500,         /* own sequence stands still: a fresher neighbour may take over from a living parent */
+  RS_STALE_TICKS = 4,         /* ... if it is this much ahead */
+  RS_STALE_LIMIT_US = 20000,  /* a path this stale is lost, alternative or not */
+  RS_ORPHAN_RESET_US = 12000, /* without parent and child: the feasible distance is forgotten */
+  RS_ORPHAN_KEEP_US = 8000,   /* samples held for a new parent are dropped after this: their time stamps wrap */
+  RS_SEQUENCE_WINDOW = 16,    /* ticks a neighbour may be ahead of a living parent */
+  RS_HOLD_DOWN_US = 8000,     /* after a second loss of a link, doubling with each further one */
+  RS_HOLD_DOWN_MAX_US = 2000000,
+  RS_FLAP_FORGET_US = 1000000, /* a link that held so long starts anew */
+  RS_STATUS_US = 4000,         /* to the parent, at least so often */
+  RS_STATUS_PAUSE_US = 300,    /* and at most so often */
+  RS_TOPOLOGY_US = 1000000,
+  RS_TOPOLOGY_PAUSE_US = 2000, /* between reports of changes */
+  RS_JOIN_US = 10000,          /* between two requests for an id */
+  RS_REFRESH_US = 200000,      /* a cell is silent at most so long, and a jitter by cell and frame */
+  RS_REFRESH_JITTER_US = 40000,
+  RS_FRESH_US = 250000 /* promised to the host: refresh, jitter and the way through the network */
+};
+
+#endif

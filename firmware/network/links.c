@@ -1,0 +1,58 @@
+#include "cell/parts.h"
+
+bool rs_link_usable(const rs_neighbour* neighbour) {
+  return neighbour->up && neighbour->hears_us;
+}
+
+void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  const bool parent = cell->route.parent_port == port + 1U;
+  if (neighbour->up) {
+    /* A link that falls again soon after coming up is kept out for longer and longer. */
+    if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) neighbour->flaps = 0;
+    if (neighbour->flaps > 0U) {
+      const uint32_t hold_us = (uint32_t)RS_HOLD_DOWN_US << (neighbour->flaps - 1U);
+      neighbour->held = true;
+      neighbour->held_until_us = now_us + (hold_us > RS_HOLD_DOWN_MAX_US ? RS_HOLD_DOWN_MAX_US : hold_us);
+    }
+    if (neighbour->flaps < 16U) ++neighbour->flaps;
+  }
+  neighbour->up = false;
+  neighbour->good = 0;
+  neighbour->hops = RS_HOPS_POISON;
+  neighbour->child = false;
+  neighbour->hears_us = false;
+  rs_identity_changed(cell, now_us);
+  if (parent) {
+    rs_route_lose(cell, now_us);
+  } else {
+    rs_subtree_update(cell);
+  }
+}
+
+void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US) {
+    if (neighbour->up) rs_link_down(cell, port, now_us);
+    neighbour->good = 0;
+  }
+  neighbour->heard_us = now_us;
+  if (neighbour->up) return;
+  if (neighbour->good < RS_LINK_UP_FRAMES) ++neighbour->good;
+  if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
+  if (neighbour->held) {
+    const uint32_t left_us = neighbour->held_until_us - now_us;
+    if (left_us != 0U && left_us <= RS_HOLD_DOWN_MAX_US) return;
+    neighbour->held = false;
+  }
+  neighbour->up = true;
+  neighbour->up_us = now_us;
+  rs_identity_changed(cell, now_us);
+}
+
+void rs_links_check(rs_cell* cell, uint32_t now_us) {
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
+  }
+}

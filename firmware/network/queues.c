@@ -1,0 +1,75 @@
+/* Frames that wait. All sizes are powers of two and every index is masked, so that no corrupted count leaves the
+ * arrays.
+ */
+#include <string.h>
+
+#include "cell/parts.h"
+
+static uint8_t* append(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size) {
+  if (ring->count >= size) return 0;
+  return frames[(ring->first + ring->count++) & (size - 1U)];
+}
+
+bool rs_queue_up(rs_cell* cell, const uint8_t* frame) {
+  rs_queues* queues = &cell->queues;
+  uint8_t* place = 0;
+  switch (rs_frame_type_of(frame)) {
+    case RS_TYPE_event:
+      place = append(&queues->urgent, queues->urgent_frame, RS_QUEUE_URGENT);
+      break;
+    case RS_TYPE_clock:
+      if (queues->data.count >= RS_QUEUE_DATA) {
+        /* The oldest sample is worth least. */
+        queues->data.first = (uint8_t)((queues->data.first + 1U) & (RS_QUEUE_DATA - 1U));
+        queues->data.count = RS_QUEUE_DATA - 1;
+        ++cell->counts.frames_dropped;
+        cell->sampling.dropped = true;
+      }
+      place = append(&queues->data, queues->data_frame, RS_QUEUE_DATA);
+      break;
+    default:
+      place = append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      break;
+  }
+  if (place == 0) {
+    ++cell->counts.frames_dropped;
+    cell->sampling.dropped = true;
+    return false;
+  }
+  memcpy(place, frame, RS_FRAME_BYTES);
+  return true;
+}
+
+void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
+  rs_queues* queues = &cell->queues;
+  uint8_t ports = 0;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    if (neighbour->child && neighbour->up && port + 1U != cell->route.parent_port) ports |= (uint8_t)(1U << port);
+  }
+  if (ports == 0U) return;
+  uint8_t* place = append(&queues->down, queues->down_frame, RS_QUEUE_DOWN);
+  if (place == 0) {
+    ++cell->counts.frames_dropped;
+    return;
+  }
+  memcpy(place, frame, RS_FRAME_BYTES);
+  queues->down_ports[(queues->down.first + queues->down.count - 1U) & (RS_QUEUE_DOWN - 1U)] = ports;
+}
+
+void rs_queues_forget_samples(rs_cell* cell) {
+  rs_queues* queues = &cell->queues;
+  const uint32_t forgotten = (uint32_t)queues->urgent.count + queues->data.count;
+  if (forgotten == 0U) return;
+  cell->counts.frames_dropped += forgotten;
+  cell->sampling.dropped = true;
+  queues->urgent.count = queues->data.count = 0;
+}
+
+void rs_queues_check(rs_cell* cell) {
+  rs_queues* queues = &cell->queues;
+  if (queues->urgent.count > RS_QUEUE_URGENT) queues->urgent.count = 0;
+  if (queues->data.count > RS_QUEUE_DATA) queues->data.count = 0;
+  if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;
+  if (queues->down.count > RS_QUEUE_DOWN) queues->down.count = 0;
+}

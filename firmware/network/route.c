@@ -1,0 +1,253 @@
+/* The parent of a cell. Loop freedom rests on one rule (R2): an advert may be adopted only if it comes strictly before
+ * the cell's feasible distance, that is, its sequence is newer, or equal with fewer hops than the cell ever had in it.
+ * As a parent's advert never comes before its own feasible distance, and that only moves forward, distances decrease
+ * strictly along parents at every instant, whatever is lost, late or switched (DUAL, Garcia-Luna-Aceves 1993; Babel,
+ * RFC 8966). Roots issue a new sequence every millisecond, so a cell without a feasible neighbour waits no longer. */
+#include "cell/parts.h"
+
+static rs_neighbour* parent_of(rs_route* route) {
+  return route->parent_port == RS_NO_PARENT ? 0 : &route->neighbour[(route->parent_port - 1U) % RS_PORTS];
+}
+
+uint32_t rs_tick_time(const rs_cell* cell, uint32_t now_us) {
+  const uint32_t since_ms = (now_us - cell->route.origin_us) / RS_TICK_US;
+  return (rs_wave_time(&cell->route.wave) + since_ms) & ((1U << RS_TICK_TIME_BITS) - 1U);
+}
+
+void rs_route_boot(rs_cell* cell, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    route->neighbour[port].hops = RS_HOPS_POISON;
+    route->neighbour[port].heard_us = now_us - RS_LINK_DOWN_US;
+  }
+  route->hops = RS_HOPS_POISON;
+  route->feasible_hops = RS_HOPS_POISON;
+  route->unbound = true;
+  route->in_quarantine = true;
+  route->quarantine_us = now_us + RS_QUARANTINE_US;
+  route->orphaned_us = route->advanced_us = route->origin_us = now_us;
+  route->reported_us = now_us - RS_STATUS_US;
+  route->advertised_us = now_us;
+  cell->queues.advert_due = RS_ALL_PORTS;
+  rs_subtree_update(cell);
+}
+
+static void advertise(rs_cell* cell, uint32_t now_us) {
+  cell->queues.advert_due = RS_ALL_PORTS;
+  cell->route.advertised_us = now_us;
+  rs_timer_set(cell, now_us);
+}
+
+/* R2 */
+static bool feasible(const rs_route* route, const rs_neighbour* neighbour) {
+  if (neighbour->hops >= RS_HOPS_POISON - 1) return false;
+  if (route->unbound || rs_newer(neighbour->wave.sequence, route->feasible_sequence)) return true;
+  return neighbour->wave.sequence == route->feasible_sequence && neighbour->hops < route->feasible_hops;
+}
+
+/* R3 */
+static void adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  const rs_neighbour* neighbour = &route->neighbour[port];
+  const bool moved = route->parent_port != port + 1U;
+  if (moved) {
+    if (route->parent_port == RS_NO_PARENT && now_us - route->orphaned_us > RS_ORPHAN_KEEP_US) {
+      rs_queues_forget_samples(cell);
+    }
+    ++cell->counts.parent_changes;
+    rs_identity_changed(cell, now_us);
+    cell->queues.status_due = true;
+  }
+  if (moved || route->wave.root != neighbour->wave.root) cell->sampling.refresh_due = true;
+
+  route->parent_port = (uint8_t)(port + 1U);
+  route->hops = (uint8_t)(neighbour->hops + 1U);
+  route->wave = neighbour->wave;
+  route->origin_us = neighbour->origin_us;
+  if (route->unbound || rs_newer(route->wave.sequence, route->feasible_sequence)) {
+    route->unbound = false;
+    route->feasible_sequence = route->wave.sequence;
+    route->feasible_hops = route->hops;
+    route->advanced_us = now_us;
+  } else if (route->hops < route->feasible_hops) {
+    route->feasible_hops = route->hops;
+  }
+  if (!route->timed) {
+    route->timed = true;
+    rs_sampling_restart(cell, now_us);
+  }
+  if (moved) rs_subtree_update(cell);
+  advertise(cell, now_us);
+}
+
+/* The best neighbour to adopt: fewest hops, the own root first, then the lowest port; RS_PORTS if none is feasible. */
+static unsigned best_feasible(const rs_route* route) {
+  unsigned best = RS_PORTS;
+  uint32_t best_cost = 0;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
+    if (!feasible(route, neighbour)) continue;
+    const uint32_t cost = 2U * neighbour->hops + (neighbour->wave.root != route->wave.root ? 1U : 0U);
+    if (best == RS_PORTS || cost < best_cost) {
+      best = port;
+      best_cost = cost;
+    }
+  }
+  return best;
+}
+
+/* R5 */
+void rs_route_lose(rs_cell* cell, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  const unsigned best = best_feasible(route);
+  if (best < RS_PORTS) {
+    adopt(cell, best, now_us);
+    return;
+  }
+  route->parent_port = RS_NO_PARENT;
+  route->hops = RS_HOPS_POISON;
+  route->orphaned_us = now_us;
+  ++cell->counts.orphanings;
+  rs_identity_changed(cell, now_us);
+  rs_subtree_update(cell);
+  advertise(cell, now_us);
+}
+
+/* Whether a root made this wave: always, without a key. With one, the tag must be right and, once the time is known,
+ * the wave not from before it by more than the sequence numbers in flight: that is a tick played again. */
+static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const rs_wave* wave) {
+  if (!cell->keyed || rs_waves_equal(wave, &neighbour->wave)) return true;
+  if (cell->route.timed) {
+    const uint32_t ahead = (rs_wave_time(wave) - rs_wave_time(&cell->route.wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+    const uint32_t behind = (0U - ahead) & ((1U << RS_TICK_TIME_BITS) - 1U);
+    if (behind < ahead && behind >= 0x8000U) return false;
+    if (rs_waves_equal(wave, &cell->route.wave)) return true;
+  }
+  return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag);
+}
+
+/* R4 */
+static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  const rs_neighbour* parent = &route->neighbour[port];
+  if (parent->child || parent->hops == RS_HOPS_POISON) {
+    rs_route_lose(cell, now_us);
+  } else if (rs_newer(parent->wave.sequence, route->wave.sequence)) {
+    adopt(cell, port, now_us);
+  } else if (parent->wave.sequence != route->wave.sequence) {
+    rs_route_lose(cell, now_us);
+  } else if (parent->hops + 1U != route->hops || parent->wave.root != route->wave.root) {
+    if (feasible(route, parent)) {
+      adopt(cell, port, now_us);
+    } else {
+      rs_route_lose(cell, now_us);
+    }
+  }
+}
+
+/* R6, R7 and R9 */
+static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  const rs_neighbour* neighbour = &route->neighbour[port];
+  if (neighbour->child || !feasible(route, neighbour)) return;
+  if (route->parent_port == RS_NO_PARENT) {
+    adopt(cell, port, now_us);
+    return;
+  }
+  const int gain = (int)route->hops - (int)neighbour->hops - 1;
+  const int wanted = neighbour->wave.root == route->wave.root ? 1 : (int)route->wave.gain_threshold;
+  if (gain >= 1 && gain >= wanted) {
+    adopt(cell, port, now_us);
+    return;
+  }
+  const uint16_t ahead = (uint16_t)(neighbour->wave.sequence - route->wave.sequence);
+  if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {
+    adopt(cell, port, now_us);
+  }
+}
+
+void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  rs_neighbour* neighbour = &route->neighbour[port];
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+
+  if (neighbour->met && neighbour->nonce != tick.nonce) {
+    /* It rebooted: all that was learnt from it is void. */
+    if (neighbour->up) rs_link_down(cell, port, now_us);
+    neighbour->good = 1;
+  }
+  neighbour->met = true;
+  neighbour->nonce = (uint8_t)tick.nonce;
+  if (neighbour->id != tick.sender || neighbour->port != tick.sender_port + 1U) {
+    neighbour->id = (uint16_t)tick.sender;
+    neighbour->port = (uint8_t)(tick.sender_port + 1U);
+    rs_identity_changed(cell, now_us);
+  }
+  const bool was_child = neighbour->child;
+  neighbour->hears_us = tick.heard != 0U;
+  neighbour->child = tick.parent != 0U;
+  neighbour->leaving = tick.leaving != 0U;
+  if (neighbour->child != was_child) {
+    if (!was_child) neighbour->size = neighbour->lean_size = 1, neighbour->height = 0;
+    rs_subtree_update(cell);
+  }
+
+  if (tick.hops == RS_HOPS_POISON) {
+    neighbour->hops = RS_HOPS_POISON;
+  } else {
+    rs_wave wave;
+    rs_wave_of_tick(&wave, &tick);
+    /* R8: nothing legitimate runs far ahead of a parent that is alive. */
+    const uint16_t ahead = (uint16_t)(wave.sequence - route->wave.sequence);
+    if (route->parent_port != RS_NO_PARENT && now_us - route->advanced_us < RS_STALE_TICKS * RS_TICK_US &&
+        ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {
+      return;
+    }
+    if (!authentic(cell, neighbour, &wave)) {
+      ++cell->counts.tags_refused;
+      return;
+    }
+    neighbour->wave = wave;
+    neighbour->hops = (uint8_t)tick.hops;
+    neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
+  }
+
+  if (route->in_quarantine) return;
+  if (!rs_link_usable(neighbour)) {
+    if (port + 1U == route->parent_port && neighbour->up) rs_route_lose(cell, now_us);
+    return;
+  }
+  if (port + 1U == route->parent_port) {
+    tick_of_parent(cell, port, now_us);
+  } else {
+    tick_of_other(cell, port, now_us);
+  }
+}
+
+void rs_route_check(rs_cell* cell, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  if (route->parent_port > RS_PORTS) route->parent_port = RS_NO_PARENT;
+  if (route->in_quarantine) {
+    const uint32_t left_us = route->quarantine_us - now_us;
+    if (left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
+  }
+  rs_links_check(cell, now_us);
+
+  const rs_neighbour* parent = parent_of(route);
+  if (parent != 0) {
+    if (!rs_link_usable(parent) || now_us - route->advanced_us >= RS_STALE_LIMIT_US) rs_route_lose(cell, now_us);
+  } else if (!route->in_quarantine) {
+    const unsigned best = best_feasible(route);
+    if (best < RS_PORTS) {
+      adopt(cell, best, now_us);
+    } else if (now_us - route->orphaned_us >= RS_ORPHAN_RESET_US) {
+      /* Nobody hangs on this cell, so it may forget how near it was. */
+      bool alone = true;
+      for (unsigned port = 0; port < RS_PORTS; ++port) alone = alone && !route->neighbour[port].child;
+      if (alone) route->unbound = true;
+    }
+  }
+  if (now_us - route->advertised_us >= RS_HEARTBEAT_US) advertise(cell, now_us);
+}

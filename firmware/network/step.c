@@ -1,0 +1,137 @@
+#include <string.h>
+
+#include "cell/parts.h"
+
+void rs_timer_set(rs_cell* cell, uint32_t now_us) {
+  const rs_route* route = &cell->route;
+  uint32_t wait_us = RS_HEARTBEAT_US;
+  const uint32_t limit_us[] = {
+      route->advertised_us + RS_HEARTBEAT_US - now_us,
+      route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
+      route->parent_port == RS_NO_PARENT
+          ? RS_HEARTBEAT_US
+          : route->reported_us + (uint32_t)(cell->queues.status_due ? RS_STATUS_PAUSE_US : RS_STATUS_US) - now_us,
+      cell->id == RS_ID_NONE ? cell->join_us - now_us : cell->topology_us - now_us,
+      route->neighbour[0].up ? route->neighbour[0].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
+      route->neighbour[1].up ? route->neighbour[1].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
+      route->neighbour[2].up ? route->neighbour[2].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
+      route->neighbour[3].up ? route->neighbour[3].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US};
+  /* What is overdue looks far away on a clock that wraps, and is done at the check that ends this wait. */
+  for (unsigned i = 0; i < sizeof limit_us / sizeof limit_us[0]; ++i) {
+    if (limit_us[i] != 0U && limit_us[i] < wait_us) wait_us = limit_us[i];
+  }
+  cell->timer_us = now_us + wait_us;
+}
+
+static void check(rs_cell* cell, uint32_t now_us) {
+  rs_queues_check(cell);
+  rs_route_check(cell, now_us);
+  rs_identity_check(cell, now_us);
+  if (cell->route.parent_port != RS_NO_PARENT && now_us - cell->route.reported_us >= RS_STATUS_US) {
+    cell->queues.status_due = true;
+  }
+  rs_timer_set(cell, now_us);
+}
+
+static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
+  memset(cell, 0, sizeof *cell);
+  cell->uid = with->uid;
+  rs_settings_load(&cell->settings, with->flash);
+  if (with->flash != 0) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
+  cell->keyed = with->key != 0;
+  if (cell->keyed) rs_chaskey_key_expand(&cell->key, with->key);
+  rs_identity_boot(cell, with->random, now_us);
+  rs_route_boot(cell, now_us);
+  cell->sampling.refresh_due = true;
+  rs_timer_set(cell, now_us);
+}
+
+static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received) {
+  uint8_t frame[RS_FRAME_BYTES];
+  memcpy(frame, received, RS_FRAME_BYTES);
+  /* The order of distances forbids this; should it happen all the same, the time to live ends it. */
+  if (port + 1U == cell->route.parent_port) ++cell->counts.frames_from_parent;
+  if (!rs_frame_take_hop(frame)) {
+    ++cell->counts.hops_exhausted;
+    return;
+  }
+  rs_queue_up(cell, frame);
+}
+
+static void receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (!rs_frame_intact(frame)) {
+    ++cell->counts.frames_damaged;
+    ++neighbour->lost;
+    return;
+  }
+  rs_link_heard(cell, port, now_us);
+  switch (rs_frame_type_of(frame)) {
+    case RS_TYPE_clock:
+    case RS_TYPE_event:
+    case RS_TYPE_topology:
+    case RS_TYPE_reply:
+    case RS_TYPE_join:
+      forward_up(cell, port, frame);
+      break;
+    case RS_TYPE_tick:
+      rs_route_tick(cell, port, frame, now_us);
+      break;
+    case RS_TYPE_status:
+      if (neighbour->child) {
+        rs_subtree_status(cell, port, frame);
+      } else {
+        ++cell->counts.frames_unknown;
+      }
+      break;
+    case RS_TYPE_command:
+      if (port + 1U == cell->route.parent_port) {
+        rs_command_receive(cell, port, frame, now_us);
+      } else {
+        ++cell->counts.frames_unknown;
+      }
+      break;
+    default:
+      ++cell->counts.frames_unknown;
+      break;
+  }
+}
+
+void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
+  *output = (rs_output){.timer_us = now_us + RS_TOPOLOGY_US};
+  if (input->kind == RS_INPUT_BOOT) {
+    boot(cell, input->boot, now_us);
+  } else if (cell->uid == 0U) {
+    return; /* not booted */
+  }
+  const unsigned port = (unsigned)input->port - 1U;
+  switch (input->kind) {
+    case RS_INPUT_FRAME:
+      if (port < RS_PORTS) receive(cell, port, input->frame, now_us);
+      break;
+    case RS_INPUT_SENT:
+      if (port < RS_PORTS) cell->queues.busy &= (uint8_t) ~(1U << port);
+      break;
+    case RS_INPUT_SAMPLE:
+      rs_sampling_take(cell, input->sample, input->fault, now_us);
+      break;
+    default:
+      break;
+  }
+  if (rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US) check(cell, now_us);
+  rs_transmit(cell, now_us, output);
+
+  output->timer_us = cell->timer_us;
+  output->sampling = cell->sampling.running;
+  output->sample_us = cell->sampling.due_us;
+  if (cell->led_changed) {
+    cell->led_changed = false;
+    output->led_changed = true;
+    output->led_rgb = cell->led_rgb;
+  }
+  if (cell->flash_changed) {
+    cell->flash_changed = false;
+    output->flash_changed = true;
+    output->flash = cell->flash;
+  }
+}

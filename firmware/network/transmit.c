@@ -1,0 +1,91 @@
+/* Which frame an idle port sends next: adverts first, because recovery waits for them; then, towards the parent,
+ * events, status, samples and reports; towards children, commands. Nothing is interrupted. */
+#include <string.h>
+
+#include "cell/parts.h"
+
+enum { SLOW_SHARE = 8 }; /* one slow frame is sent for every so many others, if any waits */
+
+static void pack_advert(const rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
+  const rs_route* route = &cell->route;
+  const rs_neighbour* neighbour = &route->neighbour[port];
+  const uint32_t age_us = now_us - route->origin_us;
+  rs_tick tick = {
+      .type = RS_TYPE_tick,
+      .hops = route->hops,
+      .sender = cell->id,
+      .sender_port = port,
+      .nonce = cell->nonce,
+      .parent = route->parent_port == port + 1U,
+      .heard = neighbour->good > 0U && now_us - neighbour->heard_us<RS_LINK_DOWN_US, .age_us = age_us> 0xFFFU ? 0xFFFU
+                                                                                                              : age_us};
+  rs_wave_into_tick(&tick, &route->wave);
+  rs_tick_pack(frame, &tick);
+  rs_frame_seal(frame);
+}
+
+static bool take(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size, uint8_t* frame) {
+  if (ring->count == 0U) return false;
+  memcpy(frame, frames[ring->first & (size - 1U)], RS_FRAME_BYTES);
+  ring->first = (uint8_t)((ring->first + 1U) & (size - 1U));
+  --ring->count;
+  return true;
+}
+
+static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
+  rs_queues* queues = &cell->queues;
+  if (queues->slow.count > 0U && queues->passed_over >= SLOW_SHARE) {
+    queues->passed_over = 0;
+    return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
+  }
+  if (queues->slow.count > 0U) ++queues->passed_over;
+  if (take(&queues->urgent, queues->urgent_frame, RS_QUEUE_URGENT, frame)) return true;
+  if (queues->status_due && now_us - cell->route.reported_us >= RS_STATUS_PAUSE_US) {
+    queues->status_due = false;
+    cell->route.reported_us = now_us;
+    rs_subtree_pack(cell, frame);
+    return true;
+  }
+  if (take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)) return true;
+  queues->passed_over = 0;
+  return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
+}
+
+static bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
+  rs_queues* queues = &cell->queues;
+  const uint8_t bit = (uint8_t)(1U << port);
+  for (unsigned i = 0; i < queues->down.count; ++i) {
+    const unsigned at = (queues->down.first + i) & (RS_QUEUE_DOWN - 1U);
+    if ((queues->down_ports[at] & bit) == 0U) continue;
+    memcpy(frame, queues->down_frame[at], RS_FRAME_BYTES);
+    queues->down_ports[at] &= (uint8_t)~bit;
+    while (queues->down.count > 0U && queues->down_ports[queues->down.first & (RS_QUEUE_DOWN - 1U)] == 0U) {
+      queues->down.first = (uint8_t)((queues->down.first + 1U) & (RS_QUEUE_DOWN - 1U));
+      --queues->down.count;
+    }
+    return true;
+  }
+  return false;
+}
+
+void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
+  rs_queues* queues = &cell->queues;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const uint8_t bit = (uint8_t)(1U << port);
+    if ((queues->busy & bit) != 0U) continue;
+    uint8_t* frame = queues->sending[port];
+    bool found;
+    if ((queues->advert_due & bit) != 0U) {
+      queues->advert_due &= (uint8_t)~bit;
+      pack_advert(cell, port, now_us, frame);
+      found = true;
+    } else if (port + 1U == cell->route.parent_port) {
+      found = next_for_parent(cell, now_us, frame);
+    } else {
+      found = queues->down.count > 0U && next_for_child(cell, port, frame);
+    }
+    if (!found) continue;
+    queues->busy |= bit;
+    output->frame[port] = frame;
+  }
+}

@@ -1,0 +1,182 @@
+#include <string.h>
+
+#include "section_unit/unit_parts.h"
+
+enum { NS_PER_US = 1000, NS_PER_MS = 1000000 };
+
+static bool host_listens(const rs_section_unit* unit, uint64_t now_ns) {
+  if (unit->config.unasked) return true;
+  return unit->host_heard && now_ns - unit->host_heard_ns < (uint64_t)RS_UNIT_SILENCE_MS * NS_PER_MS;
+}
+
+void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns) {
+  if (!host_listens(unit, now_ns)) return;
+  if (unit->waiting >= RS_DATAGRAM_RECORDS_MAX) {
+    ++unit->dropped;
+    return;
+  }
+  uint8_t* record = unit->record[unit->waiting];
+  memcpy(record, frame, RS_CONTENT_BYTES);
+  rs_record_arrival_pack(record, port + 1U, 0);
+  unit->arrival_ns[unit->waiting++] = now_ns;
+}
+
+/* Completes the datagram whose `count` records stand in place already. */
+static void finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t count, uint64_t now_ns,
+                   rs_unit_output* output) {
+  const rs_datagram_header header = {.kind = (uint8_t)kind,
+                                     .flags = unit->config.tag != 0 ? RS_DATAGRAM_KEYED : 0,
+                                     .unit = unit->config.unit,
+                                     .section_unit = unit->config.section_unit,
+                                     .session = unit->config.session,
+                                     .sequence = unit->sequence++,
+                                     .time_ns = now_ns,
+                                     .count = (uint16_t)count,
+                                     .dropped = unit->dropped,
+                                     .answering = unit->host_session};
+  rs_datagram_header_pack(unit->datagram, &header);
+  uint32_t bytes = RS_DATAGRAM_HEADER_BYTES + count * RS_DATAGRAM_RECORD_BYTES;
+  if (unit->config.tag != 0) {
+    unit->config.tag(unit->config.tag_context, unit->datagram, bytes, unit->datagram + bytes);
+    bytes += RS_DATAGRAM_TAG_BYTES;
+  }
+  output->datagram = unit->datagram;
+  output->datagram_bytes = bytes;
+}
+
+static void send_waiting(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
+  uint8_t* record = unit->datagram + RS_DATAGRAM_HEADER_BYTES;
+  for (uint32_t i = 0; i < unit->waiting; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
+    memcpy(record, unit->record[i], RS_DATAGRAM_RECORD_BYTES);
+    const uint64_t age_us = (now_ns - unit->arrival_ns[i]) / NS_PER_US;
+    rs_record_arrival_pack(record, rs_record_port(record), age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us);
+  }
+  finish(unit, RS_DATAGRAM_KIND_frames, unit->waiting, now_ns, output);
+  unit->waiting = 0;
+}
+
+/* The state of the unit: last counter and tick time, then of each port the cell there and the size of its tree. */
+static void send_heartbeat(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
+  uint8_t* record = unit->datagram + RS_DATAGRAM_HEADER_BYTES;
+  uint32_t count = 0;
+  const rs_reply reply = {.type = RS_TYPE_reply,
+                          .source = RS_ID_SECTION_UNIT,
+                          .operation = RS_OPERATION_ping,
+                          .counter = unit->command_counter,
+                          .value_low = (uint32_t)unit->tick_time};
+  rs_reply_pack(record, &reply);
+  rs_record_arrival_pack(record, 0, 0);
+  ++count;
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    const rs_unit_port* here = &unit->port[port];
+    uint32_t errors = 0;
+    for (uint32_t lost = here->lost; lost != 0U && errors < 7U; lost >>= 1) ++errors;
+    const rs_topology topology = {.type = RS_TYPE_topology,
+                                  .source = RS_ID_SECTION_UNIT,
+                                  .neighbour_1 = here->cell,
+                                  .neighbour_port_1 = here->cell == RS_ID_NONE ? 0U : (here->cell_port - 1U) & 3U,
+                                  .errors_1 = errors};
+    record += RS_DATAGRAM_RECORD_BYTES;
+    rs_topology_pack(record, &topology);
+    rs_record_arrival_pack(record, port + 1U, 0);
+    const rs_status status = {.type = RS_TYPE_status, .sender = here->cell, .size = here->size, .height = here->height};
+    record += RS_DATAGRAM_RECORD_BYTES;
+    rs_status_pack(record, &status);
+    rs_record_arrival_pack(record, port + 1U, 0);
+    count += 2;
+  }
+  finish(unit, RS_DATAGRAM_KIND_heartbeat, count, now_ns, output);
+}
+
+uint64_t rs_datagrams_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
+  if (!host_listens(unit, now_ns)) {
+    unit->waiting = 0;
+    return unit->heartbeat_ns = now_ns + (uint64_t)RS_KEEP_ALIVE_MS * NS_PER_MS;
+  }
+  const uint64_t batch_ns = (uint64_t)unit->config.batch_us * NS_PER_US;
+  const bool full = unit->waiting == RS_DATAGRAM_RECORDS_MAX;
+  if (unit->waiting > 0U && (full || now_ns - unit->arrival_ns[0] >= batch_ns)) {
+    send_waiting(unit, now_ns, output);
+  } else if (now_ns >= unit->heartbeat_ns) {
+    unit->heartbeat_ns = now_ns + (uint64_t)RS_KEEP_ALIVE_MS * NS_PER_MS;
+    send_heartbeat(unit, now_ns, output);
+  }
+  uint64_t due_ns = unit->heartbeat_ns < now_ns ? now_ns : unit->heartbeat_ns;
+  if (unit->waiting > 0U && unit->arrival_ns[0] + batch_ns < due_ns) due_ns = unit->arrival_ns[0] + batch_ns;
+  return due_ns;
+}
+
+static bool tags_match(const rs_section_unit* unit, const uint8_t* bytes, uint32_t count) {
+  uint8_t expected[RS_DATAGRAM_TAG_BYTES];
+  const uint32_t covered = count - RS_DATAGRAM_TAG_BYTES;
+  unit->config.tag(unit->config.tag_context, bytes, covered, expected);
+  uint8_t difference = 0;
+  for (unsigned i = 0; i < RS_DATAGRAM_TAG_BYTES; ++i) difference |= (uint8_t)(expected[i] ^ bytes[covered + i]);
+  return difference == 0U;
+}
+
+/* Whether a datagram comes from the host, is for this unit, and is not one played again. */
+static bool accept(rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes, uint32_t count) {
+  const rs_section_unit_config* config = &unit->config;
+  if (header->section_unit != config->section_unit) return false;
+  if (header->unit != config->unit && header->unit != RS_UNIT_ALL) return false;
+  if (header->kind < RS_DATAGRAM_KIND_keep_alive || header->session == 0U) return false;
+  const bool keyed = config->tag != 0;
+  if (((header->flags & RS_DATAGRAM_KEYED) != 0) != keyed) return false;
+  if (keyed && !tags_match(unit, bytes, count)) return false;
+  if (keyed && header->answering != config->session) {
+    return header->answering == 0U && header->kind == RS_DATAGRAM_KIND_keep_alive;
+  }
+  if (header->session == unit->host_session) {
+    const uint32_t ahead = header->sequence - unit->host_sequence;
+    if (ahead == 0U || ahead >= 0x80000000U) return false;
+  } else if (keyed && unit->host_session != 0U && header->time_ns <= unit->host_time_ns) {
+    return false; /* a session of before */
+  }
+  unit->host_session = header->session;
+  unit->host_sequence = header->sequence;
+  unit->host_time_ns = header->time_ns;
+  return true;
+}
+
+static void inject(rs_section_unit* unit, uint32_t to_port, const uint8_t* content) {
+  const rs_frame_type type = rs_frame_type_of(content);
+  if (type != RS_TYPE_command && type != RS_TYPE_joints) {
+    ++unit->refused;
+    return;
+  }
+  if (type == RS_TYPE_command) {
+    rs_command command;
+    rs_command_unpack(&command, content);
+    unit->command_counter = (uint16_t)command.counter;
+  }
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    if (to_port == 0U ? unit->port[port].root : to_port == port + 1U) rs_ports_send(unit, port, content);
+  }
+}
+
+void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns) {
+  rs_datagram_header header;
+  if (rs_datagram_header_unpack(&header, bytes, count) != RS_DATAGRAM_OK || !accept(unit, &header, bytes, count)) {
+    ++unit->refused;
+    return;
+  }
+  unit->host_heard = true;
+  unit->host_heard_ns = now_ns;
+  if (header.kind == RS_DATAGRAM_KIND_keep_alive) return;
+  const uint8_t* record = bytes + RS_DATAGRAM_HEADER_BYTES;
+  for (uint32_t i = 0; i < header.count; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
+    const uint32_t to_port = rs_record_port(record);
+    if (to_port > unit->config.ports) {
+      ++unit->refused;
+    } else if (header.kind == RS_DATAGRAM_KIND_inject) {
+      inject(unit, to_port, record);
+    } else if (record[0] > 1U) {
+      ++unit->refused;
+    } else {
+      for (unsigned port = 0; port < unit->config.ports; ++port) {
+        if (to_port == 0U || to_port == port + 1U) rs_ports_power(unit, port, record[0] == 1U);
+      }
+    }
+  }
+}

@@ -1,0 +1,70 @@
+#include <string.h>
+
+#include "section_unit/unit_parts.h"
+
+enum { NAMES_MASK = 2 * RS_UNIT_NAMES_MAX - 1 };
+
+void rs_names_init(rs_unit_names* names, const rs_section_unit_config* config) {
+  memset(names, 0, sizeof *names);
+  /* After a restart the ids of running cells are not known yet: starting anywhere, a new cell seldom meets one. */
+  const uint32_t range = (uint32_t)config->last_id - config->first_id + 1U;
+  names->next_id = (uint16_t)(config->first_id + rs_spread(config->session) % range);
+}
+
+/* The entry of a cell, made if it is new; NULL if the table is full. */
+static rs_unit_name* entry_of(rs_unit_names* names, uint32_t uid) {
+  uint32_t at = rs_spread(uid) & NAMES_MASK;
+  while (names->entry[at].uid != 0U && names->entry[at].uid != uid) at = (at + 1U) & NAMES_MASK;
+  rs_unit_name* entry = &names->entry[at];
+  if (entry->uid == 0U) {
+    if (names->count >= RS_UNIT_NAMES_MAX) return 0;
+    ++names->count;
+    entry->uid = uid;
+  }
+  return entry;
+}
+
+static bool is_taken(const rs_unit_names* names, uint32_t id) {
+  return (names->taken[id / 8U] >> (id % 8U) & 1U) != 0U;
+}
+
+static void give(rs_unit_names* names, rs_unit_name* entry, uint16_t id) {
+  if (entry->id != RS_ID_NONE) names->taken[entry->id / 8U] &= (uint8_t) ~(1U << (entry->id % 8U));
+  entry->id = id;
+  if (id != RS_ID_NONE) names->taken[id / 8U] |= (uint8_t)(1U << (id % 8U));
+}
+
+static bool is_ours(const rs_section_unit_config* config, uint16_t id) {
+  return id >= config->first_id && id <= config->last_id;
+}
+
+uint16_t rs_names_give(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t wanted) {
+  rs_unit_name* entry = uid == 0U ? 0 : entry_of(names, uid);
+  if (entry != 0 && entry->id != RS_ID_NONE) return entry->id;
+  if (entry != 0 && is_ours(config, wanted) && !is_taken(names, wanted)) {
+    give(names, entry, wanted);
+    return wanted;
+  }
+  const uint32_t range = (uint32_t)config->last_id - config->first_id + 1U;
+  for (uint32_t tried = 0; entry != 0 && tried < range; ++tried) {
+    const uint16_t id = names->next_id;
+    names->next_id = id == config->last_id ? config->first_id : (uint16_t)(id + 1U);
+    if (is_taken(names, id)) continue;
+    give(names, entry, id);
+    return id;
+  }
+  ++names->refused;
+  return RS_ID_NONE;
+}
+
+bool rs_names_agree(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t id) {
+  rs_unit_name* entry = uid == 0U ? 0 : entry_of(names, uid);
+  if (entry == 0 || entry->id == id) return true;
+  if (!is_ours(config, id)) {
+    give(names, entry, RS_ID_NONE); /* another unit of the group has named it */
+    return true;
+  }
+  if (is_taken(names, id)) return false;
+  give(names, entry, id);
+  return true;
+}

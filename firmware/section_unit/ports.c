@@ -1,0 +1,175 @@
+#include <string.h>
+
+#include "section_unit/unit_parts.h"
+
+enum { DEPTH_CAP_DEFAULT = RS_TTL_START, GAIN_THRESHOLD_DEFAULT = 1 };
+
+static rs_wave wave_of(const rs_section_unit* unit, unsigned port) {
+  return (rs_wave){.tag = unit->port[port].tag,
+                   .sequence = (uint16_t)unit->tick_time,
+                   .era = (uint16_t)(unit->tick_time >> 16 & 0x3FFU),
+                   .root = (uint8_t)(((uint32_t)unit->config.unit << 4) | (port + 1U)),
+                   .depth_cap = DEPTH_CAP_DEFAULT,
+                   .gain_threshold = GAIN_THRESHOLD_DEFAULT};
+}
+
+bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns) {
+  return port->good > 0U && now_ns - port->heard_ns < (uint64_t)RS_LINK_DOWN_US * 1000U;
+}
+
+void rs_ports_power(rs_section_unit* unit, unsigned port, bool on) {
+  const uint16_t bit = (uint16_t)(1U << port);
+  if (on) {
+    unit->power |= bit;
+    return;
+  }
+  unit->power &= (uint16_t)~bit;
+  unit->port[port].good = 0;
+  unit->port[port].root = false;
+  unit->port[port].queue_count = 0;
+}
+
+void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
+  const uint64_t tick_time = now_ns / (RS_TICK_US * 1000U);
+  if (tick_time == unit->tick_time) return;
+  unit->tick_time = tick_time;
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    rs_unit_port* here = &unit->port[port];
+    if (!rs_port_alive(here, now_ns)) {
+      here->good = 0;
+      here->root = false;
+      here->cell = RS_ID_NONE;
+      here->size = 0;
+      here->height = 0;
+    }
+    here->tick_due = (unit->power >> port & 1U) != 0U;
+    if (unit->config.cell_key != 0) {
+      const rs_wave wave = wave_of(unit, port);
+      here->tag = rs_wave_tag(&unit->key, &wave);
+    }
+  }
+}
+
+void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content) {
+  rs_unit_port* here = &unit->port[port];
+  if (!here->root || here->queue_count >= RS_UNIT_QUEUE) {
+    ++here->dropped;
+    ++unit->dropped;
+    return;
+  }
+  uint8_t* frame = here->queue[(here->queue_first + here->queue_count++) % RS_UNIT_QUEUE];
+  memcpy(frame, content, RS_CONTENT_BYTES);
+  if (rs_frame_type_of(frame) == RS_TYPE_command) {
+    RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
+    const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
+    rs_store32(frame + RS_command_tag_AT / 8, unit->config.cell_key == 0 ? 0U : rs_command_tag(&unit->key, frame, era));
+  }
+  rs_frame_seal(frame);
+}
+
+static void send_by_uid(rs_section_unit* unit, unsigned port, rs_command command) {
+  command.type = RS_TYPE_command;
+  command.target = RS_ID_ALL;
+  uint8_t content[RS_CONTENT_BYTES];
+  rs_command_pack(content, &command);
+  rs_ports_send(unit, port, content);
+}
+
+static void receive_join(rs_section_unit* unit, unsigned port, const uint8_t* frame) {
+  rs_join join;
+  rs_join_unpack(&join, frame);
+  const uint16_t id = rs_names_give(&unit->names, &unit->config, join.uid, (uint16_t)join.wanted);
+  if (id == RS_ID_NONE) return;
+  send_by_uid(
+      unit, port,
+      (rs_command){.operation = RS_OPERATION_assign, .index = id, .value_high = join.challenge, .value_low = join.uid});
+}
+
+static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t* frame) {
+  rs_topology topology;
+  rs_topology_unpack(&topology, frame);
+  if (rs_names_agree(&unit->names, &unit->config, topology.uid, (uint16_t)topology.source)) return;
+  send_by_uid(unit, port, (rs_command){.operation = RS_OPERATION_rejoin, .value_low = topology.uid});
+}
+
+static void receive_tick(rs_unit_port* here, const uint8_t* frame) {
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+  here->cell = (uint16_t)tick.sender;
+  here->cell_port = (uint8_t)(tick.sender_port + 1U);
+  here->root = tick.parent != 0U;
+  if (!here->root) here->size = here->height = 0;
+}
+
+void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns) {
+  rs_unit_port* here = &unit->port[port];
+  if ((unit->power >> port & 1U) == 0U) return;
+  if (!rs_frame_intact(frame)) {
+    ++here->lost;
+    return;
+  }
+  ++here->frames;
+  here->heard_ns = now_ns;
+  here->good = 1;
+  switch (rs_frame_type_of(frame)) {
+    case RS_TYPE_tick:
+      receive_tick(here, frame);
+      break;
+    case RS_TYPE_status: {
+      rs_status status;
+      rs_status_unpack(&status, frame);
+      here->size = (uint16_t)status.size;
+      here->height = (uint8_t)status.height;
+      break;
+    }
+    case RS_TYPE_join:
+      receive_join(unit, port, frame);
+      break;
+    case RS_TYPE_topology:
+      receive_topology(unit, port, frame);
+      rs_datagrams_gather(unit, port, frame, now_ns);
+      break;
+    case RS_TYPE_clock:
+    case RS_TYPE_event:
+    case RS_TYPE_torque:
+    case RS_TYPE_reply:
+      rs_datagrams_gather(unit, port, frame, now_ns);
+      break;
+    default:
+      break;
+  }
+}
+
+static void pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {
+  const uint64_t age_us = (now_ns - unit->tick_time * RS_TICK_US * 1000U) / 1000U;
+  rs_tick tick = {.type = RS_TYPE_tick,
+                  .hops = 0,
+                  .sender = RS_ID_SECTION_UNIT,
+                  .sender_port = port & 3U,
+                  .nonce = unit->config.session & 0xFFU,
+                  .heard = rs_port_alive(&unit->port[port], now_ns),
+                  .age_us = age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us};
+  const rs_wave wave = wave_of(unit, port);
+  rs_wave_into_tick(&tick, &wave);
+  rs_tick_pack(frame, &tick);
+  rs_frame_seal(frame);
+}
+
+void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    rs_unit_port* here = &unit->port[port];
+    if (here->busy || (unit->power >> port & 1U) == 0U) continue;
+    if (here->tick_due) {
+      here->tick_due = false;
+      pack_tick(unit, port, now_ns, here->sending);
+    } else if (here->queue_count > 0U) {
+      memcpy(here->sending, here->queue[here->queue_first % RS_UNIT_QUEUE], RS_FRAME_BYTES);
+      here->queue_first = (uint8_t)((here->queue_first + 1U) % RS_UNIT_QUEUE);
+      --here->queue_count;
+    } else {
+      continue;
+    }
+    here->busy = true;
+    output->frame[port] = here->sending;
+  }
+}

@@ -1,0 +1,30 @@
+/* What the parts of the section unit offer each other. */
+#ifndef ROBOTSKIN_SECTION_UNIT_UNIT_PARTS_H
+#define ROBOTSKIN_SECTION_UNIT_UNIT_PARTS_H
+
+#include "cell/parts.h"
+#include "robotskin/section_unit.h"
+
+/* ---- names.c ---- */
+void rs_names_init(rs_unit_names* names, const rs_section_unit_config* config);
+/* The id for a cell that asks and would like `wanted`; RS_ID_NONE if there is none left. */
+uint16_t rs_names_give(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t wanted);
+/* Takes note of a named cell; false if its id belongs to another, so that it has to ask anew. */
+bool rs_names_agree(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t id);
+
+/* ---- ports.c: ports are indices 0 to 14 ---- */
+void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns);
+void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
+void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
+void rs_ports_power(rs_section_unit* unit, unsigned port, bool on);
+bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns);
+/* Puts a command or another downward frame into a port's queue; commands get their tag. */
+void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content);
+
+/* ---- datagrams.c ---- */
+void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
+void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns);
+/* Writes at most one datagram; returns when the next one is due, if nothing comes before. */
+uint64_t rs_datagrams_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
+
+#endif
