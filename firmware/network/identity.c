@@ -87,7 +87,11 @@ static void ask_for_id(rs_cell* cell) {
 }
 
 void rs_identity_check(rs_cell* cell, uint32_t now_us) {
-  if (cell->route.parent_port == RS_NO_PARENT) return;
+  if (cell->route.parent_port == RS_NO_PARENT) {
+    /* All cells of a tree find their way within a millisecond or two; they do not all ask at once. */
+    cell->join_us = now_us + rs_spread(cell->uid) % RS_JOIN_SPREAD_US;
+    return;
+  }
   if (cell->id == RS_ID_NONE) {
     if (rs_reached(now_us, cell->join_us) || cell->join_us - now_us > RS_JOIN_US) {
       cell->join_us = now_us + RS_JOIN_US;

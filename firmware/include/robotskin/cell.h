@@ -68,7 +68,7 @@ typedef struct {
 enum {
   RS_QUEUE_URGENT = 32, /* events of the subtree */
   RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
-  RS_QUEUE_SLOW = 32,   /* replies, topology and join frames of the subtree */
+  RS_QUEUE_SLOW = 64,   /* replies, topology and join frames of the subtree */
   RS_QUEUE_DOWN = 16,   /* commands on their way down */
   RS_NO_PARENT = 0      /* parent_port */
 };
