@@ -7,6 +7,7 @@ namespace robotskin::bindings {
 
 void bind_world(nanobind::module_ module) {
   bind_world_body(module);
+  bind_world_network(module);
 }
 
 }  // namespace robotskin::bindings

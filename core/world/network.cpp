@@ -168,8 +168,9 @@ void Network::step_cell(std::size_t index, const rs_input& input) {
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
   if (output.flash_changed) std::memcpy(cell.flash, output.flash, RS_FLASH_BYTES);
-  const rs_cell& s = cell.state;
-  cell.queue_peak = std::max<std::uint32_t>(cell.queue_peak, s.urgent_count + s.data_count + s.slow_count);
+  const rs_queues& queues = cell.state.queues;
+  cell.queue_peak =
+      std::max<std::uint32_t>(cell.queue_peak, queues.urgent.count + queues.data.count + queues.slow.count);
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
   wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1);
@@ -414,6 +415,14 @@ void Network::reboot(std::size_t index, std::int64_t off_ns) {
 }
 
 // ---- What is so ----
+
+std::size_t Network::cell_count() const {
+  return cells_.size();
+}
+
+std::size_t Network::unit_count() const {
+  return units_.size();
+}
 
 const rs_cell& Network::cell(std::size_t index) const {
   return cells_.at(index).state;

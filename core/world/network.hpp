@@ -80,8 +80,8 @@ class Network {
   void reboot(std::size_t cell, std::int64_t off_ns);
 
   // ---- What is so ----
-  std::size_t cell_count() const { return cells_.size(); }
-  std::size_t unit_count() const { return units_.size(); }
+  std::size_t cell_count() const;
+  std::size_t unit_count() const;
   const rs_cell& cell(std::size_t index) const;
   bool alive(std::size_t cell) const;
   const rs_section_unit& unit(std::size_t index) const;

@@ -1,1 +1,24 @@
-"""The simulated two ends of the skin: links and faults, body and touch."""
+"""The simulated two ends of the flow: cells' network and links in virtual time, and the robot's body in MuJoCo.
+
+In: a layout, a robot, a seed; pushes, joint commands, datagrams of the host. Out: datagrams of the section units, joint
+states. Physics every millisecond, frames in between. It runs the shipping firmware; only clock, wires and body are
+simulated. What can go wrong: a layout whose links the robot lacks, a cell that does not exist (typed errors).
+"""
+
+from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains
+from robotskin.world.hand import Hand
+from robotskin.world.scene import HandSpec, ObjectSpec
+from robotskin.world.world import World, WorldError
+
+__all__ = [
+    "Hand",
+    "HandSpec",
+    "HandTask",
+    "Imperfections",
+    "LineQuality",
+    "Mailbox",
+    "ObjectSpec",
+    "ServoGains",
+    "World",
+    "WorldError",
+]

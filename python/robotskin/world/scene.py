@@ -147,7 +147,7 @@ def _add_cells(spec: mujoco.MjSpec, robot: Robot, layout: Layout) -> None:
     back = np.column_stack([HEXAGON_M, np.full(6, -CELL_THICKNESS_M)])
     front = np.column_stack([HEXAGON_M, np.zeros(6)])
     # The origin of a mesh geom moves to its centre of mass; this prism is built about it.
-    points = np.concatenate([front, back]) + [0.0, 0.0, CELL_THICKNESS_M / 2]
+    points = np.concatenate([front, back]) + np.array([0.0, 0.0, CELL_THICKNESS_M / 2])
     spec.add_mesh(name="cell", uservert=points.ravel())
     rotation = layout.link_from_cell[:, :3, :3]
     centre = layout.link_from_cell[:, :3, 3] - CELL_THICKNESS_M / 2 * rotation[:, :, 2]

@@ -1,0 +1,218 @@
+// Binds the simulated network and what steps it with the body.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+
+#include "bindings/world.hpp"
+#include "world/world.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::bindings {
+namespace {
+
+using world::Body;
+using world::LineQuality;
+using world::Mailbox;
+using world::Network;
+using world::NetworkCounts;
+using world::NetworkOptions;
+using world::Transport;
+using world::UnitDescription;
+using world::Wiring;
+using world::World;
+using Neighbours = nb::ndarray<const std::int32_t, nb::shape<-1, 4, 2>, nb::c_contig, nb::device::cpu>;
+using Bytes = nb::bytes;
+
+std::span<const std::uint8_t> span_of(const Bytes& bytes) {
+  return {static_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+}
+
+Wiring wiring_of(const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
+                 std::vector<UnitDescription> units) {
+  Wiring wiring;
+  const auto cells = static_cast<std::int32_t>(neighbours.shape(0));
+  if (id.size() != neighbours.shape(0)) throw std::invalid_argument("wiring: one id a cell");
+  const auto check = [cells](std::int32_t cell, std::int32_t port) {
+    if (cell < -1 || cell >= cells || (cell >= 0 && (port < 1 || port > RS_PORTS)))
+      throw std::invalid_argument("wiring: neighbour " + std::to_string(cell) + " port " + std::to_string(port) +
+                                  ": must be a cell below " + std::to_string(cells) + " and a port 1 to 4");
+  };
+  for (std::int32_t i = 0; i < cells; ++i) {
+    std::array<world::CellEnd, 4> ends;
+    for (int p = 0; p < RS_PORTS; ++p) {
+      const std::int32_t cell = neighbours(i, p, 0), port = neighbours(i, p, 1);
+      check(cell, port);
+      ends[p] = {cell, static_cast<std::uint8_t>(port)};
+    }
+    wiring.neighbours.push_back(ends);
+  }
+  for (const UnitDescription& unit : units) {
+    if (unit.ports.empty() || unit.ports.size() > RS_SECTION_UNIT_PORTS_MAX)
+      throw std::invalid_argument("wiring: a section unit has 1 to 15 ports, not " + std::to_string(unit.ports.size()));
+    for (const world::CellEnd& end : unit.ports) check(end.cell, end.port);
+  }
+  wiring.id = id;
+  wiring.units = std::move(units);
+  return wiring;
+}
+
+void bind_options(nb::module_& module) {
+  nb::class_<LineQuality>(module, "LineQuality",
+                          "How good wires and clocks are; the faults of a run come from its seed.")
+      .def(nb::init<>())
+      .def_rw("jitter_us", &LineQuality::jitter_us, "a frame takes up to this much longer than its 50 us")
+      .def_rw("lost_share", &LineQuality::lost_share, "of frames, on each wire")
+      .def_rw("bit_error_rate", &LineQuality::bit_error_rate, "before the checksum is seen")
+      .def_rw("clock_drift_ppm", &LineQuality::clock_drift_ppm, "each cell's clock, within +-")
+      .def_rw("power_up_spread_us", &LineQuality::power_up_spread_us, "cells start within this time");
+
+  nb::class_<UnitDescription>(module, "UnitDescription", "A section unit and the cells at its ports.")
+      .def(
+          "__init__",
+          [](UnitDescription* self, std::uint16_t section_unit, std::uint8_t unit,
+             const std::vector<std::tuple<int, int>>& ports) {
+            new (self) UnitDescription{section_unit, unit, {}};
+            for (const auto& [cell, port] : ports) self->ports.push_back({cell, static_cast<std::uint8_t>(port)});
+          },
+          "section_unit"_a, "unit"_a, "ports"_a)
+      .def_ro("section_unit", &UnitDescription::section_unit)
+      .def_ro("unit", &UnitDescription::unit);
+
+  nb::class_<NetworkOptions>(module, "NetworkOptions", "How a network is run.")
+      .def(nb::init<>())
+      .def_rw("line", &NetworkOptions::line)
+      .def_rw("batch_us", &NetworkOptions::batch_us, "a frame waits at most this long for its datagram; 0: no other")
+      .def_rw("unasked", &NetworkOptions::unasked, "section units send without a keep-alive")
+      .def_rw("powered", &NetworkOptions::powered, "ports have power from the start")
+      .def_rw("epoch_ns", &NetworkOptions::epoch_ns, "the section units' clock at virtual time 0")
+      .def_rw("seed", &NetworkOptions::seed);
+}
+
+void bind_network(nb::module_& module) {
+  nb::class_<NetworkCounts>(module, "NetworkCounts", "What has happened in a network since its start.")
+      .def_ro("frames_sent", &NetworkCounts::frames_sent, "begun on a wire with something at its end")
+      .def_ro("frames_delivered", &NetworkCounts::frames_delivered, "hops")
+      .def_ro("frames_lost", &NetworkCounts::frames_lost, "on a wire: by chance, cut, or to a dead cell")
+      .def_ro("frames_damaged", &NetworkCounts::frames_damaged, "by bit errors")
+      .def_ro("cell_steps", &NetworkCounts::cell_steps)
+      .def_ro("events", &NetworkCounts::events)
+      .def_ro("datagrams", &NetworkCounts::datagrams)
+      .def_ro("datagram_bytes", &NetworkCounts::datagram_bytes)
+      .def_ro("records", &NetworkCounts::records, "frames inside datagrams");
+
+  const auto check = [](const Network& self, std::size_t cell, int port = 1) {
+    if (cell >= self.cell_count() || port < 1 || port > RS_PORTS)
+      throw std::out_of_range("cell " + std::to_string(cell) + " port " + std::to_string(port) + ": there are " +
+                              std::to_string(self.cell_count()) + " cells of 4 ports");
+  };
+  nb::class_<Network>(module, "Network", "Cells, wires and section units in virtual time.")
+      .def_prop_ro("cell_count", &Network::cell_count)
+      .def_prop_ro("unit_count", &Network::unit_count)
+      .def_prop_ro("counts", [](const Network& self) { return self.counts(); })
+      .def_prop_ro("frames_dropped", &Network::frames_dropped, "by full queues of cells and section units")
+      .def_prop_ro("queue_peaks", &Network::queue_peaks, "(N) frames waiting in a cell at once, at most")
+      .def_prop_ro("depths", &Network::depths, "(N) hops to the nearest powered port over wires that work, -1: none")
+      .def_prop_ro("formed", &Network::formed, "every cell that can be reached has an id and its shortest path")
+      .def_prop_ro("log_hash", &Network::log_hash, "of every frame and datagram so far")
+      .def("alive",
+           [check](const Network& self, std::size_t cell) {
+             check(self, cell);
+             return self.alive(cell);
+           })
+      .def("cell_id",
+           [check](const Network& self, std::size_t cell) {
+             check(self, cell);
+             return self.cell(cell).id;
+           })
+      .def("cell_hops",
+           [check](const Network& self, std::size_t cell) {
+             check(self, cell);
+             return self.cell(cell).route.hops;
+           })
+      .def("cell_parent_port",
+           [check](const Network& self, std::size_t cell) {
+             check(self, cell);
+             return self.cell(cell).route.parent_port;
+           })
+      .def("cell_led",
+           [check](const Network& self, std::size_t cell) {
+             check(self, cell);
+             return self.cell(cell).led_rgb;
+           })
+      .def(
+          "cut",
+          [check](Network& self, std::size_t cell, int port, bool out, bool in) {
+            check(self, cell, port);
+            self.cut(cell, port, out, in);
+          },
+          "cell"_a, "port"_a, "out"_a = true, "in_"_a = true, "The wire at this port carries nothing any more.")
+      .def(
+          "mend",
+          [check](Network& self, std::size_t cell, int port) {
+            check(self, cell, port);
+            self.mend(cell, port);
+          },
+          "cell"_a, "port"_a)
+      .def(
+          "kill",
+          [check](Network& self, std::size_t cell) {
+            check(self, cell);
+            self.kill(cell);
+          },
+          "cell"_a)
+      .def(
+          "reboot",
+          [check](Network& self, std::size_t cell, std::int64_t off_ns) {
+            check(self, cell);
+            self.reboot(cell, off_ns);
+          },
+          "cell"_a, "off_ns"_a = 0, "Starts a cell, after this time without power.");
+}
+
+}  // namespace
+
+void bind_world_network(nb::module_& module) {
+  bind_options(module);
+  bind_network(module);
+  nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");
+  nb::class_<Mailbox, Transport>(module, "Mailbox", "In process: datagrams wait until they are taken.")
+      .def(nb::init<>())
+      .def_prop_ro("overflowed", &Mailbox::overflowed, "datagrams that gave way because nobody took them")
+      .def(
+          "post", [](Mailbox& self, std::size_t unit, const Bytes& datagram) { self.post(unit, span_of(datagram)); },
+          "unit"_a, "datagram"_a, "From the host to a section unit (its index).")
+      .def(
+          "take",
+          [](Mailbox& self) {
+            nb::list letters;
+            for (const Mailbox::Letter& letter : self.take())
+              letters.append(
+                  nb::make_tuple(letter.unit, letter.time_ns, Bytes(letter.datagram.data(), letter.datagram.size())));
+            return letters;
+          },
+          "What the section units have sent: (unit index, virtual time in ns, datagram) in order.");
+
+  nb::class_<World>(module, "World", "Body and network in step.")
+      .def(
+          "__init__",
+          [](World* self, Body* body, const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
+             const std::vector<UnitDescription>& units, const NetworkOptions& options, Transport& transport,
+             double step_s) {
+            new (self) World(body, wiring_of(neighbours, id, units), options, transport, step_s);
+            if (auto* mailbox = dynamic_cast<Mailbox*>(&transport)) mailbox->set_clock(&self->network());
+          },
+          nb::keep_alive<1, 2>(), nb::keep_alive<1, 7>(), "body"_a.none(), "neighbours"_a, "id"_a, "units"_a,
+          "options"_a, "transport"_a, "step_s"_a = 0.001)
+      .def("run", &World::run, nb::call_guard<nb::gil_scoped_release>(), "duration_ns"_a)
+      .def_prop_ro("time_ns", &World::time_ns)
+      .def_prop_ro("formed_ns", &World::formed_ns, "virtual time when the network first was whole, -1: not yet")
+      .def_prop_ro("network", nb::overload_cast<>(&World::network), nb::rv_policy::reference_internal);
+}
+
+}  // namespace robotskin::bindings

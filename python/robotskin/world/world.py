@@ -1,0 +1,279 @@
+"""The world a skinned robot lives in: its body in MuJoCo, its cell network, and the hands that touch it."""
+
+import threading
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robotskin._core import world as core
+from robotskin.errors import RobotskinError
+from robotskin.layout import Layout
+from robotskin.robots import Robot
+from robotskin.world.hand import Hand
+from robotskin.world.scene import HandSpec, ObjectSpec, build, parking_m
+
+
+class WorldError(RobotskinError):
+    """Something asked of the world that it cannot do; the message names the value and the valid choices."""
+
+
+class World:
+    """A skinned robot in virtual time: physics at 1 kHz, every cell and section unit running the shipping firmware.
+
+    One seed gives one run, to the byte (`network.log_hash`). Between two physics steps the cells read what was true at
+    the earlier one. All methods may be called from any thread; only `step` takes time.
+
+    Args:
+        layout: the skin, N cells.
+        robot: the robot that wears it.
+        seed: of sensors, wires, clocks and sessions.
+        posture: (n) rad or m; where the robot starts, by default its neutral one.
+        hands, objects: what can touch the robot.
+        imperfections: of the sensors; `Imperfections.none()` for ideal ones.
+        line: quality of wires and clocks.
+        servo: inner loops of the position and velocity interface.
+        dead_cells: indices of cells without life from the start.
+        joint_friction: Coulomb friction of each joint, Nm or N; scalar or (n).
+        batch_us: how long a frame waits for its datagram to fill; 0 for one frame a datagram.
+        unasked: section units send even if no host has asked.
+        epoch_ns: what the section units' clocks show at virtual time 0; also the host time of joint states.
+        transport: None for in process (`take_datagrams`, `post`), or a core transport such as `UdpTransport`.
+        ambient_temperature: degrees Celsius.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        robot: Robot,
+        seed: int = 1,
+        *,
+        posture: ArrayLike | None = None,
+        hands: Sequence[HandSpec] = (HandSpec(), HandSpec()),
+        objects: Sequence[ObjectSpec] = (),
+        imperfections: core.Imperfections | None = None,
+        line: core.LineQuality | None = None,
+        servo: core.ServoGains | None = None,
+        dead_cells: Sequence[int] = (),
+        joint_friction: ArrayLike = 0.0,
+        batch_us: int = 1000,
+        unasked: bool = False,
+        epoch_ns: int = 0,
+        transport: core.Transport | None = None,
+        ambient_temperature: float = 30.0,
+    ) -> None:
+        self.layout = layout
+        self.robot_model = robot
+        self.seed = seed
+        self._lock = threading.RLock()
+        posture = robot.neutral if posture is None else posture
+        self.scene = build(robot, layout, posture, hands, objects)
+        dofs = self.scene.model.jnt_dofadr[self.scene.robot_joints]
+        self.scene.model.dof_frictionloss[dofs] = joint_friction
+        self.body = core.Body(
+            model_address=self.scene.model._address,
+            data_address=self.scene.data._address,
+            owner=self.scene,
+            cell_body=self.scene.cell_body.tolist(),
+            cell_geom=self.scene.cell_geom.tolist(),
+            body_from_cell=self.scene.body_from_cell,
+            object_body=self.scene.object_body.tolist(),
+            object_temperature=self.scene.object_temperature,
+            ambient_temperature=ambient_temperature,
+            hands=[
+                core.HandDescription(
+                    body=int(self.scene.object_body[index]),
+                    joint=int(self.scene.hand_joints[index]),
+                    radius_m=hand.radius_m,
+                    mass_kg=hand.mass_kg,
+                    parking=parking_m(index),
+                )
+                for index, hand in enumerate(self.scene.hands)
+            ],
+            robot_joints=self.scene.robot_joints.tolist(),
+            effort_limit=robot.effort_limit.tolist(),
+            gains=servo or core.ServoGains(),
+            imperfections=imperfections or core.Imperfections(),
+            seed=seed,
+        )
+        options = core.NetworkOptions()
+        options.line = line or core.LineQuality()
+        options.batch_us = batch_us
+        options.unasked = unasked
+        options.epoch_ns = epoch_ns
+        options.seed = seed
+        self.epoch_ns = epoch_ns
+        self.transport = transport or core.Mailbox()
+        self.units = unit_descriptions(layout)
+        self._core = core.World(self.body, layout.neighbours, layout.id.tolist(), self.units, options, self.transport)
+        self.hands = tuple(Hand(self, index) for index in range(len(self.scene.hands)))
+        for cell in dead_cells:
+            self.network.kill(int(cell))
+
+    # ---- Time ----
+
+    @property
+    def time_s(self) -> float:
+        """Virtual time in seconds since the world began."""
+        return self._core.time_ns * 1e-9
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time on the host's clock: nanoseconds, `epoch_ns` at the start."""
+        return self.epoch_ns + self._core.time_ns
+
+    def step(self, duration_s: float, *, realtime: bool = False) -> None:
+        """Run for a time, in whole milliseconds; with `realtime` no faster than the clock on the wall."""
+        steps = round(duration_s / self.scene.model.opt.timestep)
+        if steps < 0:
+            raise WorldError(f"step of {duration_s} s: must not be negative")
+        chunk = 10 if realtime else max(steps, 1)
+        start = time.monotonic()
+        done = 0
+        while done < steps:
+            now = min(chunk, steps - done)
+            with self._lock:
+                self._core.run(round(now * self.scene.model.opt.timestep * 1e9))
+            done += now
+            if realtime:
+                ahead = start + done * self.scene.model.opt.timestep - time.monotonic()
+                if ahead > 0:
+                    time.sleep(ahead)
+
+    # ---- Robot, network, datagrams ----
+
+    @property
+    def port(self) -> core.SimulatedRobot:
+        """The robot's port: `read`, `write`, `stop`, with all three interfaces; use it from the thread that steps."""
+        return self.body.robot
+
+    @property
+    def network(self) -> core.Network:
+        """Cells and wires: counts, faults, what each cell knows."""
+        return self._core.network
+
+    @property
+    def formation_s(self) -> float | None:
+        """Virtual time when every cell first had its shortest path; None before that."""
+        return self._core.formed_ns * 1e-9 if self._core.formed_ns >= 0 else None
+
+    def take_datagrams(self) -> list[tuple[int, int, bytes]]:
+        """What the section units have sent since the last call: (unit index, host time in ns, datagram)."""
+        with self._lock:
+            return [(unit, self.epoch_ns + when, datagram) for unit, when, datagram in self._mailbox().take()]
+
+    def post(self, section_unit: int, unit: int, datagram: bytes) -> None:
+        """Send a datagram to a section unit of a group; unit 255: to all of the group."""
+        with self._lock:
+            for index, description in enumerate(self.units):
+                if description.section_unit == section_unit and unit in (description.unit, 255):
+                    self._mailbox().post(index, datagram)
+
+    def _mailbox(self) -> core.Mailbox:
+        if not isinstance(self.transport, core.Mailbox):
+            raise WorldError(f"datagrams go by {type(self.transport).__name__}; only Mailbox holds them for the caller")
+        return self.transport
+
+    # ---- Touch ----
+
+    def push(self, cell: int, force_n: float, at_m: tuple[float, float] = (0.0, 0.0), hand: int = 0) -> Hand:
+        """Push a cell with a hand; see `Hand.push`."""
+        return self.hands[hand].push(cell, force_n, at_m)
+
+    def approach(self, cell: int, distance_m: float, speed_m_s: float = 0.2, hand: int = 0) -> Hand:
+        """Hold a hand in front of a cell; see `Hand.approach`."""
+        return self.hands[hand].approach(cell, distance_m, speed_m_s)
+
+    def release(self) -> None:
+        """Every hand leaves."""
+        for hand in self.hands:
+            hand.leave()
+
+    def contact_normal_force(self) -> NDArray[np.float64]:
+        """(O,) newton, MuJoCo's normal contact force of each hand and object on all cells; hands first."""
+        with self._lock:
+            return np.array(self.body.object_force)
+
+    def cell_true_force(self) -> NDArray[np.float64]:
+        """(N, 3) newton, what each force sensor feels before noise, offset, range and quantisation."""
+        with self._lock:
+            return self.body.sensor_force
+
+    def cell_true_distance(self) -> NDArray[np.float64]:
+        """(N,) metres to the nearest object in the cone about the normal, inf where there is none within reach."""
+        with self._lock:
+            return self.body.distance()[:, 0]
+
+    def cell_true_specific_force(self) -> NDArray[np.float64]:
+        """(N, 3) m/s², cell frame: acceleration minus gravity."""
+        with self._lock:
+            return self.body.specific_force
+
+    def cell_true_temperature(self) -> NDArray[np.float64]:
+        """(N, 2) degrees Celsius, board and surface."""
+        with self._lock:
+            return self.body.temperature(self._core.time_ns)
+
+    # ---- Places ----
+
+    def base_from_cell(self, cell: int | None = None) -> NDArray[np.float64]:
+        """(4, 4) of one cell, or (N, 4, 4) of all; metres, as of the last physics step."""
+        with self._lock:
+            poses = self.body.world_from_cell().reshape(-1, 4, 4)
+            base = self.scene.data.body(self.robot_model.base_link)
+            rotation, position = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
+        poses[:, :3, :3] = rotation.T @ poses[:, :3, :3]
+        poses[:, :3, 3] = (poses[:, :3, 3] - position) @ rotation
+        return poses if cell is None else poses[self.check_cell(cell)]
+
+    def joint_positions(self) -> NDArray[np.float64]:
+        """(n) rad or m."""
+        with self._lock:
+            return self.scene.data.qpos[self.scene.model.jnt_qposadr[self.scene.robot_joints]].copy()
+
+    def check_cell(self, cell: int) -> int:
+        """The cell, if there is such a one; else WorldError."""
+        if not 0 <= cell < len(self.layout):
+            raise WorldError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
+        return int(cell)
+
+    def statistics(self) -> dict[str, float]:
+        """What has happened so far: frames, hops, drops, queue peaks, datagrams, formation time, log hash."""
+        with self._lock:
+            counts, network = self.network.counts, self.network
+            return {
+                "time_s": self.time_s,
+                "formation_s": -1.0 if self.formation_s is None else self.formation_s,
+                "cells_alive": sum(network.alive(cell) for cell in range(len(self.layout))),
+                "frames_sent": counts.frames_sent,
+                "hops": counts.frames_delivered,
+                "frames_lost": counts.frames_lost,
+                "frames_damaged": counts.frames_damaged,
+                "frames_dropped": network.frames_dropped,
+                "cell_steps": counts.cell_steps,
+                "queue_peak": max(network.queue_peaks, default=0),
+                "datagrams": counts.datagrams,
+                "datagram_bytes": counts.datagram_bytes,
+                "frames_at_host": counts.records,
+                "samples": self.body.samples,
+                "saturated_samples": self.body.saturated_samples,
+                "log_hash": network.log_hash,
+            }
+
+
+def unit_descriptions(layout: Layout) -> list[core.UnitDescription]:
+    """The section units of a layout: each group's ports, 15 to a unit."""
+    units = []
+    for group in sorted({place.section_unit for place in layout.section_unit_ports}):
+        places = sorted(
+            (place for place in layout.section_unit_ports if place.section_unit == group), key=lambda place: place.port
+        )
+        by_unit: dict[int, dict[int, tuple[int, int]]] = {}
+        for place in places:
+            unit, port = divmod(place.port - 1, 15)
+            by_unit.setdefault(unit, {})[port] = (place.cell, place.cell_port)
+        for unit, ports in sorted(by_unit.items()):
+            ends = [ports.get(port, (-1, 0)) for port in range(max(ports) + 1)]
+            units.append(core.UnitDescription(section_unit=group, unit=unit, ports=ends))
+    return units
