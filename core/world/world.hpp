@@ -40,6 +40,7 @@ class Mailbox : public Transport {
 
   void post(std::size_t unit, std::span<const std::uint8_t> datagram);  // from the host
   std::vector<Letter> take();                                           // to the host, in the order sent
+  std::uint64_t overflowed() const { return overflowed_; }
   void set_clock(const Network* network) { clock_ = network; }
 
  private:

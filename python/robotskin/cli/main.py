@@ -1,13 +1,115 @@
-"""The `robotskin` command: one subcommand a verb, each in its own module."""
+"""The `robotskin` command: one subcommand a verb, each in the module of this folder that bears its name.
+
+A verb's module offers either `command`, a function that typer turns into the subcommand, or `app`, a `typer.Typer` of
+further subcommands. It is imported when its verb is called, so that `robotskin --help` answers at once however heavy
+the verbs are; their one-line summaries are read from their sources.
+"""
+
+import ast
+import importlib
+import importlib.util
+import pkgutil
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from robotskin.cli import bench
+import robotskin
+import robotskin.cli
+from robotskin.errors import RobotskinError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, help="A sense of touch for the whole body of any robot.")
-app.add_typer(bench.app, name="bench")
+# The order of a project's day; verbs that are not named here follow by alphabet.
+ORDER = ("demo", "cover", "check", "simulate", "configure", "run", "view", "record", "replay", "bench", "reproduce")
+
+
+def verbs() -> list[str]:
+    """The names of all verbs, in the order in which the help lists them."""
+    found = [module.name for module in pkgutil.iter_modules(robotskin.cli.__path__) if module.name != "main"]
+    return sorted(found, key=lambda verb: (ORDER.index(verb) if verb in ORDER else len(ORDER), verb))
+
+
+def summary(verb: str) -> str:
+    """The first sentence of a verb's help, without importing it."""
+    specification = importlib.util.find_spec(f"robotskin.cli.{verb}")
+    if specification is None or specification.origin is None:
+        raise ModuleNotFoundError(f"the verb {verb!r} has no source")
+    tree = ast.parse(Path(specification.origin).read_text(encoding="utf-8"))
+    texts: list[object] = [
+        ast.get_docstring(node) for node in tree.body if isinstance(node, ast.FunctionDef) if node.name == "command"
+    ]
+    texts += [
+        keyword.value.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+        for keyword in node.value.keywords
+        if keyword.arg == "help" and isinstance(keyword.value, ast.Constant)
+    ]
+    texts.append(ast.get_docstring(tree))
+    return next((str(text).split("\n")[0] for text in texts if text), "")
+
+
+def load(verb: str) -> Any:
+    """Import a verb and return what runs it."""
+    module = importlib.import_module(f"robotskin.cli.{verb}")
+    if hasattr(module, "app"):
+        return typer.main.get_command(module.app)
+    single = typer.Typer(add_completion=False)
+    single.command(verb)(module.command)
+    return typer.main.get_command(single)
+
+
+class Verbs(TyperGroup):
+    """Loads the verb that is called, and turns the project's own errors into one line on stderr and exit status 2.
+
+    Any other exception is a bug and is shown as one.
+    """
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = {verb: TyperCommand(verb, help=summary(verb)) for verb in verbs()}
+
+    def resolve_command(self, context: Any, arguments: list[str]) -> Any:
+        """The verb that `arguments` begin with."""
+        if arguments[0] in self.commands:
+            self.commands[arguments[0]] = load(arguments[0])
+        return super().resolve_command(context, arguments)
+
+    def invoke(self, context: Any) -> Any:
+        """Run the verb that `context` holds."""
+        try:
+            return super().invoke(context)
+        except RobotskinError as error:
+            reason = str(error)
+        except OSError as error:
+            # Only a file can be named by the user.
+            if error.filename is None:
+                raise
+            reason = f"{error.filename}: {error.strerror}"
+        typer.echo(f"robotskin: {' '.join(reason.split())}", err=True)
+        raise typer.Exit(2)
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and leave, where it is `wanted`."""
+    if wanted:
+        typer.echo(robotskin.__version__)
+        raise typer.Exit
+
+
+app = typer.Typer(
+    cls=Verbs,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_show_locals=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 
 
 @app.callback()
-def main() -> None:
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=show_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
     """A sense of touch for the whole body of any robot."""

@@ -66,7 +66,7 @@ class Scene:
     @property
     def object_temperature(self) -> list[float]:
         """(O) degrees Celsius."""
-        return [thing.temperature for thing in (*self.hands, *self.objects)]
+        return [hand.temperature for hand in self.hands] + [thing.temperature for thing in self.objects]
 
 
 def parking_m(hand: int) -> tuple[float, float, float]:

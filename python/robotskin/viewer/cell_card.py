@@ -1,0 +1,64 @@
+"""Everything known about one cell, as a piece of HTML."""
+
+from html import escape
+
+import numpy as np
+
+from robotskin.layout import Layout
+from robotskin.viewer.colours import HEALTH_COLOURS
+from robotskin.viewer.legend import css
+from robotskin.viewer.session_view import Health, Integers, SkinReading
+
+NOTHING_CHOSEN = '<div style="font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
+
+
+def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinReading) -> str:
+    """The identity, health and nine channels of a cell; an invitation to click where `cell` is None."""
+    if cell is None:
+        return NOTHING_CHOSEN
+    health = list(Health)[int(reading.health[cell])]
+    age = float(reading.age_s[cell])
+    neighbours = [int(neighbour) for neighbour in layout.neighbours[cell, :, 0]]
+    force = [float(newton) for newton in reading.normal_force[cell]]
+    rows = [
+        ("link", layout.links[layout.link[cell]]),
+        ("section unit, id", f"{layout.section_unit[cell]}, {layout.id[cell]}"),
+        ("patch, cable", f"{_number(int(layout.patch[cell]))}, {_number(int(cable[cell]))}"),
+        ("neighbours at ports 1 to 4", ", ".join(_number(neighbour) for neighbour in neighbours)),
+        ("sample age", f"{age * 1e3:.0f} ms" if np.isfinite(age) else "none yet"),
+        ("force 1, 2, 3", f"{_row(force, 2)} N"),
+        ("force, sum", f"{sum(force):.2f} N"),
+        ("proximity", f"{float(reading.proximity[cell]):.4f} ({_distance(float(reading.distance[cell]))})"),
+        ("acceleration x, y, z", f"{_row(reading.acceleration[cell], 2)} m/s²"),
+        ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C"),
+    ]
+    # Last values of a cell that is not alive are shown, but never as if they were fresh.
+    faded = "" if health is Health.ALIVE else "opacity:.55;"
+    head = (
+        f'<div style="display:flex;justify-content:space-between;font-weight:600;margin-bottom:3px">'
+        f'<span data-cell="{cell}">Cell {cell}</span>'
+        f'<span data-health="{health}" style="color:{css(HEALTH_COLOURS[health])}">{health}</span></div>'
+    )
+    return f'<div style="font-size:12px">{head}<div style="{faded}">{table_rows(rows)}</div></div>'
+
+
+def table_rows(rows: list[tuple[str, str]]) -> str:
+    """Names on the left, values on the right, digits under digits."""
+    return "".join(
+        '<div style="display:flex;justify-content:space-between;gap:8px;line-height:1.55">'
+        f'<span style="opacity:.65">{escape(name)}</span>'
+        f'<span style="font-variant-numeric:tabular-nums;text-align:right">{escape(value)}</span></div>'
+        for name, value in rows
+    )
+
+
+def _number(index: int) -> str:
+    return "–" if index < 0 else str(index)
+
+
+def _row(values: object, digits: int) -> str:
+    return "  ".join(f"{float(value):.{digits}f}" for value in np.asarray(values))
+
+
+def _distance(metres: float) -> str:
+    return f"{metres * 100:.1f} cm" if np.isfinite(metres) else "nothing near"

@@ -1,0 +1,45 @@
+"""Which cable every cell reports through, and the way there: what the colours and lines of the network mean."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from robotskin.layout import Layout
+from robotskin.viewer.session_view import Integers
+
+
+def wired_tree(layout: Layout) -> tuple[Integers, Integers]:
+    """The tree that a whole skin grows: every cell by the fewest hops to a cable.
+
+    Returns the cable (N,) of each cell as an index into `layout.section_unit_ports`, -1 where no way leads to one, and
+    its parent (N,), the next cell on that way, -1 at the cable itself.
+    """
+    count = len(layout)
+    cable = np.full(count, -1)
+    parent = np.full(count, -1)
+    if not layout.section_unit_ports:
+        return cable, parent
+    roots = np.array([place.cell for place in layout.section_unit_ports])
+    edges = layout.edges()
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 2])), shape=(count, count)).tocsr()
+    hops, previous, source = dijkstra(
+        graph, directed=False, unweighted=True, indices=roots, min_only=True, return_predecessors=True
+    )
+    reached = np.isfinite(hops)
+    cable_at = np.full(count, -1)
+    cable_at[roots] = np.arange(len(roots))
+    cable[reached] = cable_at[source[reached]]
+    parent[reached] = np.maximum(previous[reached], -1)
+    return cable, parent
+
+
+def follow(parent: Integers, layout: Layout) -> Integers:
+    """(N,) the cable at the end of each cell's way along `parent` (N,), -1 where the way ends at none."""
+    cells = np.arange(len(parent))
+    end = np.where(parent >= 0, parent, cells)
+    for _ in range(len(cells).bit_length()):  # Each turn doubles the hops taken; a ring goes round and ends somewhere.
+        end = end[end]
+    cable_at = np.full(len(cells), -1)
+    for index, place in enumerate(layout.section_unit_ports):
+        cable_at[place.cell] = index
+    return np.where(np.asarray(parent)[end] < 0, cable_at[end], -1)

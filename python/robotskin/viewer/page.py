@@ -1,0 +1,160 @@
+"""The browser page of a session: scene, controls and readouts on a server bound to this machine.
+
+A thread of its own copies the session's state thirty times a second and sends what changed; the control loop never
+waits for it, and while nobody looks it only asks whether somebody came.
+"""
+
+import contextlib
+import io
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import viser
+
+from robotskin.errors import RobotskinError
+from robotskin.viewer.colours import cell_colours
+from robotskin.viewer.controls import APPROACH, PUSH, Controls
+from robotskin.viewer.network import follow, wired_tree
+from robotskin.viewer.readouts import Readouts
+from robotskin.viewer.scene import Scene
+from robotskin.viewer.session_view import SessionView, Snapshot
+
+HOST = "127.0.0.1"
+FRAMES_PER_S = 30
+FRAMES_PER_READOUT = 6
+FRAMES_PER_PLOT = 4
+DRAG_NEWTON_PER_METRE = 200.0
+
+
+class Page:
+    """Serves `session` at `address` from construction to `close`; any number of browsers may look.
+
+    `port` is the first one tried; where it is taken the next free one is used, so read `address`.
+    """
+
+    def __init__(self, session: SessionView, port: int = 8080) -> None:
+        self.session = session
+        self.chosen: int | None = None
+        self.failure: BaseException | None = None
+        with contextlib.redirect_stdout(io.StringIO()):  # The address is ours to print.
+            self.server = viser.ViserServer(host=HOST, port=port, label=session.title, verbose=False)
+        self.address = f"http://{HOST}:{self.server.get_port()}"
+        self.server.gui.configure_theme(
+            dark_mode=True, show_logo=False, show_share_button=False, brand_color=(64, 150, 220)
+        )
+        snapshot = session.snapshot()
+        self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
+        self._cable, self._parent = wired_tree(session.layout)
+        self.controls = Controls(self.server, session, self._cable, self.command)
+        self.readouts = Readouts(self.server, session.robot, session.layout)
+        self.server.gui.main_panel.dock_right()
+        self.server.gui.main_panel.set_width(300)
+        self.scene.draw_tree(self._parent)
+        self.scene.on_cell_click = self._click
+        self.scene.on_cell_drag = self._drag
+        self.scene.on_hand_drag = self._drag_hand
+        self._rest: tuple[int, np.ndarray] | None = None
+        self._drawn = 0
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> "Page":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop serving; the session goes on."""
+        self._closing.set()
+        self._thread.join()
+        self.server.stop()
+
+    # What a person does ---------------------------------------------------------------------------------------------
+
+    def command(self, action: Callable[[], None]) -> None:
+        """Ask the session for something; what it refuses appears as a notice in every browser."""
+        try:
+            action()
+        except RobotskinError as error:
+            for client in self.server.get_clients().values():
+                client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
+
+    def _click(self, cell: int) -> None:
+        self.chosen = cell
+        if self.controls.tool == PUSH:
+            force, duration = float(self.controls.force.value), self.controls.duration_s
+            self.command(lambda: self.session.push(cell, force, duration))
+        elif self.controls.tool == APPROACH:
+            distance = float(self.controls.distance.value) / 100
+            self.command(lambda: self.session.approach(cell, distance))
+
+    def _drag(self, cell: int, phase: str, length_m: float) -> None:
+        self.chosen = cell
+        if phase == "end":
+            self.command(self.session.release)
+        elif self.controls.tool == PUSH:
+            force = min(DRAG_NEWTON_PER_METRE * length_m, self.controls.force.max)
+            if force > 0:
+                self.command(lambda: self.session.push(cell, force))
+
+    def _drag_hand(self, distance_m: float, done: bool) -> None:
+        cell = self.chosen
+        if cell is None:
+            return
+        self.command(lambda: self.session.approach(cell, distance_m))
+        if done:
+            self.controls.show_distance(distance_m)
+
+    # What the session does ------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        period = 1 / FRAMES_PER_S
+        due = time.monotonic()
+        try:
+            while not self._closing.wait(max(0.0, due - time.monotonic())):
+                # A late frame is left out, not made up for.
+                due = max(due + period, time.monotonic())
+                if self.server.get_clients():
+                    self.draw(self.session.snapshot())
+        except BaseException as failure:
+            self.failure = failure
+            raise
+
+    def draw(self, snapshot: Snapshot) -> None:
+        """Send one moment to the browsers."""
+        with self.server.atomic():
+            self.scene.move(snapshot.joint_position)
+            self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
+            self.scene.mark(self.chosen, snapshot.touch)
+            self._follow_network(snapshot)
+            self._remember(snapshot)
+            if self._drawn % FRAMES_PER_READOUT == 0:
+                self.readouts.update(snapshot, self.chosen, self._cable)
+                self.controls.update(snapshot)
+            if self._drawn % FRAMES_PER_PLOT == 0:
+                self.readouts.update_plots()
+        self._drawn += 1
+
+    def _follow_network(self, snapshot: Snapshot) -> None:
+        """Take over the tree that the cells have grown, where it is known and has changed."""
+        if snapshot.parent is not None and not np.array_equal(snapshot.parent, self._parent):
+            self._parent = np.array(snapshot.parent)
+            self._cable = follow(self._parent, self.session.layout)
+            self.scene.draw_tree(self._parent)
+        if self.scene.tree_shown != (self.controls.modality == "network"):
+            self.scene.show_tree(self.controls.modality == "network")
+
+    def _remember(self, snapshot: Snapshot) -> None:
+        """Keep the chosen cell's force, and its way from where it was before it was touched."""
+        if self.chosen is None:
+            return
+        position = self.scene.cell_position(self.chosen)
+        if self._rest is None or self._rest[0] != self.chosen:
+            self._rest = (self.chosen, position)
+        force = float(np.sum(snapshot.skin.normal_force[self.chosen]))
+        displacement = float(np.linalg.norm(position - self._rest[1]))
+        self.readouts.history.add(snapshot.time_s, force, displacement)

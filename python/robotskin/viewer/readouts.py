@@ -1,0 +1,132 @@
+"""The measuring half of the page: what the session does right now, and the last seconds of touch and motion."""
+
+from collections import deque
+from html import escape
+
+import numpy as np
+import viser
+from viser import uplot
+
+from robotskin.layout import Layout
+from robotskin.viewer.cell_card import cell_card, table_rows
+from robotskin.viewer.session_view import Health, Integers, RobotView, Snapshot
+
+HISTORY_S = 12.0
+PLOT_POINTS = 240
+
+# Name of a statistic, what the page calls it, how it is written.
+TILES = (
+    ("realtime_factor", "real time", "{:.2f}×"),
+    ("frames_per_s", "frames/s", "{:,.0f}"),
+    ("datagrams_per_s", "datagrams/s", "{:,.0f}"),
+    ("driver_cpu_percent", "driver CPU", "{:.1f} %"),
+    ("frames_lost", "frames lost", "{:,.0f}"),
+)
+TILE_STYLE = "background:rgba(128,140,160,.13);border-radius:6px;padding:4px 8px"
+
+
+class History:
+    """The last seconds of the force on a cell and of how far it was moved, at most `PLOT_POINTS` of each."""
+
+    def __init__(self) -> None:
+        self._points: deque[tuple[float, float, float]] = deque(maxlen=PLOT_POINTS)
+
+    def add(self, time_s: float, force_n: float, displacement_m: float) -> None:
+        """Append a moment; one that is not later than the last is skipped, or starts anew where time ran backwards."""
+        if self._points and time_s < self._points[-1][0]:
+            self._points.clear()
+        if not self._points or time_s - self._points[-1][0] >= HISTORY_S / PLOT_POINTS:
+            self._points.append((time_s, force_n, displacement_m))
+
+    def columns(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Seconds before now, newton, millimetres, each (K,) with K at least 2."""
+        points = np.array(self._points if len(self._points) > 1 else [(0.0, 0.0, 0.0)] * 2)
+        return points[:, 0] - points[-1, 0], points[:, 1], points[:, 2] * 1e3
+
+
+class Readouts:
+    """Fills the panel on the left; `update` is called a few times a second."""
+
+    def __init__(self, server: viser.ViserServer, robot: RobotView, layout: Layout) -> None:
+        self.robot = robot
+        self.layout = layout
+        self.history = History()
+        panel = server.gui.add_panel()
+        with panel.add_tab("Live", viser.Icon.ACTIVITY):
+            self._state = server.gui.add_html("")
+            columns = self.history.columns()
+            self._force = _plot(server, "Force on the cell [N]", columns[0], columns[1], "#ffb454", floor=5.0)
+            self._displacement = _plot(
+                server, "Displacement of the cell [mm]", columns[0], columns[2], "#40c4ff", floor=10.0
+            )
+        with panel.add_tab("Cell", viser.Icon.HEXAGON):
+            self._cell = server.gui.add_html("")
+        with panel.add_tab("Joints", viser.Icon.ROBOT):
+            self._joints = server.gui.add_html("")
+        panel.dock_left()
+        panel.set_width(300)
+
+    def update(self, snapshot: Snapshot, cell: int | None, cable: Integers) -> None:
+        """Show a moment, and the numbers of the chosen cell."""
+        _assign(self._state, state_tiles(snapshot))
+        _assign(self._cell, cell_card(cell, self.layout, cable, snapshot.skin))
+        _assign(self._joints, joint_rows(list(self.robot.joint_names), snapshot))
+
+    def update_plots(self) -> None:
+        """Draw the history anew."""
+        seconds, force, displacement = self.history.columns()
+        self._force.data = (seconds, force)
+        self._displacement.data = (seconds, displacement)
+
+
+def state_tiles(snapshot: Snapshot) -> str:
+    """The controller's state and the statistics as HTML."""
+    running = not snapshot.stop_reason
+    colour = "#34c38f" if running else "#ff6b5e"
+    reason = "" if running else f'<div style="font-size:12px;line-height:1.35">{escape(snapshot.stop_reason)}</div>'
+    head = (
+        f'<div style="{TILE_STYLE};border-left:3px solid {colour};margin-bottom:6px">'
+        f'<div style="font-weight:600" data-controller="{escape(snapshot.controller_state)}">'
+        f"{escape(snapshot.controller_state)}</div>{reason}</div>"
+    )
+    alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == list(Health).index(Health.ALIVE)))
+    tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}")]
+    tiles += [
+        (title, form.format(snapshot.statistics[name])) for name, title, form in TILES if name in snapshot.statistics
+    ]
+    cells = "".join(
+        f'<div style="{TILE_STYLE}"><div style="font-size:11px;opacity:.65">{escape(title)}</div>'
+        f'<div style="font-variant-numeric:tabular-nums">{escape(value)}</div></div>'
+        for title, value in tiles
+    )
+    return f'{head}<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px;margin-bottom:6px">{cells}</div>'
+
+
+def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
+    """The joint positions as HTML; each number is also in the attribute `data-joint-position`."""
+    positions = np.asarray(snapshot.joint_position, dtype=float)
+    attributes = " ".join(f"{position:.5f}" for position in positions)
+    rows = [(name, f"{position:+.4f}") for name, position in zip(joint_names, positions, strict=True)]
+    return f'<div style="font-size:12px" data-joint-positions="{attributes}">{table_rows(rows)}</div>'
+
+
+def _plot(
+    server: viser.ViserServer, title: str, seconds: np.ndarray, values: np.ndarray, colour: str, floor: float
+) -> viser.GuiUplotHandle:
+    axis = uplot.Axis(stroke="#9aa5b5", grid={"stroke": "rgba(140,150,170,.18)", "width": 1}, size=34)
+    return server.gui.add_uplot(
+        (seconds, values),
+        (uplot.Series(label="s"), uplot.Series(label=title, stroke=colour, width=1.6, fill=colour + "22")),
+        title=title,
+        scales={"x": uplot.Scale(time=False, range=(-HISTORY_S, 0.0)), "y": uplot.Scale(auto=True)},
+        axes=(axis, axis),
+        legend=uplot.Legend(show=False),
+        cursor=uplot.Cursor(show=False),
+        height=150,
+        padding=(8, 12, 0, 0),
+    )
+
+
+def _assign(handle: viser.GuiHtmlHandle, content: str) -> None:
+    if handle.content != content:
+        handle.content = content

@@ -1,0 +1,258 @@
+"""The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
+
+from collections.abc import Callable
+
+import numpy as np
+import trimesh
+import viser
+
+from robotskin.layout import Layout
+from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism, wxyz_position
+from robotskin.viewer.colours import Colours
+from robotskin.viewer.session_view import Floats, Integers, RobotView, Touch
+
+LINK_COLOURS = ((226, 229, 233), (196, 202, 210))
+ACCENT = (64, 196, 255)
+HAND_COLOUR = (255, 205, 160)
+HAND_RADIUS_M = 0.03
+TREE_COLOUR = (250, 250, 250)
+TREE_LIFT_M = 0.002
+SMOOTH_BELOW_RAD = 0.6
+SKY, GROUND = np.array([96.0, 110.0, 132.0]), np.array([26.0, 30.0, 38.0])
+
+
+class Scene:
+    """Draws one robot with its skin into a viser server and keeps it up to date.
+
+    Every link is a frame whose children are its surface and one batch of prisms, so that a moving arm costs a pose a
+    link, and touch costs three bytes a cell.
+    """
+
+    def __init__(self, server: viser.ViserServer, robot: RobotView, layout: Layout, joint_position: Floats) -> None:
+        self.server = server
+        self.robot = robot
+        self.layout = layout
+        names = list(robot.link_names)
+        self.cell_link = np.array([names.index(layout.links[link]) for link in layout.link], dtype=np.intp)
+        self.on_cell_click: Callable[[int], None] = lambda cell: None
+        self.on_cell_drag: Callable[[int, str, float], None] = lambda cell, phase, length_m: None
+        self.on_hand_drag: Callable[[float, bool], None] = lambda distance_m, done: None
+
+        self.links: dict[int, viser.FrameHandle] = {}
+        self._bounds: dict[int, Floats] = {}
+        self.batches: list[tuple[Integers, viser.BatchedMeshHandle]] = []
+        self._poses = np.full((len(names), 4, 4), np.nan)
+        self.colours: Colours | None = None
+        self._hand_moved_here = False
+        self._tree: list[viser.LineSegmentsHandle] = []
+        self.tree_shown = False
+
+        self._light()
+        self._draw_robot()
+        self._draw_cells()
+        self._draw_hand()
+        self.move(joint_position)
+        self._place_camera()
+
+    # What is drawn once ---------------------------------------------------------------------------------------------
+
+    def _light(self) -> None:
+        scene = self.server.scene
+        scene.set_background_image(_gradient(), format="png")
+        scene.configure_environment_map(None)
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=1.6)
+        for name, position, intensity, shadow in (
+            ("key", (2.0, -2.5, 3.5), 3.2, True),
+            ("rim", (-2.5, 1.5, 1.8), 2.0, False),
+        ):
+            scene.add_light_directional(f"/light/{name}", intensity=intensity, cast_shadow=shadow, position=position)
+        scene.add_grid(
+            "/floor",
+            infinite_grid=True,
+            cell_size=0.1,
+            section_size=0.5,
+            cell_color=(74, 84, 102),
+            section_color=(110, 124, 148),
+            fade_distance=6.0,
+            fade_from="origin",
+            shadow_opacity=0.45,
+        )
+
+    def _draw_robot(self) -> None:
+        carrying = set(self.cell_link)
+        shown = self.robot.links_with("visual")
+        for index, link in enumerate(self.robot.link_names):
+            if link not in shown and index not in carrying:
+                continue
+            self.links[index] = self.server.scene.add_frame(f"/robot/{link}", show_axes=False)
+            if link in shown:
+                mesh = self.robot.link_mesh(link, "visual")
+                self._bounds[index] = mesh.bounds
+                smooth = trimesh.graph.smooth_shade(mesh, angle=SMOOTH_BELOW_RAD)
+                self.server.scene.add_mesh_simple(
+                    f"/robot/{link}/surface",
+                    np.asarray(smooth.vertices, dtype=np.float32),
+                    np.asarray(smooth.faces, dtype=np.uint32),
+                    color=LINK_COLOURS[len(self.links) % 2],
+                )
+
+    def _draw_cells(self) -> None:
+        vertices, faces = hexagonal_prism()
+        for index in sorted(set(self.cell_link)):
+            cells = np.flatnonzero(self.cell_link == index)
+            wxyz, position = wxyz_position(self.layout.link_from_cell[cells])
+            batch = self.server.scene.add_batched_meshes_simple(
+                f"/robot/{self.robot.link_names[index]}/cells",
+                vertices,
+                faces,
+                batched_wxyzs=wxyz,
+                batched_positions=position,
+                batched_colors=np.zeros((len(cells), 3), dtype=np.uint8),
+                lod="off",
+                flat_shading=True,
+            )
+            self.batches.append((cells, batch))
+            self._listen(batch, cells)
+
+    def _listen(self, batch: viser.BatchedMeshHandle, cells: Integers) -> None:
+        # Asynchronous callbacks keep the order in which the browser sent its events.
+        @batch.on_click
+        async def _(event: viser.SceneNodePointerEvent) -> None:
+            if event.instance_index is not None:
+                self.on_cell_click(int(cells[event.instance_index]))
+
+        @batch.on_drag
+        async def _(event: viser.SceneNodeDragEvent) -> None:
+            if event.instance_index is not None:
+                length = float(np.linalg.norm(np.subtract(event.end_position, event.start_position)))
+                self.on_cell_drag(int(cells[event.instance_index]), event.phase, length)
+
+    def _draw_hand(self) -> None:
+        """A frame that rides on the chosen cell, with a ring around it, an arrow for a push and a hand to drag."""
+        scene = self.server.scene
+        self.cell_frame = scene.add_frame("/chosen", show_axes=False, visible=False)
+        self._ring = scene.add_mesh_simple("/chosen/ring", *_ring(), color=ACCENT, side="double", cast_shadow=False)
+        self.arrow = scene.add_arrows(
+            "/chosen/push",
+            np.array([[[0.0, 0.0, 0.12], [0.0, 0.0, 0.004]]]),
+            ACCENT,
+            shaft_radius=0.004,
+            head_radius=0.01,
+            head_length=0.022,
+            visible=False,
+        )
+        self.hand = scene.add_icosphere(
+            "/chosen/hand", radius=HAND_RADIUS_M, color=HAND_COLOUR, subdivisions=3, opacity=0.85, visible=False
+        )
+        self._handle = scene.add_transform_controls(
+            "/chosen/handle",
+            scale=0.12,
+            active_axes=(False, False, True),
+            disable_sliders=True,
+            disable_rotations=True,
+            translation_limits=((0.0, 0.0), (0.0, 0.0), (HAND_RADIUS_M, 0.3 + HAND_RADIUS_M)),
+            depth_test=False,
+            visible=False,
+        )
+
+        @self._handle.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            self._hand_moved_here = event.phase != "end"
+            distance = float(event.target.position[2]) - HAND_RADIUS_M
+            self.hand.position = (0.0, 0.0, distance + HAND_RADIUS_M)
+            self.on_hand_drag(distance, event.phase == "end")
+
+    def _place_camera(self) -> None:
+        """Look at the robot from its front left, as near as it fits."""
+        corners = [
+            (self._poses[index] @ np.append(corner, 1.0))[:3]
+            for index, bounds in self._bounds.items()
+            for corner in trimesh.bounds.corners(bounds)
+        ]
+        low, high = (np.min(corners, axis=0), np.max(corners, axis=0)) if corners else (-np.ones(3), np.ones(3))
+        centre, reach = (low + high) / 2, float(np.linalg.norm(high - low))
+        direction = np.array([0.75, -1.0, 0.45])
+        camera = self.server.initial_camera
+        camera.fov = 0.7
+        camera.near = 0.01
+        camera.look_at = tuple(centre)
+        camera.position = tuple(centre + direction / np.linalg.norm(direction) * 1.45 * reach)
+
+    # What changes ---------------------------------------------------------------------------------------------------
+
+    def move(self, joint_position: Floats) -> None:
+        """Put every link where the joint positions (n,) in rad or m put it."""
+        poses = np.asarray(self.robot.base_from_link(joint_position), dtype=float)
+        wxyz, position = wxyz_position(poses)
+        for index, frame in self.links.items():
+            if not np.allclose(poses[index], self._poses[index], atol=1e-5, rtol=0.0):
+                frame.wxyz, frame.position = wxyz[index], position[index]
+                self._poses[index] = poses[index]
+
+    def colour(self, colours: Colours) -> None:
+        """Give every cell its colour (N, 3)."""
+        for cells, batch in self.batches:
+            if self.colours is None or not np.array_equal(colours[cells], self.colours[cells]):
+                batch.batched_colors = colours[cells]
+        self.colours = colours
+
+    def draw_tree(self, parent: Integers) -> None:
+        """Draw the way of every cell's frames to its parent (N,), as far as both are on one link."""
+        for handle in self._tree:
+            handle.remove()
+        self._tree = []
+        point = self.layout.link_from_cell[:, :3, 3] + TREE_LIFT_M * self.layout.link_from_cell[:, :3, 2]
+        for index in sorted(set(self.cell_link)):
+            child = np.flatnonzero((self.cell_link == index) & (parent >= 0))
+            child = child[self.cell_link[parent[child]] == index]
+            if len(child):
+                name = f"/robot/{self.robot.link_names[index]}/tree"
+                points = np.stack([point[child], point[parent[child]]], axis=1)
+                self._tree.append(self.server.scene.add_line_segments(name, points, TREE_COLOUR, thickness=0.0022))
+        self.show_tree(self.tree_shown)
+
+    def show_tree(self, shown: bool) -> None:
+        """Show the lines of `draw_tree`, or hide them."""
+        self.tree_shown = shown
+        for handle in self._tree:
+            handle.visible = shown
+
+    def mark(self, cell: int | None, touch: Touch | None) -> None:
+        """Ring the chosen cell, and show the hand at the touched one."""
+        shown = touch.cell if touch is not None else cell
+        self.cell_frame.visible = shown is not None
+        if shown is None:
+            return
+        pose = base_from_cell(self._poses, self.cell_link[[shown]], self.layout.link_from_cell[[shown]])[0]
+        self.cell_frame.wxyz, self.cell_frame.position = (part for part in wxyz_position(pose))
+        pushing = touch is not None and touch.force_n > 0
+        approaching = touch is not None and not pushing
+        self.arrow.visible = pushing
+        self.hand.visible = self._handle.visible = approaching
+        if touch is not None and pushing:
+            self.arrow.scale = (1.0, 1.0, 0.35 + 0.05 * touch.force_n)
+        if touch is not None and approaching and not self._hand_moved_here:
+            self.hand.position = self._handle.position = (0.0, 0.0, touch.distance_m + HAND_RADIUS_M)
+
+    def cell_position(self, cell: int) -> Floats:
+        """(3,) where the face of a cell is now, in the base frame, metres."""
+        return base_from_cell(self._poses, self.cell_link[[cell]], self.layout.link_from_cell[[cell]])[0, :3, 3]
+
+
+def _gradient(height: int = 256) -> np.ndarray:
+    """(height, 2, 3) the page's backdrop, lighter at the top."""
+    share = np.linspace(0.0, 1.0, height)[:, None, None] ** 1.3
+    return np.rint(np.broadcast_to((1 - share) * SKY + share * GROUND, (height, 2, 3))).astype(np.uint8)
+
+
+def _ring(inner: float = 1.01, outer: float = 1.18, z: float = 0.0012) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (12, 3) and faces (12, 3) of a flat hexagonal ring around a cell."""
+    vertices = np.vstack([hexagon(inner, z), hexagon(outer, z)])
+    faces = [
+        triangle
+        for corner in range(6)
+        for following in [(corner + 1) % 6]
+        for triangle in ((corner, 6 + corner, 6 + following), (corner, 6 + following, following))
+    ]
+    return vertices.astype(np.float32), np.array(faces, dtype=np.uint32)

@@ -1,0 +1,142 @@
+"""What the page sees of a running session, and what it may ask of it.
+
+The page knows no world, driver or controller: a simulated arm, a replayed log and a real robot look the same to it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Literal, Protocol
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from robotskin.layout import Layout
+
+Floats = NDArray[np.floating]
+Integers = NDArray[np.integer]
+
+
+class Health(StrEnum):
+    """The health of a cell, in the order of the numbers that stand for it (`core/skin/skin_state.hpp`)."""
+
+    ALIVE = "alive"
+    STALE = "stale"
+    STUCK = "stuck"
+    DEAD = "dead"
+    NEVER_SEEN = "never seen"
+
+
+class RobotView(Protocol):
+    """What is drawn of a `robotskin.robots.Robot`: n joints, L links."""
+
+    @property
+    def joint_names(self) -> Sequence[str]:
+        """The n joints, in the order of every joint array."""
+
+    @property
+    def link_names(self) -> Sequence[str]:
+        """The L links, in the order of `base_from_link`."""
+
+    def links_with(self, surface: Literal["visual"]) -> Sequence[str]:
+        """The links that have something to show."""
+
+    def link_mesh(self, link: str, surface: Literal["visual"]) -> trimesh.Trimesh:
+        """The surface of a link in its own frame, in metres."""
+
+    def base_from_link(self, q: Floats) -> Floats:
+        """(L, 4, 4) the pose of every link for the joint positions (n,) in rad or m."""
+
+
+@dataclass(frozen=True)
+class SkinReading:
+    """What N cells felt last; a cell's values are its last ones, whatever its health."""
+
+    normal_force: Floats
+    """(N, 3) newton."""
+    proximity: Floats
+    """(N,) share of full scale."""
+    distance: Floats
+    """(N,) metres, +inf where nothing is near."""
+    acceleration: Floats
+    """(N, 3) m/s^2, specific force in the cell frame."""
+    temperature: Floats
+    """(N, 2) degrees Celsius."""
+    health: Integers
+    """(N,) position in `Health`."""
+    age_s: Floats
+    """(N,) seconds since the cell's last sample, +inf for one that never sent any."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What the session's hand is doing to which cell."""
+
+    cell: int
+    force_n: float = 0.0
+    """The hand pushes against the cell's normal; 0 while it only approaches."""
+    distance_m: float = 0.0
+    """From the cell's face to the hand; 0 while it pushes."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One moment of a session: nothing in it changes after it was taken."""
+
+    time_s: float
+    joint_position: Floats
+    """(n,) rad or m."""
+    skin: SkinReading
+    interface: str
+    mode: str
+    skin_on: bool
+    controller_state: str
+    """What the controller does, in one or two words."""
+    stop_reason: str = ""
+    """Why it stopped; empty while it runs."""
+    touch: Touch | None = None
+    statistics: Mapping[str, float] = field(default_factory=dict)
+    """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`; what is not known is
+    left out."""
+    parent: Integers | None = None
+    """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
+
+
+INTERFACES = ("position", "velocity", "torque")
+MODES = ("clock", "event")
+
+
+class SessionView(Protocol):
+    """A session that a page shows. Every call may come from any thread, returns at once and never waits for a cycle.
+
+    A command that cannot be obeyed raises `RobotskinError`; the page shows its message.
+    """
+
+    robot: RobotView
+    layout: Layout
+    title: str
+
+    def snapshot(self) -> Snapshot:
+        """The latest moment."""
+
+    def push(self, cell: int, force_n: float, duration_s: float | None = None) -> None:
+        """Push a cell against its normal, for `duration_s` seconds or until `release`; changes a push that lasts."""
+
+    def approach(self, cell: int, distance_m: float) -> None:
+        """Hold a hand at that distance in front of a cell until `release`."""
+
+    def release(self) -> None:
+        """Take the hand away."""
+
+    def set_interface(self, interface: str) -> None:
+        """Command the robot through one of `INTERFACES`."""
+
+    def set_mode(self, mode: str) -> None:
+        """Let the cells send in one of `MODES`."""
+
+    def set_skin(self, on: bool) -> None:
+        """Let the skin move the robot, or not."""
+
+    def reset(self) -> None:
+        """Back to the start: posture, controller, hand."""

@@ -1,0 +1,73 @@
+"""Laws of the command: every verb explains itself, help is cheap, and a user's mistake is one line."""
+
+import subprocess
+import sys
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import robotskin
+from robotskin.cli import main
+from robotskin.errors import UnknownNameError
+
+
+@pytest.mark.parametrize("verb", main.verbs())
+def test_every_verb_explains_itself(verb: str) -> None:
+    answer = CliRunner().invoke(main.app, [verb, "--help"])
+    assert answer.exit_code == 0, answer.output
+    assert "Usage" in answer.output
+    assert len(main.summary(verb)) > 10
+
+
+def test_the_list_of_verbs_costs_no_heavy_import() -> None:
+    script = (
+        "import sys; from typer.testing import CliRunner; from robotskin.cli.main import app;"
+        "answer = CliRunner().invoke(app, ['--help']); print(answer.output);"
+        "print('heavy:', sorted({'numpy', 'scipy', 'mujoco', 'viser', 'pinocchio'} & set(sys.modules)))"
+    )
+    answer = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    assert "heavy: []" in answer.stdout
+    for verb in main.verbs():
+        assert verb in answer.stdout
+
+
+def test_version() -> None:
+    answer = CliRunner().invoke(main.app, ["--version"])
+    assert (answer.exit_code, answer.output.strip()) == (0, robotskin.__version__)
+
+
+def test_an_unknown_verb_is_refused_with_the_close_one() -> None:
+    answer = CliRunner().invoke(main.app, ["benhc"])
+    assert answer.exit_code == 2
+    assert "bench" in answer.output
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (UnknownNameError("robot", "ur55", ["ur5"]), "robotskin: unknown robot 'ur55': did you mean ur5?"),
+        (FileNotFoundError(2, "No such file or directory", "a.json"), "robotskin: a.json: No such file or directory"),
+    ],
+)
+def test_a_users_mistake_is_one_line_and_status_2(error: Exception, line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def command() -> None:
+        raise error
+
+    single = typer.Typer()
+    single.command()(command)
+    monkeypatch.setattr(main, "load", lambda verb: typer.main.get_command(single))
+    answer = CliRunner().invoke(main.app, ["bench"])
+    assert answer.exit_code == 2
+    assert answer.output.strip() == line
+
+
+def test_a_bug_is_not_taken_for_a_users_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    def command() -> None:
+        raise ZeroDivisionError
+
+    single = typer.Typer()
+    single.command()(command)
+    monkeypatch.setattr(main, "load", lambda verb: typer.main.get_command(single))
+    answer = CliRunner().invoke(main.app, ["bench"])
+    assert isinstance(answer.exception, ZeroDivisionError)

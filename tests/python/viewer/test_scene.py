@@ -1,0 +1,180 @@
+"""Laws of the picture: cells stand where their links carry them, and the page sends no more than what changed."""
+
+import numpy as np
+import pytest
+from stand_in import StandInSession, resting
+from trimesh import transformations
+
+from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M
+from robotskin.viewer.cell_card import cell_card
+from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_position
+from robotskin.viewer.controls import APPROACH, LOOK
+from robotskin.viewer.page import Page
+from robotskin.viewer.readouts import History, joint_rows, state_tiles
+from robotskin.viewer.session_view import Touch
+
+
+def random_poses(generator: np.random.Generator, count: int) -> np.ndarray:
+    poses = np.stack([transformations.random_rotation_matrix(generator.random(3)) for _ in range(count)])
+    poses[:, :3, 3] = generator.normal(size=(count, 3))
+    return poses
+
+
+def test_base_from_cell_is_the_links_pose_times_the_cells(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    base_from_link, link_from_cell = random_poses(generator, 4), random_poses(generator, 30)
+    link = generator.integers(0, 4, 30)
+    poses = base_from_cell(base_from_link, link, link_from_cell)
+    point = np.array([0.1, -0.2, 0.3, 1.0])
+    for cell in range(30):
+        assert poses[cell] @ point == pytest.approx(base_from_link[link[cell]] @ (link_from_cell[cell] @ point))
+
+
+def test_quaternions_turn_like_the_matrices_they_come_from(seed: int) -> None:
+    poses = random_poses(np.random.default_rng(seed), 20)
+    wxyz, position = wxyz_position(poses)
+    for pose, quaternion in zip(poses, wxyz, strict=True):
+        assert transformations.quaternion_matrix(quaternion)[:3, :3] == pytest.approx(pose[:3, :3], abs=1e-9)
+    assert np.array_equal(position, poses[:, :3, 3])
+
+
+def test_the_prism_is_closed_and_faces_outward() -> None:
+    vertices, faces = hexagonal_prism()
+    corners = vertices[faces].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # The area vectors of a closed surface cancel, and its volume from them is positive where they point outward.
+    assert normals.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
+    volume = np.einsum("ij,ij->", corners.mean(axis=1), normals) / 6
+    full = 1.5 * np.sqrt(3) * HEXAGON_SIDE_M**2 * CELL_THICKNESS_M
+    assert 0.9 * full < volume < full
+    assert vertices[:, 2].max() == 0
+    assert vertices[:, 2].min() == pytest.approx(-CELL_THICKNESS_M)
+
+
+@pytest.fixture
+def page() -> Page:
+    with Page(StandInSession(), port=18080) as page:
+        yield page
+
+
+def test_every_cell_is_in_the_batch_of_its_link_at_its_place(page: Page) -> None:
+    layout = page.session.layout
+    drawn = []
+    for cells, batch in page.scene.batches:
+        assert len({int(layout.link[cell]) for cell in cells}) == 1
+        assert layout.links[layout.link[cells[0]]] in batch.name
+        assert batch.batched_positions == pytest.approx(layout.link_from_cell[cells, :3, 3], abs=1e-6)
+        drawn += list(cells)
+    assert sorted(drawn) == list(range(len(layout)))
+
+
+def test_the_page_is_on_this_machine_only(page: Page) -> None:
+    assert page.server.get_host() == "127.0.0.1"
+    assert page.address == f"http://127.0.0.1:{page.server.get_port()}"
+
+
+def test_links_follow_the_joints(page: Page, seed: int) -> None:
+    joints = np.random.default_rng(seed).uniform(-1, 1, 2)
+    page.scene.move(joints)
+    poses = page.session.robot.base_from_link(joints)
+    for index, name in enumerate(page.session.robot.link_names):
+        if name != "base":
+            assert page.scene.links[index].position == pytest.approx(poses[index, :3, 3], abs=1e-4)
+    cell = len(page.session.layout) - 1
+    expected = (poses[2] @ page.session.layout.link_from_cell[cell])[:3, 3]
+    assert page.scene.cell_position(cell) == pytest.approx(expected, abs=1e-4)
+
+
+def test_what_did_not_change_is_not_sent_again(page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
+    snapshot = page.session.snapshot()
+    page.draw(snapshot)
+    sent: list[object] = []
+    monkeypatch.setattr(page.server.scene._websock_interface, "queue_message", sent.append)
+    page.scene.move(snapshot.joint_position)
+    page.scene.colour(page.scene.colours)
+    assert sent == []
+    page.scene.move(snapshot.joint_position + 0.1)
+    assert sent != []
+
+
+def test_clicks_and_drags_become_commands(page: Page) -> None:
+    session = page.session
+    page.scene.on_cell_click(7)
+    page.controls.force.value = 4.0
+    page.controls.hold.value = True
+    page.scene.on_cell_click(8)
+    page.scene.on_cell_drag(9, "update", 0.05)
+    page.scene.on_cell_drag(9, "end", 0.05)
+    page.controls.use(APPROACH)
+    page.scene.on_cell_click(10)
+    page.scene.on_hand_drag(0.02, True)
+    page.controls.use(LOOK)
+    page.scene.on_cell_click(11)
+    assert session.calls == [
+        ("push", 7, 15.0, 2.0),
+        ("push", 8, 4.0, None),
+        ("push", 9, 10.0, None),
+        ("release",),
+        ("approach", 10, 0.06),
+        ("approach", 10, 0.02),
+    ]
+    assert page.chosen == 11
+
+
+def test_a_session_that_refuses_does_not_break_the_page(page: Page) -> None:
+    page.command(lambda: page.session.set_interface("voltage"))
+    page.draw(page.session.snapshot())
+    assert page.failure is None
+
+
+def test_plots_show_force_and_way_of_the_chosen_cell(page: Page) -> None:
+    page.controls.hold.value = True
+    page.chosen = 7
+    for _ in range(10):
+        page.draw(page.session.snapshot())
+    page.scene.on_cell_click(7)
+    for _ in range(30):
+        page.draw(page.session.snapshot())
+    _, force, displacement = page.readouts.history.columns()
+    assert force[0] == 0
+    assert force[-1] == pytest.approx(15.0)
+    radius = np.linalg.norm(page.session.layout.link_from_cell[7, :2, 3])
+    assert displacement[-1] == pytest.approx(2e3 * radius * np.sin(0.15), rel=1e-3)
+
+
+def test_history_is_bounded_and_begins_anew_when_time_runs_backwards() -> None:
+    history = History()
+    for step in range(5000):
+        history.add(step / 30, 1.0, 0.0)
+    seconds, _, _ = history.columns()
+    assert len(seconds) <= 240
+    assert seconds[-1] == 0
+    history.add(0.0, 2.0, 0.0)
+    assert len(history.columns()[0]) == 2
+
+
+def test_readouts_tell_the_truth_about_a_dead_cell_and_a_stopped_controller() -> None:
+    session = StandInSession()
+    reading = resting(len(session.layout))
+    reading.health[3] = 3
+    reading.age_s[3] = np.inf
+    text = cell_card(3, session.layout, np.zeros(len(session.layout), dtype=int), reading)
+    assert 'data-health="dead"' in text
+    assert "none yet" in text
+    stopped = type(session.state)(
+        **{**vars(session.state), "controller_state": "stopped", "stop_reason": "no fresh skin", "skin": reading}
+    )
+    assert "no fresh skin" in state_tiles(stopped)
+    assert f"{len(session.layout) - 1} / {len(session.layout)}" in state_tiles(stopped)
+    assert "0.00000 0.60000" in joint_rows(["turn", "bend"], stopped)
+
+
+def test_the_hand_is_shown_at_its_distance(page: Page) -> None:
+    page.scene.mark(None, Touch(5, distance_m=0.1))
+    assert page.scene.hand.visible
+    assert not page.scene.arrow.visible
+    page.scene.mark(None, Touch(5, force_n=3.0))
+    assert page.scene.arrow.visible
+    assert not page.scene.hand.visible
+    page.scene.mark(None, None)
+    assert not page.scene.cell_frame.visible
