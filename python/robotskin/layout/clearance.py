@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from robotskin.layout.errors import CoveringError
 from robotskin.layout.surface import DistanceField, LinkSurface, distance_field
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 
 JOINT_STEP_RAD = np.radians(6.0)
 """Spacing of the sampled joint positions; at 0.15 m from the axis a point moves 16 mm between two of them."""
+BOX_MARGIN_M = 0.015
+"""Room that a neighbour's grid leaves around its mesh."""
 SAMPLES_OF_A_CHAIN = 300
 """Random postures where several joints without a mesh lie between two links."""
 
@@ -141,8 +144,10 @@ class Clearance:
                 transforms[index] = (data.oMf[other].inverse() * data.oMf[frame]).homogeneous
             if name not in fields:
                 mesh = robot.link_mesh(name)
-                extent = float(np.prod(mesh.extents + 0.05))
-                fields[name] = distance_field(mesh, float(np.clip((extent / 4e5) ** (1 / 3), 0.002, 0.005)), 0.025)
+                extent = float(np.prod(mesh.extents + 2 * BOX_MARGIN_M))
+                fields[name] = distance_field(
+                    mesh, float(np.clip((extent / 4e5) ** (1 / 3), 0.002, 0.005)), BOX_MARGIN_M
+                )
             entries.append((name, fields[name], transforms))
         return cls(tuple(entries))
 
@@ -150,8 +155,28 @@ class Clearance:
         """(N,) metres for points (N, 3) in the link frame; infinite for a link without neighbours."""
         least = np.full(len(points), np.inf)
         for _, field, transforms in self.neighbours:
-            for transform in transforms:
-                least = np.minimum(least, field.at(points @ transform[:3, :3].T + transform[:3, 3]))
+            corners = np.stack([field.origin, field.origin + field.step * (np.array(field.value.shape) - 1)])
+            # A ball around the neighbour's box keeps most points of a long link from being looked at closer.
+            centres = np.einsum("qji,qj->qi", transforms[:, :3, :3], corners.mean(axis=0) - transforms[:, :3, 3])
+            radius = 0.5 * float(np.linalg.norm(corners[1] - corners[0]))
+            outside_ball = cKDTree(centres).query(points)[0] - radius
+            least = np.where(outside_ball > 0, np.minimum(least, outside_ball + BOX_MARGIN_M), least)
+            inner = np.flatnonzero(outside_ball <= 0)
+            least[inner] = self._at_neighbour(points[inner], least[inner], field, transforms)
+        return least
+
+    @staticmethod
+    def _at_neighbour(points: Array, least: Array, field: DistanceField, transforms: Array) -> Array:
+        """The smaller of least (N,) and the distance of points (N, 3) from one neighbour, over its transforms."""
+        low, high = field.origin, field.origin + field.step * (np.array(field.value.shape) - 1)
+        for transform in transforms:
+            moved = points @ transform[:3, :3].T + transform[:3, 3]
+            # Outside the neighbour's box the distance to the box is a lower bound, and enough of an answer.
+            beyond = np.maximum(np.maximum(low - moved, moved - high), 0.0)
+            bound = np.sqrt((beyond**2).sum(axis=1))
+            closer = np.flatnonzero((bound <= 0.0) & (least > -field.step))
+            np.minimum(least, np.where(bound > 0.0, bound + BOX_MARGIN_M, np.inf), out=least)
+            least[closer] = np.minimum(least[closer], field.at(moved[closer]))
         return least
 
     def near(self, surface: LinkSurface, band: float = 0.010, step: float = 0.004) -> DistanceField:

@@ -11,12 +11,10 @@ from scipy.spatial import cKDTree
 
 from robotskin.layout.cell import (
     FLAT_PARTNER,
-    HEXAGON_SIDE_M,
     HINGE_REACH_M,
     PORT_POINTS_M,
     PORTS,
     hinge_gaps,
-    prism_overlap,
 )
 from robotskin.layout.relax import close_pairs, overlapping_pairs, relax, tangent_poses, turn_to
 from robotskin.layout.surface import LinkSurface
@@ -29,6 +27,8 @@ SAME_PLACE_M = 0.012
 """Two predictions nearer than this mean the same cell: less than half a pitch, more than a hinge's reach."""
 CAPTURE_M = 0.007
 """Hinge points nearer than this are pulled together by relaxation; only those within reach stay connected."""
+OVERLAP_LET_IN_M = 0.0015
+"""Overlap with which a new cell may start."""
 
 
 @dataclass
@@ -148,23 +148,25 @@ def grow(surface: LinkSurface, accept: Acceptance, first: Array, limit: int = 40
         points, normals = surface.project(candidates[:, :3, 3])
         candidates = tangent_poses(points, normals, candidates[:, :3, 0])
         allowed = np.isfinite(candidates).all(axis=(1, 2)) & accept(candidates)
-        chosen: list[Array] = []
-        for index in np.argsort(-support, kind="stable"):
-            if not allowed[index]:
-                continue
-            others = np.concatenate([poses, np.array(chosen).reshape(-1, 4, 4)])
-            near = np.linalg.norm(others[:, :3, 3] - candidates[index, :3, 3], axis=1) < 2 * HEXAGON_SIDE_M
-            # A little overlap is let in: relaxation, which follows at once, can push it out.
-            if (
-                near.any()
-                and prism_overlap(np.broadcast_to(candidates[index], (near.sum(), 4, 4)), others[near]).max() > 0.0015
-            ):
-                continue
-            chosen.append(candidates[index])
+        candidates, support = candidates[allowed], support[allowed]
+        # A little overlap is let in: relaxation, which follows at once, can push it out.
+        pairs, _ = overlapping_pairs(np.concatenate([poses, candidates]), -OVERLAP_LET_IN_M)
+        refused = np.zeros(len(poses) + len(candidates), dtype=bool)
+        rivals: dict[int, list[int]] = {}
+        for a, b in np.sort(pairs, axis=1).tolist():
+            if a < len(poses) <= b:
+                refused[b] = True
+            elif a >= len(poses):
+                rivals.setdefault(a, []).append(b)
+                rivals.setdefault(b, []).append(a)
+        for index in (np.argsort(-support, kind="stable") + len(poses)).tolist():
+            if not refused[index]:
+                refused[rivals.get(index, [])] = True
+        chosen = candidates[~refused[len(poses) :]]
         edges = connect(poses, edges, CAPTURE_M)
-        if not chosen:
+        if len(chosen) == 0:
             continue
-        poses = np.concatenate([poses, np.array(chosen)])
+        poses = np.concatenate([poses, chosen])
         tried = np.concatenate([tried, np.zeros((len(chosen), PORTS), dtype=bool)])
         edges = connect(poses, edges, CAPTURE_M)
         poses = relax(poses, edges, surface, iterations=2)
