@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from robotskin.layout.errors import CoveringError
 from robotskin.layout.surface import DistanceField, LinkSurface, distance_field
 
 if TYPE_CHECKING:
@@ -28,15 +27,9 @@ SAMPLES_OF_A_CHAIN = 300
 
 
 def link_joint(robot: Robot, link: str) -> int:
-    """Index of the joint that carries a link.
-
-    Raises:
-        CoveringError: a link that the robot does not have.
-    """
-    model = robot.model
-    if not model.existBodyName(link):
-        raise CoveringError(f"robot {robot.name} has no link {link!r}; it has {', '.join(robot.link_names)}")
-    return int(model.frames[model.getBodyId(link)].parentJoint)
+    """Index of the Pinocchio joint that carries a link; UnknownNameError for a link the robot does not have."""
+    robot.link_index(link)
+    return int(robot.model.frames[robot.model.getBodyId(link)].parentJoint)
 
 
 def joint_positions(model: pinocchio.Model, joint: int) -> Array:
@@ -84,10 +77,8 @@ def neighbouring_links(robot: Robot, link: str) -> dict[str, list[int]]:
     """
     model = robot.model
     meshed: dict[int, list[str]] = {}
-    for name in robot.link_names:
-        mesh = robot.link_mesh(name)
-        if mesh is not None and len(mesh.faces):
-            meshed.setdefault(link_joint(robot, name), []).append(name)
+    for name in robot.links_with("collision"):
+        meshed.setdefault(link_joint(robot, name), []).append(name)
     start = link_joint(robot, link)
     children: dict[int, list[int]] = {}
     for joint in range(1, model.njoints):

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core import firmware
-from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M, LATTICE_CELL_AREA_M2, PORTS, prism_points
+from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M, LATTICE_CELL_AREA_M2, PORTS
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import CoveringError
 from robotskin.layout.growth import Sheet, grow
 from robotskin.layout.layout import Layout, Patch
+from robotskin.layout.places import LinkPlaces, Rules
 from robotskin.layout.relax import overlapping_pairs, tangent_poses
 from robotskin.layout.surface import DistanceField, LinkSurface
 from robotskin.layout.wiring import hop_counts, wire
@@ -28,80 +28,6 @@ Progress = Callable[[str, int, int], None]
 
 SMALL_PATCH = 8
 """Patches with fewer cells are left out while larger ones suffice: each needs a cable of its own."""
-
-
-@dataclass(frozen=True)
-class Rules:
-    """What a place for a cell must satisfy; lengths in metres.
-
-    foam: between the robot and the cell's back. clearance: between a cell and a neighbouring link at any joint
-    position. least_foam: what compressed foam leaves between the mesh and a cell's back. overhang_distance: a point of
-    the back that stands farther than foam plus this off the mesh hangs over. most_overhang: share of the back that may.
-    least_patch: patches with fewer cells are not mounted.
-    """
-
-    foam: float = 0.003
-    clearance: float = 0.003
-    least_foam: float = 0.0005
-    overhang_distance: float = 0.006
-    most_overhang: float = 0.35
-    least_patch: int = 3
-
-
-class LinkPlaces:
-    """The places on one link where cells may lie, and how well a sheet of cells uses them."""
-
-    def __init__(self, surface: LinkSurface, clearance: Clearance, rules: Rules, seed: int) -> None:
-        self.surface, self.clearance, self.rules = surface, clearance, rules
-        self.room_near = clearance.near(surface)
-        self.back, self.front = prism_points()
-        self.points, self.normals, self.sample_area = surface.samples(seed=seed)
-        self.coverable = self._coverable()
-
-    def _coverable(self) -> NDArray[np.bool_]:
-        """(M,) surface samples over which the whole height of a skin is clear of the neighbouring links."""
-        least = np.full(len(self.points), np.inf)
-        for depth in (0.0, 0.5 * CELL_THICKNESS_M, CELL_THICKNESS_M):
-            least = np.minimum(least, self.room_near.at(self.points - depth * self.normals))
-        return least > self.rules.clearance
-
-    def overhang(self, poses: Array) -> Array:
-        """(N,) share of each cell's back that stands off the mesh by more than foam and the overhang distance."""
-        stand_off = self.surface.raw.at(self._world(poses, self.back))
-        return (stand_off > self.rules.foam + self.rules.overhang_distance).mean(axis=1)
-
-    def least_foam(self, poses: Array) -> Array:
-        """(N,) metres between the mesh and the nearest point of each cell's back; negative inside the mesh."""
-        return self.surface.raw.at(self._world(poses, self.back)).min(axis=1)
-
-    @staticmethod
-    def _world(poses: Array, points: Array) -> Array:
-        return np.einsum("nij,pj->npi", poses[:, :3, :3], points) + poses[:, None, :3, 3]
-
-    def room(self, poses: Array, exact: bool = True) -> Array:
-        """(N,) metres between each cell and the neighbouring links, least over the joint range."""
-        points = self._world(poses, np.concatenate([self.back, self.front]))
-        field = self.clearance if exact else self.room_near
-        return field.at(points.reshape(-1, 3)).reshape(points.shape[:2]).min(axis=1)
-
-    def accept(self, poses: Array, exact: bool = False) -> NDArray[np.bool_]:
-        """(N,) True where a cell is outside the mesh, rests on it well enough and is clear of its neighbours."""
-        good = (self.least_foam(poses) >= self.rules.least_foam) & (self.overhang(poses) <= self.rules.most_overhang)
-        if good.any():
-            good[good] = self.room(poses[good], exact) > self.rules.clearance
-        return good
-
-    def covered(self, poses: Array) -> NDArray[np.bool_]:
-        """(M,) surface samples under the lattice hexagon (cell and its share of the joints) of some cell."""
-        result = np.zeros(len(self.points), dtype=bool)
-        grown = np.sqrt(LATTICE_CELL_AREA_M2 / (1.5 * np.sqrt(3.0)))
-        normals = np.array([[np.cos(angle), np.sin(angle)] for angle in np.pi / 6 + np.arange(3) * np.pi / 3])
-        for pose in poses:
-            near = np.flatnonzero(np.sum((self.points - pose[:3, 3]) ** 2, axis=1) < 0.020**2)
-            local = (self.points[near] - pose[:3, 3]) @ pose[:3, :3]
-            flats = np.abs(local[:, :2] @ normals.T).max(axis=1)
-            result[near[flats <= grown * np.sqrt(3.0) / 2]] = True
-        return result
 
 
 def grow_link(places: LinkPlaces, seed: int, tries: int) -> Sheet:
@@ -212,7 +138,7 @@ def cover(
     then the patches are trimmed to exactly the number asked for, wired to section units and their cells numbered.
 
     Args:
-        robot: with `.name`, `.model` (Pinocchio), `.link_names` and `.link_mesh(name)`.
+        robot: whose collision meshes are covered.
         links: names of the links to cover.
         cells: number of cells in all.
         rules: of what a place must satisfy.
@@ -222,7 +148,8 @@ def cover(
         progress: told about each step.
 
     Raises:
-        CoveringError: an unknown link, one without a mesh, or fewer places than cells.
+        CoveringError: fewer places than cells.
+        UnknownNameError: a link that the robot does not have, or one without a mesh.
     """
     rules = rules or Rules()
     if cells < 1:
@@ -233,10 +160,8 @@ def cover(
     for number, link in enumerate(links):
         progress(f"covering {link}", number, len(links))
         clearance = Clearance.of(robot, link, fields, seed)
-        mesh = robot.link_mesh(link)
-        if mesh is None or len(mesh.faces) == 0:
-            raise CoveringError(f"link {link!r} of robot {robot.name} has no mesh to cover")
-        places = LinkPlaces(LinkSurface.of(mesh, rules.foam + CELL_THICKNESS_M, seed=seed), clearance, rules, seed)
+        surface = LinkSurface.of(robot.link_mesh(link), rules.foam + CELL_THICKNESS_M, seed=seed)
+        places = LinkPlaces(surface, clearance, rules, seed)
         all_places[link] = places
         sheet = grow_link(places, seed + number, tries)
         patches += [(link, patch) for patch in split(sheet)] if len(sheet.poses) else []

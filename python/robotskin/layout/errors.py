@@ -1,7 +1,9 @@
 """Errors of the layout package: each names the thing, its value and what would be right."""
 
+from robotskin.errors import RobotskinError
 
-class LayoutError(ValueError):
+
+class LayoutError(RobotskinError):
     """Arrays or requests that make no skin layout."""
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -25,6 +24,36 @@ BACKGROUND = (1.0, 1.0, 1.0)
 SUPERSAMPLING = 2
 
 
+def _area(p: Array, q: Array, r: Array) -> Array:
+    """Twice the signed area of triangles p, q, r (..., 2 or 3) in the picture plane."""
+    return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+
+
+def split_long(triangles: Array, longest: float) -> tuple[Array, NDArray[np.int64]]:
+    """Bisect triangles (T, 3, 3) until no edge is longer than `longest`.
+
+    Thin long triangles would otherwise cost the depth buffer the square of their length.
+
+    Returns:
+        (S, 3, 3) triangles, and (S,) which triangle each is a part of.
+    """
+    done, done_owner = [], []
+    owner = np.arange(len(triangles))
+    while len(triangles):
+        lengths = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
+        fits = lengths.max(axis=1) <= longest
+        done.append(triangles[fits])
+        done_owner.append(owner[fits])
+        triangles, owner, lengths = triangles[~fits], owner[~fits], lengths[~fits]
+        # Turned so that the longest edge runs from corner 0 to corner 1.
+        turn = (np.argmax(lengths, axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.moveaxis(np.take_along_axis(triangles, turn[:, :, None], axis=1), 1, 0)
+        middle = 0.5 * (a + b)
+        triangles = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        owner = np.concatenate([owner, owner])
+    return np.concatenate(done), np.concatenate(done_owner)
+
+
 def rasterise(corners: Array, height: int, width: int) -> tuple[NDArray[np.int64], Array]:
     """Nearest triangle at each pixel.
 
@@ -41,9 +70,9 @@ def rasterise(corners: Array, height: int, width: int) -> tuple[NDArray[np.int64
     depth = np.full(height * width, np.inf)
     owner = np.full(height * width, -1, dtype=np.int64)
     # Triangles of like size are drawn together, each over a square of pixels that holds it.
-    for exponent in range(13):
+    for exponent in range(2, 13):
         square = 2**exponent
-        members = np.flatnonzero((size <= square) & (size > square // 2 if exponent else size >= 0))
+        members = np.flatnonzero((size <= square) & (size > square // 2 if exponent > 2 else size >= 0))
         per_chunk = max(1, 2_000_000 // square**2)
         offset = np.stack(np.meshgrid(np.arange(square + 1), np.arange(square + 1)), axis=-1).reshape(-1, 2)
         for start in range(0, len(members), per_chunk):
@@ -52,14 +81,10 @@ def rasterise(corners: Array, height: int, width: int) -> tuple[NDArray[np.int64
             a, b, c = (corners[chunk, corner][:, None] for corner in range(3))
             centre = pixel + 0.5
 
-            def area(p: Array, q: Array, r: Array) -> Array:
-                return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (
-                    r[..., 0] - p[..., 0]
-                )
-
-            whole = area(a, b, c)
+            whole = _area(a, b, c)
             whole = np.where(np.abs(whole) < 1e-12, np.nan, whole)
-            weights = np.stack([area(b, c, centre), area(c, a, centre), area(a, b, centre)], axis=-1) / whole[..., None]
+            parts = [_area(b, c, centre), _area(c, a, centre), _area(a, b, centre)]
+            weights = np.stack(parts, axis=-1) / whole[..., None]
             inside = (weights >= -1e-9).all(axis=-1) & (pixel >= 0).all(axis=-1)
             inside &= (pixel[..., 0] < width) & (pixel[..., 1] < height)
             triangle, place = np.nonzero(inside)
@@ -100,15 +125,12 @@ def patch_colours(count: int) -> Array:
 
 def scene(layout: Layout, robot: Robot, configuration: Array | None = None) -> tuple[Array, Array]:
     """Triangles (T, 3, 3) of robot and cells in the base frame, metres, and their colours (T, 3)."""
-    model, data = robot.model, robot.model.createData()
-    q = pinocchio.neutral(model) if configuration is None else np.asarray(configuration, dtype=float)
-    pinocchio.forwardKinematics(model, data, q)
-    pinocchio.updateFramePlacements(model, data)
-    base_from_link = {name: data.oMf[model.getBodyId(name)].homogeneous for name in robot.link_names}
+    q = robot.neutral if configuration is None else np.asarray(configuration, dtype=float)
+    base_from_link = dict(zip(robot.link_names, robot.base_from_link(q), strict=True))
     triangles, colours = [], []
     for name, pose in base_from_link.items():
-        mesh = robot.link_mesh(name)
-        if mesh is not None and len(mesh.faces):
+        if name in robot.links_with("collision"):
+            mesh = robot.link_mesh(name)
             corners = np.asarray(mesh.triangles) @ pose[:3, :3].T + pose[:3, 3]
             triangles.append(corners)
             colours.append(np.tile(ROBOT_COLOUR, (len(corners), 1)))
@@ -143,6 +165,9 @@ def draw(triangles: Array, colours: Array, azimuth: float, elevation: float, hei
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     up = np.cross(towards_eye, right)
     seen = triangles @ np.stack([right, -up, -towards_eye], axis=1)
+    size = np.ptp(seen.reshape(-1, 3), axis=0)[:2].max()
+    seen, part_of = split_long(seen, size / 100)
+    triangles, colours = triangles[part_of], colours[part_of]
     low, high = seen.reshape(-1, 3).min(axis=0), seen.reshape(-1, 3).max(axis=0)
     rows, columns = height * SUPERSAMPLING, width * SUPERSAMPLING
     scale = 0.92 * min(rows / (high[1] - low[1]), columns / (high[0] - low[0]))
@@ -161,10 +186,12 @@ def draw(triangles: Array, colours: Array, azimuth: float, elevation: float, hei
     hit = owner >= 0
     image[hit] = np.clip(colours[owner[hit]] * light[owner[hit], None], 0, 1)
     # What lies behind its surroundings is darker: the cheap form of ambient occlusion.
-    filled = np.where(hit, depth, np.max(depth[hit], initial=0.0) if hit.any() else 0.0)
-    share = np.maximum(ndimage.gaussian_filter(hit.astype(float), 10 * SUPERSAMPLING), 1e-6)
-    around = ndimage.gaussian_filter(np.where(hit, filled, 0.0), 10 * SUPERSAMPLING) / share
-    sunk = np.clip((filled - around) / (0.05 * scale), 0, 1)
+    coarse = (slice(None, None, 4), slice(None, None, 4))
+    known = hit[coarse].astype(np.float32)
+    share = np.maximum(ndimage.gaussian_filter(known, 2.5 * SUPERSAMPLING), 1e-6)
+    near = ndimage.gaussian_filter(np.where(hit, depth, 0.0)[coarse].astype(np.float32), 2.5 * SUPERSAMPLING) / share
+    around = np.repeat(np.repeat(near, 4, axis=0), 4, axis=1)[:rows, :columns]
+    sunk = np.clip((np.where(hit, depth, 0.0) - around) / (0.05 * scale), 0, 1)
     image[hit] *= (1.0 - 0.45 * sunk[hit])[:, None]
     return image.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean(axis=(1, 3))
 

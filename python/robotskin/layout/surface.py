@@ -11,11 +11,9 @@ import trimesh
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from robotskin.layout.errors import LayoutError
+
 Array = NDArray[np.float64]
-
-
-class SurfaceError(ValueError):
-    """A mesh that no surface can be made of; names the mesh and the value that is wrong."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +62,10 @@ def distance_field(mesh: trimesh.Trimesh, step: float, margin: float, seed: int 
         seed: of the surface samples.
 
     Raises:
-        SurfaceError: a mesh without area.
+        LayoutError: a mesh without area.
     """
     if len(mesh.faces) == 0 or not mesh.area > 0:
-        raise SurfaceError(f"mesh of {len(mesh.faces)} faces has area {mesh.area} m2: no surface to cover")
+        raise LayoutError(f"mesh of {len(mesh.faces)} faces has area {mesh.area} m2: no surface to cover")
     low, high = mesh.bounds[0] - margin, mesh.bounds[1] + margin
     shape = np.ceil((high - low) / step).astype(int) + 1
     # Four samples or more for each voxel face: no voxel that the surface crosses is missed by more than chance allows.
