@@ -294,8 +294,8 @@ void Network::finish(std::uint32_t index) {
 }
 
 void Network::run_until(std::int64_t end_ns) {
-  while (!queue_.empty() && queue_.first().time_ns < end_ns) {
-    const Event event = queue_.pop();
+  Event event;
+  while (queue_.pop_before(end_ns, event)) {
     now_ns_ = event.time_ns;
     ++counts_.events;
     if ((event.what & wire_event) != 0) {
