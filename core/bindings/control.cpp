@@ -1,8 +1,210 @@
 // Binds the control stage.
+#include <nanobind/stl/vector.h>
+
+#include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
+#include "control/control_error.hpp"
+#include "control/joint_task.hpp"
+#include "control/naive_skin_task.hpp"
+#include "control/skin_task.hpp"
+#include "control/skin_task_timing.hpp"
+#include "control/torque_resolver.hpp"
+#include "control/virtual_robot.hpp"
+#include "control/weighted_fusion.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
 
 namespace robotskin::bindings {
+namespace {
 
-void bind_control(nanobind::module_ /*module*/) {}
+using control::SkinTask;
+using control::TorqueResolver;
+using Doubles = InputArray<double>;
+
+void require(bool accepted, const char* what) {
+  if (!accepted) throw std::invalid_argument(what);
+}
+
+nb::ndarray<nb::numpy, double> owned(const std::vector<double>& values) {
+  return copy_of(std::span<const double>(values));
+}
+
+nb::ndarray<nb::numpy, std::int64_t> owned(const std::vector<std::int64_t>& values) {
+  return copy_of(std::span<const std::int64_t>(values));
+}
+
+void bind_gains(nb::module_& module) {
+  using control::InnerLoopGains;
+  using control::JointGains;
+  using control::ResolverGains;
+  using control::SkinGains;
+  using control::VirtualRobotGains;
+  nb::class_<JointGains>(module, "JointGains", "Impedance of the joint task, one entry a joint.")
+      .def(nb::init<std::vector<double>, std::vector<double>>(), "stiffness"_a, "damping"_a)
+      .def_rw("stiffness", &JointGains::stiffness, "(n) Nm/rad")
+      .def_rw("damping", &JointGains::damping, "(n) Nm s/rad");
+  nb::class_<SkinGains>(module, "SkinGains", "Weights and thresholds of the skin task, one entry a cell.")
+      .def(nb::init<std::vector<float>, std::vector<float>, std::vector<float>, std::vector<float>, std::vector<float>,
+                    std::vector<float>>(),
+           "force_weight"_a, "proximity_weight"_a, "force_silent"_a, "force_full"_a, "proximity_silent"_a,
+           "proximity_full"_a)
+      .def_static("uniform", &SkinGains::uniform, "cells"_a, "force_weight"_a, "proximity_weight"_a, "force_silent"_a,
+                  "force_full"_a, "proximity_silent"_a, "proximity_full"_a, "The same numbers for every cell.")
+      .def_rw("force_weight", &SkinGains::force_weight, "(N) newton asked for a newton felt (w_f of eq. 14)")
+      .def_rw("proximity_weight", &SkinGains::proximity_weight, "(N) newton at full-scale proximity (w_p of eq. 14)")
+      .def_rw("force_silent", &SkinGains::force_silent, "(N) newton, sum of three sensors, below which nothing acts")
+      .def_rw("force_full", &SkinGains::force_full, "(N) newton from which all of it acts")
+      .def_rw("proximity_silent", &SkinGains::proximity_silent, "(N) 0 to 1")
+      .def_rw("proximity_full", &SkinGains::proximity_full, "(N) 0 to 1");
+  nb::class_<VirtualRobotGains>(module, "VirtualRobotGains", "What the virtual robot has beside the robot's own model.")
+      .def(nb::init<std::vector<double>, std::vector<double>>(), "inertia"_a, "friction"_a)
+      .def_rw("inertia", &VirtualRobotGains::inertia, "(n) kg m^2")
+      .def_rw("friction", &VirtualRobotGains::friction, "(n) Nm s/rad");
+  nb::class_<InnerLoopGains>(module, "InnerLoopGains", "Inner velocity loop of the torque resolver.")
+      .def(nb::init<std::vector<double>, std::vector<double>, std::vector<double>>(), "proportional"_a, "integral"_a,
+           "derivative"_a)
+      .def_rw("proportional", &InnerLoopGains::proportional, "(n) 1/s")
+      .def_rw("integral", &InnerLoopGains::integral, "(n) 1/s^2")
+      .def_rw("derivative", &InnerLoopGains::derivative, "(n)")
+      .def_rw("dead_zone_rad_s", &InnerLoopGains::dead_zone_rad_s)
+      .def_rw("estimator_hz", &InnerLoopGains::estimator_hz)
+      .def_rw("largest_bias", &InnerLoopGains::largest_bias, "rad/s");
+  nb::class_<ResolverGains>(module, "ResolverGains", "Torque resolver: virtual robot, inner loop, blending.")
+      .def(
+          "__init__",
+          [](ResolverGains* self, VirtualRobotGains virtual_robot, InnerLoopGains inner_loop) {
+            new (self) ResolverGains{std::move(virtual_robot), std::move(inner_loop)};
+          },
+          "virtual_robot"_a, "inner_loop"_a)
+      .def_rw("virtual_robot", &ResolverGains::virtual_robot)
+      .def_rw("inner_loop", &ResolverGains::inner_loop)
+      .def_rw("period_s", &ResolverGains::period_s)
+      .def_rw("switch_time_s", &ResolverGains::switch_time_s)
+      .def_rw("largest_lead_rad", &ResolverGains::largest_lead_rad)
+      .def_rw("position_bias_per_s", &ResolverGains::position_bias_per_s)
+      .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad);
+}
+
+void bind_skin_task(nb::module_& module) {
+  nb::class_<SkinTask>(module, "SkinTask",
+                       "Joint torques that a touch asks for (eq. 14 to 17), one product a link (eq. 22 to 25).")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, const control::SkinGains&>(), "robot"_a, "skin"_a,
+           "gains"_a, "Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.")
+      .def_prop_ro("cell_count", &SkinTask::cell_count)
+      .def(
+          "compute",
+          [](SkinTask& self, const RobotDynamics& dynamics, const skin::SkinState& state, InputArray<float> share) {
+            std::vector<double> torque(dynamics.joint_count());
+            require(self.compute(dynamics, state, span_of(share), torque), "state and share must have one entry a cell");
+            return owned(torque);
+          },
+          "dynamics"_a, "state"_a, "share"_a,
+          "(n) Nm at the posture of the dynamics; share (N) float32, 0 masks a cell.")
+      .def_prop_ro(
+          "magnitudes", [](const SkinTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
+          "(N) newton, what each cell asked for in the last compute")
+      .def(
+          "joint_wrenches",
+          [](SkinTask& self) {
+            const std::span<const double> wrenches = self.joint_wrenches();
+            return copy_of(wrenches, {wrenches.size() / 6, 6});
+          },
+          "(n, 6) force and moment about the joint's origin, in the joint's frame, of the last magnitudes.");
+  nb::class_<control::NaiveSkinTask>(module, "NaiveSkinTask", "The skin task with a Jacobian a cell (eq. 15 to 17).")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a)
+      .def(
+          "compute",
+          [](control::NaiveSkinTask& self, const RobotDynamics& dynamics, Doubles magnitude) {
+            require(magnitude.shape(0) == self.cell_count(), "magnitude must have one entry a cell");
+            std::vector<double> torque(dynamics.joint_count());
+            self.compute(dynamics, span_of(magnitude), torque);
+            return owned(torque);
+          },
+          "dynamics"_a, "magnitude"_a, "(n) Nm from magnitude (N) newton along each cell's -z.");
+  module.def(
+      "time_skin_task",
+      [](const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
+         const skin::SkinState& state, const skin::SkinState& other, Doubles position, std::size_t rounds) {
+        const auto times =
+            control::time_skin_task(robot, skin, gains, state, other, span_of(position), rounds);
+        require(!times.task.empty(), "states and position must fit the skin and the robot, rounds must not be 0");
+        nb::dict result;
+        result["product"] = owned(times.product);
+        result["task"] = owned(times.task);
+        result["kinematics"] = owned(times.kinematics);
+        result["naive"] = owned(times.naive);
+        return result;
+      },
+      "robot"_a, "skin"_a, "gains"_a, "state"_a, "other"_a, "position"_a, "rounds"_a,
+      "Nanoseconds of each round: {'product', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.");
+}
+
+void bind_resolver(nb::module_& module) {
+  module.def(
+      "joint_task",
+      [](const control::JointGains& gains, Doubles reference, Doubles position, Doubles velocity) {
+        const std::size_t joints = position.shape(0);
+        control::check_joint_gains(gains, joints);
+        require(reference.shape(0) == joints && velocity.shape(0) == joints, "arrays must have one entry a joint");
+        std::vector<double> torque(joints);
+        control::joint_task(gains, span_of(reference), span_of(position), span_of(velocity), torque);
+        return owned(torque);
+      },
+      "gains"_a, "reference"_a, "position"_a, "velocity"_a, "(n) Nm = K (reference - position) - D velocity.");
+  module.def(
+      "weighted_fusion",
+      [](double first_weight, Doubles first, double second_weight, Doubles second) {
+        require(first.shape(0) == second.shape(0), "torques must have one entry a joint");
+        std::vector<double> fused(first.shape(0));
+        control::weighted_fusion({{first_weight, span_of(first)}, {second_weight, span_of(second)}}, fused);
+        return owned(fused);
+      },
+      "first_weight"_a, "first"_a, "second_weight"_a, "second"_a, "(n) Nm, weighted sum of two torques (eq. 18).");
+  nb::class_<control::VirtualRobot>(module, "VirtualRobot", "(M + I) a + C v + g + B v = torque.")
+      .def(nb::init<control::VirtualRobotGains, std::size_t>(), "gains"_a, "joint_count"_a)
+      .def(
+          "acceleration",
+          [](control::VirtualRobot& self, const RobotDynamics& dynamics, Doubles velocity, Doubles torque,
+             double period_s) {
+            const std::size_t joints = self.gains().inertia.size();
+            require(dynamics.joint_count() == joints && velocity.shape(0) == joints && torque.shape(0) == joints,
+                    "arrays must have one entry a joint");
+            std::vector<double> acceleration(joints);
+            require(self.acceleration(dynamics, span_of(velocity), span_of(torque), period_s, acceleration),
+                    "no finite acceleration follows from these values");
+            return owned(acceleration);
+          },
+          "dynamics"_a, "velocity"_a, "torque"_a, "period_s"_a, "(n) rad/s^2, friction taken at the period's end.");
+  nb::class_<TorqueResolver>(module, "TorqueResolver", "One fused torque in, a command for any of the interfaces out.")
+      .def(nb::init<const RobotModel&, control::ResolverGains>(), "robot"_a, "gains"_a)
+      .def("reset", &TorqueResolver::reset, "joints"_a)
+      .def("begin", &TorqueResolver::begin, "joints"_a, "mode"_a)
+      .def_prop_ro(
+          "position", [](const TorqueResolver& self) { return copy_of(self.position()); }, nb::rv_policy::move)
+      .def_prop_ro(
+          "velocity", [](const TorqueResolver& self) { return copy_of(self.velocity()); }, nb::rv_policy::move)
+      .def(
+          "resolve",
+          [](TorqueResolver& self, const RobotDynamics& dynamics, Doubles fused, Doubles touch,
+             const JointState& joints, JointCommand& command) {
+            const std::size_t count = dynamics.joint_count();
+            require(fused.shape(0) == count && touch.shape(0) == count && command.value.size() == count,
+                    "arrays must have one entry a joint");
+            require(self.resolve(dynamics, span_of(fused), span_of(touch), joints, command),
+                    "no finite command follows from these values");
+          },
+          "dynamics"_a, "fused"_a, "touch"_a, "joints"_a, "command"_a, "Fills the command from torques (n) Nm.");
+}
+
+}  // namespace
+
+void bind_control(nb::module_ module) {
+  nb::exception<control::ControlError>(module, "ControlError",
+                                       nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  bind_gains(module);
+  bind_skin_task(module);
+  bind_resolver(module);
+}
 
 }  // namespace robotskin::bindings

@@ -1,8 +1,198 @@
 // Binds the robot stage.
+#include <nanobind/stl/vector.h>
+
+#include <chrono>
+
+#include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
+#include "robot/guard.hpp"
+#include "robot/safety_table.hpp"
+#include "robot/skin_cycle.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::robot {
+namespace {
+
+using bindings::copy_of;
+using bindings::InputArray;
+
+void require(bool accepted, const char* what) {
+  if (!accepted) throw std::invalid_argument(what);
+}
+
+void require_joints(std::size_t joints, const JointState& state, const JointCommand& command) {
+  require(state.position.size() == joints && state.velocity.size() == joints && command.value.size() == joints,
+          "joint state and command must have one entry a joint");
+}
+
+void bind_table(nb::module_& module) {
+  nb::enum_<SafetyState>(module, "SafetyState", "The states a controlled robot can be in.")
+      .value("off", SafetyState::off)
+      .value("ready", SafetyState::ready)
+      .value("running", SafetyState::running)
+      .value("degraded", SafetyState::degraded)
+      .value("stopped", SafetyState::stopped);
+  nb::enum_<Reason>(module, "Reason", "Why a safety state was entered.")
+      .value("none", Reason::none)
+      .value("joints_stale", Reason::joints_stale)
+      .value("joints_beyond", Reason::joints_beyond)
+      .value("skin_lost", Reason::skin_lost)
+      .value("skin_partly_lost", Reason::skin_partly_lost)
+      .value("command_not_finite", Reason::command_not_finite)
+      .value("overrun", Reason::overrun)
+      .value("asked", Reason::asked);
+  nb::enum_<Condition>(module, "Condition", nb::is_flag(), "What is checked every cycle, one bit each.")
+      .value("joints_fresh", joints_fresh)
+      .value("joints_inside", joints_inside)
+      .value("skin_fresh", skin_fresh)
+      .value("skin_whole", skin_whole)
+      .value("command_finite", command_finite)
+      .value("on_time", on_time)
+      .value("wanted", wanted)
+      .value("at_rest", at_rest);
+  module.def(
+      "next_transition",
+      [](SafetyState state, std::uint16_t conditions) -> nb::object {
+        const Transition* row = next_transition(state, conditions);
+        if (row == nullptr) return nb::none();
+        return nb::make_tuple(row->to, row->reason);
+      },
+      "state"_a, "conditions"_a, "(state, reason) that follow in the safety table, None if the state stays.");
+  module.def("reason_text", [](Reason reason) { return name(reason); }, "reason"_a, "The reason in words.");
+}
+
+void bind_guard(nb::module_& module) {
+  nb::exception<GuardError>(module, "GuardError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  nb::class_<GuardLimits>(module, "GuardLimits", "Limits beside those of the robot model.")
+      .def(
+          "__init__",
+          [](GuardLimits* self, std::vector<double> acceleration, std::vector<double> torque_rate) {
+            new (self) GuardLimits{std::move(acceleration), std::move(torque_rate)};
+          },
+          "acceleration"_a, "torque_rate"_a)
+      .def_rw("acceleration", &GuardLimits::acceleration, "(n) rad/s^2, of commands and of a controlled stop")
+      .def_rw("torque_rate", &GuardLimits::torque_rate, "(n) Nm/s")
+      .def_rw("position_margin", &GuardLimits::position_margin, "rad kept from the position limits")
+      .def_rw("speed_share", &GuardLimits::speed_share, "share of the velocity limits commands may use")
+      .def_rw("degraded_speed_share", &GuardLimits::degraded_speed_share)
+      .def_rw("rest_speed", &GuardLimits::rest_speed, "rad/s")
+      .def_rw("smallest_alive_share", &GuardLimits::smallest_alive_share, "of the cells, below it the skin is lost")
+      .def_rw("whole_alive_share", &GuardLimits::whole_alive_share, "of the cells, below it the robot is slow")
+      .def_rw("joints_timeout_ns", &GuardLimits::joints_timeout_ns)
+      .def_rw("skin_timeout_ns", &GuardLimits::skin_timeout_ns)
+      .def_rw("largest_cycle_ns", &GuardLimits::largest_cycle_ns)
+      .def_rw("period_s", &GuardLimits::period_s);
+  nb::class_<GuardReport>(module, "GuardReport", "What the guard decided in the last cycle.")
+      .def_ro("state", &GuardReport::state)
+      .def_ro("reason", &GuardReport::reason)
+      .def_ro("conditions", &GuardReport::conditions, "bits of Condition")
+      .def_ro("send", &GuardReport::send, "the command may go to the robot")
+      .def_ro("stop_port", &GuardReport::stop_port, "call RobotPort.stop: the robot cannot be controlled from here")
+      .def_ro("interventions", &GuardReport::interventions, "cycles in which the guard changed a running command")
+      .def_ro("violations", &GuardReport::violations, "joint states measured beyond position, velocity or torque limits")
+      .def_ro("alive_share", &GuardReport::alive_share)
+      .def_prop_ro("text", [](const GuardReport& self) { return std::string(name(self.reason)); });
+  nb::class_<Guard>(module, "Guard", "The last word before the robot.")
+      .def(nb::init<const RobotModel&, GuardLimits>(), "robot"_a, "limits"_a)
+      .def(
+          "check",
+          [](Guard& self, const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
+             std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) {
+            return self.check(dynamics, joints, skin, now_ns, run_wanted, finite, command);
+          },
+          "dynamics"_a, "joints"_a, "skin"_a, "now_ns"_a, "run_wanted"_a, "finite"_a, "command"_a,
+          "Rewrites the command where it has to; returns the report.")
+      .def_prop_ro("report", &Guard::report, nb::rv_policy::copy);
+}
+
+void bind_cycle(nb::module_& module) {
+  nb::class_<CycleGains>(module, "CycleGains", "All gains of the skin cycle.")
+      .def(
+          "__init__",
+          [](CycleGains* self, control::JointGains joint, control::SkinGains skin, control::ResolverGains resolver) {
+            new (self) CycleGains{std::move(joint), std::move(skin), std::move(resolver)};
+          },
+          "joint"_a, "skin"_a, "resolver"_a)
+      .def_rw("joint", &CycleGains::joint)
+      .def_rw("skin", &CycleGains::skin)
+      .def_rw("resolver", &CycleGains::resolver)
+      .def_rw("skin_bandwidth_hz", &CycleGains::skin_bandwidth_hz)
+      .def_rw("fade_s", &CycleGains::fade_s)
+      .def_rw("goal_speed", &CycleGains::goal_speed, "rad/s");
+
+  const auto torques = [](auto member) {
+    return [member](const SkinCycle& self) { return copy_of((self.*member)()); };
+  };
+  nb::class_<SkinCycle>(module, "SkinCycle",
+                        "Skin compliance: joint state and skin state in, joint command out, once a period.\n\n"
+                        "Requests may come from any thread, step belongs to one.")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, CycleGains, GuardLimits>(), "robot"_a, "skin"_a,
+           "gains"_a, "limits"_a, "Raises ModelError, ControlError or GuardError for what does not fit together.")
+      .def(
+          "step",
+          [](SkinCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
+             JointCommand& command) -> const GuardReport& {
+            require_joints(self.joint_count(), joints, command);
+            return self.step(joints, skin, now_ns, command);
+          },
+          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, nb::rv_policy::reference_internal,
+          "One period. Fills the command, which goes to the robot if the report says send.")
+      .def(
+          "time_steps",
+          [](SkinCycle& self, JointState& joints, skin::SkinState& skin, std::int64_t start_ns, JointCommand& command,
+             std::size_t steps) {
+            require_joints(self.joint_count(), joints, command);
+            std::vector<std::int64_t> times(steps);
+            for (std::size_t i = 0; i < steps; ++i) {
+              const std::int64_t now_ns = start_ns + static_cast<std::int64_t>(i) * 1'000'000;
+              joints.stamp_ns = skin.time_ns = now_ns;
+              const auto before = std::chrono::steady_clock::now();
+              self.step(joints, skin, now_ns, command);
+              times[i] = std::chrono::nanoseconds(std::chrono::steady_clock::now() - before).count();
+            }
+            return copy_of(std::span<const std::int64_t>(times));
+          },
+          "joints"_a, "skin"_a, "start_ns"_a, "command"_a, "steps"_a,
+          "(steps) nanoseconds each of as many periods of 1 ms took, on the same states with new stamps.")
+      .def("request_run", &SkinCycle::request_run, "run"_a)
+      .def("request_mode", &SkinCycle::request_mode, "mode"_a)
+      .def("request_skin_task", &SkinCycle::request_skin_task, "on"_a)
+      .def(
+          "request_patch_mask",
+          [](SkinCycle& self, std::size_t patch, bool masked) {
+            require(self.request_patch_mask(patch, masked), "there is no such patch");
+          },
+          "patch"_a, "masked"_a)
+      .def(
+          "request_goal",
+          [](SkinCycle& self, InputArray<double> goal) {
+            require(self.request_goal(bindings::span_of(goal)), "the goal must have one entry a joint inside its limits");
+          },
+          "goal"_a, "goal (n) rad; the reference moves there at the goal speed.")
+      .def_prop_ro("joint_count", &SkinCycle::joint_count)
+      .def_prop_ro("cell_count", &SkinCycle::cell_count)
+      .def_prop_ro("patch_count", &SkinCycle::patch_count)
+      .def_prop_ro("joint_torque", torques(&SkinCycle::joint_torque), nb::rv_policy::move, "(n) Nm")
+      .def_prop_ro("gravity_torque", torques(&SkinCycle::gravity_torque), nb::rv_policy::move, "(n) Nm")
+      .def_prop_ro("skin_torque", torques(&SkinCycle::skin_torque), nb::rv_policy::move, "(n) Nm before its weight")
+      .def_prop_ro("touch_torque", torques(&SkinCycle::touch_torque), nb::rv_policy::move, "(n) Nm of the forces felt")
+      .def_prop_ro("fused_torque", torques(&SkinCycle::fused_torque), nb::rv_policy::move, "(n) Nm, eq. 18")
+      .def_prop_ro("reference", torques(&SkinCycle::reference), nb::rv_policy::move, "(n) rad")
+      .def_prop_ro("cell_magnitudes", torques(&SkinCycle::cell_magnitudes), nb::rv_policy::move, "(N) newton")
+      .def_prop_ro("report", &SkinCycle::report, nb::rv_policy::reference_internal);
+}
+
+}  // namespace
+}  // namespace robotskin::robot
 
 namespace robotskin::bindings {
 
-void bind_robot(nanobind::module_ /*module*/) {}
+void bind_robot(nb::module_ module) {
+  robot::bind_table(module);
+  robot::bind_guard(module);
+  robot::bind_cycle(module);
+}
 
 }  // namespace robotskin::bindings

@@ -1,0 +1,73 @@
+// Inner velocity loop: keeps the real robot on the virtual one against what the model does not know, such as friction.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace robotskin::control {
+
+// The released controller used proportional 3 /s, integral proportional^2 / 4 (critical damping), derivative 0 and
+// a dead zone of 0.002 rad/s.
+struct InnerLoopGains {
+  std::vector<double> proportional;  // (n) 1/s on the position error
+  std::vector<double> integral;      // (n) 1/s^2 on its integral
+  std::vector<double> derivative;    // (n) 1 on the velocity error, < 1
+  double dead_zone_rad_s = 0.002;    // velocity errors below it are none
+  double estimator_hz = 20;          // below it the velocity estimate follows the real robot, above it the virtual one
+  double largest_bias = 0.05;        // rad/s, bound of the integral's share
+};
+
+// Joint velocity estimator E(virtual velocity, real velocity): the virtual velocity, whose fast part is free of noise,
+// corrected by the slow part of what the real robot does differently.
+class VelocityEstimator {
+ public:
+  explicit VelocityEstimator(std::size_t joint_count) : difference_(joint_count) {}
+  void reset() noexcept { std::ranges::fill(difference_, 0.0); }
+  double step(std::size_t joint, double virtual_velocity, double real_velocity, double bandwidth_hz,
+              double period_s) noexcept {
+    const double share = 1 - std::exp(-2 * M_PI * bandwidth_hz * period_s);
+    difference_[joint] += share * (real_velocity - virtual_velocity - difference_[joint]);
+    return virtual_velocity + difference_[joint];
+  }
+
+ private:
+  std::vector<double> difference_;  // (n) rad/s, real minus virtual, slow part
+};
+
+class InnerVelocityLoop {
+ public:
+  InnerVelocityLoop(InnerLoopGains gains, std::size_t joint_count)
+      : gains_(std::move(gains)), estimator_(joint_count), bias_(joint_count) {}
+
+  void reset() noexcept {
+    estimator_.reset();
+    std::ranges::fill(bias_, 0.0);
+  }
+
+  // commanded (n) rad/s = virtual velocity + P e + I int(e) + D (virtual velocity - E), e = virtual - real position.
+  void step(std::span<const double> virtual_position, std::span<const double> virtual_velocity,
+            std::span<const double> real_position, std::span<const double> real_velocity, double period_s,
+            std::span<double> commanded) noexcept {
+    for (std::size_t i = 0; i < commanded.size(); ++i) {
+      const double error = virtual_position[i] - real_position[i];
+      const double estimate =
+          estimator_.step(i, virtual_velocity[i], real_velocity[i], gains_.estimator_hz, period_s);
+      double velocity_error = virtual_velocity[i] - estimate;
+      if (std::abs(velocity_error) < gains_.dead_zone_rad_s) velocity_error = 0;
+      bias_[i] = std::clamp(bias_[i] + gains_.integral[i] * error * period_s, -gains_.largest_bias, gains_.largest_bias);
+      commanded[i] = virtual_velocity[i] + gains_.proportional[i] * error + bias_[i] + gains_.derivative[i] * velocity_error;
+    }
+  }
+
+  const InnerLoopGains& gains() const noexcept { return gains_; }
+
+ private:
+  InnerLoopGains gains_;
+  VelocityEstimator estimator_;
+  std::vector<double> bias_;  // (n) rad/s
+};
+
+}  // namespace robotskin::control

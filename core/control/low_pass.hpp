@@ -1,0 +1,31 @@
+// First-order low-pass filter of a vector, exact for a sampled and held input.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace robotskin::control {
+
+class LowPass {
+ public:
+  // A bandwidth of 0 Hz lets everything pass unchanged.
+  LowPass(std::size_t count, double bandwidth_hz, double period_s)
+      : value_(count), share_(bandwidth_hz > 0 ? 1 - std::exp(-2 * M_PI * bandwidth_hz * period_s) : 1.0) {}
+
+  void reset() noexcept {
+    for (double& value : value_) value = 0;
+  }
+  // (n) in and out; the result stays valid until the next step.
+  std::span<const double> step(std::span<const double> input) noexcept {
+    for (std::size_t i = 0; i < value_.size(); ++i) value_[i] += share_ * (input[i] - value_[i]);
+    return value_;
+  }
+
+ private:
+  std::vector<double> value_;
+  double share_;
+};
+
+}  // namespace robotskin::control

@@ -1,0 +1,120 @@
+#include "control/skin_task.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "control/control_error.hpp"
+#include "control/wrench_product.hpp"
+
+namespace robotskin::control {
+namespace {
+
+using Vector3 = std::array<double, 3>;
+
+// The upper left of a row-major 4 x 4 transform.
+Vector3 rotate(const double* transform, const Vector3& v) noexcept {
+  Vector3 out;
+  for (std::size_t row = 0; row < 3; ++row)
+    out[row] = transform[4 * row] * v[0] + transform[4 * row + 1] * v[1] + transform[4 * row + 2] * v[2];
+  return out;
+}
+
+Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+}  // namespace
+
+SkinTask::SkinTask(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains)
+    : activation_(gains, skin.size()),
+      magnitude_(skin.size()),
+      parent_(robot.joint_parents().begin(), robot.joint_parents().end()),
+      joint_wrench_(6 * robot.joint_count()),
+      base_wrench_(6 * robot.joint_count()) {
+  std::vector<std::size_t> links;
+  for (const std::string& name : skin.link_names) links.push_back(robot.link_index(name));
+  const auto joint_of = [&](std::size_t cell) { return robot.link_joints()[links[skin.link[cell]]]; };
+
+  // A cell on the base moves nothing and gets no column.
+  for (std::size_t cell = 0; cell < skin.size(); ++cell) {
+    if (skin.link[cell] < 0 || static_cast<std::size_t>(skin.link[cell]) >= links.size())
+      throw ControlError("cell " + std::to_string(cell) + " is on link " + std::to_string(skin.link[cell]) +
+                         ": the skin has links 0 to " + std::to_string(links.size()) + " (exclusive)");
+    if (joint_of(cell) != RobotModel::base) column_cell_.push_back(cell);
+  }
+  std::ranges::stable_sort(column_cell_, {}, joint_of);
+  for (std::size_t column = 0; column < column_cell_.size(); ++column) {
+    const auto joint = static_cast<std::size_t>(joint_of(column_cell_[column]));
+    if (bodies_.empty() || bodies_.back().joint != joint) bodies_.push_back({joint, column, 0});
+    ++bodies_.back().count;
+    in_order_ = in_order_ && column_cell_[column] == column;
+  }
+  column_magnitude_.resize(in_order_ ? 0 : column_cell_.size());
+
+  matrix_.resize(6 * column_cell_.size());
+  for (std::size_t column = 0; column < column_cell_.size(); ++column) {
+    const std::size_t cell = column_cell_[column];
+    const double* joint_from_link = &robot.joint_from_link()[16 * links[skin.link[cell]]];
+    const std::array<double, 9>& turn = skin.link_from_cell_rotation[cell];
+    const Vector3 touch = rotate(joint_from_link, {-turn[2], -turn[5], -turn[8]});
+    Vector3 point = rotate(joint_from_link, skin.link_from_cell_translation[cell]);
+    for (std::size_t axis = 0; axis < 3; ++axis) point[axis] += joint_from_link[4 * axis + 3];
+    const Vector3 moment = cross(point, touch);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      matrix_[axis * column_cell_.size() + column] = touch[axis];
+      matrix_[(axis + 3) * column_cell_.size() + column] = moment[axis];
+    }
+  }
+}
+
+void SkinTask::aggregate() noexcept {
+  const double* magnitude = magnitude_.data();
+  if (!in_order_) {
+    for (std::size_t column = 0; column < column_cell_.size(); ++column)
+      column_magnitude_[column] = magnitude_[column_cell_[column]];
+    magnitude = column_magnitude_.data();
+  }
+  for (const Body& body : bodies_)
+    wrench_product(matrix_.data() + body.first, column_cell_.size(), magnitude + body.first, body.count,
+                   &joint_wrench_[6 * body.joint]);
+}
+
+std::span<const double> SkinTask::joint_wrenches() noexcept {
+  aggregate();
+  return joint_wrench_;
+}
+
+bool SkinTask::compute(const RobotDynamics& dynamics, const skin::SkinState& state, std::span<const float> share,
+                       std::span<double> torque) noexcept {
+  std::ranges::fill(torque, 0.0);
+  const std::size_t joints = parent_.size();
+  if (state.size() != cell_count() || share.size() != cell_count() || torque.size() != joints) return false;
+
+  activation_.apply(state, share.data(), magnitude_.data());  // (14)
+  aggregate();                                                // (22), (23)
+
+  std::ranges::fill(base_wrench_, 0.0);
+  for (const Body& body : bodies_) {  // (24) turned to the base, about its origin
+    const double* base_from_joint = &dynamics.base_from_joint()[16 * body.joint];
+    const double* wrench = &joint_wrench_[6 * body.joint];
+    const Vector3 force = rotate(base_from_joint, {wrench[0], wrench[1], wrench[2]});
+    const Vector3 moment = rotate(base_from_joint, {wrench[3], wrench[4], wrench[5]});
+    const Vector3 arm = cross({base_from_joint[3], base_from_joint[7], base_from_joint[11]}, force);
+    double* out = &base_wrench_[6 * body.joint];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out[axis] = force[axis];
+      out[axis + 3] = moment[axis] + arm[axis];
+    }
+  }
+  for (std::size_t joint = joints; joint-- > 0;) {  // (25) J^T W, where W is what acts on all that the joint carries
+    const double* wrench = &base_wrench_[6 * joint];
+    const double* motion = &dynamics.joint_motions()[6 * joint];
+    torque[joint] = std::inner_product(wrench, wrench + 6, motion, 0.0);
+    if (parent_[joint] != RobotModel::base)
+      for (std::size_t axis = 0; axis < 6; ++axis) base_wrench_[6 * parent_[joint] + axis] += wrench[axis];
+  }
+  return true;
+}
+
+}  // namespace robotskin::control

@@ -1,0 +1,27 @@
+// How long the skin task takes, beside the bare product it is made of and the equations taken literally.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "control/naive_skin_task.hpp"
+#include "control/skin_task.hpp"
+
+namespace robotskin::control {
+
+// One entry a round, nanoseconds.
+struct SkinTaskTimes {
+  std::vector<std::int64_t> product;    // 6 x n products of all bodies alone
+  std::vector<std::int64_t> task;       // thresholds, activation, products and joint torques
+  std::vector<std::int64_t> kinematics;  // what both need: the update of the dynamics
+  std::vector<std::int64_t> naive;      // a Jacobian a cell; every tenth round, since it is slow
+};
+
+// Alternates between the two states, so that no round finds its results ready, and between what is measured, so that
+// all meet the same machine.
+SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
+                             const skin::SkinState& state, const skin::SkinState& other,
+                             std::span<const double> position, std::size_t rounds);
+
+}  // namespace robotskin::control

@@ -1,0 +1,140 @@
+#include "control/torque_resolver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "control/control_error.hpp"
+
+namespace robotskin::control {
+namespace {
+
+void check(const char* name, const std::vector<double>& values, std::size_t joints) {
+  if (values.size() != joints)
+    throw ControlError(std::string("inner velocity loop: ") + name + " has " + std::to_string(values.size()) +
+                       " values, the robot has " + std::to_string(joints) + " joints");
+  for (const double value : values)
+    if (!std::isfinite(value) || value < 0)
+      throw ControlError(std::string("inner velocity loop: ") + name + " " + std::to_string(value) +
+                         " must be finite and not negative");
+}
+
+void check_positive(const char* name, double value) {
+  if (!(value > 0) || !std::isfinite(value))
+    throw ControlError(std::string("torque resolver: ") + name + " is " + std::to_string(value) +
+                       ": it must be finite and greater than 0");
+}
+
+}  // namespace
+
+TorqueResolver::TorqueResolver(const RobotModel& robot, ResolverGains gains)
+    : gains_(std::move(gains)),
+      virtual_robot_(gains_.virtual_robot, robot.joint_count()),
+      inner_loop_(gains_.inner_loop, robot.joint_count()),
+      lower_(robot.lower().begin(), robot.lower().end()),
+      upper_(robot.upper().begin(), robot.upper().end()),
+      velocity_limit_(robot.velocity_limit().begin(), robot.velocity_limit().end()),
+      lead_fade_(gains_.switch_time_s) {
+  const std::size_t joints = robot.joint_count();
+  check("proportional", gains_.inner_loop.proportional, joints);
+  check("integral", gains_.inner_loop.integral, joints);
+  check("derivative", gains_.inner_loop.derivative, joints);
+  check_positive("period_s", gains_.period_s);
+  check_positive("switch_time_s", gains_.switch_time_s);
+  check_positive("largest_lead_rad", gains_.largest_lead_rad);
+  for (auto* values : {&position_, &velocity_, &virtual_position_, &virtual_velocity_, &position_lead_,
+                       &velocity_lead_, &position_bias_, &torque_, &acceleration_})
+    values->resize(joints);
+}
+
+void TorqueResolver::reset(const JointState& joints) noexcept {
+  std::ranges::copy(joints.position, virtual_position_.begin());
+  std::ranges::fill(virtual_velocity_, 0.0);
+  std::ranges::fill(position_lead_, 0.0);
+  std::ranges::fill(velocity_lead_, 0.0);
+  std::ranges::fill(position_bias_, 0.0);
+  inner_loop_.reset();
+}
+
+void TorqueResolver::begin(const JointState& joints, CommandMode mode) noexcept {
+  const bool was_torque = mode_ == CommandMode::torque;
+  const bool is_torque = mode == CommandMode::torque;
+  if (is_torque && !was_torque) {
+    for (std::size_t i = 0; i < position_.size(); ++i) {
+      position_lead_[i] = virtual_position_[i] - joints.position[i];
+      velocity_lead_[i] = virtual_velocity_[i] - joints.velocity[i];
+    }
+    lead_fade_.set(1.0);
+  } else if (!is_torque && was_torque) {
+    reset(joints);
+    std::ranges::copy(joints.velocity, virtual_velocity_.begin());
+  } else if (mode != mode_) {
+    // The servo's static error is removed in another way, so what was learnt does not carry over.
+    inner_loop_.reset();
+  }
+  mode_ = mode;
+
+  if (is_torque) {
+    for (std::size_t i = 0; i < position_.size(); ++i) {
+      position_[i] = joints.position[i] + lead_fade_.value() * position_lead_[i];
+      velocity_[i] = joints.velocity[i] + lead_fade_.value() * velocity_lead_[i];
+    }
+    lead_fade_.step(false, gains_.period_s);
+  } else {
+    std::ranges::copy(virtual_position_, position_.begin());
+    std::ranges::copy(virtual_velocity_, velocity_.begin());
+  }
+}
+
+bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const double> fused,
+                             std::span<const double> touch, const JointState& joints, JointCommand& command) noexcept {
+  for (std::size_t i = 0; i < torque_.size(); ++i) torque_[i] = fused[i] + touch[i];
+  if (!virtual_robot_.acceleration(dynamics, velocity_, torque_, gains_.period_s, acceleration_)) return false;
+  command.mode = mode_;
+  if (mode_ == CommandMode::torque) {
+    torque_command(dynamics, touch, command);
+    return true;
+  }
+  integrate(joints);
+  if (mode_ == CommandMode::velocity) {
+    inner_loop_.step(virtual_position_, virtual_velocity_, joints.position, joints.velocity, gains_.period_s,
+                     command.value);
+    return true;
+  }
+  for (std::size_t i = 0; i < position_.size(); ++i) {
+    const double error = virtual_position_[i] - joints.position[i];
+    position_bias_[i] = std::clamp(position_bias_[i] + gains_.position_bias_per_s * error * gains_.period_s,
+                                   -gains_.largest_bias_rad, gains_.largest_bias_rad);
+    command.value[i] = virtual_position_[i] + position_bias_[i];
+  }
+  return true;
+}
+
+// Velocity first, then position with the new velocity: energy does not grow.
+void TorqueResolver::integrate(const JointState& joints) noexcept {
+  for (std::size_t i = 0; i < position_.size(); ++i) {
+    const double velocity = std::clamp(velocity_[i] + gains_.period_s * acceleration_[i], -velocity_limit_[i],
+                                       velocity_limit_[i]);
+    const double wanted = position_[i] + gains_.period_s * velocity;
+    const double low = std::max(lower_[i], joints.position[i] - gains_.largest_lead_rad);
+    const double high = std::min(upper_[i], joints.position[i] + gains_.largest_lead_rad);
+    virtual_position_[i] = std::max(low, std::min(wanted, high));
+    virtual_velocity_[i] = virtual_position_[i] == wanted ? velocity : 0.0;
+  }
+}
+
+// The torque under which the real robot moves as the virtual one: M a + C v + g - touch, since the hand itself brings
+// the touch.
+void TorqueResolver::torque_command(const RobotDynamics& dynamics, std::span<const double> touch,
+                                    JointCommand& command) noexcept {
+  const std::size_t joints = position_.size();
+  for (std::size_t row = 0; row < joints; ++row) {
+    double torque = dynamics.nonlinear_effects()[row] - touch[row];
+    for (std::size_t column = 0; column < joints; ++column)
+      torque += dynamics.mass_matrix()[row * joints + column] * acceleration_[column];
+    command.value[row] = torque;
+  }
+}
+
+}  // namespace robotskin::control

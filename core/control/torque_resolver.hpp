@@ -1,0 +1,71 @@
+// Torque resolver: one fused torque in, a command for whichever of the three interfaces the robot has out.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "control/fade.hpp"
+#include "control/inner_velocity_loop.hpp"
+#include "control/virtual_robot.hpp"
+#include "model/joint_command.hpp"
+#include "model/joint_state.hpp"
+#include "model/robot_dynamics.hpp"
+#include "model/robot_model.hpp"
+
+namespace robotskin::control {
+
+struct ResolverGains {
+  VirtualRobotGains virtual_robot;
+  InnerLoopGains inner_loop;
+  double period_s = 0.001;
+  double switch_time_s = 0.25;     // how long a change of interface is blended
+  double largest_lead_rad = 0.2;   // how far the virtual robot may run ahead of the real one
+  double position_bias_per_s = 2;  // 1/s: how fast the position interface removes the servo's static error
+  double largest_bias_rad = 0.02;  // bound of that correction
+};
+
+// All three interfaces obey the same equation, (M + I) a + C v + B v + g = fused + touch: a virtual robot with the
+// position and velocity interfaces, which cannot feel the hand mechanically and so receives the measured touch; the
+// real one with the torque interface. One period is begin, update of the dynamics at position() and velocity(), the
+// tasks, resolve.
+class TorqueResolver {
+ public:
+  // Throws ControlError for gains of the wrong count or that are not finite.
+  TorqueResolver(const RobotModel& robot, ResolverGains gains);
+
+  // Puts the virtual robot where the real one is, at rest.
+  void reset(const JointState& joints) noexcept;
+
+  // Chooses the state on which the tasks act: the virtual robot's with the position and velocity interfaces, the real
+  // one's with the torque interface. A change of mode goes on from the state of the mode before, so that the command
+  // of a frozen robot does not jump.
+  void begin(const JointState& joints, CommandMode mode) noexcept;
+  std::span<const double> position() const noexcept { return position_; }  // (n) rad
+  std::span<const double> velocity() const noexcept { return velocity_; }  // (n) rad/s
+
+  // fused (n) tau_Sigma of eq. 18 and touch (n) measured contact torque, Nm. Fills the command, which has n joints.
+  // False, with the command left as it was, if no finite command follows.
+  [[nodiscard]] bool resolve(const RobotDynamics& dynamics, std::span<const double> fused,
+                             std::span<const double> touch, const JointState& joints, JointCommand& command) noexcept;
+
+  const ResolverGains& gains() const noexcept { return gains_; }
+
+ private:
+  void integrate(const JointState& joints) noexcept;
+  void torque_command(const RobotDynamics& dynamics, std::span<const double> touch, JointCommand& command) noexcept;
+
+  ResolverGains gains_;
+  VirtualRobot virtual_robot_;
+  InnerVelocityLoop inner_loop_;
+  std::vector<double> lower_, upper_, velocity_limit_;     // (n) bounds of the virtual robot
+  std::vector<double> position_, velocity_;                // (n) the state on which the tasks act
+  std::vector<double> virtual_position_, virtual_velocity_;  // (n) q_v, and its rate
+  std::vector<double> position_lead_, velocity_lead_;      // (n) virtual minus real when torque mode was entered
+  std::vector<double> position_bias_;                      // (n) rad
+  std::vector<double> torque_, acceleration_;              // (n)
+  Fade lead_fade_;
+  CommandMode mode_ = CommandMode::position;
+};
+
+}  // namespace robotskin::control

@@ -1,0 +1,294 @@
+#include "robot/guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace robotskin::robot {
+namespace {
+
+// Time in which a torque may bring a joint back inside its velocity limit, and a braking joint to rest.
+constexpr double torque_horizon_s = 0.02;
+// Natural frequency with which a stopped torque-controlled robot holds its place.
+constexpr double hold_rad_s = 20.0;
+
+bool all_finite(std::span<const double> values) noexcept {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+double towards(double from, double to, double step) noexcept { return std::clamp(to, from - step, from + step); }
+
+// torque (n) = M acceleration + C v + g.
+void inverse_dynamics(const RobotDynamics& dynamics, std::span<const double> acceleration,
+                      std::span<double> torque) noexcept {
+  const std::size_t joints = torque.size();
+  for (std::size_t row = 0; row < joints; ++row) {
+    double sum = dynamics.nonlinear_effects()[row];
+    for (std::size_t column = 0; column < joints; ++column)
+      sum += dynamics.mass_matrix()[row * joints + column] * acceleration[column];
+    torque[row] = sum;
+  }
+}
+
+}  // namespace
+
+Guard::Guard(const RobotModel& robot, GuardLimits limits)
+    : limits_(std::move(limits)),
+      lower_(robot.lower().begin(), robot.lower().end()),
+      upper_(robot.upper().begin(), robot.upper().end()),
+      velocity_limit_(robot.velocity_limit().begin(), robot.velocity_limit().end()),
+      effort_limit_(robot.effort_limit().begin(), robot.effort_limit().end()) {
+  const std::size_t joints = robot.joint_count();
+  const auto check_joints = [joints](const char* name, const std::vector<double>& values) {
+    if (values.size() != joints)
+      throw GuardError(std::string("guard: ") + name + " has " + std::to_string(values.size()) +
+                       " values, the robot has " + std::to_string(joints) + " joints");
+    for (const double value : values)
+      if (!(value > 0) || !std::isfinite(value))
+        throw GuardError(std::string("guard: ") + name + " " + std::to_string(value) +
+                         " must be finite and greater than 0");
+  };
+  const auto check_range = [](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high))
+      throw GuardError(std::string("guard: ") + name + " is " + std::to_string(value) + ": it must lie between " +
+                       std::to_string(low) + " and " + std::to_string(high));
+  };
+  check_joints("acceleration", limits_.acceleration);
+  check_joints("torque_rate", limits_.torque_rate);
+  check_range("position_margin", limits_.position_margin, 0, 1);
+  check_range("speed_share", limits_.speed_share, 0, 1);
+  check_range("degraded_speed_share", limits_.degraded_speed_share, 0, limits_.speed_share);
+  check_range("whole_alive_share", limits_.whole_alive_share, 0, 1);
+  check_range("smallest_alive_share", limits_.smallest_alive_share, 0, limits_.whole_alive_share);
+  check_range("rest_speed", limits_.rest_speed, 0, 1);
+  check_range("period_s", limits_.period_s, 1e-6, 1);
+  for (auto* values : {&last_position_, &last_velocity_, &last_torque_, &hold_, &acceleration_}) values->resize(joints);
+}
+
+const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
+                                std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) noexcept {
+  report_.conditions = conditions(joints, skin, now_ns, run_wanted, command);
+  if (!finite) report_.conditions &= ~std::uint16_t{command_finite};
+  if (joints_known_) count_violations(joints);
+
+  if (const Transition* row = next_transition(report_.state, report_.conditions)) {
+    report_.state = row->to;
+    report_.reason = row->reason;
+    if (row->to == SafetyState::stopped || row->to == SafetyState::ready) at_rest_ = false;
+  }
+  report_.stop_port = false;
+  switch (report_.state) {
+    case SafetyState::off:
+      report_.send = false;
+      has_last_ = false;
+      return report_;
+    case SafetyState::running:
+    case SafetyState::degraded: {
+      const double share =
+          report_.state == SafetyState::running ? limits_.speed_share : limits_.degraded_speed_share;
+      if (limit(dynamics, joints, share, command)) ++report_.interventions;
+      break;
+    }
+    case SafetyState::ready:
+    case SafetyState::stopped:
+      // SAFETY: from here the controller's command is not used; the robot comes to rest and is held.
+      brake(dynamics, joints, command);
+      report_.stop_port = !joints_known_;
+      break;
+  }
+  remember(joints, command);
+  report_.send = true;
+  return report_;
+}
+
+std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
+                                bool run_wanted, const JointCommand& command) noexcept {
+  const std::size_t count = lower_.size();
+  std::uint16_t found = 0;
+
+  const bool shaped = joints.position.size() == count && joints.velocity.size() == count;
+  const bool usable = shaped && all_finite(joints.position) && all_finite(joints.velocity);
+  // A stamp from the future is no measurement, and one that is never_ns must not overflow the difference.
+  const bool young = joints.stamp_ns <= now_ns && joints.stamp_ns >= now_ns - limits_.joints_timeout_ns;
+  joints_known_ = usable && young;
+  if (joints_known_) {
+    found |= joints_fresh;
+    bool inside = true, rest = true;
+    for (std::size_t i = 0; i < count; ++i) {
+      inside = inside && joints.position[i] >= lower_[i] && joints.position[i] <= upper_[i] &&
+               std::abs(joints.velocity[i]) <= velocity_limit_[i];
+      rest = rest && std::abs(joints.velocity[i]) <= limits_.rest_speed;
+    }
+    if (inside) found |= joints_inside;
+    if (rest) found |= at_rest;
+  }
+
+  const auto alive = static_cast<std::size_t>(std::ranges::count(skin.health, skin::Health::alive));
+  report_.alive_share = skin.size() > 0 ? static_cast<double>(alive) / static_cast<double>(skin.size()) : 0.0;
+  const bool snapshot_young = skin.time_ns <= now_ns && skin.time_ns >= now_ns - limits_.skin_timeout_ns;
+  if (snapshot_young && alive > 0 && report_.alive_share >= limits_.smallest_alive_share) found |= skin_fresh;
+  if (report_.alive_share >= limits_.whole_alive_share) found |= skin_whole;
+
+  if (command.value.size() == count && all_finite(command.value)) found |= command_finite;
+  if (last_cycle_ns_ == never_ns || now_ns - last_cycle_ns_ <= limits_.largest_cycle_ns) found |= on_time;
+  last_cycle_ns_ = now_ns;
+  if (run_wanted) found |= wanted;
+  return found;
+}
+
+void Guard::count_violations(const JointState& joints) noexcept {
+  if (joints.stamp_ns == last_joints_ns_) return;
+  last_joints_ns_ = joints.stamp_ns;
+  for (std::size_t i = 0; i < lower_.size(); ++i) {
+    const bool effort_beyond = i < joints.effort.size() && std::abs(joints.effort[i]) > effort_limit_[i];
+    if (joints.position[i] < lower_[i] || joints.position[i] > upper_[i] ||
+        std::abs(joints.velocity[i]) > velocity_limit_[i] || effort_beyond) {
+      ++report_.violations;
+      return;
+    }
+  }
+}
+
+bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+                  JointCommand& command) noexcept {
+  if (command.mode == CommandMode::torque) return limit_torque(dynamics, joints, speed_share, command.value);
+  const bool goes_on = has_last_ && last_mode_ == command.mode;
+  const double period = limits_.period_s;
+  bool changed = false;
+  for (std::size_t i = 0; i < command.value.size(); ++i) {
+    const double was = has_last_ ? last_velocity_[i] : joints.velocity[i];
+    double from = joints.position[i];
+    if (command.mode == CommandMode::position) {
+      if (goes_on)
+        from = last_position_[i];
+      else if (std::abs(command.value[i] - from) <= limits_.largest_switch_step)
+        from = command.value[i] - was * period;
+    }
+    const double asked =
+        command.mode == CommandMode::position ? (command.value[i] - from) / period : command.value[i];
+    double speed = towards(was, asked, limits_.acceleration[i] * period);
+    const double fastest = speed_share * velocity_limit_[i];
+    speed = std::clamp(speed, -fastest, fastest);
+    // A joint may be only as fast as it can brake before its limit.
+    const double up = std::max(0.0, upper_[i] - limits_.position_margin - from);
+    const double down = std::max(0.0, from - lower_[i] - limits_.position_margin);
+    const double brake_up = std::min(std::sqrt(2 * limits_.acceleration[i] * up), up / period);
+    const double brake_down = std::min(std::sqrt(2 * limits_.acceleration[i] * down), down / period);
+    speed = std::clamp(speed, -brake_down, brake_up);
+    // Rounding of (command - from) / period is no intervention.
+    if (std::abs(speed - asked) > 1e-9) {
+      changed = true;
+      command.value[i] = command.mode == CommandMode::position ? from + speed * period : speed;
+    }
+  }
+  return changed;
+}
+
+// Position and velocity limits at acceleration level, since a bound on the torque itself would forbid holding gravity.
+bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+                         std::vector<double>& torque) noexcept {
+  bool changed = false;
+  if (dynamics.forward_dynamics(torque, acceleration_)) {
+    bool bounded = false;
+    for (std::size_t i = 0; i < torque.size(); ++i) {
+      const double fastest = speed_share * velocity_limit_[i];
+      const double up = std::max(0.0, upper_[i] - limits_.position_margin - joints.position[i]);
+      const double down = std::max(0.0, joints.position[i] - lower_[i] - limits_.position_margin);
+      const double speed_up = std::min(fastest, std::sqrt(2 * limits_.acceleration[i] * up));
+      const double speed_down = std::min(fastest, std::sqrt(2 * limits_.acceleration[i] * down));
+      // Only a joint that is about to be too fast is held back; what a hand pushes is not seen here.
+      const double velocity = joints.velocity[i];
+      const double high = (speed_up - velocity) / torque_horizon_s;
+      const double low = (-speed_down - velocity) / torque_horizon_s;
+      const double allowed = std::clamp(acceleration_[i], low, high);
+      if (allowed != acceleration_[i] && std::abs(velocity) > limits_.rest_speed) {
+        acceleration_[i] = allowed;
+        bounded = true;
+      }
+    }
+    if (bounded) {
+      inverse_dynamics(dynamics, acceleration_, torque);
+      changed = true;
+    }
+  }
+  const bool goes_on = has_last_ && last_mode_ == CommandMode::torque;
+  for (std::size_t i = 0; i < torque.size(); ++i) {
+    double value = torque[i];
+    if (goes_on) value = towards(last_torque_[i], value, limits_.torque_rate[i] * limits_.period_s);
+    value = std::clamp(value, -effort_limit_[i], effort_limit_[i]);
+    changed = changed || value != torque[i];
+    torque[i] = value;
+  }
+  return changed;
+}
+
+void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept {
+  const std::size_t count = lower_.size();
+  const double period = limits_.period_s;
+  const bool goes_on = has_last_ && last_mode_ == command.mode;
+  if (command.value.size() != count) return;  // a command of another robot is reported, not filled
+
+  if (command.mode == CommandMode::torque) {
+    if (!joints_known_) {
+      // Without a joint state the best torque is the one that held gravity last; the port is asked to stop as well.
+      std::ranges::copy(dynamics.gravity_torque(), command.value.begin());
+      return;
+    }
+    if (!at_rest_) {
+      std::ranges::copy(joints.position, hold_.begin());
+      at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const double brake = std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.acceleration[i],
+                                      limits_.acceleration[i]);
+      const double hold = hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) -
+                          2 * hold_rad_s * joints.velocity[i];
+      acceleration_[i] = at_rest_ ? std::clamp(hold, -limits_.acceleration[i], limits_.acceleration[i]) : brake;
+    }
+    inverse_dynamics(dynamics, acceleration_, command.value);
+    for (std::size_t i = 0; i < count; ++i)
+      command.value[i] = std::clamp(command.value[i], -effort_limit_[i], effort_limit_[i]);
+    return;
+  }
+
+  for (std::size_t i = 0; i < count; ++i) {
+    const double measured = joints_known_ ? joints.velocity[i] : 0.0;
+    const double speed =
+        towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.acceleration[i] * period);
+    if (command.mode == CommandMode::velocity) {
+      command.value[i] = speed;
+      continue;
+    }
+    const double from = goes_on ? last_position_[i] : (joints_known_ ? joints.position[i] : hold_[i]);
+    command.value[i] = std::clamp(from + speed * period, lower_[i], upper_[i]);
+  }
+}
+
+void Guard::remember(const JointState& joints, const JointCommand& command) noexcept {
+  if (command.value.size() != lower_.size()) return;
+  for (std::size_t i = 0; i < command.value.size(); ++i) {
+    switch (command.mode) {
+      case CommandMode::position: {
+        const bool goes_on = has_last_ && last_mode_ == CommandMode::position;
+        const double from = goes_on ? last_position_[i] : (joints_known_ ? joints.position[i] : command.value[i]);
+        last_velocity_[i] = (command.value[i] - from) / limits_.period_s;
+        last_position_[i] = command.value[i];
+        break;
+      }
+      case CommandMode::velocity:
+        last_velocity_[i] = command.value[i];
+        break;
+      case CommandMode::torque:
+        if (joints_known_) last_velocity_[i] = joints.velocity[i];
+        last_torque_[i] = command.value[i];
+        break;
+    }
+    if (command.mode != CommandMode::torque && joints_known_) hold_[i] = joints.position[i];
+  }
+  last_mode_ = command.mode;
+  has_last_ = true;
+}
+
+}  // namespace robotskin::robot

@@ -1,0 +1,90 @@
+// The guard: the last word before the robot. Nothing after it changes a command.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "model/joint_command.hpp"
+#include "model/joint_state.hpp"
+#include "model/robot_dynamics.hpp"
+#include "model/robot_model.hpp"
+#include "robot/safety_table.hpp"
+#include "skin/skin_state.hpp"
+
+namespace robotskin::robot {
+
+// Limits that do not fit the robot; the message names the limit, its value and what would fit.
+class GuardError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Position, velocity and torque limits are the robot model's; these are the others.
+struct GuardLimits {
+  std::vector<double> acceleration;     // (n) rad/s^2, of commands and of a controlled stop
+  std::vector<double> torque_rate;      // (n) Nm/s
+  double position_margin = 0.02;        // rad kept from the position limits by commands
+  double speed_share = 0.95;            // share of the velocity limits commands may use
+  double degraded_speed_share = 0.25;   // the same while degraded
+  double largest_switch_step = 0.05;    // rad between a position command and the joint when that interface is switched to
+  double rest_speed = 0.01;             // rad/s below which a joint is at rest
+  double smallest_alive_share = 0.5;    // share of cells alive below which the skin is lost
+  double whole_alive_share = 0.9;       // share of cells alive from which the skin is whole
+  std::int64_t joints_timeout_ns = 20'000'000;
+  std::int64_t skin_timeout_ns = 100'000'000;  // age of the snapshot; the cells' own age is in their health
+  std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
+  double period_s = 0.001;
+};
+
+struct GuardReport {
+  SafetyState state = SafetyState::off;
+  Reason reason = Reason::none;      // why the state was last changed; stays while stopped or degraded
+  std::uint16_t conditions = 0;      // of this cycle
+  bool send = false;                 // the command may go to the robot
+  bool stop_port = false;            // the robot cannot be controlled from here: call RobotPort::stop
+  std::uint64_t interventions = 0;   // cycles in which the guard changed a running controller's command
+  std::uint64_t violations = 0;      // cycles in which the measured robot was beyond a position, velocity or torque limit
+  double alive_share = 0;            // share of cells alive
+};
+
+class Guard {
+ public:
+  // Throws GuardError for limits of the wrong count, not finite or out of order.
+  Guard(const RobotModel& robot, GuardLimits limits);
+
+  // Decides on this cycle's command, which `finite` says the controller could compute, and rewrites it where it has
+  // to: within limits while running, a hold while ready, a controlled stop while stopped. `dynamics` was updated in
+  // this cycle, with the measured state if the mode is torque. Never allocates or throws.
+  const GuardReport& check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
+                           std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) noexcept;
+
+  const GuardReport& report() const noexcept { return report_; }
+  const GuardLimits& limits() const noexcept { return limits_; }
+
+ private:
+  std::uint16_t conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns, bool run_wanted,
+                           const JointCommand& command) noexcept;
+  void count_violations(const JointState& joints) noexcept;
+  bool limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+             JointCommand& command) noexcept;
+  bool limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+                    std::vector<double>& torque) noexcept;
+  void brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept;
+  void remember(const JointState& joints, const JointCommand& command) noexcept;
+
+  GuardLimits limits_;
+  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
+  GuardReport report_;
+  CommandMode last_mode_ = CommandMode::position;
+  bool has_last_ = false;                     // something was sent in last_mode_
+  bool joints_known_ = false;                 // the joint state of this cycle can be used
+  bool at_rest_ = false;                      // a stop has come to rest, hold_ is where
+  std::int64_t last_cycle_ns_ = never_ns;
+  std::int64_t last_joints_ns_ = never_ns;
+  std::vector<double> last_position_, last_velocity_, last_torque_;  // (n) as commanded
+  std::vector<double> hold_;                                         // (n) rad
+  std::vector<double> acceleration_;                                 // (n)
+};
+
+}  // namespace robotskin::robot
