@@ -83,7 +83,8 @@ void bind_gains(nb::module_& module) {
       .def_rw("switch_time_s", &ResolverGains::switch_time_s)
       .def_rw("largest_lead_rad", &ResolverGains::largest_lead_rad)
       .def_rw("position_bias_per_s", &ResolverGains::position_bias_per_s)
-      .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad);
+      .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad)
+      .def_rw("servo_lag_s", &ResolverGains::servo_lag_s);
 }
 
 void bind_skin_task(nb::module_& module) {
@@ -96,7 +97,8 @@ void bind_skin_task(nb::module_& module) {
           "compute",
           [](SkinTask& self, const RobotDynamics& dynamics, const skin::SkinState& state, InputArray<float> share) {
             std::vector<double> torque(dynamics.joint_count());
-            require(self.compute(dynamics, state, span_of(share), torque), "state and share must have one entry a cell");
+            require(self.compute(dynamics, state, span_of(share), torque),
+                    "state and share must have one entry a cell");
             return owned(torque);
           },
           "dynamics"_a, "state"_a, "share"_a,
@@ -126,8 +128,7 @@ void bind_skin_task(nb::module_& module) {
       "time_skin_task",
       [](const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
          const skin::SkinState& state, const skin::SkinState& other, Doubles position, std::size_t rounds) {
-        const auto times =
-            control::time_skin_task(robot, skin, gains, state, other, span_of(position), rounds);
+        const auto times = control::time_skin_task(robot, skin, gains, state, other, span_of(position), rounds);
         require(!times.task.empty(), "states and position must fit the skin and the robot, rounds must not be 0");
         nb::dict result;
         result["product"] = owned(times.product);

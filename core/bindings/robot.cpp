@@ -91,17 +91,17 @@ void bind_guard(nb::module_& module) {
       .def_ro("send", &GuardReport::send, "the command may go to the robot")
       .def_ro("stop_port", &GuardReport::stop_port, "call RobotPort.stop: the robot cannot be controlled from here")
       .def_ro("interventions", &GuardReport::interventions, "cycles in which the guard changed a running command")
-      .def_ro("violations", &GuardReport::violations, "joint states measured beyond position, velocity or torque limits")
+      .def_ro("violations", &GuardReport::violations,
+              "joint states measured beyond position, velocity or torque limits")
       .def_ro("alive_share", &GuardReport::alive_share)
-      .def_prop_ro("text", [](const GuardReport& self) { return std::string(name(self.reason)); });
+      .def_prop_ro("text", [](const GuardReport& self) { return name(self.reason); });
   nb::class_<Guard>(module, "Guard", "The last word before the robot.")
       .def(nb::init<const RobotModel&, GuardLimits>(), "robot"_a, "limits"_a)
       .def(
           "check",
           [](Guard& self, const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
-             std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) {
-            return self.check(dynamics, joints, skin, now_ns, run_wanted, finite, command);
-          },
+             std::int64_t now_ns, bool run_wanted, bool finite,
+             JointCommand& command) { return self.check(dynamics, joints, skin, now_ns, run_wanted, finite, command); },
           "dynamics"_a, "joints"_a, "skin"_a, "now_ns"_a, "run_wanted"_a, "finite"_a, "command"_a,
           "Rewrites the command where it has to; returns the report.")
       .def_prop_ro("report", &Guard::report, nb::rv_policy::copy);
@@ -168,7 +168,8 @@ void bind_cycle(nb::module_& module) {
       .def(
           "request_goal",
           [](SkinCycle& self, InputArray<double> goal) {
-            require(self.request_goal(bindings::span_of(goal)), "the goal must have one entry a joint inside its limits");
+            require(self.request_goal(bindings::span_of(goal)),
+                    "the goal must have one entry a joint inside its limits");
           },
           "goal"_a, "goal (n) rad; the reference moves there at the goal speed.")
       .def_prop_ro("joint_count", &SkinCycle::joint_count)

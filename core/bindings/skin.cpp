@@ -1,8 +1,134 @@
-// Binds the skin stage.
+// Binds the skin stage: the skin model by copies, the skin state by views that share its memory.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <string>
+
+#include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
+#include "skin/skin_model.hpp"
+#include "skin/skin_state.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
 
 namespace robotskin::bindings {
+namespace {
 
-void bind_skin(nanobind::module_ /*module*/) {}
+using skin::Health;
+using skin::SkinModel;
+using skin::SkinState;
+
+template <typename Value, typename Shape>
+using Input = nb::ndarray<const Value, Shape, nb::c_contig, nb::device::cpu>;
+
+void require_cells(const char* name, std::size_t given, std::size_t cells) {
+  if (given != cells)
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(given) + " entries, key has " +
+                                std::to_string(cells));
+}
+
+SkinModel make_model(std::vector<std::string> link_names, InputArray<std::uint32_t> key, InputArray<std::int32_t> link,
+                     Input<double, nb::shape<-1, 4, 4>> link_from_cell,
+                     Input<std::int32_t, nb::shape<-1, 4, 2>> neighbours, InputArray<std::int32_t> patch) {
+  const std::size_t cells = key.shape(0);
+  require_cells("link", link.shape(0), cells);
+  require_cells("link_from_cell", link_from_cell.shape(0), cells);
+  require_cells("neighbours", neighbours.shape(0), cells);
+  require_cells("patch", patch.shape(0), cells);
+  SkinModel model;
+  model.link_names = std::move(link_names);
+  model.key.assign(key.data(), key.data() + cells);
+  model.link.assign(link.data(), link.data() + cells);
+  model.patch.assign(patch.data(), patch.data() + cells);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const double* pose = link_from_cell.data() + 16 * cell;
+    model.link_from_cell_rotation.push_back(
+        {pose[0], pose[1], pose[2], pose[4], pose[5], pose[6], pose[8], pose[9], pose[10]});
+    model.link_from_cell_translation.push_back({pose[3], pose[7], pose[11]});
+    const std::int32_t* row = neighbours.data() + 8 * cell;
+    auto& ports = model.neighbours.emplace_back();
+    for (std::size_t port = 0; port < 4; ++port)
+      ports[port] = {row[2 * port], static_cast<std::uint8_t>(row[2 * port + 1])};
+  }
+  return model;
+}
+
+// A vector of the state as a numpy array over its memory; `row` values a cell, 0: a flat array.
+template <auto member, typename Value>
+void bind_array(nb::class_<SkinState>& state, const char* name, std::size_t row, const char* doc) {
+  const auto view = [row](nb::handle_t<SkinState> self) {
+    auto& vector = nb::cast<SkinState&>(self).*member;
+    const std::size_t shape[2] = {vector.size(), row};
+    return nb::ndarray<nb::numpy, Value>(reinterpret_cast<Value*>(vector.data()), row == 0 ? 1 : 2, shape, self);
+  };
+  state.def_prop_ro(name, view, nb::rv_policy::automatic, doc);
+}
+
+}  // namespace
+
+void bind_skin(nb::module_ module) {
+  nb::enum_<Health>(module, "Health", nb::is_arithmetic(), "How far a cell's values can be believed.")
+      .value("alive", Health::alive)
+      .value("stale", Health::stale)
+      .value("stuck", Health::stuck)
+      .value("dead", Health::dead)
+      .value("never_seen", Health::never_seen);
+  nb::class_<SkinModel>(module, "SkinModel", "The constant part of a skin of N cells; lengths in m.")
+      .def(
+          "__init__",
+          [](SkinModel* self, std::vector<std::string> link_names, InputArray<std::uint32_t> key,
+             InputArray<std::int32_t> link, Input<double, nb::shape<-1, 4, 4>> link_from_cell,
+             Input<std::int32_t, nb::shape<-1, 4, 2>> neighbours, InputArray<std::int32_t> patch) {
+            new (self) SkinModel(make_model(std::move(link_names), key, link, link_from_cell, neighbours, patch));
+          },
+          "link_names"_a, "key"_a, "link"_a, "link_from_cell"_a, "neighbours"_a, "patch"_a,
+          "key (N) uint32 = section unit << 16 | id; link (N) int32 indexes link_names; link_from_cell (N, 4, 4), z\n"
+          "outward; neighbours (N, 4, 2) int32 = index or -1 and port 1 to 4; patch (N) int32, -1: none.")
+      .def("__len__", &SkinModel::size)
+      .def_prop_ro("link_names", [](const SkinModel& self) { return self.link_names; })
+      .def_prop_ro(
+          "key", [](const SkinModel& self) { return copy_of(std::span<const std::uint32_t>(self.key)); },
+          nb::rv_policy::move, "(N)")
+      .def_prop_ro(
+          "link", [](const SkinModel& self) { return copy_of(std::span<const std::int32_t>(self.link)); },
+          nb::rv_policy::move, "(N) index into link_names")
+      .def_prop_ro(
+          "patch", [](const SkinModel& self) { return copy_of(std::span<const std::int32_t>(self.patch)); },
+          nb::rv_policy::move, "(N) index of the patch, -1: none")
+      .def_prop_ro(
+          "link_from_cell",
+          [](const SkinModel& self) {
+            std::vector<double> poses;
+            for (std::size_t cell = 0; cell < self.size(); ++cell) {
+              const auto& turn = self.link_from_cell_rotation[cell];
+              const auto& place = self.link_from_cell_translation[cell];
+              for (std::size_t row = 0; row < 3; ++row)
+                poses.insert(poses.end(), {turn[3 * row], turn[3 * row + 1], turn[3 * row + 2], place[row]});
+              poses.insert(poses.end(), {0, 0, 0, 1});
+            }
+            return copy_of(std::span<const double>(poses), {self.size(), 4, 4});
+          },
+          nb::rv_policy::move, "(N, 4, 4) metres");
+  auto state = nb::class_<SkinState>(module, "SkinState",
+                                     "What the skin feels in one cycle; the arrays share the state's memory.")
+                   .def(
+                       "__init__",
+                       [](SkinState* self, std::size_t cells) {
+                         new (self) SkinState();
+                         self->resize(cells);
+                       },
+                       "cells"_a)
+                   .def("__len__", &SkinState::size)
+                   .def_rw("time_ns", &SkinState::time_ns, "host clock of this snapshot");
+  bind_array<&SkinState::normal_force, float>(state, "normal_force", 3, "(N, 3) newton, >= 0");
+  bind_array<&SkinState::proximity, float>(state, "proximity", 0, "(N) 0 to 1");
+  bind_array<&SkinState::distance, float>(state, "distance", 0, "(N) metres, inf where nothing is near");
+  bind_array<&SkinState::acceleration, float>(state, "acceleration", 3, "(N, 3) m/s^2, cell frame");
+  bind_array<&SkinState::temperature, float>(state, "temperature", 2, "(N, 2) degrees Celsius");
+  bind_array<&SkinState::stamp_ns, std::int64_t>(state, "stamp_ns", 0, "(N) host clock at the sample");
+  bind_array<&SkinState::health, std::uint8_t>(state, "health", 0, "(N) values of Health");
+  bind_array<&SkinState::saturated, std::uint8_t>(state, "saturated", 0, "(N) 1 where a channel is at its end");
+}
 
 }  // namespace robotskin::bindings

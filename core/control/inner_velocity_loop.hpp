@@ -53,12 +53,13 @@ class InnerVelocityLoop {
             std::span<double> commanded) noexcept {
     for (std::size_t i = 0; i < commanded.size(); ++i) {
       const double error = virtual_position[i] - real_position[i];
-      const double estimate =
-          estimator_.step(i, virtual_velocity[i], real_velocity[i], gains_.estimator_hz, period_s);
+      const double estimate = estimator_.step(i, virtual_velocity[i], real_velocity[i], gains_.estimator_hz, period_s);
       double velocity_error = virtual_velocity[i] - estimate;
       if (std::abs(velocity_error) < gains_.dead_zone_rad_s) velocity_error = 0;
-      bias_[i] = std::clamp(bias_[i] + gains_.integral[i] * error * period_s, -gains_.largest_bias, gains_.largest_bias);
-      commanded[i] = virtual_velocity[i] + gains_.proportional[i] * error + bias_[i] + gains_.derivative[i] * velocity_error;
+      bias_[i] =
+          std::clamp(bias_[i] + gains_.integral[i] * error * period_s, -gains_.largest_bias, gains_.largest_bias);
+      commanded[i] =
+          virtual_velocity[i] + gains_.proportional[i] * error + bias_[i] + gains_.derivative[i] * velocity_error;
     }
   }
 

@@ -9,7 +9,8 @@ template <typename Work>
 void measure(std::vector<std::int64_t>& times, const Work& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
-  times.push_back(std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count());
+  times.push_back(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count());
 }
 
 }  // namespace

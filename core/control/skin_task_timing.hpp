@@ -12,10 +12,10 @@ namespace robotskin::control {
 
 // One entry a round, nanoseconds.
 struct SkinTaskTimes {
-  std::vector<std::int64_t> product;    // 6 x n products of all bodies alone
-  std::vector<std::int64_t> task;       // thresholds, activation, products and joint torques
+  std::vector<std::int64_t> product;     // 6 x n products of all bodies alone
+  std::vector<std::int64_t> task;        // thresholds, activation, products and joint torques
   std::vector<std::int64_t> kinematics;  // what both need: the update of the dynamics
-  std::vector<std::int64_t> naive;      // a Jacobian a cell; every tenth round, since it is slow
+  std::vector<std::int64_t> naive;       // a Jacobian a cell; every tenth round, since it is slow
 };
 
 // Alternates between the two states, so that no round finds its results ready, and between what is measured, so that

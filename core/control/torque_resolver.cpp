@@ -43,8 +43,8 @@ TorqueResolver::TorqueResolver(const RobotModel& robot, ResolverGains gains)
   check_positive("period_s", gains_.period_s);
   check_positive("switch_time_s", gains_.switch_time_s);
   check_positive("largest_lead_rad", gains_.largest_lead_rad);
-  for (auto* values : {&position_, &velocity_, &virtual_position_, &virtual_velocity_, &position_lead_,
-                       &velocity_lead_, &position_bias_, &torque_, &acceleration_})
+  for (auto* values : {&position_, &velocity_, &virtual_position_, &virtual_velocity_, &position_lead_, &velocity_lead_,
+                       &position_bias_, &torque_, &acceleration_})
     values->resize(joints);
 }
 
@@ -103,10 +103,11 @@ bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const doub
     return true;
   }
   for (std::size_t i = 0; i < position_.size(); ++i) {
+    const double late = gains_.servo_lag_s * virtual_velocity_[i];
     const double error = virtual_position_[i] - joints.position[i];
     position_bias_[i] = std::clamp(position_bias_[i] + gains_.position_bias_per_s * error * gains_.period_s,
                                    -gains_.largest_bias_rad, gains_.largest_bias_rad);
-    command.value[i] = virtual_position_[i] + position_bias_[i];
+    command.value[i] = virtual_position_[i] + late + position_bias_[i];
   }
   return true;
 }
@@ -114,8 +115,8 @@ bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const doub
 // Velocity first, then position with the new velocity: energy does not grow.
 void TorqueResolver::integrate(const JointState& joints) noexcept {
   for (std::size_t i = 0; i < position_.size(); ++i) {
-    const double velocity = std::clamp(velocity_[i] + gains_.period_s * acceleration_[i], -velocity_limit_[i],
-                                       velocity_limit_[i]);
+    const double velocity =
+        std::clamp(velocity_[i] + gains_.period_s * acceleration_[i], -velocity_limit_[i], velocity_limit_[i]);
     const double wanted = position_[i] + gains_.period_s * velocity;
     const double low = std::max(lower_[i], joints.position[i] - gains_.largest_lead_rad);
     const double high = std::min(upper_[i], joints.position[i] + gains_.largest_lead_rad);

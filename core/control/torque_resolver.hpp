@@ -23,6 +23,7 @@ struct ResolverGains {
   double largest_lead_rad = 0.2;   // how far the virtual robot may run ahead of the real one
   double position_bias_per_s = 2;  // 1/s: how fast the position interface removes the servo's static error
   double largest_bias_rad = 0.02;  // bound of that correction
+  double servo_lag_s = 0;          // by how much the position interface follows late; commands lead by it
 };
 
 // All three interfaces obey the same equation, (M + I) a + C v + B v + g = fused + touch: a virtual robot with the
@@ -58,12 +59,12 @@ class TorqueResolver {
   ResolverGains gains_;
   VirtualRobot virtual_robot_;
   InnerVelocityLoop inner_loop_;
-  std::vector<double> lower_, upper_, velocity_limit_;     // (n) bounds of the virtual robot
-  std::vector<double> position_, velocity_;                // (n) the state on which the tasks act
+  std::vector<double> lower_, upper_, velocity_limit_;       // (n) bounds of the virtual robot
+  std::vector<double> position_, velocity_;                  // (n) the state on which the tasks act
   std::vector<double> virtual_position_, virtual_velocity_;  // (n) q_v, and its rate
-  std::vector<double> position_lead_, velocity_lead_;      // (n) virtual minus real when torque mode was entered
-  std::vector<double> position_bias_;                      // (n) rad
-  std::vector<double> torque_, acceleration_;              // (n)
+  std::vector<double> position_lead_, velocity_lead_;        // (n) virtual minus real when torque mode was entered
+  std::vector<double> position_bias_;                        // (n) rad
+  std::vector<double> torque_, acceleration_;                // (n)
   Fade lead_fade_;
   CommandMode mode_ = CommandMode::position;
 };

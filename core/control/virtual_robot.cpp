@@ -45,7 +45,8 @@ bool VirtualRobot::acceleration(const RobotDynamics& dynamics, std::span<const d
   solver_->matrix.diagonal() += vector(gains_.inertia) + period_s * vector(gains_.friction);
 
   Eigen::Map<Eigen::VectorXd> result(acceleration.data(), joints);
-  result = vector(torque) - vector(dynamics.nonlinear_effects()) - vector(gains_.friction).cwiseProduct(vector(velocity));
+  result =
+      vector(torque) - vector(dynamics.nonlinear_effects()) - vector(gains_.friction).cwiseProduct(vector(velocity));
   const Eigen::LLT<Eigen::Ref<Matrix>> factor(solver_->matrix);
   if (factor.info() != Eigen::Success) return false;
   factor.solveInPlace(result);

@@ -18,7 +18,9 @@ bool all_finite(std::span<const double> values) noexcept {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-double towards(double from, double to, double step) noexcept { return std::clamp(to, from - step, from + step); }
+double towards(double from, double to, double step) noexcept {
+  return std::clamp(to, from - step, from + step);
+}
 
 // torque (n) = M acceleration + C v + g.
 void inverse_dynamics(const RobotDynamics& dynamics, std::span<const double> acceleration,
@@ -86,8 +88,7 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
       return report_;
     case SafetyState::running:
     case SafetyState::degraded: {
-      const double share =
-          report_.state == SafetyState::running ? limits_.speed_share : limits_.degraded_speed_share;
+      const double share = report_.state == SafetyState::running ? limits_.speed_share : limits_.degraded_speed_share;
       if (limit(dynamics, joints, share, command)) ++report_.interventions;
       break;
     }
@@ -166,8 +167,7 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
       else if (std::abs(command.value[i] - from) <= limits_.largest_switch_step)
         from = command.value[i] - was * period;
     }
-    const double asked =
-        command.mode == CommandMode::position ? (command.value[i] - from) / period : command.value[i];
+    const double asked = command.mode == CommandMode::position ? (command.value[i] - from) / period : command.value[i];
     double speed = towards(was, asked, limits_.acceleration[i] * period);
     const double fastest = speed_share * velocity_limit_[i];
     speed = std::clamp(speed, -fastest, fastest);
@@ -241,10 +241,10 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
       at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const double brake = std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.acceleration[i],
-                                      limits_.acceleration[i]);
-      const double hold = hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) -
-                          2 * hold_rad_s * joints.velocity[i];
+      const double brake =
+          std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.acceleration[i], limits_.acceleration[i]);
+      const double hold =
+          hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) - 2 * hold_rad_s * joints.velocity[i];
       acceleration_[i] = at_rest_ ? std::clamp(hold, -limits_.acceleration[i], limits_.acceleration[i]) : brake;
     }
     inverse_dynamics(dynamics, acceleration_, command.value);
@@ -255,8 +255,7 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
 
   for (std::size_t i = 0; i < count; ++i) {
     const double measured = joints_known_ ? joints.velocity[i] : 0.0;
-    const double speed =
-        towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.acceleration[i] * period);
+    const double speed = towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.acceleration[i] * period);
     if (command.mode == CommandMode::velocity) {
       command.value[i] = speed;
       continue;

@@ -22,15 +22,15 @@ class GuardError : public std::runtime_error {
 
 // Position, velocity and torque limits are the robot model's; these are the others.
 struct GuardLimits {
-  std::vector<double> acceleration;     // (n) rad/s^2, of commands and of a controlled stop
-  std::vector<double> torque_rate;      // (n) Nm/s
-  double position_margin = 0.02;        // rad kept from the position limits by commands
-  double speed_share = 0.95;            // share of the velocity limits commands may use
-  double degraded_speed_share = 0.25;   // the same while degraded
-  double largest_switch_step = 0.05;    // rad between a position command and the joint when that interface is switched to
-  double rest_speed = 0.01;             // rad/s below which a joint is at rest
-  double smallest_alive_share = 0.5;    // share of cells alive below which the skin is lost
-  double whole_alive_share = 0.9;       // share of cells alive from which the skin is whole
+  std::vector<double> acceleration;    // (n) rad/s^2, of commands and of a controlled stop
+  std::vector<double> torque_rate;     // (n) Nm/s
+  double position_margin = 0.02;       // rad kept from the position limits by commands
+  double speed_share = 0.95;           // share of the velocity limits commands may use
+  double degraded_speed_share = 0.25;  // the same while degraded
+  double largest_switch_step = 0.05;  // rad between a position command and the joint when that interface is switched to
+  double rest_speed = 0.01;           // rad/s below which a joint is at rest
+  double smallest_alive_share = 0.5;  // share of cells alive below which the skin is lost
+  double whole_alive_share = 0.9;     // share of cells alive from which the skin is whole
   std::int64_t joints_timeout_ns = 20'000'000;
   std::int64_t skin_timeout_ns = 100'000'000;  // age of the snapshot; the cells' own age is in their health
   std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
@@ -39,13 +39,13 @@ struct GuardLimits {
 
 struct GuardReport {
   SafetyState state = SafetyState::off;
-  Reason reason = Reason::none;      // why the state was last changed; stays while stopped or degraded
-  std::uint16_t conditions = 0;      // of this cycle
-  bool send = false;                 // the command may go to the robot
-  bool stop_port = false;            // the robot cannot be controlled from here: call RobotPort::stop
-  std::uint64_t interventions = 0;   // cycles in which the guard changed a running controller's command
-  std::uint64_t violations = 0;      // cycles in which the measured robot was beyond a position, velocity or torque limit
-  double alive_share = 0;            // share of cells alive
+  Reason reason = Reason::none;     // why the state was last changed; stays while stopped or degraded
+  std::uint16_t conditions = 0;     // of this cycle
+  bool send = false;                // the command may go to the robot
+  bool stop_port = false;           // the robot cannot be controlled from here: call RobotPort::stop
+  std::uint64_t interventions = 0;  // cycles in which the guard changed a running controller's command
+  std::uint64_t violations = 0;  // cycles in which the measured robot was beyond a position, velocity or torque limit
+  double alive_share = 0;        // share of cells alive
 };
 
 class Guard {
@@ -77,9 +77,9 @@ class Guard {
   std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
   GuardReport report_;
   CommandMode last_mode_ = CommandMode::position;
-  bool has_last_ = false;                     // something was sent in last_mode_
-  bool joints_known_ = false;                 // the joint state of this cycle can be used
-  bool at_rest_ = false;                      // a stop has come to rest, hold_ is where
+  bool has_last_ = false;      // something was sent in last_mode_
+  bool joints_known_ = false;  // the joint state of this cycle can be used
+  bool at_rest_ = false;       // a stop has come to rest, hold_ is where
   std::int64_t last_cycle_ns_ = never_ns;
   std::int64_t last_joints_ns_ = never_ns;
   std::vector<double> last_position_, last_velocity_, last_torque_;  // (n) as commanded

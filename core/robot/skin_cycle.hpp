@@ -79,8 +79,8 @@ class SkinCycle {
   Guard guard_;
 
   std::vector<double> lower_, upper_;
-  std::vector<double> reference_;               // (n) rad
-  std::vector<std::atomic<double>> goal_;       // (n) rad
+  std::vector<double> reference_;          // (n) rad
+  std::vector<std::atomic<double>> goal_;  // (n) rad
   std::vector<double> joint_torque_, gravity_torque_, skin_torque_, touch_torque_, fused_torque_;
   std::atomic<bool> run_{false}, skin_on_{true}, goal_given_{false};
   std::atomic<CommandMode> mode_{CommandMode::position};

@@ -1,0 +1,210 @@
+"""Gains of one robot, read from its file, and the cycle gains that follow from them for a skin and a posture."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin._core.control import InnerLoopGains, JointGains, ResolverGains, SkinGains, VirtualRobotGains
+from robotskin._core.model import BASE, RobotDynamics, RobotModel
+from robotskin._core.robot import CycleGains, GuardLimits, SkinCycle
+from robotskin._core.skin import SkinModel
+from robotskin.errors import RobotskinError, UnknownNameError
+
+# What a file must hold: "n" a number for each joint, "1" one number.
+FIELDS = {
+    "posture": {"home": "n"},
+    "joint": {"stiffness": "n", "damping": "n"},
+    "virtual_robot": {"inertia": "n", "friction_s": "1"},
+    "inner_loop": {
+        "proportional": "n",
+        "integral": "n",
+        "derivative": "n",
+        "dead_zone_rad_s": "1",
+        "estimator_hz": "1",
+        "largest_bias_rad_s": "1",
+    },
+    "resolver": {
+        "period_s": "1",
+        "switch_time_s": "1",
+        "largest_lead_rad": "1",
+        "position_bias_per_s": "1",
+        "largest_bias_rad": "1",
+        "servo_lag_s": "1",
+    },
+    "skin": {
+        "compliance_m_per_n": "1",
+        "largest_give_rad_per_n": "1",
+        "largest_force_weight": "1",
+        "proximity_n": "1",
+        "force_silent_n": "1",
+        "force_full_n": "1",
+        "proximity_silent": "1",
+        "proximity_full": "1",
+        "bandwidth_hz": "1",
+        "fade_s": "1",
+    },
+    "goal": {"speed_rad_s": "1"},
+    "limits": {"acceleration": "n", "torque_rate": "n"},
+}
+
+
+class GainError(RobotskinError):
+    """A gain file that cannot be used; the message names file, field, value and what would be valid."""
+
+
+def robots_with_gains() -> tuple[str, ...]:
+    """Names of the robots whose gains come with the project."""
+    files = resources.files("robotskin.robots.gains").iterdir()
+    return tuple(sorted(Path(entry.name).stem for entry in files if entry.name.endswith(".toml")))
+
+
+@dataclass(frozen=True)
+class GainSet:
+    """Gains of one robot, as its file states them; `values[section][field]`, SI units and radians."""
+
+    robot: str
+    values: dict[str, dict[str, Any]]
+
+    @classmethod
+    def load(cls, robot: str) -> GainSet:
+        """Read the gains of a robot by its name, or from the path of a `.toml` file.
+
+        Raises UnknownNameError, FileNotFoundError or GainError.
+        """
+        if robot.endswith(".toml"):
+            path = Path(robot)
+            return cls(path.stem, _checked(path.read_text(encoding="utf-8"), str(path)))
+        if robot not in robots_with_gains():
+            raise UnknownNameError("robot with gains", robot, robots_with_gains())
+        text = (resources.files("robotskin.robots.gains") / f"{robot}.toml").read_text(encoding="utf-8")
+        return cls(robot, _checked(text, f"{robot}.toml"))
+
+    @property
+    def home(self) -> NDArray[np.float64]:
+        """(n) rad, the posture for which the skin weights are computed."""
+        return np.array(self.values["posture"]["home"], dtype=float)
+
+    def stiff_compliance(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """(N) m/N: how far each cell gives way along its normal to the joint task alone, nᵀ J K⁻¹ Jᵀ n."""
+        lever = _levers(robot, skin, self.home if posture is None else posture)
+        return np.einsum("cj,j,cj->c", lever, 1 / np.array(self.values["joint"]["stiffness"]), lever)
+
+    def force_weights(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """(N) w_f of eq. 14, for which every cell gives way by the same length to a newton.
+
+        A cell whose normal passes close by the joint axes could only do so by large turns of the joints; its weight is
+        bounded by `largest_give_rad_per_n` and `largest_force_weight`.
+        """
+        gains = self.values["skin"]
+        lever = _levers(robot, skin, self.home if posture is None else posture)
+        give = np.abs(lever / np.array(self.values["joint"]["stiffness"])).max(axis=1)
+        stiff = self.stiff_compliance(robot, skin, posture)
+        with np.errstate(divide="ignore"):
+            total = np.minimum(gains["compliance_m_per_n"] / stiff, gains["largest_give_rad_per_n"] / give)
+        return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
+
+    def cycle_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> CycleGains:
+        """All gains of the skin cycle; `posture` (n) rad, default: home. Raises GainError for another robot's file."""
+        self._require_joints(robot)
+        values = self.values
+        inner = InnerLoopGains(*(values["inner_loop"][name] for name in ("proportional", "integral", "derivative")))
+        inner.dead_zone_rad_s = values["inner_loop"]["dead_zone_rad_s"]
+        inner.estimator_hz = values["inner_loop"]["estimator_hz"]
+        inner.largest_bias = values["inner_loop"]["largest_bias_rad_s"]
+        friction = values["virtual_robot"]["friction_s"] * np.array(values["joint"]["stiffness"])
+        resolver = ResolverGains(VirtualRobotGains(values["virtual_robot"]["inertia"], friction.tolist()), inner)
+        for name, value in values["resolver"].items():
+            setattr(resolver, name, value)
+        skin_values = values["skin"]
+        uniform = SkinGains.uniform(
+            len(skin),
+            0.0,
+            skin_values["proximity_n"],
+            skin_values["force_silent_n"],
+            skin_values["force_full_n"],
+            skin_values["proximity_silent"],
+            skin_values["proximity_full"],
+        )
+        uniform.force_weight = self.force_weights(robot, skin, posture).tolist()
+        cycle = CycleGains(JointGains(values["joint"]["stiffness"], values["joint"]["damping"]), uniform, resolver)
+        cycle.skin_bandwidth_hz = skin_values["bandwidth_hz"]
+        cycle.fade_s = skin_values["fade_s"]
+        cycle.goal_speed = values["goal"]["speed_rad_s"]
+        return cycle
+
+    def guard_limits(self, robot: RobotModel) -> GuardLimits:
+        """Limits of the guard beside those of the robot model. Raises GainError for another robot's file."""
+        self._require_joints(robot)
+        return GuardLimits(self.values["limits"]["acceleration"], self.values["limits"]["torque_rate"])
+
+    def cycle(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinCycle:
+        """Build the skin cycle with these gains and limits."""
+        return SkinCycle(robot, skin, self.cycle_gains(robot, skin, posture), self.guard_limits(robot))
+
+    def _require_joints(self, robot: RobotModel) -> None:
+        joints = len(self.values["posture"]["home"])
+        if joints != robot.joint_count:
+            raise GainError(f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}")
+
+
+def _levers(robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, n) torque at each joint of a newton along each cell's inward normal, m."""
+    dynamics = RobotDynamics(robot)
+    dynamics.update(np.ascontiguousarray(posture, dtype=float), np.zeros(robot.joint_count))
+    result = np.zeros((len(skin), robot.joint_count))
+    pose = skin.link_from_cell
+    for index, name in enumerate(skin.link_names):
+        cells = np.flatnonzero(skin.link == index)
+        link = robot.link_index(name)
+        if not len(cells) or robot.link_joints[link] == BASE:
+            continue
+        base_from_link = dynamics.base_from_link(link)
+        jacobian = dynamics.link_jacobian(link)
+        force = -pose[cells, :3, 2] @ base_from_link[:3, :3].T
+        moment = np.cross(pose[cells, :3, 3] @ base_from_link[:3, :3].T, force)
+        result[cells] = np.hstack([force, moment]) @ jacobian
+    return result
+
+
+def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise GainError(f"{file}: {error}") from error
+    for section, given in values.items():
+        if section not in FIELDS:
+            raise GainError(f"{file}: unknown section [{section}]; there are {', '.join(FIELDS)}")
+        for name in given:
+            if name not in FIELDS[section]:
+                raise GainError(f"{file}: unknown field {section}.{name}; there are {', '.join(FIELDS[section])}")
+    joints = None
+    for section, fields in FIELDS.items():
+        for name, kind in fields.items():
+            if name not in values.get(section, {}):
+                raise GainError(f"{file}: {section}.{name} is missing")
+            value = values[section][name]
+            numbers = value if isinstance(value, list) else [value]
+            if isinstance(value, list) != (kind == "n"):
+                raise GainError(f"{file}: {section}.{name} is {value!r}, it must be {_KINDS[kind]}")
+            for number in numbers:
+                if isinstance(number, bool) or not isinstance(number, int | float) or not np.isfinite(number):
+                    raise GainError(f"{file}: {section}.{name} holds {number!r}, which is no finite number")
+            if kind == "n":
+                joints = joints if joints is not None else len(numbers)
+                if len(numbers) != joints:
+                    raise GainError(f"{file}: {section}.{name} has {len(numbers)} values, posture.home has {joints}")
+    return values
+
+
+_KINDS = {"n": "a list with a number for each joint", "1": "one number"}

@@ -1,0 +1,9 @@
+import pytest
+from robotskin._core.model import RobotModel
+
+from robotskin import robots
+
+
+@pytest.fixture(scope="session", params=["ur5", "talos_reduced"])
+def robot(request: pytest.FixtureRequest) -> RobotModel:
+    return robots.load(request.param).core
