@@ -8,8 +8,9 @@ from robotskin._core.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.dual_arm import compose_dual_arm
 from robotskin.robots.errors import MalformedUrdfError
-from robotskin.robots.repair import in_joint_order, repaired
+from robotskin.robots.repair import repaired
 from robotskin.robots.robot import Robot
+from robotskin.robots.urdf_tree import in_joint_order
 
 
 def load(name_or_path: str | Path, *, package_folders: Sequence[str | Path] = ()) -> Robot:

@@ -12,6 +12,7 @@ from robotskin._core.model import UNBOUNDED
 from robotskin.robots.errors import MalformedUrdfError
 from robotskin.robots.inertia import consistent_inertia, read_inertia, write_inertia
 from robotskin.robots.meshes import as_stl, find_mesh
+from robotskin.robots.urdf_tree import check_tree, link_of, named_elements, numbers, parse_urdf
 
 # Given to what a joint moves if the description gives it no mass at all.
 SMALLEST_MOVED_MASS_KG = 1e-3
@@ -66,14 +67,14 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
 
     Raises MalformedUrdfError, MissingMeshError or UnreadableMeshError.
     """
-    root = _parse(text, source)
+    root = parse_urdf(text, source)
     for child in list(root):
         if child.tag not in ("link", "joint", "material"):
             root.remove(child)
     repairs: list[Repair] = []
-    links = _named(root, "link", source)
-    joints = _named(root, "joint", source)
-    _check_tree(links, joints, source)
+    links = named_elements(root, "link", source)
+    joints = named_elements(root, "joint", source)
+    check_tree(links, joints, source)
     mimics = tuple(_free_mimic(joint) for joint in joints.values() if joint.find("mimic") is not None)
     for joint in joints.values():
         repairs += _repair_joint(joint, source)
@@ -85,104 +86,6 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
     mujoco = ElementTree.SubElement(root, "mujoco")
     ElementTree.SubElement(mujoco, "compiler", _MUJOCO_COMPILER)
     return RepairedUrdf(root, tuple(repairs), tuple(mimic for mimic in mimics if mimic.joint in movable))
-
-
-def in_joint_order(root: ElementTree.Element, joint_names: Sequence[str]) -> str:
-    """The text with joints and links in depth-first order, children by the place of their first joint in the list.
-
-    Libraries number joints by name or by place in the text; after this both come to the same.
-    """
-    rank = {name: index for index, name in enumerate(joint_names)}
-    below: dict[str, list[ElementTree.Element]] = {}
-    for joint in root.findall("joint"):
-        below.setdefault(_link_of(joint, "parent"), []).append(joint)
-    links = {link.get("name", ""): link for link in root.findall("link")}
-    base = next(iter(set(links) - {_link_of(joint, "child") for joint in root.findall("joint")}))
-
-    def first_rank(joint: ElementTree.Element) -> float:
-        own = rank.get(joint.get("name", ""), math.inf)
-        return min([own, *(first_rank(child) for child in below.get(_link_of(joint, "child"), ()))])
-
-    ordered: list[ElementTree.Element] = []
-
-    def visit(link: str) -> None:
-        ordered.append(links[link])
-        for joint in sorted(below.get(link, ()), key=lambda joint: (first_rank(joint), joint.get("name", ""))):
-            ordered.append(joint)
-            visit(_link_of(joint, "child"))
-
-    visit(base)
-    others = [child for child in root if child.tag not in ("link", "joint")]
-    result = ElementTree.Element(root.tag, root.attrib)
-    result.extend([*others, *ordered])
-    ElementTree.indent(result)
-    return ElementTree.tostring(result, encoding="unicode")
-
-
-def _parse(text: str, source: str) -> ElementTree.Element:
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise MalformedUrdfError(source, f"not well-formed XML: {error}") from error
-    if root.tag != "robot":
-        raise MalformedUrdfError(source, f"the outermost element is <{root.tag}>, and a URDF begins with <robot>")
-    if not root.get("name"):
-        root.set("name", Path(source).stem)
-    return root
-
-
-def _named(root: ElementTree.Element, tag: str, source: str) -> dict[str, ElementTree.Element]:
-    elements: dict[str, ElementTree.Element] = {}
-    for element in root.findall(tag):
-        name = element.get("name")
-        if not name:
-            raise MalformedUrdfError(source, f"a <{tag}> without a name")
-        if name in elements:
-            raise MalformedUrdfError(source, f"two of <{tag} name={name!r}>; names must differ")
-        elements[name] = element
-    if tag == "link" and not elements:
-        raise MalformedUrdfError(source, "no <link>")
-    return elements
-
-
-def _link_of(joint: ElementTree.Element, end: str) -> str:
-    element = joint.find(end)
-    return "" if element is None else element.get("link", "")
-
-
-def _check_tree(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str) -> None:
-    above: dict[str, str] = {}
-    for name, joint in joints.items():
-        for end in ("parent", "child"):
-            if _link_of(joint, end) not in links:
-                raise MalformedUrdfError(source, f"joint {name!r}: its {end} {_link_of(joint, end)!r} is not a link")
-        child = _link_of(joint, "child")
-        if child in above:
-            raise MalformedUrdfError(
-                source, f"link {child!r} is the child of two joints, {above[child]!r} and {name!r}"
-            )
-        above[child] = name
-    bases = [link for link in links if link not in above]
-    if len(bases) != 1:
-        raise MalformedUrdfError(source, f"a robot has one base link, here are {len(bases)}: {', '.join(bases)}")
-    reached, waiting = set(), bases
-    while waiting:
-        reached.add(waiting.pop())
-        waiting = [_link_of(j, "child") for j in joints.values() if _link_of(j, "parent") in reached]
-        waiting = [link for link in waiting if link not in reached]
-    if len(reached) != len(links):
-        raise MalformedUrdfError(source, f"links in a loop: {', '.join(sorted(set(links) - reached))}")
-
-
-def _numbers(text: str | None, count: int, where: str, source: str) -> np.ndarray:
-    try:
-        values = np.array([float(word) for word in (text or "").split()])
-    except ValueError:
-        values = np.empty(0)
-    if len(values) != count or not np.isfinite(values).all():
-        expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise MalformedUrdfError(source, f"{where}: {text!r} is not {expected}")
-    return values
 
 
 def _free_mimic(joint: ElementTree.Element) -> Mimic:
@@ -203,7 +106,7 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
     origin = joint.find("origin")
     for part in ("xyz", "rpy"):
         if origin is not None and origin.get(part) is not None:
-            _numbers(origin.get(part), 3, f"{where}, <origin {part}>", source)
+            numbers(origin.get(part), 3, f"{where}, <origin {part}>", source)
     if kind == "fixed":
         for useless in ("axis", "limit", "dynamics", "safety_controller", "calibration"):
             for element in joint.findall(useless):
@@ -211,7 +114,7 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
         return
     axis = joint.find("axis")
     if axis is not None:
-        direction = _numbers(axis.get("xyz"), 3, f"{where}, <axis xyz>", source)
+        direction = numbers(axis.get("xyz"), 3, f"{where}, <axis xyz>", source)
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise MalformedUrdfError(source, f"{where}: its axis is {axis.get('xyz')!r}, which has no direction")
@@ -231,11 +134,15 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
         raise MalformedUrdfError(source, f"{where} is {kind} and has no <limit>")
     for bound in ("lower", "upper", "effort", "velocity"):
         limit.set(bound, limit.get(bound, "0"))
-        _numbers(limit.get(bound), 1, f"{where}, <limit {bound}>", source)
+        numbers(limit.get(bound), 1, f"{where}, <limit {bound}>", source)
     if float(limit.get("lower", "0")) > float(limit.get("upper", "0")):
         raise MalformedUrdfError(
             source, f"{where}: its lower limit {limit.get('lower')} is above its upper limit {limit.get('upper')}"
         )
+    if float(limit.get("lower", "0")) == float(limit.get("upper", "0")):
+        yield Repair(where, f"lower and upper limit both {limit.get('lower')}", "taken as unbounded")
+        limit.set("lower", repr(-UNBOUNDED))
+        limit.set("upper", repr(UNBOUNDED))
 
 
 def _repair_inertial(link: ElementTree.Element, source: str) -> Iterable[Repair]:
@@ -285,13 +192,13 @@ def _give_mass_to_moved(
     fixed_below: dict[str, list[str]] = {}
     for joint in joints.values():
         if joint.get("type") == "fixed":
-            fixed_below.setdefault(_link_of(joint, "parent"), []).append(_link_of(joint, "child"))
+            fixed_below.setdefault(link_of(joint, "parent"), []).append(link_of(joint, "child"))
 
     def has_mass(link: str) -> bool:
         return links[link].find("inertial") is not None or any(has_mass(child) for child in fixed_below.get(link, ()))
 
     for name, joint in joints.items():
-        moved = _link_of(joint, "child")
+        moved = link_of(joint, "child")
         if joint.get("type") == "fixed" or has_mass(moved):
             continue
         inertial = ElementTree.SubElement(links[moved], "inertial")
@@ -309,7 +216,7 @@ def _resolve_meshes(link: ElementTree.Element, urdf_folder: Path, package_folder
     for kind in ("visual", "collision"):
         for mesh in link.findall(f"{kind}/geometry/mesh"):
             path = find_mesh(name, mesh.get("filename", ""), urdf_folder, package_folders)
-            scale = _numbers(mesh.get("scale", "1 1 1"), 3, f"link {name!r}, <mesh scale>", source)
+            scale = numbers(mesh.get("scale", "1 1 1"), 3, f"link {name!r}, <mesh scale>", source)
             if not np.all(scale != 0.0):
                 raise MalformedUrdfError(source, f"link {name!r}: <mesh scale={mesh.get('scale')!r}> flattens the mesh")
             if kind == "collision":
