@@ -11,8 +11,8 @@ import numpy as np
 from robotskin._core.model import UNBOUNDED
 from robotskin.robots.errors import MalformedUrdfError
 from robotskin.robots.inertia import consistent_inertia, read_inertia, write_inertia
-from robotskin.robots.meshes import as_stl, find_mesh
-from robotskin.robots.urdf_tree import check_tree, link_of, named_elements, numbers, parse_urdf
+from robotskin.robots.shapes import check_colour, resolve_shapes
+from robotskin.robots.urdf_tree import check_origin, check_tree, link_of, named_elements, numbers, parse_urdf
 
 # Given to what a joint moves if the description gives it no mass at all.
 SMALLEST_MOVED_MASS_KG = 1e-3
@@ -75,12 +75,20 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
     links = named_elements(root, "link", source)
     joints = named_elements(root, "joint", source)
     check_tree(links, joints, source)
-    mimics = tuple(_free_mimic(joint) for joint in joints.values() if joint.find("mimic") is not None)
+    for material in root.iter("material"):
+        check_colour(material, source)
+    mimics = tuple(_free_mimic(joint, source) for joint in joints.values() if joint.find("mimic") is not None)
+    for mimic in mimics:
+        if mimic.source not in joints:
+            repairs.append(
+                Repair(f"joint {mimic.joint!r}", f"mimics {mimic.source!r}, no joint", "taken as not coupled")
+            )
+    mimics = tuple(mimic for mimic in mimics if mimic.source in joints)
     for joint in joints.values():
         repairs += _repair_joint(joint, source)
     for link in links.values():
         repairs += _repair_inertial(link, source)
-        _resolve_meshes(link, urdf_folder, package_folders, source)
+        resolve_shapes(link, urdf_folder, package_folders, source)
     repairs += _give_mass_to_moved(links, joints)
     movable = {name for name, joint in joints.items() if joint.get("type") != "fixed"}
     mujoco = ElementTree.SubElement(root, "mujoco")
@@ -88,12 +96,15 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
     return RepairedUrdf(root, tuple(repairs), tuple(mimic for mimic in mimics if mimic.joint in movable))
 
 
-def _free_mimic(joint: ElementTree.Element) -> Mimic:
+def _free_mimic(joint: ElementTree.Element, source: str) -> Mimic:
     mimic = joint.find("mimic")
     assert mimic is not None
     joint.remove(mimic)
-    multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-    return Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset)
+    name = joint.get("name", "")
+    where = f"joint {name!r}, <mimic"
+    multiplier = numbers(mimic.get("multiplier", "1"), 1, f"{where} multiplier>", source)
+    offset = numbers(mimic.get("offset", "0"), 1, f"{where} offset>", source)
+    return Mimic(name, mimic.get("joint", ""), float(multiplier[0]), float(offset[0]))
 
 
 def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
@@ -103,13 +114,12 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
         raise MalformedUrdfError(
             source, f"{where} is of type {kind!r}; a joint is revolute, continuous, prismatic or fixed"
         )
-    origin = joint.find("origin")
-    for part in ("xyz", "rpy"):
-        if origin is not None and origin.get(part) is not None:
-            numbers(origin.get(part), 3, f"{where}, <origin {part}>", source)
+    check_origin(joint, where, source)
+    for unused in (*joint.findall("safety_controller"), *joint.findall("calibration")):
+        joint.remove(unused)
     if kind == "fixed":
-        for useless in ("axis", "limit", "dynamics", "safety_controller", "calibration"):
-            for element in joint.findall(useless):
+        for tag in ("axis", "limit", "dynamics"):
+            for element in joint.findall(tag):
                 joint.remove(element)
         return
     axis = joint.find("axis")
@@ -122,6 +132,10 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
             axis.set("xyz", " ".join(repr(float(part)) for part in direction / length))
         if abs(length - 1.0) > 1e-3:
             yield Repair(where, f"axis of length {length:.6g}", "made a unit vector")
+    for dynamics in joint.findall("dynamics"):
+        for attribute in dynamics.attrib:
+            if numbers(dynamics.get(attribute), 1, f"{where}, <dynamics {attribute}>", source)[0] < 0.0:
+                raise MalformedUrdfError(source, f"{where}: <dynamics {attribute}> is negative")
     limit = joint.find("limit")
     if kind == "continuous":
         joint.set("type", "revolute")
@@ -150,6 +164,7 @@ def _repair_inertial(link: ElementTree.Element, source: str) -> Iterable[Repair]
     if inertial is None:
         return
     where = f"link {link.get('name')!r}"
+    check_origin(inertial, f"{where}, <inertial>", source)
     mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
     if mass_element is None:
         raise MalformedUrdfError(source, f"{where}: <inertial> without <mass>")
@@ -209,17 +224,3 @@ def _give_mass_to_moved(
             f"moved by joint {name!r} and without mass",
             f"given {SMALLEST_MOVED_MASS_KG:g} kg and {SMALLEST_MOVED_INERTIA_KG_M2:g} kg m2",
         )
-
-
-def _resolve_meshes(link: ElementTree.Element, urdf_folder: Path, package_folders: Sequence[Path], source: str) -> None:
-    name = link.get("name", "")
-    for kind in ("visual", "collision"):
-        for mesh in link.findall(f"{kind}/geometry/mesh"):
-            path = find_mesh(name, mesh.get("filename", ""), urdf_folder, package_folders)
-            scale = numbers(mesh.get("scale", "1 1 1"), 3, f"link {name!r}, <mesh scale>", source)
-            if not np.all(scale != 0.0):
-                raise MalformedUrdfError(source, f"link {name!r}: <mesh scale={mesh.get('scale')!r}> flattens the mesh")
-            if kind == "collision":
-                path, scale = as_stl(path, scale), np.ones(3)
-            mesh.set("filename", str(path))
-            mesh.set("scale", " ".join(repr(float(factor)) for factor in scale))

@@ -56,6 +56,14 @@ def numbers(text: str | None, count: int, where: str, source: str) -> np.ndarray
     return values
 
 
+def check_origin(element: ElementTree.Element, where: str, source: str) -> None:
+    """Raises MalformedUrdfError unless an element's `<origin>`, if it has one, holds finite numbers."""
+    origin = element.find("origin")
+    for part in ("xyz", "rpy"):
+        if origin is not None and origin.get(part) is not None:
+            numbers(origin.get(part), 3, f"{where}, <origin {part}>", source)
+
+
 def check_tree(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str) -> None:
     """Raises MalformedUrdfError unless the joints make one tree of all links."""
     above: dict[str, str] = {}

@@ -1,8 +1,10 @@
 """Any URDF loads, by name or by path; what cannot load says which thing is wrong and what would be right."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
+import pinocchio
 import pytest
 
 from robotskin.errors import RobotskinError, UnknownNameError
@@ -11,6 +13,7 @@ from robotskin.robots import (
     MissingMeshError,
     ModelsNotInstalledError,
     UnreadableMeshError,
+    UrdfNotFoundError,
     catalog,
     from_text,
     load,
@@ -105,8 +108,11 @@ def test_without_the_package_of_robots_a_name_says_how_to_install_it(monkeypatch
 
 
 def test_a_missing_file_is_named() -> None:
-    with pytest.raises(FileNotFoundError, match=r"no URDF at /no/such/robot\.urdf"):
+    with pytest.raises(UrdfNotFoundError, match=r"no URDF at /no/such/robot\.urdf"):
         load("/no/such/robot.urdf")
+    beside = catalog.named_urdf("ur5").with_name("ur5.urdf")
+    with pytest.raises(FileNotFoundError, match=r"in its folder: .*ur5_robot\.urdf"):
+        load(beside)
 
 
 @pytest.mark.parametrize(
@@ -196,3 +202,34 @@ def test_equal_limits_are_reported() -> None:
         "joint 'elbow': lower and upper limit both 0: taken as unbounded"
     ]
     assert not np.isfinite(robot.upper).any()
+
+
+DAMAGES = (None, "", "nan", "inf", "-1", "0", "0 0", "1e400", "forearm_link", "[]", "continuous", "planar")
+
+
+def test_a_damaged_text_is_a_typed_error_or_a_robot(seed: int) -> None:
+    """Whatever stands in a few attributes or is missing: no other error comes out, and no half-built robot."""
+    generator = np.random.default_rng(seed)
+    original = catalog.named_urdf("ur5").read_text()
+    refused = 0
+    for _ in range(150):
+        root = ElementTree.fromstring(original)
+        for _ in range(generator.integers(1, 4)):
+            element = list(root.iter())[generator.integers(1, len(list(root.iter())))]
+            damage = DAMAGES[generator.integers(len(DAMAGES))]
+            if element.attrib and generator.random() < 0.7:
+                attribute = list(element.attrib)[generator.integers(len(element.attrib))]
+                element.attrib.pop(attribute) if damage is None else element.set(attribute, damage)
+            else:
+                element.clear()
+        text = ElementTree.tostring(root, encoding="unicode")
+        try:
+            robot = from_text(text, name="damaged", folder=catalog.named_urdf("ur5").parent)
+        except RobotskinError:
+            refused += 1
+            continue
+        model, data = robot.mujoco_model(), robot.model.createData()
+        assert model.nv == robot.joint_count
+        mass = pinocchio.crba(robot.model, data, robot.neutral)
+        assert np.isfinite(mass).all(), text
+    assert 0 < refused < 150
