@@ -84,6 +84,12 @@ def test_simple_bodies_and_origins(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.ptp(bounds, axis=0), extents, atol=0.002)
 
 
+def test_a_part_turned_about_all_axes_is_where_mujoco_has_it(tmp_path: Path) -> None:
+    part = '<collision><origin rpy="0.3 0.5 0.7"/><geometry><box size="0.2 0.4 0.6"/></geometry></collision>'
+    robot = from_text(f'<robot name="b"><link name="base">{part}</link></robot>', name="b", folder=tmp_path)
+    np.testing.assert_allclose(robot.link_mesh("base").bounds, mujoco_bounds(robot.mujoco_model(), "base"), atol=1e-9)
+
+
 def test_a_mirrored_mesh_keeps_its_outside(tmp_path: Path, cache: Path) -> None:
     box = trimesh.creation.box(extents=(1.0, 2.0, 3.0))
     box.apply_translation([5.0, 0.0, 0.0])

@@ -36,6 +36,13 @@ def test_same_limits(robot: Robot, mujoco_model: mujoco.MjModel) -> None:
     assert np.all(robot.neutral <= robot.upper)
 
 
+def test_the_text_alone_gives_the_same_masses(robot: Robot, mujoco_model: mujoco.MjModel) -> None:
+    """What the text tells MuJoCo suffices: nothing is guessed from shapes, nothing is evened out."""
+    from_text = mujoco.MjModel.from_xml_string(robot.urdf)
+    np.testing.assert_array_equal(from_text.body_mass, mujoco_model.body_mass)
+    np.testing.assert_array_equal(from_text.body_inertia, mujoco_model.body_inertia)
+
+
 def test_same_placement_of_every_link(robot: Robot, mujoco_model: mujoco.MjModel, seed: int) -> None:
     generator = np.random.default_rng(seed)
     data, pinocchio_data = mujoco.MjData(mujoco_model), robot.model.createData()
