@@ -6,10 +6,10 @@ import numpy as np
 
 from robotskin.layout import Layout
 from robotskin.viewer.colours import HEALTH_COLOURS
-from robotskin.viewer.legend import css
+from robotskin.viewer.legend import PADDING, css
 from robotskin.viewer.session_view import Health, Integers, SkinReading
 
-NOTHING_CHOSEN = '<div style="font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
+NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
 
 
 def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinReading) -> str:
@@ -39,7 +39,7 @@ def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinRe
         f'<span data-cell="{cell}">Cell {cell}</span>'
         f'<span data-health="{health}" style="color:{css(HEALTH_COLOURS[health])}">{health}</span></div>'
     )
-    return f'<div style="font-size:12px">{head}<div style="{faded}">{table_rows(rows)}</div></div>'
+    return f'<div style="{PADDING};font-size:12px">{head}<div style="{faded}">{table_rows(rows)}</div></div>'
 
 
 def table_rows(rows: list[tuple[str, str]]) -> str:

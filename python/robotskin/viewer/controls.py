@@ -41,7 +41,7 @@ class Controls:
             self._interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
             self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
-            reset = gui.add_button("Reset", icon=viser.Icon.RESTORE)
+            reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
         with gui.add_folder("Colour"):
             self._modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="force")
             self._legend = gui.add_html(legend("force", session.layout, cable))

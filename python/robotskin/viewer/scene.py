@@ -11,7 +11,7 @@ from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism
 from robotskin.viewer.colours import Colours
 from robotskin.viewer.session_view import Floats, Integers, RobotView, Touch
 
-LINK_COLOURS = ((226, 229, 233), (196, 202, 210))
+LINK_COLOURS = ((200, 204, 209), (172, 179, 188))
 ACCENT = (64, 196, 255)
 HAND_COLOUR = (255, 205, 160)
 HAND_RADIUS_M = 0.03
@@ -61,9 +61,9 @@ class Scene:
         scene.set_background_image(_gradient(), format="png")
         scene.configure_environment_map(None)
         scene.configure_default_lights(enabled=False)
-        scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=1.6)
+        scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=2.1)
         for name, position, intensity, shadow in (
-            ("key", (2.0, -2.5, 3.5), 3.2, True),
+            ("key", (2.0, -2.5, 3.5), 4.2, True),
             ("rim", (-2.5, 1.5, 1.8), 2.0, False),
         ):
             scene.add_light_directional(f"/light/{name}", intensity=intensity, cast_shadow=shadow, position=position)
