@@ -98,7 +98,8 @@ def state_tiles(snapshot: Snapshot) -> str:
         f'<div style="font-variant-numeric:tabular-nums">{escape(value)}</div></div>'
         for title, value in tiles
     )
-    return f'<div style="{PADDING}">{head}<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px">{cells}</div></div>'
+    grid = f'<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px">{cells}</div>'
+    return f'<div style="{PADDING}">{head}{grid}</div>'
 
 
 def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
