@@ -1,18 +1,37 @@
-// Binds what the firmware headers define: cell geometry, channels and the wire format. Python repeats none of it.
+// Binds what the firmware headers define: cell geometry, channels, wire format and limits. Python repeats none of it.
+#include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
 
+#include <algorithm>
 #include <array>
+#include <stdexcept>
+#include <string>
 
 #include "bindings/bindings.hpp"
+#include "bindings/firmware_bytes.hpp"
+#include "robotskin/cell.h"
 #include "robotskin/channels.h"
+#include "robotskin/chaskey.h"
+#include "robotskin/crc.h"
 #include "robotskin/datagram.h"
 #include "robotskin/geometry.h"
+#include "robotskin/operations.h"
+#include "robotskin/section_unit.h"
+#include "robotskin/settings.h"
+#include "robotskin/timing.h"
 #include "robotskin/wire.h"
 
 namespace robotskin::bindings {
+
+void bind_firmware_cell(nanobind::module_& module);
+void bind_firmware_section_unit(nanobind::module_& module);
+
 namespace {
 
 namespace nb = nanobind;
+using namespace nb::literals;
 
 using Points = nb::ndarray<nb::numpy, const double, nb::shape<-1, 2>>;
 
@@ -31,14 +50,240 @@ void bind_geometry(nb::module_& module) {
 }
 
 void bind_limits(nb::module_& module) {
-  module.attr("ID_FIRST") = int{RS_ID_FIRST};
-  module.attr("ID_LAST") = int{RS_ID_LAST};
-  module.attr("ID_NONE") = int{RS_ID_NONE};
-  module.attr("ID_SECTION_UNIT") = int{RS_ID_SECTION_UNIT};
-  module.attr("CELLS_PER_PORT") = int{RS_CELLS_PER_PORT};
-  module.attr("SECTION_UNIT_PORTS_MAX") = int{RS_SECTION_UNIT_PORTS_MAX};
-  module.attr("HOST_PORT") = int{RS_HOST_PORT};
-  module.attr("SECTION_UNIT_PORT") = int{RS_SECTION_UNIT_PORT};
+#define LIMIT(name) module.attr(#name) = static_cast<std::int64_t>(RS_##name);
+  LIMIT(ID_FIRST)
+  LIMIT(ID_LAST)
+  LIMIT(ID_NONE)
+  LIMIT(ID_ALL)
+  LIMIT(ID_SECTION_UNIT)
+  LIMIT(HOPS_POISON)
+  LIMIT(TTL_START)
+  LIMIT(PORTS)
+  LIMIT(FRAME_BYTES)
+  LIMIT(CONTENT_BYTES)
+  LIMIT(CONTENT_BITS)
+  LIMIT(LINK_BAUD)
+  LIMIT(LINK_BITS_PER_BYTE)
+  LIMIT(CELLS_PER_PORT)
+  LIMIT(CRC_POLYNOMIAL)
+  LIMIT(CRC_START)
+  LIMIT(CELL_KEY_BYTES)
+  LIMIT(FLASH_BYTES)
+  LIMIT(SECTION_UNIT_PORTS_MAX)
+  LIMIT(UNIT_ALL)
+  LIMIT(UNIT_NAMES_MAX)
+  LIMIT(HOST_PORT)
+  LIMIT(SECTION_UNIT_PORT)
+  LIMIT(KEEP_ALIVE_MS)
+  LIMIT(UNIT_SILENCE_MS)
+  LIMIT(DATAGRAM_MAGIC)
+  LIMIT(DATAGRAM_VERSION)
+  LIMIT(DATAGRAM_HEADER_BYTES)
+  LIMIT(DATAGRAM_RECORD_BYTES)
+  LIMIT(DATAGRAM_RECORDS_MAX)
+  LIMIT(DATAGRAM_TAG_BYTES)
+  LIMIT(DATAGRAM_KEY_BYTES)
+  LIMIT(DATAGRAM_BYTES_MAX)
+  LIMIT(EVENT_RATE_MIN_HZ)
+  LIMIT(EVENT_RATE_MAX_HZ)
+  LIMIT(EVENT_MASK_ALL)
+  LIMIT(FRAME_US)
+  LIMIT(TICK_US)
+  LIMIT(LINK_UP_FRAMES)
+  LIMIT(LINK_DOWN_US)
+  LIMIT(QUARANTINE_US)
+  LIMIT(STALE_US)
+  LIMIT(STALE_LIMIT_US)
+  LIMIT(ORPHAN_RESET_US)
+  LIMIT(STATUS_US)
+  LIMIT(TOPOLOGY_US)
+  LIMIT(JOIN_US)
+  LIMIT(REFRESH_US)
+  LIMIT(REFRESH_JITTER_US)
+  LIMIT(FRESH_US)
+#undef LIMIT
+  module.attr("CELL_STATE_BYTES") = sizeof(rs_cell);
+}
+
+// ---- Tables: lists of tuples in the order of the headers ----
+
+void bind_tables(nb::module_& module) {
+  nb::list channels, types, operations, statuses, kinds, thresholds, rates;
+#define CHANNEL(name, is_signed, bits, numerator, denominator, unit) \
+  channels.append(nb::make_tuple(#name, (is_signed) != 0, bits, double{numerator} / (denominator), unit));
+  RS_CHANNELS(CHANNEL)
+#undef CHANNEL
+#define NUMBERED(name, number, text) types.append(nb::make_tuple(#name, number, text));
+  RS_FRAME_TYPES(NUMBERED)
+#undef NUMBERED
+#define OPERATION(name, number, index, value) operations.append(nb::make_tuple(#name, number, index, value));
+  RS_OPERATIONS(OPERATION)
+#undef OPERATION
+#define STATUS(name, number, text) statuses.append(nb::make_tuple(#name, number, text));
+  RS_REPLY_STATUSES(STATUS)
+#undef STATUS
+#define KIND(name, number, text) kinds.append(nb::make_tuple(#name, number, text));
+  RS_DATAGRAM_KINDS(KIND)
+#undef KIND
+#define THRESHOLD(channel, counts) thresholds.append(nb::make_tuple(#channel, counts));
+  RS_THRESHOLDS(THRESHOLD)
+#undef THRESHOLD
+#define RATE(rate_hz, period_us) rates.append(nb::make_tuple(rate_hz, period_us));
+  RS_CLOCK_RATES(RATE)
+#undef RATE
+  module.attr("CHANNELS") = nb::tuple(channels);            // name, signed, bits, unit per count, unit
+  module.attr("FRAME_TYPES") = nb::tuple(types);            // name, number, meaning
+  module.attr("OPERATIONS") = nb::tuple(operations);        // name, number, index, value
+  module.attr("REPLY_STATUSES") = nb::tuple(statuses);      // name, number, meaning
+  module.attr("DATAGRAM_KINDS") = nb::tuple(kinds);         // name, number, meaning
+  module.attr("EVENT_THRESHOLDS") = nb::tuple(thresholds);  // channel, counts
+  module.attr("CLOCK_RATES") = nb::tuple(rates);            // Hz as commanded, period in us
+
+  nb::dict frames;
+#define FIELD(name, is_signed, bits, text) fields.append(nb::make_tuple(#name, (is_signed) != 0, bits, text));
+#define FRAME(type, number, text)                       \
+  {                                                     \
+    nb::list fields;                                    \
+    FIELDS_OF_##type frames[#type] = nb::tuple(fields); \
+  }
+#define FIELDS_OF_clock RS_CLOCK_FIELDS(FIELD)
+#define FIELDS_OF_event RS_EVENT_FIELDS(FIELD)
+#define FIELDS_OF_tick RS_TICK_FIELDS(FIELD)
+#define FIELDS_OF_status RS_STATUS_FIELDS(FIELD)
+#define FIELDS_OF_grant RS_GRANT_FIELDS(FIELD)
+#define FIELDS_OF_joints RS_JOINTS_FIELDS(FIELD)
+#define FIELDS_OF_torque RS_TORQUE_FIELDS(FIELD)
+#define FIELDS_OF_topology RS_TOPOLOGY_FIELDS(FIELD)
+#define FIELDS_OF_command RS_COMMAND_FIELDS(FIELD)
+#define FIELDS_OF_reply RS_REPLY_FIELDS(FIELD)
+#define FIELDS_OF_join RS_JOIN_FIELDS(FIELD)
+  RS_FRAME_TYPES(FRAME)
+  module.attr("FRAMES") = frames;  // name: tuples of field name, signed, bits, meaning
+}
+
+// ---- Frames ----
+
+template <typename Frame, typename Pack>
+nb::bytes packed(const Frame& frame, Pack pack) {
+  std::array<std::uint8_t, RS_FRAME_BYTES> bytes{};
+  pack(bytes.data(), &frame);
+  rs_frame_seal(bytes.data());
+  return as_bytes(bytes.data(), bytes.size());
+}
+
+template <typename Value>
+Value field_value(const nb::dict& fields, const char* frame, const char* name, bool is_signed, unsigned bits) {
+  if (!fields.contains(name)) return 0;
+  const auto value = nb::cast<std::int64_t>(fields[name]);
+  const std::int64_t low = is_signed ? -(std::int64_t{1} << (bits - 1)) : 0;
+  const std::int64_t high = (std::int64_t{1} << (is_signed ? bits - 1 : bits)) - 1;
+  if (value < low || value > high) {
+    throw nb::value_error((std::string(frame) + "." + name + " = " + std::to_string(value) + " is not in " +
+                           std::to_string(low) + " to " + std::to_string(high))
+                              .c_str());
+  }
+  return static_cast<Value>(value);
+}
+
+void require_known_fields(const nb::dict& fields, const nb::dict& known, const char* frame) {
+  for (const auto& [name, value] : fields) {
+    if (!known.contains(name)) {
+      throw nb::value_error((std::string(frame) + " has no field " + nb::cast<std::string>(name)).c_str());
+    }
+  }
+}
+
+// Fills `type` by itself; fields left out are zero.
+nb::bytes pack_frame(const std::string& name, const nb::dict& fields) {
+#define SET_FIELD(field, is_signed, bits, text) \
+  known[#field] = true;                         \
+  frame.field = field_value<decltype(frame.field)>(fields, frame_name, #field, (is_signed) != 0, bits);
+#define PACK_FRAME(frame_type, number, text)                          \
+  if (name == #frame_type) {                                          \
+    constexpr const char* frame_name = #frame_type;                   \
+    nb::dict known;                                                   \
+    rs_##frame_type frame{};                                          \
+    SET_##frame_type require_known_fields(fields, known, frame_name); \
+    frame.type = number;                                              \
+    return packed(frame, rs_##frame_type##_pack);                     \
+  }
+#define SET_clock RS_CLOCK_FIELDS(SET_FIELD)
+#define SET_event RS_EVENT_FIELDS(SET_FIELD)
+#define SET_tick RS_TICK_FIELDS(SET_FIELD)
+#define SET_status RS_STATUS_FIELDS(SET_FIELD)
+#define SET_grant RS_GRANT_FIELDS(SET_FIELD)
+#define SET_joints RS_JOINTS_FIELDS(SET_FIELD)
+#define SET_torque RS_TORQUE_FIELDS(SET_FIELD)
+#define SET_topology RS_TOPOLOGY_FIELDS(SET_FIELD)
+#define SET_command RS_COMMAND_FIELDS(SET_FIELD)
+#define SET_reply RS_REPLY_FIELDS(SET_FIELD)
+#define SET_join RS_JOIN_FIELDS(SET_FIELD)
+  RS_FRAME_TYPES(PACK_FRAME)
+  throw nb::value_error(("no frame is called " + name + "; FRAMES lists those that are").c_str());
+}
+
+std::pair<std::string, nb::dict> unpack_frame(const nb::bytes& bytes) {
+  const std::uint8_t* data = exactly(bytes, RS_FRAME_BYTES, "a frame");
+  if (!rs_frame_intact(data)) throw nb::value_error("the frame's checksum is wrong");
+  nb::dict fields;
+#define GET_FIELD(field, is_signed, bits, text) fields[#field] = frame.field;
+#define UNPACK_FRAME(frame_type, number, text)     \
+  case number: {                                   \
+    rs_##frame_type frame;                         \
+    rs_##frame_type##_unpack(&frame, data);        \
+    GET_##frame_type return {#frame_type, fields}; \
+  }
+#define GET_clock RS_CLOCK_FIELDS(GET_FIELD)
+#define GET_event RS_EVENT_FIELDS(GET_FIELD)
+#define GET_tick RS_TICK_FIELDS(GET_FIELD)
+#define GET_status RS_STATUS_FIELDS(GET_FIELD)
+#define GET_grant RS_GRANT_FIELDS(GET_FIELD)
+#define GET_joints RS_JOINTS_FIELDS(GET_FIELD)
+#define GET_torque RS_TORQUE_FIELDS(GET_FIELD)
+#define GET_topology RS_TOPOLOGY_FIELDS(GET_FIELD)
+#define GET_command RS_COMMAND_FIELDS(GET_FIELD)
+#define GET_reply RS_REPLY_FIELDS(GET_FIELD)
+#define GET_join RS_JOIN_FIELDS(GET_FIELD)
+  switch (static_cast<int>(rs_frame_type_of(data))) {
+    RS_FRAME_TYPES(UNPACK_FRAME)
+    default:
+      throw nb::value_error(("no frame has type " + std::to_string(data[0] >> 4)).c_str());
+  }
+}
+
+void bind_frames(nb::module_& module) {
+  module.def("pack", &pack_frame, "frame"_a, "fields"_a,
+             "A frame of 20 bytes with its checksum; `fields` maps field names to numbers, those left out are 0. "
+             "Raises ValueError for an unknown frame or field and for a number out of its range.");
+  module.def("unpack", &unpack_frame, "frame"_a,
+             "Name and fields of a frame of 20 bytes. Raises ValueError for another length, a wrong checksum or an "
+             "unknown type.");
+  module.def(
+      "crc16",
+      [](const nb::bytes& bytes) {
+        return rs_crc16(static_cast<const std::uint8_t*>(bytes.data()), static_cast<std::uint32_t>(bytes.size()));
+      },
+      "bytes"_a, "Checksum of frames (crc.h).");
+  module.def(
+      "take_hop",
+      [](const nb::bytes& bytes) -> nb::object {
+        std::array<std::uint8_t, RS_FRAME_BYTES> frame;
+        std::copy_n(exactly(bytes, RS_FRAME_BYTES, "a frame"), frame.size(), frame.begin());
+        if (!rs_frame_take_hop(frame.data())) return nb::none();
+        return as_bytes(frame.data(), frame.size());
+      },
+      "frame"_a, "The frame with one hop less to live, or None if it has none left or never had.");
+  module.def(
+      "chaskey",
+      [](const nb::bytes& key, const nb::bytes& message) {
+        rs_chaskey_key expanded;
+        rs_chaskey_key_expand(&expanded, exactly(key, RS_CHASKEY_KEY_BYTES, "a key"));
+        std::array<std::uint8_t, RS_CHASKEY_TAG_BYTES> tag;
+        rs_chaskey(&expanded, static_cast<const std::uint8_t*>(message.data()),
+                   static_cast<std::uint32_t>(message.size()), tag.data());
+        return as_bytes(tag.data(), tag.size());
+      },
+      "key"_a, "message"_a, "Chaskey-12 tag of 16 bytes (ISO/IEC 29192-6) under a key of 16 bytes.");
 }
 
 }  // namespace
@@ -46,6 +291,10 @@ void bind_limits(nb::module_& module) {
 void bind_firmware(nb::module_ module) {
   bind_geometry(module);
   bind_limits(module);
+  bind_tables(module);
+  bind_frames(module);
+  bind_firmware_cell(module);
+  bind_firmware_section_unit(module);
 }
 
 }  // namespace robotskin::bindings

@@ -11,7 +11,6 @@ from robotskin.robots.errors import (
     ModelsDisagreeError,
     ModelsNotInstalledError,
     UnreadableMeshError,
-    UrdfNotFoundError,
 )
 from robotskin.robots.loading import from_text, load
 from robotskin.robots.repair import Mimic, Repair
@@ -26,7 +25,6 @@ __all__ = [
     "Repair",
     "Robot",
     "UnreadableMeshError",
-    "UrdfNotFoundError",
     "from_text",
     "load",
     "robot_names",

@@ -93,13 +93,8 @@ def as_stl(path: Path, scale: np.ndarray) -> Path:
         converted.parent.mkdir(parents=True, exist_ok=True)
         # Written beside its place and moved there, so that no reader ever meets half a file.
         with tempfile.NamedTemporaryFile(dir=converted.parent, delete=False) as temporary:
-            try:
-                temporary.write(data)
-                temporary.close()
-                os.replace(temporary.name, converted)
-            except BaseException:
-                os.unlink(temporary.name)
-                raise
+            temporary.write(data)
+        os.replace(temporary.name, converted)
     return converted
 
 

@@ -1,0 +1,211 @@
+"""Laws of the network: breadth-first trees, unique names, true neighbour lists, never a loop, quick repair."""
+
+import pytest
+from robotskin._core import firmware
+from small_world import SmallWorld, random_skin
+
+
+def newer(a: int, b: int) -> bool:
+    return 0 < (a - b) % 65536 < 32768
+
+
+def assert_no_loop(world: SmallWorld) -> None:
+    for start in range(len(world.nodes)):
+        seen = {start}
+        at = world.parent(start)
+        while at is not None and at >= 0:
+            assert at not in seen, f"loop through {start} at {world.now} us"
+            seen.add(at)
+            at = world.parent(at)
+
+
+def assert_feasible_distances_decrease(world: SmallWorld) -> None:
+    """A parent's feasible distance comes strictly before its child's, on links whose ends both live as then."""
+    for index in range(len(world.nodes)):
+        parent = world.parent(index)
+        if parent is None or parent < 0 or world.nodes[parent].cell is None or world.cell(parent).in_quarantine:
+            continue
+        unbound, sequence, hops = world.cell(parent).feasible_distance
+        _, own_sequence, own_hops = world.cell(index).feasible_distance
+        assert not unbound
+        assert newer(sequence, own_sequence) or (sequence == own_sequence and hops < own_hops)
+
+
+def assert_tree_is_breadth_first(world: SmallWorld) -> None:
+    for index, distance in enumerate(world.distances()):
+        if not world.nodes[index].on:
+            continue
+        assert world.cell(index).hops == (firmware.HOPS_POISON if distance is None else distance), index
+        assert (world.cell(index).parent_port == 0) == (distance is None)
+
+
+@pytest.fixture(params=range(4))
+def skin(request: pytest.FixtureRequest, seed: int) -> SmallWorld:
+    draw = seed * 100 + request.param
+    links, roots = random_skin(12 + 9 * request.param, 1 + request.param % 3, draw)
+    return SmallWorld(12 + 9 * request.param, links, roots, draw)
+
+
+def test_forms_breadth_first_within_10_ms(skin: SmallWorld) -> None:
+    skin.watch = assert_no_loop
+    skin.run_ms(10)
+    assert_tree_is_breadth_first(skin)
+    sizes = sum(port["size"] for port in skin.unit.ports if port["root"])
+    skin.run_ms(20)
+    sizes = sum(port["size"] for port in skin.unit.ports if port["root"])
+    assert sizes == len(skin.nodes)
+
+
+def test_every_cell_has_a_name_of_its_own(skin: SmallWorld) -> None:
+    skin.run_ms(60)
+    ids = [skin.cell(index).id for index in range(len(skin.nodes))]
+    assert len(set(ids)) == len(ids)
+    assert all(firmware.ID_FIRST <= id <= firmware.ID_LAST for id in ids)
+    assert skin.unit.names == {1000 + index: id for index, id in enumerate(ids)}
+
+
+def test_names_are_unique_under_loss(seed: int) -> None:
+    links, roots = random_skin(24, 2, seed)
+    world = SmallWorld(24, links, roots, seed, loss=0.05)
+    world.run_ms(250)
+    ids = [world.cell(index).id for index in range(24)]
+    assert len(set(ids)) == 24
+    assert 0 not in ids
+
+
+def test_the_host_learns_the_true_neighbours(skin: SmallWorld) -> None:
+    skin.run_ms(100)
+    reports = {fields["uid"] - 1000: fields for _, _, name, fields in skin.records if name == "topology"}
+    ids = {index: skin.cell(index).id for index in range(len(skin.nodes))}
+    ids[-1] = firmware.ID_SECTION_UNIT
+    for index in range(len(skin.nodes)):
+        report = reports[index]
+        assert report["source"] == ids[index]
+        assert report["parent_port"] == skin.cell(index).parent_port
+        for port in range(1, 5):
+            far = skin.other.get((index, port))
+            assert report[f"neighbour_{port}"] == (ids[far[0]] if far else firmware.ID_NONE)
+            if far and far[0] >= 0:
+                assert report[f"neighbour_port_{port}"] == far[1] - 1
+
+
+@pytest.mark.parametrize("fault", ["link", "one-way", "cell", "reboot", "several"])
+def test_repairs_itself_within_10_ms_and_never_loops(fault: str, seed: int) -> None:
+    draw = seed * 10 + len(fault)
+    links, roots = random_skin(30, 2, draw)
+    world = SmallWorld(30, links, roots, draw)
+    world.run_ms(30)
+    tree = [index for index in range(30) if world.parent(index) is not None and world.parent(index) >= 0]
+
+    def watch(world: SmallWorld) -> None:
+        assert_no_loop(world)
+        assert_feasible_distances_decrease(world)
+
+    world.watch = watch
+    for _ in range(3 if fault == "several" else 1):
+        victim = world.random.choice(tree)
+        match fault:
+            case "link" | "several":
+                world.cut_link((victim, world.cell(victim).parent_port))
+            case "one-way":
+                world.cut_link(world.other[(victim, world.cell(victim).parent_port)], one_way=True)
+            case "cell":
+                world.kill(world.parent(victim))
+            case "reboot":
+                world.at(world.now + 700, "boot", (world.parent(victim),))
+    if fault == "one-way":
+        world.run_ms(10)
+        far = world.other[next(iter(world.cut))]
+        assert world.cell(far[0]).parent_port != far[1]
+        world.cut_link(far)  # for distances(): a link that carries one way is none
+    else:
+        world.run_ms(10 + (5 if fault == "reboot" else 0))
+    attached = {index for index in range(30) if world.nodes[index].on and world.parent(index) is not None}
+    reachable = {index for index, distance in enumerate(world.distances()) if distance is not None}
+    assert attached == reachable
+    world.run_ms(12)
+    assert_tree_is_breadth_first(world)
+
+
+def test_a_cut_off_part_is_orphaned_and_returns(seed: int) -> None:
+    chain = [((index, 1), (index + 1, 2)) for index in range(7)]
+    world = SmallWorld(8, chain, [(0, 2)], seed)
+    world.run_ms(30)
+    world.watch = assert_no_loop
+    world.cut_link((3, 1))
+    world.run_ms(40)
+    assert [world.parent(index) is None for index in range(8)] == [False] * 4 + [True] * 4
+    world.join_link((3, 1))
+    world.run_ms(25)
+    assert_tree_is_breadth_first(world)
+    # Held samples are too old for their time stamps; what comes after the repair is fresh.
+    assert all(world.cell(index).counts["frames_from_parent"] == 0 for index in range(8))
+
+
+def test_a_dead_section_unit_leaves_nobody_attached(seed: int) -> None:
+    links, roots = random_skin(20, 2, seed)
+    world = SmallWorld(20, links, roots, seed)
+    world.run_ms(20)
+    world.watch = assert_no_loop
+    for port in range(1, 3):
+        world.cut_link((-1, port))
+    world.run_ms(60)
+    assert all(world.parent(index) is None for index in range(20))
+
+
+def test_a_stored_name_is_kept_if_it_is_free(seed: int) -> None:
+    chain = [((index, 1), (index + 1, 2)) for index in range(3)]
+    world = SmallWorld(4, chain, [(0, 2)], seed)
+    world.run_ms(40)
+    world.command("store", counter=1)
+    world.run_ms(5)
+    ids = [world.cell(index).id for index in range(4)]
+    flash = {index: world.nodes[index].flash for index in range(4)}
+    assert all(flash.values())
+
+    again = SmallWorld(4, chain, [(0, 2)], seed + 1, flash=flash)
+    again.run_ms(40)
+    assert [again.cell(index).id for index in range(4)] == ids
+
+    twins = SmallWorld(4, chain, [(0, 2)], seed + 2, flash={index: flash[2] for index in range(4)})
+    twins.run_ms(40)
+    assert len({twins.cell(index).id for index in range(4)}) == 4
+    assert ids[2] in {twins.cell(index).id for index in range(4)}
+
+
+def test_bit_errors_are_counted_and_break_nothing(seed: int) -> None:
+    links, roots = random_skin(16, 2, seed)
+    world = SmallWorld(16, links, roots, seed)
+
+    def tamper(end: tuple[int, int], frame: bytes) -> bytes:
+        if world.random.random() >= 0.02:
+            return frame
+        damaged = bytearray(frame)
+        for _ in range(world.random.randrange(1, 5)):
+            damaged[world.random.randrange(20)] ^= 1 << world.random.randrange(8)
+        return bytes(damaged)
+
+    world.tamper = tamper
+    world.watch = assert_no_loop
+    world.run_ms(120)
+    world.tamper = None
+    world.run_ms(30)
+    assert_tree_is_breadth_first(world)
+    assert sum(world.cell(index).counts["frames_damaged"] for index in range(16)) > 0
+    for _, _, name, fields in world.records:
+        if name == "clock":
+            assert [fields[channel] for channel, *_ in firmware.CHANNELS] == [0] * 9
+
+
+def test_one_seed_is_one_run(seed: int) -> None:
+    def run() -> list[bytes]:
+        links, roots = random_skin(14, 2, seed)
+        world = SmallWorld(14, links, roots, seed, loss=0.01)
+        world.run_ms(40)
+        return [world.cell(index).state for index in range(14)]
+
+    assert run() == run()
+
+
+def test_a_cell_fits_its_memory() -> None:
+    assert firmware.CELL_STATE_BYTES <= 8192
