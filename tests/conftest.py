@@ -1,6 +1,10 @@
 """Shared by every test: the seed that random tests use, printed when one fails."""
 
+import fcntl
 import os
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -38,3 +42,24 @@ def shared_data() -> Path:
         if (candidate / "data").is_dir():
             return candidate / "data"
     pytest.skip(f"no shared data: {candidates[0] / 'data'} does not exist (ROBOTSKIN_SHARED names another folder)")
+
+
+@pytest.fixture(scope="session")
+def built_program() -> Callable[[str], Path]:
+    """Builds a test program by the name of its CMake target, with the flags of the core, and gives its path."""
+    repository = Path(__file__).resolve().parent.parent
+    caches = sorted(repository.glob("build/*/CMakeCache.txt"), key=lambda path: path.stat().st_mtime)
+    assert caches, "the core is not built: run make build"
+    # The newest: an interpreter of another version leaves its own folder behind.
+    folder = caches[-1].parent
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+    def build(target: str) -> Path:
+        command = ["cmake", "--build", str(folder), "--target", target]
+        with (folder / "test_programs.lock").open("w") as lock:  # tests may run in several processes
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            result = subprocess.run(command, capture_output=True, text=True, env=environment)
+        assert result.returncode == 0, result.stdout + result.stderr
+        return next(path for path in folder.rglob(target) if path.is_file() and os.access(path, os.X_OK))
+
+    return build

@@ -11,6 +11,7 @@ from robotskin.robots.errors import (
     ModelsDisagreeError,
     ModelsNotInstalledError,
     UnreadableMeshError,
+    UrdfNotFoundError,
 )
 from robotskin.robots.loading import from_text, load
 from robotskin.robots.repair import Mimic, Repair
@@ -25,6 +26,7 @@ __all__ = [
     "Repair",
     "Robot",
     "UnreadableMeshError",
+    "UrdfNotFoundError",
     "from_text",
     "load",
     "robot_names",

@@ -12,14 +12,18 @@ from robotskin._core.model import UNBOUNDED
 from robotskin.robots.catalog import named_urdf
 
 BASE_MASS_KG = 20.0
+# What the joints x and y alone move; a body that moves must have mass.
+CARRIAGE_MASS_KG = 0.1
+CARRIAGE_SIZE_M = (0.1, 0.1, 0.1)
 BASE_SIZE_M = (0.75, 0.60, 0.30)
 BASE_SPEED_M_S = 0.15
 BASE_TURN_RATE_RAD_S = 0.5
 BASE_EFFORT_N = 500.0
-TORSO_MASS_KG = 25.0
-TORSO_SIZE_M = (0.20, 0.30, 0.80)
-# Where the arms begin: beside the torso, near its top, their first axes pointing sideways and 45 degrees up.
-SHOULDER_HEIGHT_M = 0.70
+TORSO_MASS_KG = 21.0
+TORSO_SIZE_M = (0.20, 0.24, 0.70)
+# A beam across the top of the torso carries the arms at its ends, their first axes turned outward by 45 degrees.
+BEAM_MASS_KG = 4.0
+BEAM_SIZE_M = (0.12, 0.40, 0.12)
 SHOULDER_TILT_RAD = 0.7853981633974483
 
 
@@ -34,18 +38,20 @@ def compose_dual_arm() -> tuple[str, Path]:
     robot = ElementTree.Element("robot", name="dual_arm")
     ElementTree.SubElement(robot, "link", name="floor")
     _add_base_joint(robot, "base_x", "prismatic", "floor", "carriage_x", "1 0 0")
-    ElementTree.SubElement(robot, "link", name="carriage_x")
+    robot.append(_box_link("carriage_x", CARRIAGE_MASS_KG, CARRIAGE_SIZE_M, with_surface=False))
     _add_base_joint(robot, "base_y", "prismatic", "carriage_x", "carriage_y", "0 1 0")
-    ElementTree.SubElement(robot, "link", name="carriage_y")
+    robot.append(_box_link("carriage_y", CARRIAGE_MASS_KG, CARRIAGE_SIZE_M, with_surface=False))
     _add_base_joint(robot, "base_yaw", "revolute", "carriage_y", "mobile_base", "0 0 1")
     robot.append(_box_link("mobile_base", BASE_MASS_KG, BASE_SIZE_M))
     _add_fixed_joint(robot, "torso_mount", "mobile_base", "torso", f"0 0 {BASE_SIZE_M[2]}", "0 0 0")
     robot.append(_box_link("torso", TORSO_MASS_KG, TORSO_SIZE_M))
+    beam_height = TORSO_SIZE_M[2] - BEAM_SIZE_M[2]
+    _add_fixed_joint(robot, "beam_mount", "torso", "shoulder_beam", f"0 0 {beam_height}", "0 0 0")
+    robot.append(_box_link("shoulder_beam", BEAM_MASS_KG, BEAM_SIZE_M))
     for side, sign in (("left_", 1.0), ("right_", -1.0)):
-        shoulder = f"0 {sign * TORSO_SIZE_M[1] / 2.0} {SHOULDER_HEIGHT_M}"
-        _add_fixed_joint(
-            robot, f"{side}mount", "torso", f"{side}base_link", shoulder, f"{-sign * SHOULDER_TILT_RAD} 0 0"
-        )
+        shoulder = f"0 {sign * BEAM_SIZE_M[1] / 2.0} {BEAM_SIZE_M[2] / 2.0}"
+        tilt = f"{-sign * SHOULDER_TILT_RAD} 0 0"
+        _add_fixed_joint(robot, f"{side}mount", "shoulder_beam", f"{side}base_link", shoulder, tilt)
         robot.extend(_with_prefix(arm, side))
     return ElementTree.tostring(robot, encoding="unicode"), arm_file.parent
 
@@ -69,7 +75,9 @@ def _add_joint(robot: ElementTree.Element, name: str, kind: str, parent: str, ch
     return joint
 
 
-def _box_link(name: str, mass_kg: float, size_m: tuple[float, float, float]) -> ElementTree.Element:
+def _box_link(
+    name: str, mass_kg: float, size_m: tuple[float, float, float], *, with_surface: bool = True
+) -> ElementTree.Element:
     """A homogeneous box that stands on the link's origin."""
     link = ElementTree.Element("link", name=name)
     centre = f"0 0 {size_m[2] / 2.0}"
@@ -79,7 +87,7 @@ def _box_link(name: str, mass_kg: float, size_m: tuple[float, float, float]) -> 
     x, y, z = (mass_kg * side**2 / 12.0 for side in size_m)
     moments = {"ixx": y + z, "iyy": x + z, "izz": x + y, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     ElementTree.SubElement(inertial, "inertia", {key: repr(value) for key, value in moments.items()})
-    for kind in ("visual", "collision"):
+    for kind in ("visual", "collision") if with_surface else ():
         shape = ElementTree.SubElement(link, kind)
         ElementTree.SubElement(shape, "origin", xyz=centre)
         geometry = ElementTree.SubElement(shape, "geometry")

@@ -6,6 +6,19 @@ from pathlib import Path
 from robotskin.errors import RobotskinError
 
 
+class UrdfNotFoundError(RobotskinError, FileNotFoundError):
+    """A path that leads to no file. Attributes: `path` and `others`, the URDFs that lie in its folder."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.others = tuple(sorted(other.name for other in path.parent.glob("*.urdf")))
+        beside = f"; in its folder: {', '.join(self.others)}" if self.others else ""
+        super().__init__(f"no URDF at {path}{beside}")
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class MalformedUrdfError(RobotskinError):
     """Text that is not the URDF of one robot; the message names the source, the element and what was expected."""
 

@@ -40,5 +40,6 @@ def consistent_inertia(mass: float, inertia: np.ndarray) -> np.ndarray:
     smallest = max(SMALLEST_PART * extents.clip(min=0.0).sum(), mass * SMALLEST_RADIUS_M**2, SMALLEST_MOMENT_KG_M2)
     if extents[0] >= smallest:
         return inertia
-    repaired = (axes * extents.clip(min=smallest)) @ axes.T
+    # Lifted to twice what is asked for, so that rounding leaves it above.
+    repaired = (axes * extents.clip(min=2.0 * smallest)) @ axes.T
     return np.trace(repaired) * np.eye(3) - repaired

@@ -7,16 +7,17 @@ from xml.etree import ElementTree
 from robotskin._core.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.dual_arm import compose_dual_arm
-from robotskin.robots.errors import MalformedUrdfError
-from robotskin.robots.repair import in_joint_order, repaired
+from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError
+from robotskin.robots.repair import repaired
 from robotskin.robots.robot import Robot
+from robotskin.robots.urdf_tree import in_joint_order
 
 
 def load(name_or_path: str | Path, *, package_folders: Sequence[str | Path] = ()) -> Robot:
     """A robot of `robot_names()`, or that of any URDF file.
 
     What has a folder in it or ends in `.urdf` is a path, everything else a name. `package_folders` are searched first
-    for what the URDF addresses as `package://`. Raises UnknownNameError, ModelsNotInstalledError, FileNotFoundError,
+    for what the URDF addresses as `package://`. Raises UnknownNameError, ModelsNotInstalledError, UrdfNotFoundError,
     MalformedUrdfError, MissingMeshError or UnreadableMeshError. What had to be repaired stands in `Robot.repairs`.
     """
     path: Path | None
@@ -54,5 +55,5 @@ def from_text(
 
 def _text_of(path: Path) -> str:
     if not path.is_file():
-        raise FileNotFoundError(f"no URDF at {path}")
+        raise UrdfNotFoundError(path)
     return path.read_text(encoding="utf-8", errors="replace")

@@ -93,8 +93,13 @@ def as_stl(path: Path, scale: np.ndarray) -> Path:
         converted.parent.mkdir(parents=True, exist_ok=True)
         # Written beside its place and moved there, so that no reader ever meets half a file.
         with tempfile.NamedTemporaryFile(dir=converted.parent, delete=False) as temporary:
-            temporary.write(data)
-        os.replace(temporary.name, converted)
+            try:
+                temporary.write(data)
+                temporary.close()
+                os.replace(temporary.name, converted)
+            except BaseException:
+                os.unlink(temporary.name)
+                raise
     return converted
 
 

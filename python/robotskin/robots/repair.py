@@ -11,7 +11,8 @@ import numpy as np
 from robotskin._core.model import UNBOUNDED
 from robotskin.robots.errors import MalformedUrdfError
 from robotskin.robots.inertia import consistent_inertia, read_inertia, write_inertia
-from robotskin.robots.meshes import as_stl, find_mesh
+from robotskin.robots.shapes import check_colour, resolve_shapes
+from robotskin.robots.urdf_tree import check_origin, check_tree, link_of, named_elements, numbers, parse_urdf
 
 # Given to what a joint moves if the description gives it no mass at all.
 SMALLEST_MOVED_MASS_KG = 1e-3
@@ -66,20 +67,28 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
 
     Raises MalformedUrdfError, MissingMeshError or UnreadableMeshError.
     """
-    root = _parse(text, source)
+    root = parse_urdf(text, source)
     for child in list(root):
         if child.tag not in ("link", "joint", "material"):
             root.remove(child)
     repairs: list[Repair] = []
-    links = _named(root, "link", source)
-    joints = _named(root, "joint", source)
-    _check_tree(links, joints, source)
-    mimics = tuple(_free_mimic(joint) for joint in joints.values() if joint.find("mimic") is not None)
+    links = named_elements(root, "link", source)
+    joints = named_elements(root, "joint", source)
+    check_tree(links, joints, source)
+    for material in root.iter("material"):
+        check_colour(material, source)
+    mimics = tuple(_free_mimic(joint, source) for joint in joints.values() if joint.find("mimic") is not None)
+    for mimic in mimics:
+        if mimic.source not in joints:
+            repairs.append(
+                Repair(f"joint {mimic.joint!r}", f"mimics {mimic.source!r}, no joint", "taken as not coupled")
+            )
+    mimics = tuple(mimic for mimic in mimics if mimic.source in joints)
     for joint in joints.values():
         repairs += _repair_joint(joint, source)
     for link in links.values():
         repairs += _repair_inertial(link, source)
-        _resolve_meshes(link, urdf_folder, package_folders, source)
+        resolve_shapes(link, urdf_folder, package_folders, source)
     repairs += _give_mass_to_moved(links, joints)
     movable = {name for name, joint in joints.items() if joint.get("type") != "fixed"}
     mujoco = ElementTree.SubElement(root, "mujoco")
@@ -87,110 +96,15 @@ def repaired(text: str, source: str, urdf_folder: Path, package_folders: Sequenc
     return RepairedUrdf(root, tuple(repairs), tuple(mimic for mimic in mimics if mimic.joint in movable))
 
 
-def in_joint_order(root: ElementTree.Element, joint_names: Sequence[str]) -> str:
-    """The text with joints and links in depth-first order, children by the place of their first joint in the list.
-
-    Libraries number joints by name or by place in the text; after this both come to the same.
-    """
-    rank = {name: index for index, name in enumerate(joint_names)}
-    below: dict[str, list[ElementTree.Element]] = {}
-    for joint in root.findall("joint"):
-        below.setdefault(_link_of(joint, "parent"), []).append(joint)
-    links = {link.get("name", ""): link for link in root.findall("link")}
-    base = next(iter(set(links) - {_link_of(joint, "child") for joint in root.findall("joint")}))
-
-    def first_rank(joint: ElementTree.Element) -> float:
-        own = rank.get(joint.get("name", ""), math.inf)
-        return min([own, *(first_rank(child) for child in below.get(_link_of(joint, "child"), ()))])
-
-    ordered: list[ElementTree.Element] = []
-
-    def visit(link: str) -> None:
-        ordered.append(links[link])
-        for joint in sorted(below.get(link, ()), key=lambda joint: (first_rank(joint), joint.get("name", ""))):
-            ordered.append(joint)
-            visit(_link_of(joint, "child"))
-
-    visit(base)
-    others = [child for child in root if child.tag not in ("link", "joint")]
-    result = ElementTree.Element(root.tag, root.attrib)
-    result.extend([*others, *ordered])
-    ElementTree.indent(result)
-    return ElementTree.tostring(result, encoding="unicode")
-
-
-def _parse(text: str, source: str) -> ElementTree.Element:
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise MalformedUrdfError(source, f"not well-formed XML: {error}") from error
-    if root.tag != "robot":
-        raise MalformedUrdfError(source, f"the outermost element is <{root.tag}>, and a URDF begins with <robot>")
-    if not root.get("name"):
-        root.set("name", Path(source).stem)
-    return root
-
-
-def _named(root: ElementTree.Element, tag: str, source: str) -> dict[str, ElementTree.Element]:
-    elements: dict[str, ElementTree.Element] = {}
-    for element in root.findall(tag):
-        name = element.get("name")
-        if not name:
-            raise MalformedUrdfError(source, f"a <{tag}> without a name")
-        if name in elements:
-            raise MalformedUrdfError(source, f"two of <{tag} name={name!r}>; names must differ")
-        elements[name] = element
-    if tag == "link" and not elements:
-        raise MalformedUrdfError(source, "no <link>")
-    return elements
-
-
-def _link_of(joint: ElementTree.Element, end: str) -> str:
-    element = joint.find(end)
-    return "" if element is None else element.get("link", "")
-
-
-def _check_tree(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str) -> None:
-    above: dict[str, str] = {}
-    for name, joint in joints.items():
-        for end in ("parent", "child"):
-            if _link_of(joint, end) not in links:
-                raise MalformedUrdfError(source, f"joint {name!r}: its {end} {_link_of(joint, end)!r} is not a link")
-        child = _link_of(joint, "child")
-        if child in above:
-            raise MalformedUrdfError(
-                source, f"link {child!r} is the child of two joints, {above[child]!r} and {name!r}"
-            )
-        above[child] = name
-    bases = [link for link in links if link not in above]
-    if len(bases) != 1:
-        raise MalformedUrdfError(source, f"a robot has one base link, here are {len(bases)}: {', '.join(bases)}")
-    reached, waiting = set(), bases
-    while waiting:
-        reached.add(waiting.pop())
-        waiting = [_link_of(j, "child") for j in joints.values() if _link_of(j, "parent") in reached]
-        waiting = [link for link in waiting if link not in reached]
-    if len(reached) != len(links):
-        raise MalformedUrdfError(source, f"links in a loop: {', '.join(sorted(set(links) - reached))}")
-
-
-def _numbers(text: str | None, count: int, where: str, source: str) -> np.ndarray:
-    try:
-        values = np.array([float(word) for word in (text or "").split()])
-    except ValueError:
-        values = np.empty(0)
-    if len(values) != count or not np.isfinite(values).all():
-        expected = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise MalformedUrdfError(source, f"{where}: {text!r} is not {expected}")
-    return values
-
-
-def _free_mimic(joint: ElementTree.Element) -> Mimic:
+def _free_mimic(joint: ElementTree.Element, source: str) -> Mimic:
     mimic = joint.find("mimic")
     assert mimic is not None
     joint.remove(mimic)
-    multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-    return Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset)
+    name = joint.get("name", "")
+    where = f"joint {name!r}, <mimic"
+    multiplier = numbers(mimic.get("multiplier", "1"), 1, f"{where} multiplier>", source)
+    offset = numbers(mimic.get("offset", "0"), 1, f"{where} offset>", source)
+    return Mimic(name, mimic.get("joint", ""), float(multiplier[0]), float(offset[0]))
 
 
 def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
@@ -200,18 +114,17 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
         raise MalformedUrdfError(
             source, f"{where} is of type {kind!r}; a joint is revolute, continuous, prismatic or fixed"
         )
-    origin = joint.find("origin")
-    for part in ("xyz", "rpy"):
-        if origin is not None and origin.get(part) is not None:
-            _numbers(origin.get(part), 3, f"{where}, <origin {part}>", source)
+    check_origin(joint, where, source)
+    for unused in (*joint.findall("safety_controller"), *joint.findall("calibration")):
+        joint.remove(unused)
     if kind == "fixed":
-        for useless in ("axis", "limit", "dynamics", "safety_controller", "calibration"):
-            for element in joint.findall(useless):
+        for tag in ("axis", "limit", "dynamics"):
+            for element in joint.findall(tag):
                 joint.remove(element)
         return
     axis = joint.find("axis")
     if axis is not None:
-        direction = _numbers(axis.get("xyz"), 3, f"{where}, <axis xyz>", source)
+        direction = numbers(axis.get("xyz"), 3, f"{where}, <axis xyz>", source)
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise MalformedUrdfError(source, f"{where}: its axis is {axis.get('xyz')!r}, which has no direction")
@@ -219,6 +132,10 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
             axis.set("xyz", " ".join(repr(float(part)) for part in direction / length))
         if abs(length - 1.0) > 1e-3:
             yield Repair(where, f"axis of length {length:.6g}", "made a unit vector")
+    for dynamics in joint.findall("dynamics"):
+        for attribute in dynamics.attrib:
+            if numbers(dynamics.get(attribute), 1, f"{where}, <dynamics {attribute}>", source)[0] < 0.0:
+                raise MalformedUrdfError(source, f"{where}: <dynamics {attribute}> is negative")
     limit = joint.find("limit")
     if kind == "continuous":
         joint.set("type", "revolute")
@@ -231,11 +148,15 @@ def _repair_joint(joint: ElementTree.Element, source: str) -> Iterable[Repair]:
         raise MalformedUrdfError(source, f"{where} is {kind} and has no <limit>")
     for bound in ("lower", "upper", "effort", "velocity"):
         limit.set(bound, limit.get(bound, "0"))
-        _numbers(limit.get(bound), 1, f"{where}, <limit {bound}>", source)
+        numbers(limit.get(bound), 1, f"{where}, <limit {bound}>", source)
     if float(limit.get("lower", "0")) > float(limit.get("upper", "0")):
         raise MalformedUrdfError(
             source, f"{where}: its lower limit {limit.get('lower')} is above its upper limit {limit.get('upper')}"
         )
+    if float(limit.get("lower", "0")) == float(limit.get("upper", "0")):
+        yield Repair(where, f"lower and upper limit both {limit.get('lower')}", "taken as unbounded")
+        limit.set("lower", repr(-UNBOUNDED))
+        limit.set("upper", repr(UNBOUNDED))
 
 
 def _repair_inertial(link: ElementTree.Element, source: str) -> Iterable[Repair]:
@@ -243,6 +164,7 @@ def _repair_inertial(link: ElementTree.Element, source: str) -> Iterable[Repair]
     if inertial is None:
         return
     where = f"link {link.get('name')!r}"
+    check_origin(inertial, f"{where}, <inertial>", source)
     mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
     if mass_element is None:
         raise MalformedUrdfError(source, f"{where}: <inertial> without <mass>")
@@ -285,13 +207,13 @@ def _give_mass_to_moved(
     fixed_below: dict[str, list[str]] = {}
     for joint in joints.values():
         if joint.get("type") == "fixed":
-            fixed_below.setdefault(_link_of(joint, "parent"), []).append(_link_of(joint, "child"))
+            fixed_below.setdefault(link_of(joint, "parent"), []).append(link_of(joint, "child"))
 
     def has_mass(link: str) -> bool:
         return links[link].find("inertial") is not None or any(has_mass(child) for child in fixed_below.get(link, ()))
 
     for name, joint in joints.items():
-        moved = _link_of(joint, "child")
+        moved = link_of(joint, "child")
         if joint.get("type") == "fixed" or has_mass(moved):
             continue
         inertial = ElementTree.SubElement(links[moved], "inertial")
@@ -302,17 +224,3 @@ def _give_mass_to_moved(
             f"moved by joint {name!r} and without mass",
             f"given {SMALLEST_MOVED_MASS_KG:g} kg and {SMALLEST_MOVED_INERTIA_KG_M2:g} kg m2",
         )
-
-
-def _resolve_meshes(link: ElementTree.Element, urdf_folder: Path, package_folders: Sequence[Path], source: str) -> None:
-    name = link.get("name", "")
-    for kind in ("visual", "collision"):
-        for mesh in link.findall(f"{kind}/geometry/mesh"):
-            path = find_mesh(name, mesh.get("filename", ""), urdf_folder, package_folders)
-            scale = _numbers(mesh.get("scale", "1 1 1"), 3, f"link {name!r}, <mesh scale>", source)
-            if not np.all(scale != 0.0):
-                raise MalformedUrdfError(source, f"link {name!r}: <mesh scale={mesh.get('scale')!r}> flattens the mesh")
-            if kind == "collision":
-                path, scale = as_stl(path, scale), np.ones(3)
-            mesh.set("filename", str(path))
-            mesh.set("scale", " ".join(repr(float(factor)) for factor in scale))

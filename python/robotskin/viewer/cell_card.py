@@ -6,10 +6,10 @@ import numpy as np
 
 from robotskin.layout import Layout
 from robotskin.viewer.colours import HEALTH_COLOURS
-from robotskin.viewer.legend import css
+from robotskin.viewer.legend import PADDING, css
 from robotskin.viewer.session_view import Health, Integers, SkinReading
 
-NOTHING_CHOSEN = '<div style="font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
+NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
 
 
 def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinReading) -> str:
@@ -18,13 +18,8 @@ def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinRe
         return NOTHING_CHOSEN
     health = list(Health)[int(reading.health[cell])]
     age = float(reading.age_s[cell])
-    neighbours = [int(neighbour) for neighbour in layout.neighbours[cell, :, 0]]
     force = [float(newton) for newton in reading.normal_force[cell]]
     rows = [
-        ("link", layout.links[layout.link[cell]]),
-        ("section unit, id", f"{layout.section_unit[cell]}, {layout.id[cell]}"),
-        ("patch, cable", f"{_number(int(layout.patch[cell]))}, {_number(int(cable[cell]))}"),
-        ("neighbours at ports 1 to 4", ", ".join(_number(neighbour) for neighbour in neighbours)),
         ("sample age", f"{age * 1e3:.0f} ms" if np.isfinite(age) else "none yet"),
         ("force 1, 2, 3", f"{_row(force, 2)} N"),
         ("force, sum", f"{sum(force):.2f} N"),
@@ -39,7 +34,21 @@ def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinRe
         f'<span data-cell="{cell}">Cell {cell}</span>'
         f'<span data-health="{health}" style="color:{css(HEALTH_COLOURS[health])}">{health}</span></div>'
     )
-    return f'<div style="font-size:12px">{head}<div style="{faded}">{table_rows(rows)}</div></div>'
+    values = f'<div style="{faded}">{table_rows(rows)}</div>'
+    return f'<div style="{PADDING};font-size:12px">{head}{place_rows(cell, layout, cable)}{values}</div>'
+
+
+def place_rows(cell: int, layout: Layout, cable: Integers) -> str:
+    """Where a cell sits and how it is wired; `cable` (N,) is the one each cell reports through."""
+    neighbours = ", ".join(_number(int(neighbour)) for neighbour in layout.neighbours[cell, :, 0])
+    return table_rows(
+        [
+            ("link", layout.links[layout.link[cell]]),
+            ("section unit, id", f"{layout.section_unit[cell]}, {layout.id[cell]}"),
+            ("patch, cable", f"{_number(int(layout.patch[cell]))}, {_number(int(cable[cell]))}"),
+            ("neighbours at ports 1 to 4", neighbours),
+        ]
+    )
 
 
 def table_rows(rows: list[tuple[str, str]]) -> str:

@@ -41,10 +41,11 @@ class Controls:
             self._interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
             self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
-            reset = gui.add_button("Reset", icon=viser.Icon.RESTORE)
+            reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
         with gui.add_folder("Colour"):
             self._modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="force")
             self._legend = gui.add_html(legend("force", session.layout, cable))
+            self._cables = gui.add_checkbox("Cables", False, visible=bool(session.layout.cables))
 
         @self._tool.on_update
         def _(_: viser.GuiEvent) -> None:
@@ -81,6 +82,11 @@ class Controls:
     def modality(self) -> str:
         """What the cells are coloured by."""
         return self._modality.value
+
+    @property
+    def cables(self) -> bool:
+        """Whether the cables of the section units are drawn."""
+        return self._cables.value
 
     @property
     def duration_s(self) -> float | None:

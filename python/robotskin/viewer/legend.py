@@ -17,7 +17,9 @@ from robotskin.viewer.colours import (
 )
 from robotskin.viewer.session_view import Integers
 
-STYLE = "font-size:12px;line-height:1.35;margin:0 0 .4em"
+# The page gives pieces of HTML no margin of their own.
+PADDING = "padding:4px 12px"
+STYLE = f"font-size:12px;line-height:1.35;{PADDING}"
 
 
 def css(colour: tuple[int, ...] | np.ndarray) -> str:

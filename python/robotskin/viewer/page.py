@@ -4,14 +4,11 @@ A thread of its own copies the session's state thirty times a second and sends w
 waits for it, and while nobody looks it only asks whether somebody came.
 """
 
-import contextlib
-import io
 import threading
 import time
 from collections.abc import Callable
 
 import numpy as np
-import viser
 
 from robotskin.errors import RobotskinError
 from robotskin.viewer.colours import cell_colours
@@ -19,9 +16,9 @@ from robotskin.viewer.controls import APPROACH, PUSH, Controls
 from robotskin.viewer.network import follow, wired_tree
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
+from robotskin.viewer.server import address, open_server
 from robotskin.viewer.session_view import SessionView, Snapshot
 
-HOST = "127.0.0.1"
 FRAMES_PER_S = 30
 FRAMES_PER_READOUT = 6
 FRAMES_PER_PLOT = 4
@@ -38,19 +35,13 @@ class Page:
         self.session = session
         self.chosen: int | None = None
         self.failure: BaseException | None = None
-        with contextlib.redirect_stdout(io.StringIO()):  # The address is ours to print.
-            self.server = viser.ViserServer(host=HOST, port=port, label=session.title, verbose=False)
-        self.address = f"http://{HOST}:{self.server.get_port()}"
-        self.server.gui.configure_theme(
-            dark_mode=True, show_logo=False, show_share_button=False, brand_color=(64, 150, 220)
-        )
+        self.server = open_server(session.title, port)
+        self.address = address(self.server)
         snapshot = session.snapshot()
         self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
         self._cable, self._parent = wired_tree(session.layout)
         self.controls = Controls(self.server, session, self._cable, self.command)
         self.readouts = Readouts(self.server, session.robot, session.layout)
-        self.server.gui.main_panel.dock_right()
-        self.server.gui.main_panel.set_width(300)
         self.scene.draw_tree(self._parent)
         self.scene.on_cell_click = self._click
         self.scene.on_cell_drag = self._drag
@@ -130,6 +121,7 @@ class Page:
             self.scene.move(snapshot.joint_position)
             self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
             self.scene.mark(self.chosen, snapshot.touch)
+            self.scene.show_hands(snapshot.hands)
             self._follow_network(snapshot)
             self._remember(snapshot)
             if self._drawn % FRAMES_PER_READOUT == 0:
@@ -145,8 +137,8 @@ class Page:
             self._parent = np.array(snapshot.parent)
             self._cable = follow(self._parent, self.session.layout)
             self.scene.draw_tree(self._parent)
-        if self.scene.tree_shown != (self.controls.modality == "network"):
-            self.scene.show_tree(self.controls.modality == "network")
+        self.scene.show_tree(self.controls.modality == "network")
+        self.scene.show_cables(self.controls.cables)
 
     def _remember(self, snapshot: Snapshot) -> None:
         """Keep the chosen cell's force, and its way from where it was before it was touched."""

@@ -9,10 +9,12 @@ from viser import uplot
 
 from robotskin.layout import Layout
 from robotskin.viewer.cell_card import cell_card, table_rows
+from robotskin.viewer.legend import PADDING
 from robotskin.viewer.session_view import Health, Integers, RobotView, Snapshot
 
 HISTORY_S = 12.0
 PLOT_POINTS = 240
+ROUND_NUMBERS = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 
 # Name of a statistic, what the page calls it, how it is written.
 TILES = (
@@ -54,11 +56,8 @@ class Readouts:
         panel = server.gui.add_panel()
         with panel.add_tab("Live", viser.Icon.ACTIVITY):
             self._state = server.gui.add_html("")
-            columns = self.history.columns()
-            self._force = _plot(server, "Force on the cell [N]", columns[0], columns[1], "#ffb454", floor=5.0)
-            self._displacement = _plot(
-                server, "Displacement of the cell [mm]", columns[0], columns[2], "#40c4ff", floor=10.0
-            )
+            self._force = _Plot(server, "Force on the cell [N]", "#ffb454")
+            self._displacement = _Plot(server, "Displacement of the cell [mm]", "#40c4ff")
         with panel.add_tab("Cell", viser.Icon.HEXAGON):
             self._cell = server.gui.add_html("")
         with panel.add_tab("Joints", viser.Icon.ROBOT):
@@ -75,8 +74,8 @@ class Readouts:
     def update_plots(self) -> None:
         """Draw the history anew."""
         seconds, force, displacement = self.history.columns()
-        self._force.data = (seconds, force)
-        self._displacement.data = (seconds, displacement)
+        self._force.show(seconds, force)
+        self._displacement.show(seconds, displacement)
 
 
 def state_tiles(snapshot: Snapshot) -> str:
@@ -99,7 +98,8 @@ def state_tiles(snapshot: Snapshot) -> str:
         f'<div style="font-variant-numeric:tabular-nums">{escape(value)}</div></div>'
         for title, value in tiles
     )
-    return f'{head}<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px;margin-bottom:6px">{cells}</div>'
+    grid = f'<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px">{cells}</div>'
+    return f'<div style="{PADDING}">{head}{grid}</div>'
 
 
 def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
@@ -107,24 +107,37 @@ def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
     positions = np.asarray(snapshot.joint_position, dtype=float)
     attributes = " ".join(f"{position:.5f}" for position in positions)
     rows = [(name, f"{position:+.4f}") for name, position in zip(joint_names, positions, strict=True)]
-    return f'<div style="font-size:12px" data-joint-positions="{attributes}">{table_rows(rows)}</div>'
+    return f'<div style="{PADDING};font-size:12px" data-joint-positions="{attributes}">{table_rows(rows)}</div>'
 
 
-def _plot(
-    server: viser.ViserServer, title: str, seconds: np.ndarray, values: np.ndarray, colour: str, floor: float
-) -> viser.GuiUplotHandle:
-    axis = uplot.Axis(stroke="#9aa5b5", grid={"stroke": "rgba(140,150,170,.18)", "width": 1}, size=34)
-    return server.gui.add_uplot(
-        (seconds, values),
-        (uplot.Series(label="s"), uplot.Series(label=title, stroke=colour, width=1.6, fill=colour + "22")),
-        title=title,
-        scales={"x": uplot.Scale(time=False, range=(-HISTORY_S, 0.0)), "y": uplot.Scale(auto=True)},
-        axes=(axis, axis),
-        legend=uplot.Legend(show=False),
-        cursor=uplot.Cursor(show=False),
-        height=150,
-        padding=(8, 12, 0, 0),
-    )
+class _Plot:
+    """One line over the last seconds, on an axis from 0 to the next round number above it."""
+
+    def __init__(self, server: viser.ViserServer, title: str, colour: str) -> None:
+        axis = uplot.Axis(stroke="#9aa5b5", grid={"stroke": "rgba(140,150,170,.18)", "width": 1}, size=40)
+        self._top = ROUND_NUMBERS[0]
+        self._handle = server.gui.add_uplot(
+            (np.zeros(2), np.zeros(2)),
+            (uplot.Series(label="s"), uplot.Series(label=title, stroke=colour, width=1.6, fill=colour + "22")),
+            title=title,
+            scales=self._scales(),
+            axes=(axis, axis),
+            legend=uplot.Legend(show=False),
+            cursor=uplot.Cursor(show=False),
+            height=150,
+            padding=(8, 12, 0, 0),
+        )
+
+    def show(self, seconds: np.ndarray, values: np.ndarray) -> None:
+        """Draw values (K,) over seconds (K,)."""
+        top = next((number for number in ROUND_NUMBERS if number >= values.max()), ROUND_NUMBERS[-1])
+        if top != self._top:
+            self._top = top
+            self._handle.scales = self._scales()
+        self._handle.data = (seconds, values)
+
+    def _scales(self) -> dict[str, uplot.Scale]:
+        return {"x": uplot.Scale(time=False, range=(-HISTORY_S, 0.0)), "y": uplot.Scale(range=(0.0, self._top))}
 
 
 def _assign(handle: viser.GuiHtmlHandle, content: str) -> None:

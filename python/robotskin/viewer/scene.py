@@ -1,6 +1,7 @@
 """The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import trimesh
@@ -9,12 +10,14 @@ import viser
 from robotskin.layout import Layout
 from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import Colours
-from robotskin.viewer.session_view import Floats, Integers, RobotView, Touch
+from robotskin.viewer.session_view import Ball, Floats, Integers, RobotView, Touch
 
-LINK_COLOURS = ((226, 229, 233), (196, 202, 210))
+LINK_COLOURS = ((200, 204, 209), (172, 179, 188))
 ACCENT = (64, 196, 255)
 HAND_COLOUR = (255, 205, 160)
-HAND_RADIUS_M = 0.03
+HAND_MOST_M = 0.3
+HANDLE_LIFT_M = 0.02
+CABLE_COLOUR = (255, 150, 60)
 TREE_COLOUR = (250, 250, 250)
 TREE_LIFT_M = 0.002
 SMOOTH_BELOW_RAD = 0.6
@@ -44,8 +47,10 @@ class Scene:
         self._poses = np.full((len(names), 4, 4), np.nan)
         self.colours: Colours | None = None
         self._hand_moved_here = False
+        self._cables: list[viser.LineSegmentsHandle] = []
+        self.hands: list[viser.IcosphereHandle] = []
         self._tree: list[viser.LineSegmentsHandle] = []
-        self.tree_shown = False
+        self._tree_shown = False
 
         self._light()
         self._draw_robot()
@@ -61,9 +66,9 @@ class Scene:
         scene.set_background_image(_gradient(), format="png")
         scene.configure_environment_map(None)
         scene.configure_default_lights(enabled=False)
-        scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=1.6)
+        scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=1.7)
         for name, position, intensity, shadow in (
-            ("key", (2.0, -2.5, 3.5), 3.2, True),
+            ("key", (2.0, -2.5, 3.5), 3.4, True),
             ("rim", (-2.5, 1.5, 1.8), 2.0, False),
         ):
             scene.add_light_directional(f"/light/{name}", intensity=intensity, cast_shadow=shadow, position=position)
@@ -129,7 +134,7 @@ class Scene:
                 self.on_cell_drag(int(cells[event.instance_index]), event.phase, length)
 
     def _draw_hand(self) -> None:
-        """A frame that rides on the chosen cell, with a ring around it, an arrow for a push and a hand to drag."""
+        """A frame that rides on the chosen cell: a ring around it, an arrow for a push, and a handle for the hand."""
         scene = self.server.scene
         self.cell_frame = scene.add_frame("/chosen", show_axes=False, visible=False)
         self._ring = scene.add_mesh_simple("/chosen/ring", *_ring(), color=ACCENT, side="double", cast_shadow=False)
@@ -142,26 +147,21 @@ class Scene:
             head_length=0.022,
             visible=False,
         )
-        self.hand = scene.add_icosphere(
-            "/chosen/hand", radius=HAND_RADIUS_M, color=HAND_COLOUR, subdivisions=3, opacity=0.85, visible=False
-        )
-        self._handle = scene.add_transform_controls(
+        self.handle = scene.add_transform_controls(
             "/chosen/handle",
             scale=0.12,
             active_axes=(False, False, True),
             disable_sliders=True,
             disable_rotations=True,
-            translation_limits=((0.0, 0.0), (0.0, 0.0), (HAND_RADIUS_M, 0.3 + HAND_RADIUS_M)),
+            translation_limits=((0.0, 0.0), (0.0, 0.0), (HANDLE_LIFT_M, HANDLE_LIFT_M + HAND_MOST_M)),
             depth_test=False,
             visible=False,
         )
 
-        @self._handle.on_update
+        @self.handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
             self._hand_moved_here = event.phase != "end"
-            distance = float(event.target.position[2]) - HAND_RADIUS_M
-            self.hand.position = (0.0, 0.0, distance + HAND_RADIUS_M)
-            self.on_hand_drag(distance, event.phase == "end")
+            self.on_hand_drag(float(event.target.position[2]) - HANDLE_LIFT_M, event.phase == "end")
 
     def _place_camera(self) -> None:
         """Look at the robot from its front left, as near as it fits."""
@@ -177,7 +177,7 @@ class Scene:
         camera.fov = 0.7
         camera.near = 0.01
         camera.look_at = tuple(centre)
-        camera.position = tuple(centre + direction / np.linalg.norm(direction) * 1.45 * reach)
+        camera.position = tuple(centre + direction / np.linalg.norm(direction) * 1.25 * reach)
 
     # What changes ---------------------------------------------------------------------------------------------------
 
@@ -210,13 +210,39 @@ class Scene:
                 name = f"/robot/{self.robot.link_names[index]}/tree"
                 points = np.stack([point[child], point[parent[child]]], axis=1)
                 self._tree.append(self.server.scene.add_line_segments(name, points, TREE_COLOUR, thickness=0.0022))
-        self.show_tree(self.tree_shown)
+        self.show_tree(self._tree_shown)
 
     def show_tree(self, shown: bool) -> None:
         """Show the lines of `draw_tree`, or hide them."""
-        self.tree_shown = shown
+        self._tree_shown = shown
         for handle in self._tree:
-            handle.visible = shown
+            if handle.visible != shown:
+                handle.visible = shown
+
+    def show_cables(self, shown: bool) -> None:
+        """Show the cables of the section units as far as they lie on links, or hide them."""
+        if shown and not self._cables:
+            for link, points in cable_pieces(self.layout).items():
+                name = f"/robot/{link}/cables"
+                self._cables.append(self.server.scene.add_line_segments(name, points, CABLE_COLOUR, thickness=0.004))
+        for handle in self._cables:
+            if handle.visible != shown:
+                handle.visible = shown
+
+    def show_hands(self, hands: Sequence[Ball]) -> None:
+        """Show what is near the robot, where it is."""
+        while len(self.hands) < len(hands):
+            name = f"/hand/{len(self.hands)}"
+            self.hands.append(
+                self.server.scene.add_icosphere(name, radius=1.0, color=HAND_COLOUR, subdivisions=4, opacity=0.85)
+            )
+        for index, handle in enumerate(self.hands):
+            if handle.visible != (index < len(hands)):
+                handle.visible = index < len(hands)
+            if index < len(hands) and not np.allclose(handle.position, hands[index].position_m, atol=1e-5):
+                handle.position = np.asarray(hands[index].position_m, dtype=float)
+            if index < len(hands) and handle.scale != hands[index].radius_m:
+                handle.scale = float(hands[index].radius_m)
 
     def mark(self, cell: int | None, touch: Touch | None) -> None:
         """Ring the chosen cell, and show the hand at the touched one."""
@@ -229,15 +255,25 @@ class Scene:
         pushing = touch is not None and touch.force_n > 0
         approaching = touch is not None and not pushing
         self.arrow.visible = pushing
-        self.hand.visible = self._handle.visible = approaching
+        self.handle.visible = approaching
         if touch is not None and pushing:
             self.arrow.scale = (1.0, 1.0, 0.35 + 0.05 * touch.force_n)
         if touch is not None and approaching and not self._hand_moved_here:
-            self.hand.position = self._handle.position = (0.0, 0.0, touch.distance_m + HAND_RADIUS_M)
+            self.handle.position = (0.0, 0.0, touch.distance_m + HANDLE_LIFT_M)
 
     def cell_position(self, cell: int) -> Floats:
         """(3,) where the face of a cell is now, in the base frame, metres."""
         return base_from_cell(self._poses, self.cell_link[[cell]], self.layout.link_from_cell[[cell]])[0, :3, 3]
+
+
+def cable_pieces(layout: Layout) -> dict[str, np.ndarray]:
+    """(K, 2, 3) for each link the straight pieces of cable that lie on it, in metres in its frame."""
+    pieces: dict[str, list[tuple[object, object]]] = {}
+    for cable in layout.cables:
+        for (link, start), (following, end) in pairwise(cable.route):
+            if link == following:
+                pieces.setdefault(link, []).append((start, end))
+    return {link: np.array(points, dtype=float) for link, points in pieces.items()}
 
 
 def _gradient(height: int = 256) -> np.ndarray:

@@ -81,6 +81,15 @@ class Touch:
 
 
 @dataclass(frozen=True)
+class Ball:
+    """A hand or an object near the robot, as big as it is."""
+
+    position_m: Floats
+    """(3,) in the base frame."""
+    radius_m: float
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """One moment of a session: nothing in it changes after it was taken."""
 
@@ -96,6 +105,8 @@ class Snapshot:
     stop_reason: str = ""
     """Why it stopped; empty while it runs."""
     touch: Touch | None = None
+    hands: Sequence[Ball] = ()
+    """Those that are at work."""
     statistics: Mapping[str, float] = field(default_factory=dict)
     """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`; what is not known is
     left out."""

@@ -1,5 +1,10 @@
 """The core's model and dynamics equal those of Pinocchio's own Python module."""
 
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pinocchio
 import pytest
@@ -120,3 +125,17 @@ def test_unknown_names_and_text_are_errors() -> None:
         core.joint_index("hand")
     with pytest.raises(ModelError, match="not a URDF"):
         RobotModel("<robot>")
+
+
+@pytest.mark.parametrize("name", ["ur5", "talos", "dual_arm"])
+def test_the_cycle_allocates_nothing(
+    name: str, seed: int, tmp_path: Path, built_program: Callable[[str], Path], record_property: Callable
+) -> None:
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(load(name).urdf)
+    program = built_program("robot_dynamics_cycle")
+    measured = json.loads(subprocess.check_output([program, urdf, str(seed)], text=True))
+    record_property("measured", measured)
+    assert measured["accepted"]
+    assert measured["counted_of_two"] == 2, "the counter of allocations does not count"
+    assert measured["allocations"] == 0

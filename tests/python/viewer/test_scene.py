@@ -11,7 +11,8 @@ from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_po
 from robotskin.viewer.controls import APPROACH, LOOK
 from robotskin.viewer.page import Page
 from robotskin.viewer.readouts import History, joint_rows, state_tiles
-from robotskin.viewer.session_view import Touch
+from robotskin.viewer.scene import HANDLE_LIFT_M
+from robotskin.viewer.session_view import Ball, Touch
 
 
 def random_poses(generator: np.random.Generator, count: int) -> np.ndarray:
@@ -171,10 +172,16 @@ def test_readouts_tell_the_truth_about_a_dead_cell_and_a_stopped_controller() ->
 
 def test_the_hand_is_shown_at_its_distance(page: Page) -> None:
     page.scene.mark(None, Touch(5, distance_m=0.1))
-    assert page.scene.hand.visible
+    assert page.scene.handle.visible
+    assert page.scene.handle.position[2] == pytest.approx(0.1 + HANDLE_LIFT_M)
     assert not page.scene.arrow.visible
     page.scene.mark(None, Touch(5, force_n=3.0))
     assert page.scene.arrow.visible
-    assert not page.scene.hand.visible
+    assert not page.scene.handle.visible
+    page.scene.show_hands([Ball(np.array([0.1, 0.2, 0.3]), 0.04)])
+    assert page.scene.hands[0].visible
+    assert page.scene.hands[0].scale == 0.04
+    page.scene.show_hands([])
+    assert not page.scene.hands[0].visible
     page.scene.mark(None, None)
     assert not page.scene.cell_frame.visible
