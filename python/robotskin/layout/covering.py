@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core import firmware
+from robotskin.layout.cables import plan_cables, plan_studs
 from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M, LATTICE_CELL_AREA_M2, PORTS
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import CoveringError
@@ -185,6 +187,8 @@ def cover(
         [(link, patch) for (link, _), patch in zip(kept, trimmed, strict=True)],
         ports_per_section_unit,
     )
+    progress("planning studs and cables", len(links), len(links))
+    layout = replace(layout, studs=plan_studs(layout, robot), cables=plan_cables(layout, robot, seed))
     return layout, all_places
 
 
