@@ -12,6 +12,7 @@ void bind_skin(nanobind::module_ module);
 void bind_control(nanobind::module_ module);
 void bind_robot(nanobind::module_ module);
 void bind_world(nanobind::module_ module);
+void bind_traffic(nanobind::module_ module);
 
 inline void bind_all(nanobind::module_& module) {
   bind_model(module.def_submodule("model", "Stage 0: the robot's kinematics and dynamics, states and commands."));
@@ -20,7 +21,10 @@ inline void bind_all(nanobind::module_& module) {
   bind_skin(module.def_submodule("skin", "Stage 5: the skin model and the skin state."));
   bind_control(module.def_submodule("control", "Stage 7: tasks, fusion and the torque resolver."));
   bind_robot(module.def_submodule("robot", "Stage 8: limits, watchdog and the last check before the robot."));
-  bind_world(module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body."));
+  nanobind::module_ world =
+      module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body.");
+  bind_world(world);
+  bind_traffic(world);
 }
 
 }  // namespace robotskin::bindings

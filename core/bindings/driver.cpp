@@ -1,8 +1,342 @@
 // Binds the driver stage.
+#include "bindings/driver.hpp"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <random>
+
 #include "bindings/bindings.hpp"
+#include "bindings/bytes.hpp"
+#include "driver/clock.hpp"
 
 namespace robotskin::bindings {
+namespace {
 
-void bind_driver(nanobind::module_ /*module*/) {}
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace driver;
+
+using HostPort = std::pair<std::string, std::uint16_t>;
+
+std::uint8_t operation_from(const std::string& name) {
+  std::string choices;
+#define ROBOTSKIN_OPERATION(operation, number, index, value) \
+  if (name == #operation) return number;                     \
+  choices += choices.empty() ? #operation : ", " #operation;
+  RS_OPERATIONS(ROBOTSKIN_OPERATION)
+#undef ROBOTSKIN_OPERATION
+  throw std::invalid_argument("unknown operation '" + name + "': choose from " + choices);
+}
+
+std::string operation_name(unsigned number) {
+#define ROBOTSKIN_OPERATION(operation, its_number, index, value) \
+  if (number == its_number) return #operation;
+  RS_OPERATIONS(ROBOTSKIN_OPERATION)
+#undef ROBOTSKIN_OPERATION
+  return std::to_string(number);
+}
+
+std::string reply_status_name(unsigned number) {
+#define ROBOTSKIN_STATUS(status, its_number, text) \
+  if (number == its_number) return #status;
+  RS_REPLY_STATUSES(ROBOTSKIN_STATUS)
+#undef ROBOTSKIN_STATUS
+  return std::to_string(number);
+}
+
+nb::dict statistics_dict(const Statistics& statistics) {
+  nb::dict dict;
+#define ROBOTSKIN_COUNT(name, meaning) dict[#name] = statistics.name.get();
+  ROBOTSKIN_DATAGRAM_VERDICTS(ROBOTSKIN_COUNT)
+  ROBOTSKIN_DRIVER_COUNTS(ROBOTSKIN_COUNT)
+#undef ROBOTSKIN_COUNT
+  return dict;
+}
+
+nb::dict samples_dict(SnapshotTable<Sample>& table) {
+  const std::span<const Sample> rows = table.read();
+  nb::dict dict;
+  const auto column = [&]<class Value>(const char* name, std::size_t columns, Value, const auto& value) {
+    dict[name] = filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
+  };
+  column("key", 1, std::uint32_t{}, [](const Sample& s, std::size_t) { return s.key; });
+  column("proximity", 1, std::uint16_t{}, [](const Sample& s, std::size_t) { return s.proximity; });
+  column("force", 3, std::uint16_t{}, [](const Sample& s, std::size_t c) { return s.force[c]; });
+  column("acceleration", 3, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.acceleration[c]; });
+  column("temperature", 2, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.temperature[c]; });
+  column("stamp_ns", 1, std::int64_t{}, [](const Sample& s, std::size_t) { return s.stamp_ns; });
+  column("arrival_ns", 1, std::int64_t{}, [](const Sample& s, std::size_t) { return s.arrival_ns; });
+  column("sequence", 1, std::uint8_t{}, [](const Sample& s, std::size_t) { return s.sequence; });
+  column("clock_frames", 1, std::uint32_t{}, [](const Sample& s, std::size_t) { return s.clock_frames; });
+  column("event_frames", 1, std::uint32_t{}, [](const Sample& s, std::size_t) { return s.event_frames; });
+  column("seen", 1, bool{}, [](const Sample& s, std::size_t) -> bool { return s.seen; });
+  column("event", 1, bool{}, [](const Sample& s, std::size_t) -> bool { return s.event; });
+  column("fault", 1, bool{}, [](const Sample& s, std::size_t) -> bool { return s.fault; });
+  return dict;
+}
+
+nb::dict topology_dict(SnapshotTable<TopologyRow>& table, SnapshotTable<Sample>& samples) {
+  const std::span<const TopologyRow> rows = table.read();
+  const std::span<const Sample> cells = samples.read();
+  nb::dict dict;
+  const auto column = [&]<class Value>(const char* name, std::size_t columns, Value, const auto& value) {
+    dict[name] = filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
+  };
+  dict["key"] = filled<std::uint32_t>(cells.size(), 1, [&](std::size_t i, std::size_t) { return cells[i].key; });
+  column("heard_ns", 1, std::int64_t{}, [](const TopologyRow& r, std::size_t) { return r.heard_ns; });
+  column("uid", 1, std::uint32_t{}, [](const TopologyRow& r, std::size_t) { return r.uid; });
+  column("parent_port", 1, std::uint8_t{}, [](const TopologyRow& r, std::size_t) { return r.parent_port; });
+  column("neighbour_id", RS_PORTS, std::uint16_t{},
+         [](const TopologyRow& r, std::size_t c) { return r.neighbours[c].id; });
+  column("neighbour_port", RS_PORTS, std::uint8_t{},
+         [](const TopologyRow& r, std::size_t c) { return r.neighbours[c].port; });
+  column("errors", RS_PORTS, std::uint8_t{},
+         [](const TopologyRow& r, std::size_t c) { return r.neighbours[c].errors; });
+  return dict;
+}
+
+nb::list units_list(SnapshotTable<UnitRow>& table) {
+  nb::list list;
+  for (const UnitRow& unit : table.read()) {
+    if (unit.heard_ns == 0) continue;
+    nb::dict dict;
+    dict["section_unit"] = unit.section_unit;
+    dict["unit"] = unit.unit;
+    dict["session"] = unit.session;
+    dict["heard_ns"] = unit.heard_ns;
+    dict["clock_offset_ns"] = unit.clock_offset_ns;
+    dict["datagrams"] = unit.datagrams;
+    dict["datagrams_lost"] = unit.datagrams_lost;
+    dict["frames_dropped"] = unit.frames_dropped;
+    nb::list ports;
+    for (std::size_t port = 1; port < unit.ports.size(); ++port) {
+      const UnitPortRow& row = unit.ports[port];
+      if (row.heard_ns == 0) continue;
+      nb::dict of_port;
+      of_port["port"] = port;
+      of_port["cell"] = row.cell;
+      of_port["cell_port"] = row.cell_port;
+      of_port["size"] = row.size;
+      of_port["height"] = row.height;
+      of_port["heard_ns"] = row.heard_ns;
+      ports.append(of_port);
+    }
+    dict["ports"] = ports;
+    list.append(dict);
+  }
+  return list;
+}
+
+nb::list replies_list(Driver& driver) {
+  nb::list list;
+  while (const std::optional<Reply> reply = driver.reply()) {
+    nb::dict dict;
+    dict["key"] = CellKey{reply->section_unit} << 16 | reply->source;
+    dict["operation"] = operation_name(reply->operation);
+    dict["status"] = reply_status_name(reply->status);
+    dict["counter"] = reply->counter;
+    dict["index"] = reply->index;
+    dict["value"] = reply->value;
+    dict["heard_ns"] = reply->heard_ns;
+    list.append(dict);
+  }
+  return list;
+}
+
+std::vector<CellKey> keys_from(const nb::object& model_or_keys) {
+  const nb::object keys = nb::hasattr(model_or_keys, "key") ? nb::object(model_or_keys.attr("key")) : model_or_keys;
+  std::vector<CellKey> out;
+  for (const nb::handle key : keys) out.push_back(nb::cast<CellKey>(nb::int_(nb::borrow(key))));
+  return out;
+}
+
+}  // namespace
+
+HostDriver::HostDriver(const Options& options, const std::optional<Address>& local, ReceiverOptions receiver_options)
+    : driver(options) {
+  if (local) receiver = std::make_unique<Receiver>(driver, *local, std::move(receiver_options));
+}
+
+Receiver& HostDriver::socket() {
+  if (!receiver) throw std::logic_error("the driver has no socket: give `bind` when it is made");
+  return *receiver;
+}
+
+void HostDriver::demand_no_thread(const char* what) const {
+  if (receiver && receiver->running()) {
+    throw std::logic_error(std::string(what) + " while the driver's thread runs: stop() it first");
+  }
+}
+
+void bind_driver(nb::module_ module) {
+  nb::enum_<Verdict>(module, "Verdict", "What became of a datagram.")
+#define ROBOTSKIN_VALUE(name, meaning) .value(#name, Verdict::name, meaning)
+      ROBOTSKIN_DATAGRAM_VERDICTS(ROBOTSKIN_VALUE)
+#undef ROBOTSKIN_VALUE
+          ;
+
+  module.def(
+      "keyed_tag",
+      [](const nb::bytes& key, const nb::bytes& bytes) {
+        const Tag tag = KeyedHash(key_from(key)).tag(bytes_of(bytes));
+        return nb::bytes(reinterpret_cast<const char*>(tag.data()), tag.size());
+      },
+      "key"_a, "bytes"_a,
+      "The tag of a datagram: the first 16 bytes of BLAKE2s-256 (RFC 7693) with a key of 32 bytes.");
+  module.def("monotonic_ns", &monotonic_ns, "The host clock: CLOCK_MONOTONIC in nanoseconds.");
+
+  nb::class_<HostDriver>(module, "Driver",
+                         R"(Datagrams of section units in, the newest checked sample of every cell out.
+
+In process, give datagrams to `handle` and call `publish`; with a socket, call `poll`, or `start` a thread.)")
+      .def(
+          "__init__",
+          [](HostDriver* self, const nb::object& cells, const std::optional<nb::bytes>& key,
+             const std::optional<HostPort>& bind, const std::vector<HostPort>& units, std::optional<std::uint64_t> seed,
+             std::size_t spare_cells, std::size_t spare_groups, double batch_ms) {
+            Options options{.keys = keys_from(cells),
+                            .key = {},
+                            .session_seed = 0,
+                            .spare_cells = spare_cells,
+                            .spare_groups = spare_groups};
+            if (key) options.key = key_from(*key);
+            std::random_device random;
+            options.session_seed = seed ? *seed : std::uint64_t{random()} << 32 | random();
+            std::optional<Address> local;
+            ReceiverOptions receiver;
+            receiver.batch_ns = static_cast<std::int64_t>(batch_ms * 1e6);
+            if (bind) {
+              local = Address::resolve(bind->first, bind->second);
+              for (const HostPort& unit : units) {
+                receiver.units.push_back(Address::resolve(unit.first, unit.second, local->storage.ss_family));
+              }
+            }
+            new (self) HostDriver(options, local, std::move(receiver));
+          },
+          "cells"_a, "key"_a = nb::none(), "bind"_a = nb::none(), "units"_a = std::vector<HostPort>{}, nb::kw_only(),
+          "session_seed"_a = nb::none(), "spare_cells"_a = 0, "spare_groups"_a = 0, "batch_ms"_a = 0.8,
+          R"(`cells`: a SkinModel, or cell keys (section unit << 16 | id), whose order is that of every array.
+`key`: 32 bytes shared with the section units; with it nothing unauthenticated is accepted.
+`bind`: (host, port) of a UDP socket, port 0 for any free one. `units`: (host, port) of section units to wake.
+`session_seed`: sessions are drawn from it, by default at random. `spare_cells`, `spare_groups`: room for cells and
+section-unit groups not in `cells`, added when first heard. `batch_ms`: pause between two wakes of the thread.
+Raises ValueError for a bad key, cell or host, RuntimeError if the address cannot be bound.)")
+      .def(
+          "handle",
+          [](HostDriver& self, const nb::bytes& datagram, std::int64_t now_ns) {
+            self.demand_no_thread("handle");
+            return self.driver.handle(bytes_of(datagram), now_ns);
+          },
+          "datagram"_a, "now_ns"_a, "Takes one datagram that arrived at host time `now_ns`; what became of it.")
+      .def(
+          "publish",
+          [](HostDriver& self, std::int64_t now_ns) {
+            self.demand_no_thread("publish");
+            self.driver.publish(now_ns);
+          },
+          "now_ns"_a, "Hands everything taken so far to readers.")
+      .def(
+          "downlink",
+          [](HostDriver& self, std::int64_t now_ns) {
+            self.demand_no_thread("downlink");
+            nb::list list;
+            self.driver.downlink(now_ns, [&](const Recipient& to, std::span<const std::uint8_t> bytes) {
+              list.append(nb::make_tuple(to.section_unit, to.unit,
+                                         nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size())));
+            });
+            return list;
+          },
+          "now_ns"_a, nb::sig("def downlink(self, now_ns: int) -> list[tuple[int, int, bytes]]"),
+          "The datagrams due to section units now: (section unit group, unit, bytes); unit 255: all of the group.")
+      .def(
+          "poll",
+          [](HostDriver& self) {
+            self.demand_no_thread("poll");
+            nb::gil_scoped_release release;
+            return self.socket().poll();
+          },
+          "Takes and publishes all that has arrived at the socket and sends what is due; datagrams taken.")
+      .def(
+          "start", [](HostDriver& self) { self.socket().start(); }, "Starts the receiving thread.")
+      .def(
+          "stop",
+          [](HostDriver& self) {
+            nb::gil_scoped_release release;
+            self.socket().stop();
+          },
+          "Stops the receiving thread.")
+      .def_prop_ro(
+          "running", [](const HostDriver& self) { return self.receiver && self.receiver->running(); },
+          "Whether the receiving thread runs.")
+      .def_prop_ro(
+          "address",
+          [](HostDriver& self) {
+            const Address local = self.socket().socket().local();
+            return HostPort{local.host(), local.port()};
+          },
+          "(host, port) of the socket.")
+      .def_prop_ro(
+          "session", [](const HostDriver& self) { return self.driver.session(); }, "This driver's present session.")
+      .def(
+          "command",
+          [](HostDriver& self, const std::string& operation, std::int64_t value, std::uint16_t index,
+             std::optional<CellKey> cell, std::uint16_t section_unit) {
+            Command command;
+            command.operation = operation_from(operation);
+            command.value = static_cast<std::uint64_t>(value);
+            command.index = index;
+            command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
+            if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
+            if (command.target != RS_ID_ALL && !CellIndex::valid(command.target)) {
+              throw std::invalid_argument("cell id " + std::to_string(command.target) + " is not between 1 and 16382");
+            }
+            const std::optional<std::uint16_t> counter = self.driver.command(command);
+            if (!counter) throw std::runtime_error("256 commands are waiting already: let the driver send them");
+            return *counter;
+          },
+          "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "section_unit"_a = 0,
+          R"(Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
+Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell.)")
+      .def(
+          "power",
+          [](HostDriver& self, bool on, std::uint16_t section_unit, std::uint8_t unit, std::uint8_t port) {
+            if (!self.driver.power({section_unit, unit, port, on})) throw std::runtime_error("64 switches are waiting");
+          },
+          "on"_a, nb::kw_only(), "section_unit"_a = 0, "unit"_a = 255, "port"_a = 0,
+          "Switches the power of a section unit's port (0: all ports; unit 255: all units).")
+      .def(
+          "replies", [](HostDriver& self) { return replies_list(self.driver); },
+          nb::sig("def replies(self) -> list[dict[str, int | str]]"),
+          "Answers to commands since the last call: key, operation, status, counter, index, value, heard_ns.")
+      .def(
+          "samples", [](HostDriver& self) { return samples_dict(self.driver.samples()); },
+          nb::sig("def samples(self) -> dict[str, numpy.ndarray]"),
+          "The newest published samples in counts, cell axis first. Not beside a SkinReader in another thread.")
+      .def(
+          "topology", [](HostDriver& self) { return topology_dict(self.driver.topology(), self.driver.samples()); },
+          nb::sig("def topology(self) -> dict[str, numpy.ndarray]"),
+          R"(Neighbours as the cells report them, cell axis first: key, heard_ns (0: never), uid, parent_port,
+neighbour_id (N, 4), neighbour_port (N, 4), errors (N, 4) by own port - 1. id 0: nobody, 16383: a section unit.)")
+      .def(
+          "units", [](HostDriver& self) { return units_list(self.driver.units()); },
+          nb::sig("def units(self) -> list[dict]"), "Section units heard so far, with the tree below each port.")
+      .def(
+          "statistics", [](const HostDriver& self) { return statistics_dict(self.driver.statistics()); },
+          nb::sig("def statistics(self) -> dict[str, int]"), "All counts since the driver was made.")
+      .def(
+          "latency_histogram",
+          [](const HostDriver& self) {
+            const LatencyHistogram& histogram = self.driver.statistics().latency;
+            return filled<std::uint64_t>(LatencyHistogram::steps, 1,
+                                         [&](std::size_t i, std::size_t) { return histogram.count[i].get(); });
+          },
+          nb::sig("def latency_histogram(self) -> numpy.ndarray"),
+          "Datagrams by their time from the section unit to the snapshot, beyond the least: counts of 10 us steps.");
+}
 
 }  // namespace robotskin::bindings

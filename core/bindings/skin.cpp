@@ -2,11 +2,15 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
+#include <set>
 #include <string>
 
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
+#include "bindings/driver.hpp"
 #include "skin/skin_model.hpp"
+#include "skin/skin_reader.hpp"
 #include "skin/skin_state.hpp"
 
 namespace nb = nanobind;
@@ -17,6 +21,7 @@ namespace {
 
 using skin::Health;
 using skin::SkinModel;
+using skin::SkinReader;
 using skin::SkinState;
 
 template <typename Value, typename Shape>
@@ -26,6 +31,32 @@ void require_cells(const char* name, std::size_t given, std::size_t cells) {
   if (given != cells)
     throw std::invalid_argument(std::string(name) + " has " + std::to_string(given) + " entries, key has " +
                                 std::to_string(cells));
+}
+
+void demand(bool holds, const std::string& message) {
+  if (!holds) throw std::invalid_argument(message);
+}
+
+// Throws std::invalid_argument naming the cell and the value that cannot be.
+void check(const SkinModel& model) {
+  std::set<skin::CellKey> keys;
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const std::string cell = "cell " + std::to_string(i) + ": ";
+    demand(keys.insert(model.key[i]).second, cell + "key " + std::to_string(model.key[i]) + " is given twice");
+    demand(model.link[i] >= 0 && static_cast<std::size_t>(model.link[i]) < model.link_names.size(),
+           cell + "link " + std::to_string(model.link[i]) + " is none of the " +
+               std::to_string(model.link_names.size()) + " links");
+    for (const double value : model.link_from_cell_rotation[i]) demand(std::isfinite(value), cell + "pose not finite");
+    for (const double value : model.link_from_cell_translation[i]) {
+      demand(std::isfinite(value), cell + "pose not finite");
+    }
+    for (const skin::Neighbour& neighbour : model.neighbours[i]) {
+      demand(neighbour.cell >= -1 && neighbour.cell < static_cast<std::int64_t>(model.size()),
+             cell + "neighbour " + std::to_string(neighbour.cell) + " is no cell; -1 means none");
+      demand(neighbour.cell < 0 || (neighbour.port >= 1 && neighbour.port <= 4),
+             cell + "its neighbour's port " + std::to_string(neighbour.port) + " is not between 1 and 4");
+    }
+  }
 }
 
 SkinModel make_model(std::vector<std::string> link_names, InputArray<std::uint32_t> key, InputArray<std::int32_t> link,
@@ -51,6 +82,7 @@ SkinModel make_model(std::vector<std::string> link_names, InputArray<std::uint32
     for (std::size_t port = 0; port < 4; ++port)
       ports[port] = {row[2 * port], static_cast<std::uint8_t>(row[2 * port + 1])};
   }
+  check(model);
   return model;
 }
 
@@ -129,6 +161,47 @@ void bind_skin(nb::module_ module) {
   bind_array<&SkinState::stamp_ns, std::int64_t>(state, "stamp_ns", 0, "(N) host clock at the sample");
   bind_array<&SkinState::health, std::uint8_t>(state, "health", 0, "(N) values of Health");
   bind_array<&SkinState::saturated, std::uint8_t>(state, "saturated", 0, "(N) 1 where a channel is at its end");
+  nb::class_<SkinReader>(module, "SkinReader", "Fills a SkinState from the driver's newest samples.")
+      .def(
+          "__init__",
+          [](SkinReader* self, HostDriver& host, const SkinModel& model, double clock_fresh_s, double event_fresh_s,
+             double stuck_after_s, float tare_limit_n) {
+            const std::vector<driver::CellKey>& keys = host.driver.keys();
+            demand(keys.size() >= model.size(), "the model has " + std::to_string(model.size()) +
+                                                    " cells, the driver only " + std::to_string(keys.size()));
+            for (std::size_t i = 0; i < model.size(); ++i) {
+              demand(keys[i] == model.key[i], "row " + std::to_string(i) + " of the driver is cell " +
+                                                  std::to_string(keys[i]) + ", in the model it is " +
+                                                  std::to_string(model.key[i]));
+            }
+            skin::ReaderOptions options;
+            options.clock_fresh_ns = static_cast<std::int64_t>(clock_fresh_s * 1e9);
+            options.event_fresh_ns = static_cast<std::int64_t>(event_fresh_s * 1e9);
+            options.stuck_after_ns = static_cast<std::int64_t>(stuck_after_s * 1e9);
+            options.tare_limit_n = tare_limit_n;
+            new (self) SkinReader(host.driver.samples(), model, options);
+          },
+          "driver"_a, "model"_a, nb::kw_only(), "clock_fresh_s"_a = 0.02, "event_fresh_s"_a = 0.3,
+          "stuck_after_s"_a = 5.0, "tare_limit_n"_a = 0.5, nb::keep_alive<1, 2>(),
+          R"(`model` must list the driver's cells in its order (ValueError). A cell is stale when its sample is older than
+`clock_fresh_s` or `event_fresh_s`, by its mode; stuck when its acceleration has not changed for `stuck_after_s` while
+that of others does.)")
+      .def("read", &SkinReader::read, "now_ns"_a, "state"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "Fills `state` (a SkinState of the model's size) as of host time `now_ns`; allocates nothing, never waits.")
+      .def(
+          "tare", [](SkinReader& self, double seconds) { self.tare(static_cast<std::int64_t>(seconds * 1e9)); },
+          "seconds"_a,
+          "Averages the forces over the coming `seconds` and subtracts them from then on. Nothing may touch the skin.")
+      .def_prop_ro("taring", &SkinReader::taring)
+      .def_prop_ro("tare_refused", &SkinReader::tare_refused,
+                   "Force sensors whose offset was too large to be one: left as it is.")
+      .def_prop_ro(
+          "force_offset",
+          [](const SkinReader& self) {
+            const std::span<const float> offsets(self.force_offset().data()->data(), 3 * self.force_offset().size());
+            return copy_of(offsets, {self.force_offset().size(), 3});
+          },
+          nb::rv_policy::move, "(N, 3) newton, what the tare subtracts");
 }
 
 }  // namespace robotskin::bindings

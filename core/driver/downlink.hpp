@@ -1,0 +1,46 @@
+// What the host sends to section units: keep-alives, commands to cells, power of ports.
+#pragma once
+
+#include <cstdint>
+
+#include "robotskin/operations.h"
+#include "robotskin/wire.h"
+
+namespace robotskin::driver {
+
+// One command to a cell, or to all cells of a group (target 16383). What index and value mean: operations.h.
+struct Command {
+  std::uint16_t section_unit = 0;
+  std::uint16_t target = RS_ID_ALL;
+  std::uint8_t operation = 0;
+  std::uint16_t index = 0;
+  std::uint64_t value = 0;    // 48 bits
+  std::uint16_t counter = 0;  // filled in by the driver; the answer carries it
+};
+
+struct Reply {
+  std::int64_t heard_ns = 0;
+  std::uint16_t section_unit = 0;
+  std::uint16_t source = 0;
+  std::uint8_t operation = 0;
+  std::uint8_t status = 0;
+  std::uint16_t counter = 0;
+  std::uint16_t index = 0;
+  std::uint64_t value = 0;
+};
+
+// Switches the power of a section unit's port (0: all) on or off.
+struct Power {
+  std::uint16_t section_unit = 0;
+  std::uint8_t unit = 255;  // 255: every unit of the group
+  std::uint8_t port = 0;
+  bool on = true;
+};
+
+// To whom a datagram goes: a unit, or 255 for all of the group.
+struct Recipient {
+  std::uint16_t section_unit = 0;
+  std::uint8_t unit = 255;
+};
+
+}  // namespace robotskin::driver

@@ -1,0 +1,132 @@
+// The driver: datagrams of section units in, the newest checked sample of every cell out.
+//
+// `handle` takes one datagram; what is malformed, foreign, unauthenticated, replayed or seen before is counted and
+// changes nothing. `publish` hands all that has changed to the reading threads, without waiting. `downlink` gives the
+// datagrams that are due to the section units. Neither allocates, locks or throws. One thread calls these three; each
+// table is read by one other thread. Time is an argument: nanoseconds of the host's monotonic clock, growing.
+//
+// Sessions. With a key, a datagram must carry a right tag, must answer one of this driver's own last sessions, and its
+// sequence number must be new; a section unit that restarted is believed once it answers the present session, and then
+// the driver draws itself a new one, so that nothing of before can come back. Without a key anyone can send anything:
+// a new session is then taken for a restart at once, and only sessions that have ended are refused.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driver/cell_index.hpp"
+#include "driver/clock_offset.hpp"
+#include "driver/downlink.hpp"
+#include "driver/keyed_hash.hpp"
+#include "driver/ring.hpp"
+#include "driver/sample.hpp"
+#include "driver/sequence_window.hpp"
+#include "driver/snapshot_table.hpp"
+#include "driver/statistics.hpp"
+#include "driver/topology.hpp"
+
+namespace robotskin::driver {
+
+struct Options {
+  std::vector<CellKey> keys;       // cells in the order of the snapshot
+  std::optional<Key> key;          // pre-shared; none: nothing is authenticated
+  std::uint64_t session_seed = 1;  // sessions are drawn from it: take a random one where anyone may listen
+  std::size_t spare_cells = 0;     // room for cells that are not in `keys`: they are added when first heard
+  std::size_t spare_groups = 0;    // and for their section-unit groups
+};
+
+class Driver {
+ public:
+  static constexpr std::size_t units_max = 64;
+  static constexpr std::int64_t unit_silent_ns = 3 * RS_KEEP_ALIVE_MS * std::int64_t{1'000'000};
+
+  // Throws std::invalid_argument for keys that are no cells or given twice.
+  explicit Driver(const Options& options);
+
+  // ---- The driver's thread ----
+
+  Verdict handle(std::span<const std::uint8_t> datagram, std::int64_t now_ns);
+
+  void publish(std::int64_t now_ns);
+
+  using Sink = std::function<void(const Recipient&, std::span<const std::uint8_t>)>;
+
+  // Hands every datagram that is due to `sink`. Keep-alives are due every 100 ms, and at once after a restart.
+  void downlink(std::int64_t now_ns, const Sink& sink);
+
+  // The unit whose datagram was accepted last.
+  Recipient last_accepted() const { return last_accepted_; }
+
+  // ---- Any one other thread ----
+
+  // Sends a command with the next `downlink`; its counter, by which the replies name it, or nothing if 256 are waiting.
+  std::optional<std::uint16_t> command(Command command);
+  bool power(const Power& power) { return powers_.push(power); }
+  std::optional<Reply> reply() { return replies_.pop(); }
+
+  // The cells that the driver was made with, in the order of the rows.
+  const std::vector<CellKey>& keys() const { return keys_; }
+
+  SnapshotTable<Sample>& samples() { return samples_; }
+  SnapshotTable<TopologyRow>& topology() { return topology_; }
+  SnapshotTable<UnitRow>& units() { return units_; }
+  Statistics& statistics() { return statistics_; }
+  const Statistics& statistics() const { return statistics_; }
+  std::uint32_t session() const { return session_; }
+
+ private:
+  struct Link {
+    std::uint32_t session = 0;
+    SequenceWindow window;
+    ClockOffset clock;
+    std::array<std::uint32_t, 8> ended{};  // sessions, used without a key
+    std::uint8_t next_ended = 0;
+    std::uint64_t missing_counted = 0;
+    std::uint32_t dropped = 0;
+  };
+
+  std::uint32_t draw_session();
+  bool answers_us(std::uint32_t session) const;
+  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
+  std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
+  void take_record(const rs_datagram_header& header, CellIndex::Group& group, Link& link, UnitRow& unit,
+                   const std::uint8_t* record);
+  void take_sample(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns, std::int64_t arrival_ns);
+  void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
+  void count_events(const Sample& before, const rs_clock& frame);
+  void reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns);
+  void send(rs_datagram_kind kind, std::uint16_t count, const Recipient& to, std::uint32_t answering,
+            std::int64_t now_ns, const Sink& sink);
+
+  std::vector<CellKey> keys_;
+  std::optional<KeyedHash> hash_;
+  CellIndex index_;
+  SnapshotTable<Sample> samples_;
+  SnapshotTable<TopologyRow> topology_;
+  SnapshotTable<UnitRow> units_;
+  std::vector<std::uint8_t> references_;  // by row: neighbours that report the cell
+  std::vector<Link> links_;               // by row of units_
+  std::size_t unit_count_ = 0;
+  Recipient last_accepted_;
+
+  std::uint64_t random_;
+  std::uint32_t session_ = 0;
+  std::array<std::uint32_t, 4> own_sessions_{};
+  std::uint32_t sequence_ = 0;
+  std::uint16_t command_counter_ = 0;
+  std::int64_t keep_alive_ns_ = 0;
+  bool keep_alive_due_ = true;
+  std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> out_{};
+
+  Ring<Command, 256> commands_;
+  Ring<Power, 64> powers_;
+  Ring<Reply, 4096> replies_;
+  Statistics statistics_;
+  std::vector<std::int64_t> departures_ns_;  // of the datagrams since the last publication, host clock
+};
+
+}  // namespace robotskin::driver

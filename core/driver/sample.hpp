@@ -1,0 +1,53 @@
+// What the driver keeps of each cell: its newest sample, in counts, and the evidence of its health.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "robotskin/wire.h"
+
+namespace robotskin::driver {
+
+using CellKey = std::uint32_t;  // section-unit group << 16 | id
+
+// One cache line.
+struct alignas(64) Sample {
+  std::int64_t stamp_ns = 0;    // host clock at the sample
+  std::int64_t arrival_ns = 0;  // host clock when its frame reached the section unit
+  std::int64_t moved_ns = 0;    // host clock when the acceleration last differed from the one before
+  std::int64_t gone_ns = 0;  // host clock when the last neighbour stopped reporting the cell; 0: reported, or never was
+  CellKey key = 0;           // 0: the row is not used yet
+  std::uint32_t clock_frames = 0, event_frames = 0;
+  std::uint16_t proximity = 0;
+  std::array<std::uint16_t, 3> force{};
+  std::array<std::int16_t, 3> acceleration{};
+  std::array<std::int16_t, 2> temperature{};
+  std::uint8_t sequence = 0;
+  bool seen : 1 = false;     // a sample has come
+  bool event : 1 = false;    // in event mode
+  bool fault : 1 = false;    // the cell says that a sensor is missing or saturated
+  bool refresh : 1 = false;  // sent for freshness
+};
+static_assert(sizeof(Sample) == 64);
+
+// Writes the channels of a sample frame.
+inline void take_channels(Sample& sample, const rs_clock& frame) {
+  sample.proximity = static_cast<std::uint16_t>(frame.proximity);
+  sample.force = {static_cast<std::uint16_t>(frame.force_1), static_cast<std::uint16_t>(frame.force_2),
+                  static_cast<std::uint16_t>(frame.force_3)};
+  sample.acceleration = {static_cast<std::int16_t>(frame.acceleration_x),
+                         static_cast<std::int16_t>(frame.acceleration_y),
+                         static_cast<std::int16_t>(frame.acceleration_z)};
+  sample.temperature = {static_cast<std::int16_t>(frame.temperature_1), static_cast<std::int16_t>(frame.temperature_2)};
+}
+
+// How long before `arrival_ns` (section unit's clock) the sample was taken. A frame tells its sample's time only within
+// 16 ticks of a millisecond; cell clocks are a little early or late, hence the guard.
+inline std::int64_t sample_age_ns(const rs_clock& frame, std::uint64_t arrival_ns) {
+  constexpr std::uint64_t tick_ns = 1'000'000, cycle_ns = 16 * tick_ns, guard_ns = tick_ns / 2;
+  const std::uint64_t sample_ns = frame.sample_tick * tick_ns + frame.sample_phase * (tick_ns / 64);
+  const std::uint64_t age_ns = (arrival_ns - sample_ns + guard_ns) % cycle_ns;
+  return age_ns > guard_ns ? static_cast<std::int64_t>(age_ns - guard_ns) : 0;
+}
+
+}  // namespace robotskin::driver

@@ -1,0 +1,140 @@
+#include "skin/skin_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "skin/calibration.hpp"
+#include "skin/proximity_curve.hpp"
+
+namespace robotskin::skin {
+namespace {
+
+using driver::Sample;
+
+constexpr float force_step_n = static_cast<float>(force_1_step);
+constexpr float acceleration_step = static_cast<float>(acceleration_x_step * standard_gravity);
+
+// The thermometers' own ranges are narrower than their channels: beyond them a reading cannot be true.
+constexpr double temperature_lowest_c = -45, temperature_highest_c = 130;
+
+bool saturated(const Sample& sample) {
+  const auto at_end = [](int value, int lowest, int highest) { return value <= lowest || value >= highest; };
+  bool any = sample.fault || sample.proximity >= proximity_highest;
+  for (const int force : sample.force) any |= force >= force_1_highest;
+  for (const int axis : sample.acceleration) any |= at_end(axis, acceleration_x_lowest, acceleration_x_highest);
+  any |= at_end(sample.temperature[0], temperature_1_lowest, temperature_1_highest);
+  any |= at_end(sample.temperature[1], temperature_2_lowest, temperature_2_highest);
+  return any;
+}
+
+bool impossible(const Sample& sample) {
+  const auto out = [](double celsius) { return celsius < temperature_lowest_c || celsius > temperature_highest_c; };
+  return out(sample.temperature[0] * temperature_1_step) || out(sample.temperature[1] * temperature_2_step);
+}
+
+}  // namespace
+
+SkinReader::SkinReader(driver::SnapshotTable<Sample>& samples, const SkinModel& model, const ReaderOptions& options)
+    : samples_(samples),
+      options_(options),
+      cells_(model.size()),
+      taken_(cells_, 0),
+      force_offset_(cells_),
+      sum_(cells_) {
+  if (samples.size() < cells_) {
+    throw std::invalid_argument("the model has " + std::to_string(cells_) + " cells, the driver only " +
+                                std::to_string(samples.size()));
+  }
+}
+
+void SkinReader::tare(std::int64_t duration_ns) {
+  if (duration_ns <= 0) throw std::invalid_argument("a tare must last longer than 0 s");
+  tare_ns_ = duration_ns;
+  tare_end_ns_ = 0;
+  std::fill(sum_.begin(), sum_.end(), Sum{});
+}
+
+void SkinReader::finish_tare() {
+  tare_refused_ = 0;
+  for (std::size_t cell = 0; cell < cells_; ++cell) {
+    for (unsigned i = 0; i < 3 && sum_[cell].count > 0; ++i) {
+      const float offset = sum_[cell].force[i] / static_cast<float>(sum_[cell].count);
+      const bool refused = offset > options_.tare_limit_n;
+      tare_refused_ += refused;
+      force_offset_[cell][i] = refused ? 0 : offset;
+    }
+  }
+  tare_ns_ = 0;
+  std::fill(taken_.begin(), taken_.end(), 0U);  // convert everything again
+}
+
+void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) {
+  for (unsigned i = 0; i < 3; ++i) {
+    const float force_n = sample.force[i] * force_step_n;
+    if (taring()) sum_[cell].force[i] += force_n;
+    state.normal_force[cell][i] = std::max(0.0F, force_n - force_offset_[cell][i]);
+    state.acceleration[cell][i] = sample.acceleration[i] * acceleration_step;
+  }
+  if (taring()) ++sum_[cell].count;
+  const double proximity = sample.proximity * proximity_step;
+  state.proximity[cell] = static_cast<float>(proximity);
+  state.distance[cell] = static_cast<float>(distance_from_proximity(proximity));
+  state.temperature[cell] = {static_cast<float>(sample.temperature[0] * temperature_1_step),
+                             static_cast<float>(sample.temperature[1] * temperature_2_step)};
+  state.stamp_ns[cell] = sample.stamp_ns;
+  state.saturated[cell] = saturated(sample);
+}
+
+bool SkinReader::anything_moves(std::span<const Sample> samples, std::int64_t now_ns) const {
+  std::size_t seen = 0, moving = 0;
+  for (const Sample& sample : samples.first(cells_)) {
+    if (!sample.seen) continue;
+    ++seen;
+    moving += now_ns - sample.moved_ns < options_.moving_within_ns;
+  }
+  return moving * 2 > seen;
+}
+
+void SkinReader::read(std::int64_t now_ns, SkinState& state) {
+  if (state.size() != cells_) {
+    throw std::invalid_argument("the state has " + std::to_string(state.size()) + " cells, the model " +
+                                std::to_string(cells_));
+  }
+  if (&state != last_) {
+    last_ = &state;
+    std::fill(taken_.begin(), taken_.end(), 0U);
+  }
+  if (taring() && tare_end_ns_ == 0) {
+    tare_end_ns_ = now_ns + tare_ns_;
+    std::fill(taken_.begin(), taken_.end(), 0U);
+  } else if (taring() && now_ns >= tare_end_ns_) {
+    finish_tare();
+  }
+  const std::span<const Sample> samples = samples_.read();
+  const bool others_move = anything_moves(samples, now_ns);
+  for (std::size_t cell = 0; cell < cells_; ++cell) {
+    const Sample& sample = samples[cell];
+    if (!sample.seen) {
+      state.health[cell] = sample.gone_ns != 0 ? Health::dead : Health::never_seen;
+      continue;
+    }
+    const std::uint32_t frames = sample.clock_frames + sample.event_frames;
+    if (taken_[cell] != frames) {
+      taken_[cell] = frames;
+      take(cell, sample, state);
+    }
+    const std::int64_t fresh_ns = sample.event ? options_.event_fresh_ns : options_.clock_fresh_ns;
+    if (now_ns - sample.stamp_ns > fresh_ns) {
+      state.health[cell] = sample.gone_ns > sample.stamp_ns ? Health::dead : Health::stale;
+    } else if (impossible(sample) || (others_move && now_ns - sample.moved_ns > options_.stuck_after_ns)) {
+      state.health[cell] = Health::stuck;
+    } else {
+      state.health[cell] = Health::alive;
+    }
+  }
+  state.time_ns = now_ns;
+}
+
+}  // namespace robotskin::skin

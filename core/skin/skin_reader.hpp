@@ -1,0 +1,61 @@
+// Fills the SkinState of a control cycle from the driver's newest samples: SI units, tare, health.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "driver/sample.hpp"
+#include "driver/snapshot_table.hpp"
+#include "skin/skin_model.hpp"
+#include "skin/skin_state.hpp"
+
+namespace robotskin::skin {
+
+struct ReaderOptions {
+  std::int64_t clock_fresh_ns = 20'000'000;     // five periods of 250 Hz: a cell in clock mode is stale beyond it
+  std::int64_t event_fresh_ns = 300'000'000;    // event mode: a full frame comes at least every 250 ms
+  std::int64_t stuck_after_ns = 5'000'000'000;  // acceleration unchanged for so long, while that of others changes
+  std::int64_t moving_within_ns = 1'000'000'000;
+  float tare_limit_n = 0.5F;  // an offset beyond it is a touch or a broken sensor, and is left in
+};
+
+class SkinReader {
+ public:
+  // `samples` must hold a row for each cell of the model, in its order. Throws std::invalid_argument otherwise.
+  SkinReader(driver::SnapshotTable<driver::Sample>& samples, const SkinModel& model, const ReaderOptions& options = {});
+
+  // The cycle: no allocation, no waiting. `state` must have the model's size (std::invalid_argument); `now_ns` is the
+  // host clock. Always the same state object: values of cells that have nothing new are left as they stand in it.
+  void read(std::int64_t now_ns, SkinState& state);
+
+  // From the next `read` on and for `duration_ns`, averages the forces of every cell; then subtracts the average.
+  // Nothing may touch the skin meanwhile.
+  void tare(std::int64_t duration_ns);
+  bool taring() const { return tare_ns_ != 0; }
+  std::size_t tare_refused() const { return tare_refused_; }  // force sensors whose offset passed the limit
+  const std::vector<std::array<float, 3>>& force_offset() const { return force_offset_; }  // (N, 3) newton
+
+ private:
+  void take(std::size_t cell, const driver::Sample& sample, SkinState& state);
+  void finish_tare();
+  bool anything_moves(std::span<const driver::Sample> samples, std::int64_t now_ns) const;
+
+  driver::SnapshotTable<driver::Sample>& samples_;
+  ReaderOptions options_;
+  std::size_t cells_;
+  std::vector<std::uint32_t> taken_;  // frames of the cell when its values were last converted
+  std::vector<std::array<float, 3>> force_offset_;
+  struct Sum {
+    std::array<float, 3> force{};
+    std::uint32_t count = 0;
+  };
+  std::vector<Sum> sum_;
+  std::int64_t tare_ns_ = 0;  // duration asked for; 0: none
+  std::int64_t tare_end_ns_ = 0;
+  std::size_t tare_refused_ = 0;
+  const SkinState* last_ = nullptr;
+};
+
+}  // namespace robotskin::skin
