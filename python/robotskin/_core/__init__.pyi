@@ -1,0 +1,13 @@
+"""
+The compiled core of robotskin: one submodule for each stage of the flow.
+"""
+
+from robotskin._core import (
+    control as control,
+    driver as driver,
+    firmware as firmware,
+    model as model,
+    robot as robot,
+    skin as skin,
+    world as world,
+)

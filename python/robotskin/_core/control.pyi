@@ -1,0 +1,1 @@
+"""Stage 7: tasks, fusion and the torque resolver."""

@@ -1,0 +1,242 @@
+"""Stage 0: the robot's kinematics and dynamics, states and commands."""
+
+import enum
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+import robotskin.errors
+
+NEVER_NS: int = -9223372036854775808
+
+class JointState:
+    """Measured joints: rad, rad/s, Nm; m, m/s, N if prismatic."""
+
+    def __init__(self, joint_count: int) -> None: ...
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def stamp_ns(self) -> int:
+        """Host clock when measured; NEVER_NS if never."""
+
+    @stamp_ns.setter
+    def stamp_ns(self, arg: int, /) -> None: ...
+    @property
+    def position(self) -> NDArray[numpy.float64]:
+        """(n) rad"""
+
+    @position.setter
+    def position(
+        self, arg: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)], /
+    ) -> None: ...
+    @property
+    def velocity(self) -> NDArray[numpy.float64]:
+        """(n) rad/s"""
+
+    @velocity.setter
+    def velocity(
+        self, arg: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)], /
+    ) -> None: ...
+    @property
+    def effort(self) -> NDArray[numpy.float64]:
+        """(n) Nm, measured, positive along the joint's axis"""
+
+    @effort.setter
+    def effort(
+        self, arg: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)], /
+    ) -> None: ...
+
+class CommandMode(enum.Enum):
+    """The interface a command goes through."""
+
+    position = 0
+
+    velocity = 1
+
+    torque = 2
+
+class JointCommand:
+    """What the joints are told for one cycle."""
+
+    def __init__(self, mode: CommandMode, joint_count: int) -> None: ...
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def mode(self) -> CommandMode: ...
+    @mode.setter
+    def mode(self, arg: CommandMode, /) -> None: ...
+    @property
+    def value(self) -> NDArray[numpy.float64]:
+        """(n) rad, rad/s or Nm by mode"""
+
+    @value.setter
+    def value(
+        self, arg: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)], /
+    ) -> None: ...
+
+class PortStatus(enum.Enum):
+    """How a robot answered a read or a write."""
+
+    ok = 0
+
+    no_new_state = 1
+
+    refused = 2
+
+    disconnected = 3
+
+class RobotPort:
+    """The one interface through which anything moves a robot."""
+
+    @property
+    def joint_count(self) -> int: ...
+    def offers(self, mode: CommandMode) -> bool: ...
+    def read(self, state: JointState) -> PortStatus:
+        """Fills the state; `no_new_state` leaves it as it was."""
+
+    def write(self, command: JointCommand) -> PortStatus:
+        """Holds until the next write or stop."""
+
+    def stop(self) -> None:
+        """Brings the robot to rest and keeps it there against gravity."""
+
+class ModelError(robotskin.errors.RobotskinError):
+    pass
+
+BASE: int = -1
+
+UNBOUNDED: float = 1000000000.0
+
+class JointKind(enum.Enum):
+    revolute = 0
+
+    prismatic = 1
+
+class RobotModel:
+    """
+    What is constant about a robot of n joints and l links on a fixed base.
+
+    Lengths in m, angles in rad. Joints come before their children, the base link comes first.
+    """
+
+    def __init__(self, urdf: str) -> None:
+        """
+        Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.
+        """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def link_count(self) -> int: ...
+    @property
+    def joint_names(self) -> list[str]: ...
+    @property
+    def link_names(self) -> list[str]: ...
+    @property
+    def joint_parents(self) -> NDArray[numpy.int32]:
+        """(n) index of the joint above, or BASE"""
+
+    @property
+    def joint_kinds(self) -> list[JointKind]: ...
+    @property
+    def joint_axes(self) -> NDArray[numpy.float64]:
+        """(n, 3) unit vectors in the joint's frame"""
+
+    @property
+    def parent_from_joint(self) -> NDArray[numpy.float64]:
+        """(n, 4, 4) with the joint at zero"""
+
+    @property
+    def lower(self) -> NDArray[numpy.float64]:
+        """(n) rad or m, -inf if unbounded"""
+
+    @property
+    def upper(self) -> NDArray[numpy.float64]:
+        """(n) rad or m, inf if unbounded"""
+
+    @property
+    def velocity_limit(self) -> NDArray[numpy.float64]:
+        """(n) rad/s or m/s"""
+
+    @property
+    def effort_limit(self) -> NDArray[numpy.float64]:
+        """(n) Nm or N"""
+
+    @property
+    def link_joints(self) -> NDArray[numpy.int32]:
+        """(l) index of the joint that carries the link, or BASE"""
+
+    @property
+    def joint_from_link(self) -> NDArray[numpy.float64]:
+        """(l, 4, 4) constant"""
+
+    def joint_index(self, joint: str) -> int:
+        """Raises ModelError for an unknown name."""
+
+    def link_index(self, link: str) -> int:
+        """Raises ModelError for an unknown name."""
+
+class RobotDynamics:
+    """
+    Where the links are and how the robot answers to forces, at the last update.
+
+    All in the base frame, SI units: M(q) a + C(q, v) v + g(q) = torque.
+    """
+
+    def __init__(self, model: RobotModel) -> None: ...
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def link_count(self) -> int: ...
+    def update(
+        self,
+        q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        v: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """
+        Computes all results for q (n) rad and v (n) rad/s; ValueError leaves them as they were.
+        """
+
+    @property
+    def base_from_joint(self) -> NDArray[numpy.float64]:
+        """(n, 4, 4)"""
+
+    @property
+    def joint_motions(self) -> NDArray[numpy.float64]:
+        """
+        (n, 6) linear velocity at the base origin, then angular velocity, of a unit velocity of each joint
+        """
+
+    @property
+    def mass_matrix(self) -> NDArray[numpy.float64]:
+        """(n, n)"""
+
+    @property
+    def gravity_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm that hold the robot still"""
+
+    @property
+    def nonlinear_effects(self) -> NDArray[numpy.float64]:
+        """(n) Nm, C v + g"""
+
+    def forward_dynamics(
+        self, torque: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    ) -> NDArray[numpy.float64]:
+        """(n) rad/s2 from torque (n) Nm."""
+
+    def solve_mass(
+        self,
+        right_side: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    ) -> NDArray[numpy.float64]:
+        """(n) M^-1 right_side."""
+
+    def base_from_link(self, link: int) -> NDArray[numpy.float64]:
+        """(4, 4)"""
+
+    def link_jacobian(self, link: int) -> NDArray[numpy.float64]:
+        """
+        (6, n) velocity of the link's origin, then angular velocity, along the axes of the base.
+        """

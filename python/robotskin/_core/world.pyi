@@ -1,0 +1,424 @@
+"""The simulated two ends: links between cells, and the robot's body."""
+
+from collections.abc import Sequence
+import enum
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+import robotskin._core.model
+
+class Imperfections:
+    """
+    How far simulated sensors are from ideal ones; offsets and scales are drawn within +-.
+    """
+
+    def __init__(self) -> None: ...
+    @staticmethod
+    def none() -> Imperfections:
+        """Ideal sensors: quantised and limited, nothing else."""
+
+    @property
+    def proximity_noise_counts(self) -> float: ...
+    @proximity_noise_counts.setter
+    def proximity_noise_counts(self, arg: float, /) -> None: ...
+    @property
+    def proximity_offset_counts(self) -> float: ...
+    @proximity_offset_counts.setter
+    def proximity_offset_counts(self, arg: float, /) -> None: ...
+    @property
+    def proximity_scale(self) -> float: ...
+    @proximity_scale.setter
+    def proximity_scale(self, arg: float, /) -> None: ...
+    @property
+    def force_noise_counts(self) -> float: ...
+    @force_noise_counts.setter
+    def force_noise_counts(self, arg: float, /) -> None: ...
+    @property
+    def force_offset_counts(self) -> float: ...
+    @force_offset_counts.setter
+    def force_offset_counts(self, arg: float, /) -> None: ...
+    @property
+    def force_scale(self) -> float: ...
+    @force_scale.setter
+    def force_scale(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_noise_g(self) -> float: ...
+    @acceleration_noise_g.setter
+    def acceleration_noise_g(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_offset_g(self) -> float: ...
+    @acceleration_offset_g.setter
+    def acceleration_offset_g(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_scale(self) -> float: ...
+    @acceleration_scale.setter
+    def acceleration_scale(self, arg: float, /) -> None: ...
+    @property
+    def temperature_noise_c(self) -> float: ...
+    @temperature_noise_c.setter
+    def temperature_noise_c(self, arg: float, /) -> None: ...
+    @property
+    def temperature_offset_c(self) -> float: ...
+    @temperature_offset_c.setter
+    def temperature_offset_c(self, arg: float, /) -> None: ...
+    @property
+    def drift_counts(self) -> float: ...
+    @drift_counts.setter
+    def drift_counts(self, arg: float, /) -> None: ...
+    @property
+    def drift_period_s(self) -> float: ...
+    @drift_period_s.setter
+    def drift_period_s(self, arg: float, /) -> None: ...
+
+class ServoGains:
+    """Inner position loop: C v + g + M (kp e + kd de/dt + ki integral e)."""
+
+    def __init__(self) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """1/s^2"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """1/s"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+    @property
+    def integral(self) -> float:
+        """1/s^3"""
+
+    @integral.setter
+    def integral(self, arg: float, /) -> None: ...
+
+class HandDescription:
+    """A weightless ball on three sliding joints of the world."""
+
+    def __init__(self, body: int, joint: int, radius_m: float, mass_kg: float, parking: Sequence[float]) -> None: ...
+    @property
+    def radius_m(self) -> float: ...
+    @property
+    def mass_kg(self) -> float: ...
+
+class HandTask(enum.Enum):
+    """What a hand is doing."""
+
+    parked = 0
+
+    approaching = 1
+
+    pushing = 2
+
+    leaving = 3
+
+class SimulatedRobot(robotskin._core.model.RobotPort):
+    """A robot that exists in MuJoCo only, behind the port of a real one."""
+
+class Body:
+    """
+    Robot, cells, hands and objects in one MuJoCo model, shared with Python.
+    """
+
+    def __init__(
+        self,
+        model_address: int,
+        data_address: int,
+        owner: object,
+        cell_body: Sequence[int],
+        cell_geom: Sequence[int],
+        body_from_cell: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 4, 4), order="C", device="cpu", writable=False)
+        ],
+        object_body: Sequence[int],
+        object_temperature: Sequence[float],
+        ambient_temperature: float,
+        hands: Sequence[HandDescription],
+        robot_joints: Sequence[int],
+        effort_limit: Sequence[float],
+        gains: ServoGains,
+        imperfections: Imperfections,
+        seed: int,
+    ) -> None: ...
+    def step(self, time_ns: int) -> None:
+        """One physics step from this time on."""
+
+    @property
+    def robot(self) -> SimulatedRobot: ...
+    @property
+    def sensor_force(self) -> NDArray[numpy.float64]:
+        """(N, 3) newton, what each force sensor truly feels"""
+
+    @property
+    def object_force(self) -> list[float]:
+        """(O) newton, MuJoCo's normal contact force of each object on all cells"""
+
+    @property
+    def specific_force(self) -> NDArray[numpy.float64]:
+        """(N, 3) m/s^2 in each cell's frame"""
+
+    def distance(self) -> NDArray[numpy.float64]:
+        """
+        (N, 1) metres to the nearest object, inf where there is none within reach
+        """
+
+    def temperature(self, time_ns: int) -> NDArray[numpy.float64]:
+        """(N, 2) degrees Celsius of board and surface"""
+
+    def sample(self, cell: int, time_ns: int) -> list[int]:
+        """The nine channels in counts, imperfections included."""
+
+    def world_from_cell(self) -> NDArray[numpy.float64]: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def saturated_samples(self) -> int: ...
+    def hand_push(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, /) -> None: ...
+    def hand_approach(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, arg5: float, /) -> None: ...
+    def hand_leave(self, arg: int, /) -> None: ...
+    def hand_task(self, arg: int, /) -> HandTask: ...
+    def hand_cell(self, arg: int, /) -> int: ...
+
+class LineQuality:
+    """How good wires and clocks are; the faults of a run come from its seed."""
+
+    def __init__(self) -> None: ...
+    @property
+    def jitter_us(self) -> float:
+        """a frame takes up to this much longer than its 50 us"""
+
+    @jitter_us.setter
+    def jitter_us(self, arg: float, /) -> None: ...
+    @property
+    def lost_share(self) -> float:
+        """of frames, on each wire"""
+
+    @lost_share.setter
+    def lost_share(self, arg: float, /) -> None: ...
+    @property
+    def bit_error_rate(self) -> float:
+        """before the checksum is seen"""
+
+    @bit_error_rate.setter
+    def bit_error_rate(self, arg: float, /) -> None: ...
+    @property
+    def clock_drift_ppm(self) -> float:
+        """each cell's clock, within +-"""
+
+    @clock_drift_ppm.setter
+    def clock_drift_ppm(self, arg: float, /) -> None: ...
+    @property
+    def power_up_spread_us(self) -> float:
+        """cells start within this time"""
+
+    @power_up_spread_us.setter
+    def power_up_spread_us(self, arg: float, /) -> None: ...
+
+class UnitDescription:
+    """A section unit and the cells at its ports."""
+
+    def __init__(self, section_unit: int, unit: int, ports: Sequence[tuple[int, int]]) -> None: ...
+    @property
+    def section_unit(self) -> int: ...
+    @property
+    def unit(self) -> int: ...
+
+class NetworkOptions:
+    """How a network is run."""
+
+    def __init__(self) -> None: ...
+    @property
+    def line(self) -> LineQuality: ...
+    @line.setter
+    def line(self, arg: LineQuality, /) -> None: ...
+    @property
+    def batch_us(self) -> int:
+        """a frame waits at most this long for its datagram; 0: no other"""
+
+    @batch_us.setter
+    def batch_us(self, arg: int, /) -> None: ...
+    @property
+    def unasked(self) -> bool:
+        """section units send without a keep-alive"""
+
+    @unasked.setter
+    def unasked(self, arg: bool, /) -> None: ...
+    @property
+    def powered(self) -> bool:
+        """ports have power from the start"""
+
+    @powered.setter
+    def powered(self, arg: bool, /) -> None: ...
+    @property
+    def epoch_ns(self) -> int:
+        """the section units' clock at virtual time 0"""
+
+    @epoch_ns.setter
+    def epoch_ns(self, arg: int, /) -> None: ...
+    @property
+    def seed(self) -> int: ...
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
+class NetworkCounts:
+    """What has happened in a network since its start."""
+
+    @property
+    def frames_sent(self) -> int:
+        """begun on a wire with something at its end"""
+
+    @property
+    def frames_delivered(self) -> int:
+        """hops"""
+
+    @property
+    def frames_lost(self) -> int:
+        """on a wire: by chance, cut, or to a dead cell"""
+
+    @property
+    def frames_damaged(self) -> int:
+        """by bit errors"""
+
+    @property
+    def cell_steps(self) -> int: ...
+    @property
+    def events(self) -> int: ...
+    @property
+    def datagrams(self) -> int: ...
+    @property
+    def datagram_bytes(self) -> int: ...
+    @property
+    def records(self) -> int:
+        """frames inside datagrams"""
+
+class Network:
+    """Cells, wires and section units in virtual time."""
+
+    @property
+    def cell_count(self) -> int: ...
+    @property
+    def unit_count(self) -> int: ...
+    @property
+    def counts(self) -> NetworkCounts: ...
+    @property
+    def frames_dropped(self) -> int:
+        """by full queues of cells and section units"""
+
+    @property
+    def queue_peaks(self) -> list[int]:
+        """(N) frames waiting in a cell at once, at most"""
+
+    @property
+    def depths(self) -> list[int]:
+        """(N) hops to the nearest powered port over wires that work, -1: none"""
+
+    @property
+    def formed(self) -> bool:
+        """every cell that can be reached has an id and its shortest path"""
+
+    @property
+    def log_hash(self) -> int:
+        """of every frame and datagram so far"""
+
+    def alive(self, arg: int, /) -> bool: ...
+    def cell_id(self, arg: int, /) -> int: ...
+    def cell_hops(self, arg: int, /) -> int: ...
+    def cell_parent_port(self, arg: int, /) -> int: ...
+    def cell_led(self, arg: int, /) -> int: ...
+    def cut(self, cell: int, port: int, out: bool = True, in_: bool = True) -> None:
+        """The wire at this port carries nothing any more."""
+
+    def mend(self, cell: int, port: int) -> None: ...
+    def kill(self, cell: int) -> None: ...
+    def reboot(self, cell: int, off_ns: int = 0) -> None:
+        """Starts a cell, after this time without power."""
+
+class Transport:
+    """Carries datagrams between section units and host."""
+
+class Mailbox(Transport):
+    """In process: datagrams wait until they are taken."""
+
+    def __init__(self) -> None: ...
+    @property
+    def overflowed(self) -> int:
+        """datagrams that gave way because nobody took them"""
+
+    def post(self, unit: int, datagram: bytes) -> None:
+        """From the host to a section unit (its index)."""
+
+    def take(self) -> list:
+        """
+        What the section units have sent: (unit index, virtual time in ns, datagram) in order.
+        """
+
+class World:
+    """Body and network in step."""
+
+    def __init__(
+        self,
+        body: Body | None,
+        neighbours: Annotated[NDArray[numpy.int32], dict(shape=(None, 4, 2), order="C", device="cpu", writable=False)],
+        id: Sequence[int],
+        units: Sequence[UnitDescription],
+        options: NetworkOptions,
+        transport: Transport,
+        step_s: float = 0.001,
+    ) -> None: ...
+    def run(self, duration_ns: int) -> None: ...
+    @property
+    def time_ns(self) -> int: ...
+    @property
+    def formed_ns(self) -> int:
+        """virtual time when the network first was whole, -1: not yet"""
+
+    @property
+    def network(self) -> Network: ...
+
+class Traffic:
+    """
+    The datagrams of section units with many cells in clock mode, without simulating cells.
+    """
+
+    def __init__(
+        self,
+        cells: int = 1260,
+        *,
+        rate_hz: int = 250,
+        key: bytes | None = None,
+        records_per_datagram: int = 71,
+        seed: int = 1,
+        event_mode: bool = False,
+    ) -> None: ...
+    def keys(self) -> list[int]: ...
+    def hear(self, arg: bytes, /) -> None: ...
+    def step(self, now_ns: int) -> list[bytes]:
+        """
+        The datagrams of the millisecond that ends at `now_ns` of the section units' clock.
+        """
+
+    def flush(self, now_ns: int) -> list[bytes]:
+        """The datagrams of what still waits for its datagram to fill."""
+
+    def sent(self) -> dict[str, numpy.ndarray]:
+        """The last frame of each cell, sent or waiting, in counts."""
+
+def send_traffic(
+    to: tuple[str, int],
+    local: tuple[str, int],
+    seconds: float,
+    *,
+    cells: int = 1260,
+    rate_hz: int = 250,
+    key: bytes | None = None,
+    records_per_datagram: int = 69,
+    seed: int = 1,
+    patience_s: float = 10.0,
+) -> dict[str, float]:
+    """
+    Sends traffic over UDP in steps of a millisecond, as soon as a host listens; what was sent.
+    Raises RuntimeError if no host sends a keep-alive within `patience_s`.
+    """
