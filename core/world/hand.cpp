@@ -97,7 +97,7 @@ void Hand::drive(const mjModel& model, mjData& data, const Mounting& mounting) {
   double inwards = 0;  // along the inward normal
   if (task_ == Task::pushing) {
     if (gap_m > touch_m && ramp_n_ == 0) {
-      const double speed = std::min(speed_max_m_s, 0.02 + 5 * gap_m);
+      const double speed = std::min(speed_max_m_s, 0.03 + 8 * gap_m);
       inwards = std::clamp(description_.mass_kg / 0.01 * (speed - closing), -force_n_, force_n_);
     } else {
       ramp_n_ =

@@ -11,6 +11,9 @@ namespace {
 // The servo's memory is limited, so that an arm held by force does not jump when it is let go.
 constexpr double lead_max = 0.05;        // rad or m, how far the velocity goal may run ahead
 constexpr double error_sum_max = 0.002;  // rad s
+// A stop first brakes, then holds the place where the robot came to rest.
+constexpr double rest_speed = 0.005;  // rad/s or m/s
+constexpr double brake_max_s = 0.3;
 
 }  // namespace
 
@@ -55,16 +58,27 @@ PortStatus SimulatedRobot::write(const JointCommand& command) noexcept {
     std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
     std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
   }
+  braking_s_ = 0;
   command_.mode = command.mode;
   std::copy(command.value.begin(), command.value.end(), command_.value.begin());
   return PortStatus::ok;
 }
 
 void SimulatedRobot::stop() noexcept {
+  braking_s_ = brake_max_s;
   command_.mode = CommandMode::velocity;
   std::fill(command_.value.begin(), command_.value.end(), 0.0);
   std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
   std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
+}
+
+void SimulatedRobot::brake(const mjData& data, double step_s) noexcept {
+  bool at_rest = true;
+  for (std::size_t i = 0; i < joint_count(); ++i) {
+    goal_[i] = data.qpos[position_address_[i]];
+    at_rest = at_rest && std::abs(data.qvel[velocity_address_[i]]) < rest_speed;
+  }
+  braking_s_ = at_rest ? 0 : braking_s_ - step_s;
 }
 
 void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
@@ -73,6 +87,7 @@ void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
     for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] = command_.value[i];
   } else {
     const double step_s = model.opt.timestep;
+    if (braking_s_ > 0) brake(data, step_s);
     for (std::size_t i = 0; i < n; ++i) {
       const double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
       double goal_velocity = 0;

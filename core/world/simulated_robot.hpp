@@ -37,6 +37,8 @@ class SimulatedRobot : public RobotPort {
   void measure(const mjData_& data, std::int64_t stamp_ns) noexcept;
 
  private:
+  void brake(const mjData_& data, double step_s) noexcept;
+
   std::vector<int> position_address_, velocity_address_;
   std::vector<double> effort_limit_;
   ServoGains gains_;
@@ -45,6 +47,7 @@ class SimulatedRobot : public RobotPort {
   std::vector<double> error_sum_;        // (n) integral of the position error
   std::vector<double> wanted_, torque_;  // (nv) of the whole MuJoCo model
   JointState measured_;
+  double braking_s_ = 0;  // left of the time in which a stop may brake
   bool unread_ = false;
 };
 

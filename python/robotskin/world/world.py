@@ -38,6 +38,7 @@ class World:
         joint_friction: Coulomb friction of each joint, Nm or N; scalar or (n).
         batch_us: how long a frame waits for its datagram to fill; 0 for one frame a datagram.
         unasked: section units send even if no host has asked.
+        powered: the section units' ports have power from the start; without, the cells sleep and only physics runs.
         epoch_ns: what the section units' clocks show at virtual time 0; also the host time of joint states.
         transport: None for in process (`take_datagrams`, `post`), or a core transport such as `UdpTransport`.
         ambient_temperature: degrees Celsius.
@@ -59,6 +60,7 @@ class World:
         joint_friction: ArrayLike = 0.0,
         batch_us: int = 1000,
         unasked: bool = False,
+        powered: bool = True,
         epoch_ns: int = 0,
         transport: core.Transport | None = None,
         ambient_temperature: float = 30.0,
@@ -101,6 +103,7 @@ class World:
         options.line = line or core.LineQuality()
         options.batch_us = batch_us
         options.unasked = unasked
+        options.powered = powered
         options.epoch_ns = epoch_ns
         options.seed = seed
         self.epoch_ns = epoch_ns

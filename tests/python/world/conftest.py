@@ -1,0 +1,42 @@
+"""A skinned UR5 in its world, made anew for each test."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from robotskin import robots
+from robotskin.layout import Layout, finished
+from robotskin.robots import Robot
+from robotskin.world import World
+
+POSTURE = [0.0, -1.2, 1.4, -1.5, -1.5, 0.0]
+
+
+@pytest.fixture(scope="session")
+def ur5() -> Robot:
+    return robots.load("ur5")
+
+
+@pytest.fixture(scope="session")
+def skin() -> Layout:
+    return finished("ur5")
+
+
+@pytest.fixture
+def make_world(ur5: Robot, skin: Layout, seed: int) -> Callable[..., World]:
+    def make(**options: object) -> World:
+        return World(skin, ur5, **{"seed": seed, "posture": POSTURE, **options})
+
+    return make
+
+
+@pytest.fixture
+def make_body(make_world: Callable[..., World]) -> Callable[..., World]:
+    """A world whose cells have no power, so that only physics and sensors run."""
+    return lambda **options: make_world(powered=False, **options)
+
+
+@pytest.fixture
+def generator(seed: int) -> np.random.Generator:
+    return np.random.default_rng(seed)
