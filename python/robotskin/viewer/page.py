@@ -7,6 +7,7 @@ waits for it, and while nobody looks it only asks whether somebody came.
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,12 +18,13 @@ from robotskin.viewer.network import follow, wired_tree
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.server import address, open_server
-from robotskin.viewer.session_view import SessionView, Snapshot
+from robotskin.viewer.session_view import Health, SessionView, Snapshot
 
 FRAMES_PER_S = 30
 FRAMES_PER_READOUT = 6
 FRAMES_PER_PLOT = 4
 DRAG_NEWTON_PER_METRE = 200.0
+SILENCE_S = 1.5
 
 
 class Page:
@@ -48,6 +50,7 @@ class Page:
         self.scene.on_hand_drag = self._drag_hand
         self._rest: tuple[int, np.ndarray] | None = None
         self._drawn = 0
+        self._last = (-np.inf, 0.0)
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
         self._thread.start()
@@ -110,13 +113,24 @@ class Page:
                 # A late frame is left out, not made up for.
                 due = max(due + period, time.monotonic())
                 if self.server.get_clients():
-                    self.draw(self.session.snapshot())
+                    self.draw(self.session.snapshot(), time.monotonic())
         except BaseException as failure:
             self.failure = failure
             raise
 
-    def draw(self, snapshot: Snapshot) -> None:
-        """Send one moment to the browsers."""
+    def draw(self, snapshot: Snapshot, now_s: float) -> None:
+        """Send one moment to the browsers; `now_s` is the wall clock's, of any origin.
+
+        A session whose time has stood still for `SILENCE_S` is shown as what it is: no cell has a fresh value.
+        """
+        if snapshot.time_s != self._last[0]:
+            self._last = (snapshot.time_s, now_s)
+        silent_s = now_s - self._last[1]
+        if silent_s < SILENCE_S:
+            silent_s = 0.0
+        else:
+            stale = np.full(len(self.session.layout), list(Health).index(Health.STALE))
+            snapshot = replace(snapshot, skin=replace(snapshot.skin, health=stale))
         with self.server.atomic():
             self.scene.move(snapshot.joint_position)
             self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
@@ -125,7 +139,7 @@ class Page:
             self._follow_network(snapshot)
             self._remember(snapshot)
             if self._drawn % FRAMES_PER_READOUT == 0:
-                self.readouts.update(snapshot, self.chosen, self._cable)
+                self.readouts.update(snapshot, self.chosen, self._cable, silent_s)
                 self.controls.update(snapshot)
             if self._drawn % FRAMES_PER_PLOT == 0:
                 self.readouts.update_plots()

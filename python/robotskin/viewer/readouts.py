@@ -65,9 +65,9 @@ class Readouts:
         panel.dock_left()
         panel.set_width(300)
 
-    def update(self, snapshot: Snapshot, cell: int | None, cable: Integers) -> None:
-        """Show a moment, and the numbers of the chosen cell."""
-        _assign(self._state, state_tiles(snapshot))
+    def update(self, snapshot: Snapshot, cell: int | None, cable: Integers, silent_s: float) -> None:
+        """Show a moment that is `silent_s` seconds old, and the numbers of the chosen cell."""
+        _assign(self._state, state_tiles(snapshot, silent_s))
         _assign(self._cell, cell_card(cell, self.layout, cable, snapshot.skin))
         _assign(self._joints, joint_rows(list(self.robot.joint_names), snapshot))
 
@@ -78,15 +78,17 @@ class Readouts:
         self._displacement.show(seconds, displacement)
 
 
-def state_tiles(snapshot: Snapshot) -> str:
-    """The controller's state and the statistics as HTML."""
-    running = not snapshot.stop_reason
-    colour = "#34c38f" if running else "#ff6b5e"
-    reason = "" if running else f'<div style="font-size:12px;line-height:1.35">{escape(snapshot.stop_reason)}</div>'
+def state_tiles(snapshot: Snapshot, silent_s: float = 0.0) -> str:
+    """The controller's state and the statistics as HTML; `silent_s` seconds ago the session gave its last sign."""
+    trouble = snapshot.stop_reason or (f"no news for {silent_s:.0f} s: all numbers are old" if silent_s > 0 else "")
+    colour = "#ff6b5e" if trouble else "#34c38f"
+    skin = "skin on" if snapshot.skin_on else "skin off"
+    detail = trouble or f"{snapshot.interface} interface, {snapshot.mode} mode, {skin}"
     head = (
-        f'<div style="{TILE_STYLE};border-left:3px solid {colour};margin-bottom:6px">'
+        f'<div style="{TILE_STYLE};border-left:3px solid {colour};margin-bottom:6px" '
+        f'data-interface="{escape(snapshot.interface)}" data-mode="{escape(snapshot.mode)}">'
         f'<div style="font-weight:600" data-controller="{escape(snapshot.controller_state)}">'
-        f"{escape(snapshot.controller_state)}</div>{reason}</div>"
+        f'{escape(snapshot.controller_state)}</div><div style="font-size:12px;opacity:.8">{escape(detail)}</div></div>'
     )
     alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == list(Health).index(Health.ALIVE)))
     tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}")]

@@ -1,6 +1,6 @@
 """The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +8,7 @@ import trimesh
 import viser
 
 from robotskin.layout import Layout
+from robotskin.viewer.camera import Camera
 from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import Colours
 from robotskin.viewer.session_view import Ball, Floats, Integers, RobotView, Touch
@@ -164,20 +165,10 @@ class Scene:
             self.on_hand_drag(float(event.target.position[2]) - HANDLE_LIFT_M, event.phase == "end")
 
     def _place_camera(self) -> None:
-        """Look at the robot from its front left, as near as it fits."""
-        corners = [
-            (self._poses[index] @ np.append(corner, 1.0))[:3]
-            for index, bounds in self._bounds.items()
-            for corner in trimesh.bounds.corners(bounds)
-        ]
-        low, high = (np.min(corners, axis=0), np.max(corners, axis=0)) if corners else (-np.ones(3), np.ones(3))
-        centre, reach = (low + high) / 2, float(np.linalg.norm(high - low))
-        direction = np.array([0.75, -1.0, 0.45])
-        camera = self.server.initial_camera
-        camera.fov = 0.7
-        camera.near = 0.01
-        camera.look_at = tuple(centre)
-        camera.position = tuple(centre + direction / np.linalg.norm(direction) * 1.25 * reach)
+        camera = Camera.around(body_corners(self._bounds, self._poses))
+        initial = self.server.initial_camera
+        initial.fov, initial.near = camera.field_of_view_rad, 0.01
+        initial.look_at, initial.position = camera.look_at_m, camera.position_m
 
     # What changes ---------------------------------------------------------------------------------------------------
 
@@ -264,6 +255,16 @@ class Scene:
     def cell_position(self, cell: int) -> Floats:
         """(3,) where the face of a cell is now, in the base frame, metres."""
         return base_from_cell(self._poses, self.cell_link[[cell]], self.layout.link_from_cell[[cell]])[0, :3, 3]
+
+
+def body_corners(bounds: Mapping[int, Floats], base_from_link: Floats) -> Floats:
+    """(K, 3) the corners of the boxes (2, 3) around links, by index of the link; a cube of 2 m where there are none."""
+    corners = [
+        (base_from_link[index] @ np.append(corner, 1.0))[:3]
+        for index, box in bounds.items()
+        for corner in trimesh.bounds.corners(box)
+    ]
+    return np.array(corners) if corners else trimesh.bounds.corners([-np.ones(3), np.ones(3)])
 
 
 def cable_pieces(layout: Layout) -> dict[str, np.ndarray]:

@@ -6,10 +6,12 @@ from stand_in import StandInSession, resting
 from trimesh import transformations
 
 from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M
+from robotskin.viewer.camera import Camera
 from robotskin.viewer.cell_card import cell_card
 from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_position
+from robotskin.viewer.colours import NO_FRESH_VALUE
 from robotskin.viewer.controls import APPROACH, LOOK
-from robotskin.viewer.page import Page
+from robotskin.viewer.page import SILENCE_S, Page
 from robotskin.viewer.readouts import History, joint_rows, state_tiles
 from robotskin.viewer.scene import HANDLE_LIFT_M
 from robotskin.viewer.session_view import Ball, Touch
@@ -88,7 +90,7 @@ def test_links_follow_the_joints(page: Page, seed: int) -> None:
 
 def test_what_did_not_change_is_not_sent_again(page: Page, monkeypatch: pytest.MonkeyPatch) -> None:
     snapshot = page.session.snapshot()
-    page.draw(snapshot)
+    page.draw(snapshot, 0.0)
     sent: list[object] = []
     monkeypatch.setattr(page.server.scene._websock_interface, "queue_message", sent.append)
     page.scene.move(snapshot.joint_position)
@@ -124,7 +126,7 @@ def test_clicks_and_drags_become_commands(page: Page) -> None:
 
 def test_a_session_that_refuses_does_not_break_the_page(page: Page) -> None:
     page.command(lambda: page.session.set_interface("voltage"))
-    page.draw(page.session.snapshot())
+    page.draw(page.session.snapshot(), 0.0)
     assert page.failure is None
 
 
@@ -132,10 +134,10 @@ def test_plots_show_force_and_way_of_the_chosen_cell(page: Page) -> None:
     page.controls.hold.value = True
     page.chosen = 7
     for _ in range(10):
-        page.draw(page.session.snapshot())
+        page.draw(page.session.snapshot(), 0.0)
     page.scene.on_cell_click(7)
     for _ in range(30):
-        page.draw(page.session.snapshot())
+        page.draw(page.session.snapshot(), 0.0)
     _, force, displacement = page.readouts.history.columns()
     assert force[0] == 0
     assert force[-1] == pytest.approx(15.0)
@@ -185,3 +187,28 @@ def test_the_hand_is_shown_at_its_distance(page: Page) -> None:
     assert not page.scene.hands[0].visible
     page.scene.mark(None, None)
     assert not page.scene.cell_frame.visible
+
+
+def test_a_session_that_stands_still_shows_no_fresh_value(page: Page) -> None:
+    snapshot = page.session.snapshot()
+    page.draw(snapshot, 0.0)
+    assert not np.any(np.all(page.scene.colours == NO_FRESH_VALUE, axis=1))
+    page.draw(snapshot, 0.9 * SILENCE_S)
+    assert not np.any(np.all(page.scene.colours == NO_FRESH_VALUE, axis=1))
+    page.draw(snapshot, 1.1 * SILENCE_S)
+    assert np.all(page.scene.colours == NO_FRESH_VALUE)
+    page.draw(page.session.snapshot(), 1.2 * SILENCE_S)
+    assert not np.any(np.all(page.scene.colours == NO_FRESH_VALUE, axis=1))
+    assert "no news for 3 s" in state_tiles(snapshot, 3.0)
+
+
+def test_the_camera_sees_every_corner_of_the_robot(seed: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(200, 3)) * np.array([0.3, 0.2, 0.8])
+    camera = Camera.around(points)
+    pixels = camera.pixels(points, 800, 700)
+    assert np.all((pixels > 0) & (pixels < [800, 700]))
+    assert camera.pixels(camera.look_at_m[None], 900, 700)[0] == pytest.approx([450, 350])
+    higher = camera.pixels(camera.look_at_m[None] + [0, 0, 0.1], 900, 700)[0]
+    assert higher[1] < 350
+    behind = 2 * camera.position_m - camera.look_at_m
+    assert np.all(np.isnan(camera.pixels(behind[None], 900, 700)))
