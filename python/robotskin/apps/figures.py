@@ -1,0 +1,51 @@
+"""Figures with the bounds they have to keep, and the table that shows both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The range in which a figure must lie, ends included."""
+
+    figure: str
+    least: float = -math.inf
+    most: float = math.inf
+
+    def holds(self, figures: Mapping[str, float]) -> bool:
+        """Whether the figure is there, is a number, and lies in the range."""
+        value = figures.get(self.figure, math.nan)
+        return self.least <= value <= self.most
+
+    def __str__(self) -> str:
+        if self.least == self.most:
+            return f"= {self.least:g}"
+        if math.isinf(self.most):
+            return f"≥ {self.least:g}"
+        if math.isinf(self.least):
+            return f"≤ {self.most:g}"
+        return f"{self.least:g} … {self.most:g}"
+
+
+def broken(bounds: Sequence[Bound], figures: Mapping[str, float]) -> list[Bound]:
+    """The bounds that do not hold."""
+    return [bound for bound in bounds if not bound.holds(figures)]
+
+
+def table_of(title: str, figures: Mapping[str, float], bounds: Sequence[Bound]) -> Table:
+    """All figures, with the bound of those that have one and whether it holds."""
+    table = Table(title=title)
+    for heading in ("figure", "measured", "bound", ""):
+        table.add_column(heading, justify="right" if heading == "measured" else "left")
+    by_name = {bound.figure: bound for bound in bounds}
+    for name, value in figures.items():
+        bound = by_name.get(name)
+        verdict = "" if bound is None else "[green]holds[/]" if bound.holds(figures) else "[bold red]BROKEN[/]"
+        number = f"{value:.6g}" if isinstance(value, float) else str(value)
+        table.add_row(name, number, str(bound or ""), verdict)
+    return table

@@ -1,0 +1,220 @@
+"""A session that runs by itself, in real time on a thread of its own, for pages and scripts that look in."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from robotskin._core.robot import SafetyState
+from robotskin._core.world import HandTask
+from robotskin.apps.session import PERIOD_S, Session, SessionError
+from robotskin.viewer.session_view import Ball, SkinReading, Snapshot, Touch
+
+SNAPSHOT_PERIODS = 16
+"""Control periods between two snapshots: some sixty a second."""
+
+RATE_WINDOW_S = 0.5
+PERIODS_BEHIND = 200
+"""How far the session may fall behind the wall clock before it gives up catching up."""
+
+
+class LiveSession:
+    """Runs a booted `Session` until `close`; what is asked of it happens between two periods.
+
+    It is a `robotskin.viewer.session_view.SessionView`: every method may be called from any thread and returns at once.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.robot = session.robot
+        self.layout = session.layout
+        self.title = f"{session.robot.name}, {len(session.layout)} cells"
+        self.failure: BaseException | None = None
+        self._requests: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+        self._touch: Touch | None = None
+        self._touch_until_s: float | None = None
+        self._restart = False
+        self._rates: dict[str, float] = {}
+        self._counted = self._counts()
+        self._snapshot = self._take()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="session")
+        self._thread.start()
+
+    def __enter__(self) -> LiveSession:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Bring the robot to rest and end the thread."""
+        self._closing.set()
+        self._thread.join()
+
+    # ---- What a page asks ----
+
+    def snapshot(self) -> Snapshot:
+        """The latest moment."""
+        return self._snapshot
+
+    def push(self, cell: int, force_n: float, duration_s: float | None = None) -> None:
+        """Push a cell against its normal, for `duration_s` seconds or until `release`."""
+        self._demand_cell(cell)
+        self._ask(lambda: self._begin(Touch(cell, force_n=force_n), duration_s))
+
+    def approach(self, cell: int, distance_m: float) -> None:
+        """Hold a hand at that distance in front of a cell until `release`."""
+        self._demand_cell(cell)
+        self._ask(lambda: self._begin(Touch(cell, distance_m=distance_m), None))
+
+    def release(self) -> None:
+        """Take the hand away."""
+        self._ask(self._end)
+
+    def set_interface(self, interface: str) -> None:
+        """Command the robot through another interface."""
+        self._ask(lambda: self.session.set_interface(interface))
+
+    def set_mode(self, mode: str) -> None:
+        """Let the cells send in another mode."""
+        self._ask(lambda: self.session.set_mode(mode))
+
+    def set_skin(self, on: bool) -> None:
+        """Let the skin move the robot, or not."""
+        self._ask(lambda: self.session.set_skin(on))
+
+    def reset(self) -> None:
+        """Take the hand away, go home, and start the controller again if it had stopped."""
+        self._ask(self._go_home)
+
+    def _demand_cell(self, cell: int) -> None:
+        if not 0 <= cell < len(self.layout):
+            raise SessionError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
+
+    def _ask(self, request: Callable[[], object]) -> None:
+        if self.failure is not None:
+            raise SessionError(f"the session has ended: {self.failure}")
+        self._requests.put(request)
+
+    # ---- On the session's thread ----
+
+    def _begin(self, touch: Touch, duration_s: float | None) -> None:
+        world = self.session.world
+        if touch.force_n > 0:
+            world.push(touch.cell, touch.force_n)
+        else:
+            world.approach(touch.cell, touch.distance_m)
+        self._touch = touch
+        self._touch_until_s = None if duration_s is None else world.time_s + duration_s
+
+    def _end(self) -> None:
+        self.session.world.release()
+        self._touch = self._touch_until_s = None
+
+    def _go_home(self) -> None:
+        self._end()
+        self.session.cycle.request_goal(self.session.home)
+        if self.session.state is SafetyState.stopped:
+            self.session.cycle.request_run(False)
+            self._restart = True
+
+    def _run(self) -> None:
+        try:
+            self._run_until_closed()
+        except BaseException as failure:
+            self.failure = failure
+            raise
+        finally:
+            self.session.shut_down()
+
+    def _run_until_closed(self) -> None:
+        due = time.monotonic()
+        period = 0
+        while not self._closing.is_set():
+            self._obey()
+            self.session.step()
+            period += 1
+            if period % SNAPSHOT_PERIODS == 0:
+                self._measure_rates()
+                self._snapshot = self._take()
+            due = max(due + PERIOD_S, time.monotonic() - PERIODS_BEHIND * PERIOD_S)
+            ahead = due - time.monotonic()
+            if ahead > PERIOD_S:
+                time.sleep(ahead)
+
+    def _obey(self) -> None:
+        while not self._requests.empty():
+            self._requests.get()()
+        if self._touch_until_s is not None and self.session.world.time_s >= self._touch_until_s:
+            self._end()
+        if self._restart and self.session.state is SafetyState.ready:
+            self.session.cycle.request_run(True)
+            self._restart = False
+
+    def _counts(self) -> dict[str, float]:
+        driver = self.session.driver.statistics()
+        return {
+            "wall_s": time.monotonic(),
+            "virtual_s": self.session.world.time_s,
+            "frames": float(driver["frames"]),
+            "datagrams": float(driver["accepted"]),
+            "driver_s": self.session.driver_seconds,
+        }
+
+    def _measure_rates(self) -> None:
+        wall_s = time.monotonic() - self._counted["wall_s"]
+        if wall_s < RATE_WINDOW_S:
+            return
+        now = self._counts()
+        gone = {name: now[name] - before for name, before in self._counted.items()}
+        self._counted = now
+        virtual_s = max(gone["virtual_s"], PERIOD_S)
+        self._rates = {
+            "realtime_factor": gone["virtual_s"] / wall_s,
+            "frames_per_s": gone["frames"] / virtual_s,
+            "datagrams_per_s": gone["datagrams"] / virtual_s,
+            "driver_cpu_percent": 100.0 * gone["driver_s"] / virtual_s,
+            "frames_lost": float(self.session.frames_lost),
+        }
+
+    def _take(self) -> Snapshot:
+        session = self.session
+        report = session.cycle.report
+        stopped = report.state in (SafetyState.stopped, SafetyState.degraded)
+        return Snapshot(
+            time_s=session.world.time_s,
+            joint_position=np.array(session.joints.position),
+            skin=self._reading(),
+            interface=session.interface,
+            mode=session.mode,
+            skin_on=session.skin_on,
+            controller_state=report.state.name,
+            stop_reason=report.text if stopped else "",
+            touch=self._touch,
+            hands=[
+                Ball(np.array(hand.position_m), hand.radius_m)
+                for hand in session.world.hands
+                if hand.task is not HandTask.parked
+            ],
+            statistics=dict(self._rates),
+            parent=None,
+        )
+
+    def _reading(self) -> SkinReading:
+        skin = self.session.skin
+        stamp_ns = np.array(skin.stamp_ns)
+        age_s = np.where(stamp_ns > 0, (skin.time_ns - stamp_ns) * 1e-9, np.inf)
+        return SkinReading(
+            normal_force=np.array(skin.normal_force),
+            proximity=np.array(skin.proximity),
+            distance=np.array(skin.distance),
+            acceleration=np.array(skin.acceleration),
+            temperature=np.array(skin.temperature),
+            health=np.array(skin.health),
+            age_s=age_s,
+        )

@@ -1,0 +1,130 @@
+"""The scripted demonstration: the same pushes through each interface, and the figures that tell whether it felt them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from robotskin.apps.figures import Bound
+from robotskin.apps.session import INTERFACES, Session
+from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
+
+FORCE_N = 15.0
+HOLD_S = 2.0
+PRESS_N = 10.0
+SCRIPT_S = 36.0
+"""Simulated seconds that one interface takes at least."""
+
+Progress = Callable[[str], None]
+
+
+def bounds() -> list[Bound]:
+    """What must hold."""
+    found = [Bound("realtime_factor", least=1.0), Bound("force_balance_error", most=0.05)]
+    for interface in INTERFACES:
+        found += [
+            Bound(f"{interface}_displacement_m", 0.03, 0.15),
+            Bound(f"{interface}_event_displacement_m", 0.03, 0.15),
+            Bound(f"{interface}_displacement_skin_off_m", most=0.005),
+            Bound(f"{interface}_displacement_masked_m", most=0.005),
+            Bound(f"{interface}_return_error_rad", most=0.02),
+            Bound(f"{interface}_limit_violations", 0, 0),
+        ]
+    return [*found, Bound("frames_lost", 0, 0)]
+
+
+def run(session: Session, link: str, seconds: float, progress: Progress = lambda _text: None) -> dict[str, float]:
+    """Boot the session, push the robot through every interface, and measure.
+
+    Args:
+        session: fresh, not booted.
+        link: whose cells are pushed.
+        seconds: simulated seconds for each interface; what the script leaves over is filled with random touches.
+        progress: told what happens next.
+    """
+    started = time.perf_counter()
+    figures: dict[str, float] = {}
+    progress("boot")
+    figures["boot_s"] = session.boot()
+    figures["formation_ms"] = 1e3 * (session.world.formation_s or float("nan"))
+    missing_at_boot = session.frames_lost
+    cell = pushed_cell(session, link)
+    figures["pushed_cell"] = cell
+    errors = []
+    for interface in INTERFACES:
+        figures |= _interface_figures(session, interface, cell, seconds, progress)
+        progress(f"{interface}: presses on a cell, a seam and an edge")
+        errors += _force_errors(session, cell, link)
+    figures["force_balance_error"] = max(errors)
+    figures["frames_lost"] = session.frames_lost - missing_at_boot
+    figures["simulated_s"] = session.world.time_s
+    figures["realtime_factor"] = session.world.time_s / (time.perf_counter() - started)
+    return figures
+
+
+def _interface_figures(
+    session: Session, interface: str, cell: int, seconds: float, progress: Progress
+) -> dict[str, float]:
+    began = session.world.time_s
+    violations = session.cycle.report.violations
+    session.set_interface(interface)
+    session.run(0.5)
+
+    progress(f"{interface}: push with the skin on")
+    on = push_and_release(session, cell, FORCE_N, HOLD_S)
+    session.set_mode("event")
+    session.run(0.5)
+    progress(f"{interface}: the same in event mode")
+    event = push_and_release(session, cell, FORCE_N, HOLD_S)
+    session.set_mode("clock")
+    session.set_skin(False)
+    session.run(0.5)
+    progress(f"{interface}: the same with the skin off")
+    off = push_and_release(session, cell, FORCE_N, HOLD_S, rest_s=1.0)
+    session.set_skin(True)
+    patch = int(session.layout.patch[cell])
+    session.mask_patch(patch, True)
+    session.run(0.5)
+    progress(f"{interface}: the same with the patch masked")
+    masked = push_and_release(session, cell, FORCE_N, HOLD_S, rest_s=1.0)
+    session.mask_patch(patch, False)
+    session.run(0.5)
+
+    progress(f"{interface}: random touches")
+    _touch_at_random(session, began + seconds)
+    return {
+        f"{interface}_displacement_m": on.displacement_m,
+        f"{interface}_peak_displacement_m": on.peak_m,
+        f"{interface}_event_displacement_m": event.displacement_m,
+        f"{interface}_displacement_skin_off_m": off.peak_m,
+        f"{interface}_displacement_masked_m": masked.peak_m,
+        f"{interface}_return_error_rad": max(on.return_error_rad, event.return_error_rad),
+        f"{interface}_limit_violations": session.cycle.report.violations - violations,
+    }
+
+
+def _force_errors(session: Session, cell: int, link: str) -> list[float]:
+    edge_cell, edge = edge_of_patch(session, link)
+    session.set_skin(False)
+    session.run(0.5)
+    presses = [
+        press(session, cell, PRESS_N, (0.0, 0.0)),
+        press(session, cell, PRESS_N, seam_of(session.layout, cell)),
+        press(session, edge_cell, PRESS_N, edge),
+    ]
+    session.set_skin(True)
+    session.run(0.5)
+    return [measured.relative_error for measured in presses]
+
+
+def _touch_at_random(session: Session, until_s: float) -> None:
+    generator = np.random.default_rng([session.seed, round(1e3 * session.world.time_s)])
+    while session.world.time_s < until_s - 1.5:
+        session.world.push(int(generator.integers(len(session.layout))), float(generator.uniform(2.0, 20.0)))
+        session.run(min(float(generator.uniform(0.5, 1.5)), until_s - 1.5 - session.world.time_s))
+        session.world.release()
+        session.run(0.3)
+    session.world.release()
+    session.run(max(until_s - session.world.time_s, 0.0))

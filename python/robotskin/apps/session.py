@@ -1,0 +1,203 @@
+"""A skinned robot in one object: the simulated two ends and the real stages between them, stepped in the flow's order."""
+
+from __future__ import annotations
+
+import time
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin._core.driver import Driver
+from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.robot import SafetyState
+from robotskin._core.skin import Health, SkinReader, SkinState
+from robotskin._core.world import UdpTransport
+from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.layout import Layout
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet
+from robotskin.world import World
+
+PERIOD_S = 0.001
+INTERFACES = ("position", "velocity", "torque")
+MODES = ("clock", "event")
+RATE_HZ = 250
+
+Link = Literal["udp", "in process"]
+
+
+class SessionError(RobotskinError):
+    """A session that cannot go on; the message says at which step and why."""
+
+
+class Session:
+    """World, driver, skin and controller of one robot.
+
+    Args:
+        robot: the robot, which must have a gain file.
+        layout: its skin, N cells.
+        seed: repeats the run.
+        link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
+        key: 32 bytes that section units and driver share; None: datagrams are not authenticated.
+        interface: "position", "velocity" or "torque"; mode: "clock" or "event".
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        seed: int = 1,
+        *,
+        link: Link = "udp",
+        key: bytes | None = None,
+        interface: str = "position",
+        mode: str = "clock",
+    ) -> None:
+        self.robot, self.layout, self.seed = robot, layout, seed
+        self.gains = GainSet.load(robot.name)
+        self.home = self.gains.home
+        model = layout.skin_model()
+        self.driver = Driver(model, key, ("127.0.0.1", 0) if link == "udp" else None, session_seed=seed)
+        transport = UdpTransport(self.driver.address, key=key) if link == "udp" else None
+        self.world = World(layout, robot, seed, posture=self.home, transport=transport)
+        self.reader = SkinReader(self.driver, model)
+        self.skin = SkinState(len(layout))
+        self.cycle = self.gains.cycle(robot.core, model, self.home)
+        self.joints = JointState(robot.joint_count)
+        self.command = JointCommand(CommandMode.position, robot.joint_count)
+        self._link: Link = link
+        self._received = 0
+        self.driver_seconds = 0.0
+        """Processor time of the driver so far."""
+        self.interface = interface
+        self.mode = mode
+        self.skin_on = True
+        self.set_interface(interface)
+        self.set_mode(mode)
+
+    # ---- The flow ----
+
+    def step(self) -> None:
+        """One control period: from contact to motor command, a call a stage."""
+        self.world.step(PERIOD_S)  # body, cells, network and section units
+        self._carry_datagrams()
+        now_ns = self.world.now_ns
+        self.reader.read(now_ns, self.skin)
+        self.world.port.read(self.joints)
+        report = self.cycle.step(self.joints, self.skin, now_ns, self.command)
+        if report.send:
+            self.world.port.write(self.command)
+        elif report.stop_port:
+            self.world.port.stop()
+
+    def _carry_datagrams(self) -> None:
+        began = time.thread_time()
+        if self._link == "udp":
+            self._await_datagrams()
+        else:
+            self._hand_over_datagrams()
+        self.driver_seconds += time.thread_time() - began
+
+    def _hand_over_datagrams(self) -> None:
+        for _unit, arrival_ns, datagram in self.world.take_datagrams():
+            self.driver.handle(datagram, arrival_ns)
+        self.driver.publish(self.world.now_ns)
+        for section_unit, unit, datagram in self.driver.downlink(self.world.now_ns):
+            self.world.post(section_unit, unit, datagram)
+
+    def _await_datagrams(self, patience_s: float = 1.0) -> None:
+        """Let the driver take what the section units have sent, so that virtual and real time keep together."""
+        sent = self.world.transport.sent
+        deadline = time.monotonic() + patience_s
+        self._received += self.driver.poll(self.world.now_ns)
+        while self._received < sent:
+            if time.monotonic() > deadline:
+                raise SessionError(f"{sent - self._received} of {sent} datagrams did not arrive within {patience_s} s")
+            self._received += self.driver.poll(self.world.now_ns)
+
+    def run(self, seconds: float) -> None:
+        """Step for a time."""
+        for _ in range(round(seconds / PERIOD_S)):
+            self.step()
+
+    def boot(self, patience_s: float = 2.0) -> float:
+        """Power the skin, wait until every cell is alive, take the forces' zero, start the controller.
+
+        Returns the virtual seconds it took. Raises SessionError if cells stay silent or the controller does not start.
+        """
+        started = self.world.time_s
+        while (np.asarray(self.skin.health) != int(Health.alive)).any():
+            if self.world.time_s - started > patience_s:
+                silent = np.flatnonzero(np.asarray(self.skin.health) != int(Health.alive))
+                raise SessionError(f"{len(silent)} cells are silent after {patience_s} s, the first is cell {silent[0]}")
+            self.step()
+        self.reader.tare(0.2)
+        self.run(0.25)
+        self.cycle.request_run(True)
+        self.run(0.05)
+        if self.state is not SafetyState.running:
+            raise SessionError(f"the controller did not start: {self.state.name}, {self.cycle.report.text}")
+        return self.world.time_s - started
+
+    def shut_down(self) -> None:
+        """Stop the robot and bring it to rest, whatever happened before."""
+        self.cycle.request_run(False)
+        try:
+            self.run(0.5)
+        finally:
+            self.world.port.stop()
+
+    # ---- What may be asked of it ----
+
+    def set_interface(self, interface: str) -> None:
+        """Command the robot by position, velocity or torque from the next step on."""
+        if interface not in INTERFACES:
+            raise UnknownNameError("interface", interface, INTERFACES)
+        self.cycle.request_mode(CommandMode[interface])
+        self.interface = interface
+
+    def set_mode(self, mode: str) -> None:
+        """Let the cells send at the clock rate, or when something changes."""
+        if mode not in MODES:
+            raise UnknownNameError("mode", mode, MODES)
+        for section_unit in sorted({int(group) for group in self.layout.section_unit}):
+            self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
+        self.mode = mode
+
+    def set_skin(self, on: bool) -> None:
+        """Let touch move the robot, or not."""
+        self.cycle.request_skin_task(on)
+        self.skin_on = on
+
+    def mask_patch(self, patch: int, masked: bool) -> None:
+        """Let the cells of a patch contribute nothing to the skin task."""
+        if not self.cycle.request_patch_mask(patch, masked):
+            raise SessionError(f"patch {patch}: there are patches 0 to {self.cycle.patch_count - 1}")
+
+    # ---- What is known of it ----
+
+    @property
+    def state(self) -> SafetyState:
+        """Of the controller."""
+        return self.cycle.report.state
+
+    @property
+    def alive(self) -> int:
+        """Cells alive."""
+        return int((np.asarray(self.skin.health) == int(Health.alive)).sum())
+
+    def cell_position(self, cell: int) -> NDArray[np.float64]:
+        """(3,) metres, base frame: where the simulated cell truly is."""
+        return self.world.base_from_cell(cell)[:3, 3]
+
+    def felt_force_n(self, threshold_n: float = 0.1) -> float:
+        """Newton at the driver: the sum over the cells that feel more than the threshold."""
+        force = np.asarray(self.skin.normal_force).sum(axis=1)
+        alive = np.asarray(self.skin.health) == int(Health.alive)
+        return float(force[alive & (force > threshold_n)].sum())
+
+    @property
+    def frames_lost(self) -> int:
+        """Sample frames that left a cell and did not reach the driver: gaps in the cells' own numbering."""
+        return int(self.driver.statistics()["frames_missing"])

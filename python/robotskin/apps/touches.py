@@ -1,0 +1,119 @@
+"""What a person would do to a skinned robot, as steps of a session: push, hold, release, press; and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotskin._core.firmware import PORT_POINTS_M
+from robotskin.apps.session import PERIOD_S, Session, SessionError
+from robotskin.layout import Layout
+
+Watch = Callable[[float], None]
+"""Called after each period of a touch with the seconds that have passed in it."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """What a push of a cell did. displacement_m: of the cell at the end of the hold; peak_m: at most;
+    return_error_rad: of the worst joint, some time after the release."""
+
+    displacement_m: float
+    peak_m: float
+    return_error_rad: float
+
+
+@dataclass(frozen=True)
+class Press:
+    """A press measured twice, in newton and averaged over the same time: by the skin, and MuJoCo's contact force."""
+
+    felt_n: float
+    contact_n: float
+
+    @property
+    def relative_error(self) -> float:
+        """Of the felt force."""
+        return abs(self.felt_n - self.contact_n) / self.contact_n
+
+
+def push_and_release(
+    session: Session,
+    cell: int,
+    force_n: float,
+    hold_s: float = 2.0,
+    rest_s: float = 2.0,
+    at_m: tuple[float, float] = (0.0, 0.0),
+) -> Push:
+    """Push a cell with a force, hold it, let go, and wait.
+
+    The hold begins when the hand has nine tenths of its force. Raises SessionError if it never gets there.
+    """
+    start = session.cell_position(cell)
+    joints = np.array(session.joints.position)
+    session.world.push(cell, force_n, at_m)
+    _come_to_force(session, force_n)
+    peak = 0.0
+    for _ in range(round(hold_s / PERIOD_S)):
+        session.step()
+        peak = max(peak, float(np.linalg.norm(session.cell_position(cell) - start)))
+    displacement = float(np.linalg.norm(session.cell_position(cell) - start))
+    session.world.release()
+    session.run(rest_s)
+    return Push(displacement, peak, float(np.abs(np.array(session.joints.position) - joints).max()))
+
+
+def press(session: Session, cell: int, force_n: float, at_m: tuple[float, float], seconds: float = 0.5) -> Press:
+    """Press on a point of a cell's plane and compare what the skin feels with the contact force."""
+    session.world.push(cell, force_n, at_m)
+    _come_to_force(session, force_n)
+    session.run(0.5)
+    felt, contact = [], []
+    for _ in range(round(seconds / PERIOD_S)):
+        session.step()
+        felt.append(session.felt_force_n())
+        contact.append(float(session.world.contact_normal_force().sum()))
+    session.world.release()
+    session.run(0.5)
+    return Press(float(np.mean(felt)), float(np.mean(contact)))
+
+
+def _come_to_force(session: Session, force_n: float, patience_s: float = 3.0) -> None:
+    for _ in range(round(patience_s / PERIOD_S)):
+        session.step()
+        if session.world.contact_normal_force().sum() >= 0.9 * force_n:
+            return
+    raise SessionError(f"the hand did not reach {force_n} N within {patience_s} s")
+
+
+def pushed_cell(session: Session, link: str) -> int:
+    """The cell of a link that a person would push: inside its patch, and facing the most sideways."""
+    layout = session.layout
+    if link not in layout.links:
+        raise SessionError(f"link {link!r} carries no cells; those that do: {', '.join(layout.links)}")
+    on_link = layout.link == layout.links.index(link)
+    neighbours = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
+    inside = neighbours == neighbours[on_link].max()
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[:, 2, 2])
+    return int(np.argmax(np.where(on_link & inside, sideways, -1.0)))
+
+
+def seam_of(layout: Layout, cell: int) -> tuple[float, float]:
+    """(x, y) metres in the cell frame: the hinge shared with a neighbour."""
+    joined = np.flatnonzero(layout.neighbours[cell, :, 0] >= 0)
+    x, y = PORT_POINTS_M[joined[0]]
+    return float(x), float(y)
+
+
+def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]]:
+    """A cell of a link at the edge of its patch, and the (x, y) metres in its frame two thirds of the way to that edge."""
+    layout = session.layout
+    free = layout.neighbours[:, :, 0] < 0
+    # Two free ports on one side: nothing but the bare link lies beyond that side.
+    sides = np.stack([free[:, 0] & free[:, 1], free[:, 2] & free[:, 3]], axis=1)
+    on_link = layout.link == layout.links.index(link)
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[:, 2, 2])
+    cell = int(np.argmax(np.where(on_link & sides.any(axis=1), sideways, -1.0)))
+    direction = 1.0 if sides[cell, 0] else -1.0
+    return cell, (direction * 0.008, 0.0)

@@ -1,0 +1,103 @@
+"""`robotskin demo`: a robot in its skin gives way to touch, in the browser or as a scripted test."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from robotskin.apps.session import Session
+
+DEFAULT_LINK = "forearm_link"
+
+
+def command(
+    robot: Annotated[str, typer.Option(help="A robot with a gain file.")] = "ur5",
+    layout: Annotated[
+        Path | None,
+        typer.Option(help="A layout file, or TUM patch files to mount on --link; by default the robot's finished layout."),
+    ] = None,
+    link: Annotated[str, typer.Option(help="The link that carries --layout, and whose cells the script pushes.")] = (
+        DEFAULT_LINK
+    ),
+    headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, measure, and end.")] = False,
+    seconds: Annotated[
+        float, typer.Option(help="Simulated seconds for each interface, with --headless; the script takes some 25.", min=0)
+    ] = 20.0,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
+    mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Run a skinned robot: cells, network, UDP, driver and controller are the real ones, links and body simulated.
+
+    Exit status 0 means that every figure with a bound keeps it.
+    """
+    from rich.console import Console
+
+    from robotskin import layout as layouts
+    from robotskin import robots
+    from robotskin.apps.session import Session
+
+    console = Console()
+    with console.status(f"loading {robot}"):
+        model = robots.load(robot)
+        skin = layouts.finished(model.name) if layout is None else layouts.read_for(model, layout, link)
+        session = Session(model, skin, seed, interface=interface, mode=mode)
+    if headless:
+        raise typer.Exit(run_script(session, link, seconds, json_file))
+    show(session, port)
+
+
+def run_script(session: Session, link: str, seconds: float, json_file: Path | None) -> int:
+    """Run the scripted demonstration with a progress bar, print its table, write its figures; the exit status."""
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    import robotskin
+    from robotskin.apps import push_test
+    from robotskin.apps.figures import broken, table_of
+
+    console = Console()
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    try:
+        with Progress(*columns, console=console, transient=True) as bar:
+            task = bar.add_task("boot")
+            figures = push_test.run(session, link, seconds, lambda text: bar.update(task, description=text))
+    finally:
+        session.shut_down()
+    bounds = push_test.bounds()
+    console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
+    if json_file is not None:
+        whole = {"seed": session.seed, "version": robotskin.__version__, **figures}
+        unfinished = json_file.with_suffix(json_file.suffix + ".part")
+        unfinished.write_text(json.dumps(whole, indent=2) + "\n")
+        unfinished.replace(json_file)
+    missed = broken(bounds, figures)
+    if missed:
+        console.print(f"[bold red]{len(missed)} of {len(bounds)} bounds are broken[/]")
+    return 1 if missed else 0
+
+
+def show(session: Session, port: int) -> None:
+    """Serve the page until it is interrupted."""
+    from rich.console import Console
+
+    from robotskin.apps.live import LiveSession
+    from robotskin.viewer.page import Page
+
+    console = Console()
+    with console.status("booting the skin"):
+        took_s = session.boot()
+    console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
+    with LiveSession(session) as live, Page(live, port) as page:
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print("bringing the robot to rest")
