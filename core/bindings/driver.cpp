@@ -255,12 +255,14 @@ Raises ValueError for a bad key, cell or host, RuntimeError if the address canno
           "The datagrams due to section units now: (section unit group, unit, bytes); unit 255: all of the group.")
       .def(
           "poll",
-          [](HostDriver& self) {
+          [](HostDriver& self, std::optional<std::int64_t> now_ns) {
             self.demand_no_thread("poll");
             nb::gil_scoped_release release;
-            return self.socket().poll();
+            return self.socket().poll(now_ns);
           },
-          "Takes and publishes all that has arrived at the socket and sends what is due; datagrams taken.")
+          "now_ns"_a = nb::none(),
+          "Takes and publishes all that has arrived at the socket and sends what is due; datagrams taken.\n\n"
+          "`now_ns`: the time it is, for a world in virtual time; by default the host's clock.")
       .def(
           "start", [](HostDriver& self) { self.socket().start(); }, "Starts the receiving thread.")
       .def(

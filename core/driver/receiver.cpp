@@ -35,18 +35,19 @@ void Receiver::send(const Recipient& to, std::span<const std::uint8_t> datagram)
   }
 }
 
-std::size_t Receiver::poll() {
+std::size_t Receiver::poll(std::optional<std::int64_t> time_ns) {
+  const auto clock = [&] { return time_ns ? *time_ns : monotonic_ns(); };
   std::size_t taken = 0;
   while (taken < options_.datagrams_per_poll) {
     const std::size_t count = socket_.receive();
-    const std::int64_t now_ns = monotonic_ns();
+    const std::int64_t now_ns = clock();
     for (std::size_t i = 0; i < count; ++i) {
       if (driver_.handle(socket_.datagram(i), now_ns) == Verdict::accepted) learn(driver_.last_accepted(), i);
     }
     taken += count;
     if (count < UdpSocket::batch) break;
   }
-  const std::int64_t now_ns = monotonic_ns();
+  const std::int64_t now_ns = clock();
   if (taken > 0) driver_.publish(now_ns);
   driver_.downlink(now_ns, [this](const Recipient& to, std::span<const std::uint8_t> bytes) { send(to, bytes); });
   return taken;

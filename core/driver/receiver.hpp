@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -25,7 +26,8 @@ class Receiver {
   ~Receiver() { stop(); }
 
   // Takes everything that has arrived, publishes it, sends what is due; datagrams taken. Not while the thread runs.
-  std::size_t poll();
+  // `time_ns`: the time it is, for a world in virtual time; by default the host's clock.
+  std::size_t poll(std::optional<std::int64_t> time_ns = {});
 
   void start();
   void stop();

@@ -86,9 +86,11 @@ class Driver:
         The datagrams due to section units now: (section unit group, unit, bytes); unit 255: all of the group.
         """
 
-    def poll(self) -> int:
+    def poll(self, now_ns: int | None = None) -> int:
         """
         Takes and publishes all that has arrived at the socket and sends what is due; datagrams taken.
+
+        `now_ns`: the time it is, for a world in virtual time; by default the host's clock.
         """
 
     def start(self) -> None:

@@ -1,1 +1,316 @@
 """Stage 8: limits, watchdog and the last check before the robot."""
+
+from collections.abc import Sequence
+import enum
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+import robotskin._core.control
+import robotskin._core.model
+import robotskin._core.skin
+import robotskin.errors
+
+class SafetyState(enum.Enum):
+    """The states a controlled robot can be in."""
+
+    off = 0
+
+    ready = 1
+
+    running = 2
+
+    degraded = 3
+
+    stopped = 4
+
+class Reason(enum.Enum):
+    """Why a safety state was entered."""
+
+    none = 0
+
+    joints_stale = 1
+
+    joints_beyond = 2
+
+    skin_lost = 3
+
+    skin_partly_lost = 4
+
+    command_not_finite = 5
+
+    overrun = 6
+
+    asked = 7
+
+class Condition(enum.Flag):
+    """What is checked every cycle, one bit each."""
+
+    joints_fresh = 1
+
+    joints_inside = 2
+
+    skin_fresh = 4
+
+    skin_whole = 8
+
+    command_finite = 16
+
+    on_time = 32
+
+    wanted = 64
+
+    at_rest = 128
+
+def next_transition(state: SafetyState, conditions: int) -> object:
+    """
+    (state, reason) that follow in the safety table, None if the state stays.
+    """
+
+def reason_text(reason: Reason) -> str:
+    """The reason in words."""
+
+class GuardError(robotskin.errors.RobotskinError):
+    pass
+
+class GuardLimits:
+    """Limits beside those of the robot model."""
+
+    def __init__(self, acceleration: Sequence[float], torque_rate: Sequence[float]) -> None: ...
+    @property
+    def acceleration(self) -> list[float]:
+        """(n) rad/s^2, of commands and of a controlled stop"""
+
+    @acceleration.setter
+    def acceleration(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def torque_rate(self) -> list[float]:
+        """(n) Nm/s"""
+
+    @torque_rate.setter
+    def torque_rate(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def position_margin(self) -> float:
+        """rad kept from the position limits"""
+
+    @position_margin.setter
+    def position_margin(self, arg: float, /) -> None: ...
+    @property
+    def speed_share(self) -> float:
+        """share of the velocity limits commands may use"""
+
+    @speed_share.setter
+    def speed_share(self, arg: float, /) -> None: ...
+    @property
+    def degraded_speed_share(self) -> float: ...
+    @degraded_speed_share.setter
+    def degraded_speed_share(self, arg: float, /) -> None: ...
+    @property
+    def rest_speed(self) -> float:
+        """rad/s"""
+
+    @rest_speed.setter
+    def rest_speed(self, arg: float, /) -> None: ...
+    @property
+    def smallest_alive_share(self) -> float:
+        """of the cells, below it the skin is lost"""
+
+    @smallest_alive_share.setter
+    def smallest_alive_share(self, arg: float, /) -> None: ...
+    @property
+    def whole_alive_share(self) -> float:
+        """of the cells, below it the robot is slow"""
+
+    @whole_alive_share.setter
+    def whole_alive_share(self, arg: float, /) -> None: ...
+    @property
+    def joints_timeout_ns(self) -> int: ...
+    @joints_timeout_ns.setter
+    def joints_timeout_ns(self, arg: int, /) -> None: ...
+    @property
+    def skin_timeout_ns(self) -> int: ...
+    @skin_timeout_ns.setter
+    def skin_timeout_ns(self, arg: int, /) -> None: ...
+    @property
+    def largest_cycle_ns(self) -> int: ...
+    @largest_cycle_ns.setter
+    def largest_cycle_ns(self, arg: int, /) -> None: ...
+    @property
+    def period_s(self) -> float: ...
+    @period_s.setter
+    def period_s(self, arg: float, /) -> None: ...
+
+class GuardReport:
+    """What the guard decided in the last cycle."""
+
+    @property
+    def state(self) -> SafetyState: ...
+    @property
+    def reason(self) -> Reason: ...
+    @property
+    def conditions(self) -> int:
+        """bits of Condition"""
+
+    @property
+    def send(self) -> bool:
+        """the command may go to the robot"""
+
+    @property
+    def stop_port(self) -> bool:
+        """call RobotPort.stop: the robot cannot be controlled from here"""
+
+    @property
+    def interventions(self) -> int:
+        """cycles in which the guard changed a running command"""
+
+    @property
+    def violations(self) -> int:
+        """joint states measured beyond position, velocity or torque limits"""
+
+    @property
+    def alive_share(self) -> float: ...
+    @property
+    def text(self) -> str: ...
+
+class Guard:
+    """The last word before the robot."""
+
+    def __init__(self, robot: robotskin._core.model.RobotModel, limits: GuardLimits) -> None: ...
+    def check(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        joints: robotskin._core.model.JointState,
+        skin: robotskin._core.skin.SkinState,
+        now_ns: int,
+        run_wanted: bool,
+        finite: bool,
+        command: robotskin._core.model.JointCommand,
+    ) -> GuardReport:
+        """Rewrites the command where it has to; returns the report."""
+
+    @property
+    def report(self) -> GuardReport: ...
+
+class CycleGains:
+    """All gains of the skin cycle."""
+
+    def __init__(
+        self,
+        joint: robotskin._core.control.JointGains,
+        skin: robotskin._core.control.SkinGains,
+        resolver: robotskin._core.control.ResolverGains,
+    ) -> None: ...
+    @property
+    def joint(self) -> robotskin._core.control.JointGains: ...
+    @joint.setter
+    def joint(self, arg: robotskin._core.control.JointGains, /) -> None: ...
+    @property
+    def skin(self) -> robotskin._core.control.SkinGains: ...
+    @skin.setter
+    def skin(self, arg: robotskin._core.control.SkinGains, /) -> None: ...
+    @property
+    def resolver(self) -> robotskin._core.control.ResolverGains: ...
+    @resolver.setter
+    def resolver(self, arg: robotskin._core.control.ResolverGains, /) -> None: ...
+    @property
+    def skin_bandwidth_hz(self) -> float: ...
+    @skin_bandwidth_hz.setter
+    def skin_bandwidth_hz(self, arg: float, /) -> None: ...
+    @property
+    def fade_s(self) -> float: ...
+    @fade_s.setter
+    def fade_s(self, arg: float, /) -> None: ...
+    @property
+    def goal_speed(self) -> float:
+        """rad/s"""
+
+    @goal_speed.setter
+    def goal_speed(self, arg: float, /) -> None: ...
+
+class SkinCycle:
+    """
+    Skin compliance: joint state and skin state in, joint command out, once a period.
+
+    Requests may come from any thread, step belongs to one.
+    """
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        gains: CycleGains,
+        limits: GuardLimits,
+    ) -> None:
+        """
+        Raises ModelError, ControlError or GuardError for what does not fit together.
+        """
+
+    def step(
+        self,
+        joints: robotskin._core.model.JointState,
+        skin: robotskin._core.skin.SkinState,
+        now_ns: int,
+        command: robotskin._core.model.JointCommand,
+    ) -> GuardReport:
+        """
+        One period. Fills the command, which goes to the robot if the report says send.
+        """
+
+    def time_steps(
+        self,
+        joints: robotskin._core.model.JointState,
+        skin: robotskin._core.skin.SkinState,
+        start_ns: int,
+        command: robotskin._core.model.JointCommand,
+        steps: int,
+    ) -> NDArray[numpy.int64]:
+        """
+        (steps) nanoseconds each of as many periods of 1 ms took, on the same states with new stamps.
+        """
+
+    def request_run(self, run: bool) -> None: ...
+    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
+    def request_skin_task(self, on: bool) -> None: ...
+    def request_patch_mask(self, patch: int, masked: bool) -> None: ...
+    def request_goal(
+        self, goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    ) -> None:
+        """goal (n) rad; the reference moves there at the goal speed."""
+
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def cell_count(self) -> int: ...
+    @property
+    def patch_count(self) -> int: ...
+    @property
+    def joint_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm"""
+
+    @property
+    def gravity_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm"""
+
+    @property
+    def skin_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm before its weight"""
+
+    @property
+    def touch_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm of the forces felt"""
+
+    @property
+    def fused_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm, eq. 18"""
+
+    @property
+    def reference(self) -> NDArray[numpy.float64]:
+        """(n) rad"""
+
+    @property
+    def cell_magnitudes(self) -> NDArray[numpy.float64]:
+        """(N) newton"""
+
+    @property
+    def report(self) -> GuardReport: ...

@@ -9,121 +9,99 @@ from numpy.typing import NDArray
 
 import robotskin._core.driver
 
+class Health(enum.IntEnum):
+    """How far a cell's values can be believed."""
+
+    alive = 0
+
+    stale = 1
+
+    stuck = 2
+
+    dead = 3
+
+    never_seen = 4
+
 class SkinModel:
-    """
-    The constant part of a skin: N cells on L links. Arrays are read-only views, cell axis first.
-    """
+    """The constant part of a skin of N cells; lengths in m."""
 
     def __init__(
         self,
         link_names: Sequence[str],
         key: Annotated[NDArray[numpy.uint32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         link: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        link_from_cell_rotation: Annotated[
-            NDArray[numpy.float64], dict(shape=(None, 3, 3), order="C", device="cpu", writable=False)
+        link_from_cell: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 4, 4), order="C", device="cpu", writable=False)
         ],
-        link_from_cell_translation: Annotated[
-            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
-        ],
-        neighbour: Annotated[NDArray[numpy.int32], dict(shape=(None, 4), order="C", device="cpu", writable=False)],
-        neighbour_port: Annotated[NDArray[numpy.uint8], dict(shape=(None, 4), order="C", device="cpu", writable=False)],
+        neighbours: Annotated[NDArray[numpy.int32], dict(shape=(None, 4, 2), order="C", device="cpu", writable=False)],
         patch: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
     ) -> None:
         """
-        `link_names` (L); `key` (N) section unit << 16 | id, unique; `link` (N) index into `link_names`;
-        `link_from_cell_rotation` (N, 3, 3), z column the outward normal; `link_from_cell_translation` (N, 3) metres;
-        `neighbour` (N, 4) cell index by own port - 1, -1: none; `neighbour_port` (N, 4) its port 1 to 4; `patch` (N), -1: none.
-        Raises ValueError naming the cell and the value that cannot be.
+        key (N) uint32 = section unit << 16 | id; link (N) int32 indexes link_names; link_from_cell (N, 4, 4), z
+        outward; neighbours (N, 4, 2) int32 = index or -1 and port 1 to 4; patch (N) int32, -1: none.
         """
 
     def __len__(self) -> int: ...
     @property
     def link_names(self) -> list[str]: ...
     @property
-    def key(self) -> Annotated[NDArray[numpy.uint32], dict(shape=(None,), writable=False)]: ...
-    @property
-    def link(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), writable=False)]: ...
-    @property
-    def patch(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None,), writable=False)]: ...
-    @property
-    def link_from_cell_rotation(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, 3, 3), writable=False)]:
-        """(N, 3, 3)"""
+    def key(self) -> NDArray[numpy.uint32]:
+        """(N)"""
 
     @property
-    def link_from_cell_translation(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None, 3), writable=False)]:
-        """(N, 3) metres"""
+    def link(self) -> NDArray[numpy.int32]:
+        """(N) index into link_names"""
 
     @property
-    def neighbour(self) -> Annotated[NDArray[numpy.int32], dict(shape=(None, 4))]:
-        """(N, 4) cell index by own port - 1, -1: none; a copy"""
+    def patch(self) -> NDArray[numpy.int32]:
+        """(N) index of the patch, -1: none"""
 
     @property
-    def neighbour_port(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None, 4))]:
-        """(N, 4) the neighbour's port, 1 to 4, 0: none; a copy"""
-
-class Health(enum.IntEnum):
-    """What is known of a cell."""
-
-    alive = 0
-    """fresh"""
-
-    stale = 1
-    """not heard of within the freshness bound"""
-
-    stuck = 2
-    """heard of, but its values cannot be true"""
-
-    dead = 3
-    """the network reports it gone"""
-
-    never_seen = 4
-    """not heard of since the driver started"""
+    def link_from_cell(self) -> NDArray[numpy.float64]:
+        """(N, 4, 4) metres"""
 
 class SkinState:
-    """
-    What the skin feels in one cycle. Arrays are views without a copy, in the model's order.
-    """
+    """What the skin feels in one cycle; the arrays share the state's memory."""
 
     def __init__(self, cells: int) -> None: ...
     def __len__(self) -> int: ...
-    @property
-    def normal_force(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None, 3))]:
-        """(N, 3) newton, >= 0; the touch on the robot is -z times their sum"""
-
-    @property
-    def proximity(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
-        """(N) 0 to 1"""
-
-    @property
-    def distance(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None,))]:
-        """(N) metres, infinite where nothing is near"""
-
-    @property
-    def acceleration(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None, 3))]:
-        """(N, 3) m/s^2, specific force in the cell frame"""
-
-    @property
-    def temperature(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None, 2))]:
-        """(N, 2) degrees Celsius"""
-
-    @property
-    def stamp_ns(self) -> Annotated[NDArray[numpy.int64], dict(shape=(None,))]:
-        """(N) host clock at the sample"""
-
-    @property
-    def health(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]:
-        """(N) values of Health"""
-
-    @property
-    def saturated(self) -> Annotated[NDArray[numpy.uint8], dict(shape=(None,))]:
-        """(N) 1 where a channel is at the end of its range"""
-
     @property
     def time_ns(self) -> int:
         """host clock of this snapshot"""
 
     @time_ns.setter
     def time_ns(self, arg: int, /) -> None: ...
+    @property
+    def normal_force(self) -> NDArray[numpy.float32]:
+        """(N, 3) newton, >= 0"""
+
+    @property
+    def proximity(self) -> NDArray[numpy.float32]:
+        """(N) 0 to 1"""
+
+    @property
+    def distance(self) -> NDArray[numpy.float32]:
+        """(N) metres, inf where nothing is near"""
+
+    @property
+    def acceleration(self) -> NDArray[numpy.float32]:
+        """(N, 3) m/s^2, cell frame"""
+
+    @property
+    def temperature(self) -> NDArray[numpy.float32]:
+        """(N, 2) degrees Celsius"""
+
+    @property
+    def stamp_ns(self) -> NDArray[numpy.int64]:
+        """(N) host clock at the sample"""
+
+    @property
+    def health(self) -> NDArray[numpy.uint8]:
+        """(N) values of Health"""
+
+    @property
+    def saturated(self) -> NDArray[numpy.uint8]:
+        """(N) 1 where a channel is at its end"""
 
 class SkinReader:
     """Fills a SkinState from the driver's newest samples."""
@@ -161,5 +139,5 @@ class SkinReader:
         """Force sensors whose offset was too large to be one: left as it is."""
 
     @property
-    def force_offset(self) -> Annotated[NDArray[numpy.float32], dict(shape=(None, 3), writable=False)]:
-        """(N, 3) newton"""
+    def force_offset(self) -> NDArray[numpy.float32]:
+        """(N, 3) newton, what the tare subtracts"""
