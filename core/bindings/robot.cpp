@@ -68,11 +68,13 @@ void bind_guard(nb::module_& module) {
   nb::class_<GuardLimits>(module, "GuardLimits", "Limits beside those of the robot model.")
       .def(
           "__init__",
-          [](GuardLimits* self, std::vector<double> acceleration, std::vector<double> torque_rate) {
-            new (self) GuardLimits{std::move(acceleration), std::move(torque_rate)};
+          [](GuardLimits* self, std::vector<double> acceleration, std::vector<double> stop_deceleration,
+             std::vector<double> torque_rate) {
+            new (self) GuardLimits{std::move(acceleration), std::move(stop_deceleration), std::move(torque_rate)};
           },
-          "acceleration"_a, "torque_rate"_a)
-      .def_rw("acceleration", &GuardLimits::acceleration, "(n) rad/s^2, of commands and of a controlled stop")
+          "acceleration"_a, "stop_deceleration"_a, "torque_rate"_a)
+      .def_rw("acceleration", &GuardLimits::acceleration, "(n) rad/s^2, of commands")
+      .def_rw("stop_deceleration", &GuardLimits::stop_deceleration, "(n) rad/s^2, of a controlled stop")
       .def_rw("torque_rate", &GuardLimits::torque_rate, "(n) Nm/s")
       .def_rw("position_margin", &GuardLimits::position_margin, "rad kept from the position limits")
       .def_rw("speed_share", &GuardLimits::speed_share, "share of the velocity limits commands may use")

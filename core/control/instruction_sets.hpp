@@ -3,7 +3,7 @@
 
 // Sanitizers instrument the function that picks, which runs before they are ready.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define ROBOTSKIN_INSTRUCTION_SETS __attribute__((target_clones("avx512f", "avx2", "default")))
+#define ROBOTSKIN_INSTRUCTION_SETS __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define ROBOTSKIN_INSTRUCTION_SETS
 #endif

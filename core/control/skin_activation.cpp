@@ -52,7 +52,7 @@ void kernel(std::size_t cells, const float* __restrict force, const float* __res
     const float near = clamped(proximity[i], 1.0F);
     const float asked = force_weight[i] * activated(felt, force_silent[i], force_slope[i]) +
                         proximity_weight[i] * activated(near, proximity_silent[i], proximity_slope[i]);
-    const float alive = health[i] == static_cast<std::uint8_t>(skin::Health::alive) ? share[i] : 0.0F;
+    const float alive = share[i] * static_cast<float>(health[i] == static_cast<std::uint8_t>(skin::Health::alive));
     magnitude[i] = asked * alive;
   }
 }

@@ -103,7 +103,7 @@ bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const doub
     return true;
   }
   for (std::size_t i = 0; i < position_.size(); ++i) {
-    const double late = gains_.servo_lag_s * virtual_velocity_[i];
+    const double late = gains_.servo_lag_s * virtual_velocity_[i] + gains_.servo_lag_s2 * acceleration_[i];
     const double error = virtual_position_[i] - joints.position[i];
     position_bias_[i] = std::clamp(position_bias_[i] + gains_.position_bias_per_s * error * gains_.period_s,
                                    -gains_.largest_bias_rad, gains_.largest_bias_rad);

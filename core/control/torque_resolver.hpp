@@ -23,7 +23,9 @@ struct ResolverGains {
   double largest_lead_rad = 0.2;   // how far the virtual robot may run ahead of the real one
   double position_bias_per_s = 2;  // 1/s: how fast the position interface removes the servo's static error
   double largest_bias_rad = 0.02;  // bound of that correction
-  double servo_lag_s = 0;          // by how much the position interface follows late; commands lead by it
+  // The robot's position servo follows as q + lag_s dq/dt + lag_s2 d2q/dt2 = command; commands lead by as much.
+  double servo_lag_s = 0;
+  double servo_lag_s2 = 0;
 };
 
 // All three interfaces obey the same equation, (M + I) a + C v + B v + g = fused + touch: a virtual robot with the

@@ -58,6 +58,7 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
                        std::to_string(low) + " and " + std::to_string(high));
   };
   check_joints("acceleration", limits_.acceleration);
+  check_joints("stop_deceleration", limits_.stop_deceleration);
   check_joints("torque_rate", limits_.torque_rate);
   check_range("position_margin", limits_.position_margin, 0, 1);
   check_range("speed_share", limits_.speed_share, 0, 1);
@@ -174,8 +175,8 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
     // A joint may be only as fast as it can brake before its limit.
     const double up = std::max(0.0, upper_[i] - limits_.position_margin - from);
     const double down = std::max(0.0, from - lower_[i] - limits_.position_margin);
-    const double brake_up = std::min(std::sqrt(2 * limits_.acceleration[i] * up), up / period);
-    const double brake_down = std::min(std::sqrt(2 * limits_.acceleration[i] * down), down / period);
+    const double brake_up = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * up), up / period);
+    const double brake_down = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * down), down / period);
     speed = std::clamp(speed, -brake_down, brake_up);
     // Rounding of (command - from) / period is no intervention.
     if (std::abs(speed - asked) > 1e-9) {
@@ -196,8 +197,8 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
       const double fastest = speed_share * velocity_limit_[i];
       const double up = std::max(0.0, upper_[i] - limits_.position_margin - joints.position[i]);
       const double down = std::max(0.0, joints.position[i] - lower_[i] - limits_.position_margin);
-      const double speed_up = std::min(fastest, std::sqrt(2 * limits_.acceleration[i] * up));
-      const double speed_down = std::min(fastest, std::sqrt(2 * limits_.acceleration[i] * down));
+      const double speed_up = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * up));
+      const double speed_down = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * down));
       // Only a joint that is about to be too fast is held back; what a hand pushes is not seen here.
       const double velocity = joints.velocity[i];
       const double high = (speed_up - velocity) / torque_horizon_s;
@@ -242,10 +243,10 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
     }
     for (std::size_t i = 0; i < count; ++i) {
       const double brake =
-          std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.acceleration[i], limits_.acceleration[i]);
+          std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]);
       const double hold =
           hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) - 2 * hold_rad_s * joints.velocity[i];
-      acceleration_[i] = at_rest_ ? std::clamp(hold, -limits_.acceleration[i], limits_.acceleration[i]) : brake;
+      acceleration_[i] = at_rest_ ? std::clamp(hold, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]) : brake;
     }
     inverse_dynamics(dynamics, acceleration_, command.value);
     for (std::size_t i = 0; i < count; ++i)
@@ -255,7 +256,7 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
 
   for (std::size_t i = 0; i < count; ++i) {
     const double measured = joints_known_ ? joints.velocity[i] : 0.0;
-    const double speed = towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.acceleration[i] * period);
+    const double speed = towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.stop_deceleration[i] * period);
     if (command.mode == CommandMode::velocity) {
       command.value[i] = speed;
       continue;

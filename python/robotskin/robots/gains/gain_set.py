@@ -37,6 +37,7 @@ FIELDS = {
         "position_bias_per_s": "1",
         "largest_bias_rad": "1",
         "servo_lag_s": "1",
+        "servo_lag_s2": "1",
     },
     "skin": {
         "compliance_m_per_n": "1",
@@ -51,7 +52,7 @@ FIELDS = {
         "fade_s": "1",
     },
     "goal": {"speed_rad_s": "1"},
-    "limits": {"acceleration": "n", "torque_rate": "n"},
+    "limits": {"acceleration": "n", "stop_deceleration": "n", "torque_rate": "n"},
 }
 
 
@@ -146,7 +147,8 @@ class GainSet:
     def guard_limits(self, robot: RobotModel) -> GuardLimits:
         """Limits of the guard beside those of the robot model. Raises GainError for another robot's file."""
         self._require_joints(robot)
-        return GuardLimits(self.values["limits"]["acceleration"], self.values["limits"]["torque_rate"])
+        limits = self.values["limits"]
+        return GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
 
     def cycle(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinCycle:
         """Build the skin cycle with these gains and limits."""
