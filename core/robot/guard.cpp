@@ -242,11 +242,12 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
       at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const double brake =
-          std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]);
+      const double brake = std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.stop_deceleration[i],
+                                      limits_.stop_deceleration[i]);
       const double hold =
           hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) - 2 * hold_rad_s * joints.velocity[i];
-      acceleration_[i] = at_rest_ ? std::clamp(hold, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]) : brake;
+      acceleration_[i] =
+          at_rest_ ? std::clamp(hold, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]) : brake;
     }
     inverse_dynamics(dynamics, acceleration_, command.value);
     for (std::size_t i = 0; i < count; ++i)

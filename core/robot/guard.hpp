@@ -23,7 +23,8 @@ class GuardError : public std::runtime_error {
 // Position, velocity and torque limits are the robot model's; these are the others.
 struct GuardLimits {
   std::vector<double> acceleration;  // (n) rad/s^2, of commands
-  std::vector<double> stop_deceleration;  // (n) rad/s^2, of a controlled stop, and what braking before a limit counts on
+  std::vector<double>
+      stop_deceleration;               // (n) rad/s^2, of a controlled stop, and what braking before a limit counts on
   std::vector<double> torque_rate;     // (n) Nm/s
   double position_margin = 0.02;       // rad kept from the position limits by commands
   double speed_share = 0.95;           // share of the velocity limits commands may use

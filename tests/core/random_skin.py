@@ -1,6 +1,7 @@
 """A random skin on a robot, random touches and random postures."""
 
 import numpy as np
+
 from robotskin._core.model import RobotDynamics, RobotModel
 from robotskin._core.skin import Health, SkinModel, SkinState
 

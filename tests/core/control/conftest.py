@@ -1,7 +1,7 @@
 import pytest
-from robotskin._core.model import RobotModel
 
 from robotskin import robots
+from robotskin._core.model import RobotModel
 
 
 @pytest.fixture(scope="session", params=["ur5", "talos_reduced"])

@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio
 import pytest
 from random_skin import at_random_posture, random_posture, random_skin, random_state
+
+from robotskin import robots
 from robotskin._core.control import ControlError, NaiveSkinTask, SkinGains, SkinTask
 from robotskin._core.model import ModelError, RobotDynamics, RobotModel
 from robotskin._core.skin import Health, SkinModel
-
-from robotskin import robots
 
 CELLS = 300
 

@@ -1,13 +1,12 @@
-from importlib import resources
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.skin import Health, SkinModel, SkinState
 
 from robotskin import robots
-from robotskin.layout.layout import Layout
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin._core.skin import Health, SkinModel, SkinState
+from robotskin.layout import finished
 from robotskin.robots.gains import GainSet
 
 PERIOD_NS = 1_000_000
@@ -20,7 +19,7 @@ def ur5() -> RobotModel:
 
 @pytest.fixture(scope="session")
 def skin() -> SkinModel:
-    return Layout.load(str(resources.files("robotskin.layout") / "finished" / "ur5.json")).skin_model()
+    return finished("ur5").skin_model()
 
 
 class Rig(SimpleNamespace):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from robotskin._core.control import ControlError
 from robotskin._core.model import CommandMode
 from robotskin._core.robot import SafetyState
-
 from robotskin.robots.gains import GainSet
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
