@@ -12,7 +12,7 @@ import numpy as np
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
 from robotskin.apps.session import PERIOD_S, Session, SessionError
-from robotskin.viewer.session_view import Ball, SkinReading, Snapshot, Touch
+from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Touch
 
 SNAPSHOT_PERIODS = 16
 """Control periods between two snapshots: some sixty a second."""
@@ -30,7 +30,7 @@ class LiveSession:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.robot = session.robot
+        self.robot: RobotView = session.robot
         self.layout = session.layout
         self.title = f"{session.robot.name}, {len(session.layout)} cells"
         self.failure: BaseException | None = None

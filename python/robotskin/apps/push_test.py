@@ -1,4 +1,4 @@
-"""The scripted demonstration: the same pushes through each interface, and the figures that tell whether it felt them."""
+"""The scripted demonstration: the same pushes through each interface, and figures that tell whether they were felt."""
 
 from __future__ import annotations
 

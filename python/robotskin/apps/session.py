@@ -1,4 +1,4 @@
-"""A skinned robot in one object: the simulated two ends and the real stages between them, stepped in the flow's order."""
+"""A skinned robot in one object: the simulated two ends and the real stages between, stepped in the flow's order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from robotskin._core.driver import Driver
 from robotskin._core.model import CommandMode, JointCommand, JointState
 from robotskin._core.robot import SafetyState
 from robotskin._core.skin import Health, SkinReader, SkinState
-from robotskin._core.world import UdpTransport
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
@@ -49,7 +48,7 @@ class Session:
         layout: Layout,
         seed: int = 1,
         *,
-        link: Link = "udp",
+        link: Link = "in process",
         key: bytes | None = None,
         interface: str = "position",
         mode: str = "clock",
@@ -59,7 +58,7 @@ class Session:
         self.home = self.gains.home
         model = layout.skin_model()
         self.driver = Driver(model, key, ("127.0.0.1", 0) if link == "udp" else None, session_seed=seed)
-        transport = UdpTransport(self.driver.address, key=key) if link == "udp" else None
+        transport = None
         self.world = World(layout, robot, seed, posture=self.home, transport=transport)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(layout))
@@ -130,7 +129,9 @@ class Session:
         while (np.asarray(self.skin.health) != int(Health.alive)).any():
             if self.world.time_s - started > patience_s:
                 silent = np.flatnonzero(np.asarray(self.skin.health) != int(Health.alive))
-                raise SessionError(f"{len(silent)} cells are silent after {patience_s} s, the first is cell {silent[0]}")
+                raise SessionError(
+                    f"{len(silent)} cells are silent after {patience_s} s, the first is cell {silent[0]}"
+                )
             self.step()
         self.reader.tare(0.2)
         self.run(0.25)
@@ -172,8 +173,7 @@ class Session:
 
     def mask_patch(self, patch: int, masked: bool) -> None:
         """Let the cells of a patch contribute nothing to the skin task."""
-        if not self.cycle.request_patch_mask(patch, masked):
-            raise SessionError(f"patch {patch}: there are patches 0 to {self.cycle.patch_count - 1}")
+        self.cycle.request_patch_mask(patch, masked)
 
     # ---- What is known of it ----
 

@@ -107,7 +107,7 @@ def seam_of(layout: Layout, cell: int) -> tuple[float, float]:
 
 
 def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]]:
-    """A cell of a link at the edge of its patch, and the (x, y) metres in its frame two thirds of the way to that edge."""
+    """A cell of a link at the edge of its patch, and (x, y) metres in its frame, two thirds of the way to that edge."""
     layout = session.layout
     free = layout.neighbours[:, :, 0] < 0
     # Two free ports on one side: nothing but the bare link lies beyond that side.

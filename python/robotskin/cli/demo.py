@@ -19,14 +19,15 @@ def command(
     robot: Annotated[str, typer.Option(help="A robot with a gain file.")] = "ur5",
     layout: Annotated[
         Path | None,
-        typer.Option(help="A layout file, or TUM patch files to mount on --link; by default the robot's finished layout."),
+        typer.Option(help="A layout file, or TUM patches to mount on --link; by default the robot's finished layout."),
     ] = None,
     link: Annotated[str, typer.Option(help="The link that carries --layout, and whose cells the script pushes.")] = (
         DEFAULT_LINK
     ),
     headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, measure, and end.")] = False,
     seconds: Annotated[
-        float, typer.Option(help="Simulated seconds for each interface, with --headless; the script takes some 25.", min=0)
+        float,
+        typer.Option(help="Simulated seconds an interface gets with --headless; the script takes some 25.", min=0),
     ] = 20.0,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
