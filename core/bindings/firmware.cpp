@@ -18,6 +18,7 @@
 #include "robotskin/datagram.h"
 #include "robotskin/geometry.h"
 #include "robotskin/operations.h"
+#include "robotskin/receiver.h"
 #include "robotskin/section_unit.h"
 #include "robotskin/settings.h"
 #include "robotskin/timing.h"
@@ -286,6 +287,28 @@ void bind_frames(nb::module_& module) {
       "key"_a, "message"_a, "Chaskey-12 tag of 16 bytes (ISO/IEC 29192-6) under a key of 16 bytes.");
 }
 
+void bind_receiver(nb::module_& module) {
+  nb::class_<rs_receiver>(module, "Receiver", "Finds frames in the bytes of a line (receiver.h).")
+      .def("__init__", [](rs_receiver* self) { new (self) rs_receiver{}; })
+      .def(
+          "feed",
+          [](rs_receiver& self, const nb::bytes& bytes) {
+            nb::list frames;
+            const auto* data = static_cast<const std::uint8_t*>(bytes.data());
+            for (std::size_t i = 0; i < bytes.size(); ++i) {
+              std::array<std::uint8_t, RS_FRAME_BYTES> frame;
+              if (rs_receiver_byte(&self, data[i], frame.data()) == RS_RECEIVED_FRAME) {
+                frames.append(as_bytes(frame.data(), frame.size()));
+              }
+            }
+            return frames;
+          },
+          "bytes"_a, "The frames that these bytes complete.")
+      .def(
+          "idle", [](rs_receiver& self) { return rs_receiver_idle(&self); },
+          "Two byte times of silence: the next byte starts a frame. Returns whether one was cut short.");
+}
+
 }  // namespace
 
 void bind_firmware(nb::module_ module) {
@@ -293,6 +316,7 @@ void bind_firmware(nb::module_ module) {
   bind_limits(module);
   bind_tables(module);
   bind_frames(module);
+  bind_receiver(module);
   bind_firmware_cell(module);
   bind_firmware_section_unit(module);
 }

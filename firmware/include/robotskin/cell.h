@@ -83,6 +83,7 @@ typedef struct {
   uint8_t depth_cap;
   uint8_t rate_divisor;
   uint8_t gain_threshold;
+  uint8_t none[3]; /* named, so that equal states are equal in every byte */
 } rs_wave;
 
 /* What is known of the neighbour at one port. */
