@@ -13,7 +13,9 @@ void rs_identity_boot(rs_cell* cell, uint32_t random, uint32_t now_us) {
 }
 
 void rs_identity_changed(rs_cell* cell, uint32_t now_us) {
-  const uint32_t soon_us = now_us + RS_TOPOLOGY_PAUSE_US;
+  /* Changes come to many cells at once; their reports do not, and one report tells all changes of a while. */
+  const uint32_t soon_us =
+      now_us + RS_TOPOLOGY_PAUSE_US + rs_spread(cell->uid + cell->topology_revision) % RS_TOPOLOGY_SPREAD_US;
   ++cell->topology_revision;
   if (!rs_reached(soon_us, cell->topology_us)) cell->topology_us = soon_us;
 }

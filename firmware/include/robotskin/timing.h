@@ -23,10 +23,11 @@ enum {
   RS_STATUS_US = 4000,         /* to the parent, at least so often */
   RS_STATUS_PAUSE_US = 300,    /* and at most so often */
   RS_TOPOLOGY_US = 1000000,
-  RS_TOPOLOGY_PAUSE_US = 2000, /* between reports of changes */
-  RS_JOIN_SPREAD_US = 3000,    /* over which cells first ask for an id */
-  RS_JOIN_US = 10000,          /* between two requests for an id */
-  RS_REFRESH_US = 200000,      /* a cell is silent at most so long, and a jitter by cell and frame */
+  RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
+  RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */
+  RS_JOIN_SPREAD_US = 3000,      /* over which cells first ask for an id */
+  RS_JOIN_US = 10000,            /* between two requests for an id */
+  RS_REFRESH_US = 200000,        /* a cell is silent at most so long, and a jitter by cell and frame */
   RS_REFRESH_JITTER_US = 40000,
   RS_FRESH_US = 250000 /* promised to the host: refresh, jitter and the way through the network */
 };
