@@ -5,9 +5,9 @@
 
 #include "cell/parts.h"
 
-#define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits)-1)) : 0,
+#define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits) - 1)) : 0,
 #define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
-  (1 << ((is_signed) != 0 ? (bits)-1 : (bits))) - 1,
+  (1 << ((is_signed) != 0 ? (bits) - 1 : (bits))) - 1,
 static const int32_t channel_low[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_LOW)};
 static const int32_t channel_high[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_HIGH)};
 

@@ -25,8 +25,7 @@ enum {
   ROW_4((i), __VA_ARGS__), ROW_4((i) + 4, __VA_ARGS__), ROW_4((i) + 8, __VA_ARGS__), ROW_4((i) + 12, __VA_ARGS__)
 #define ROW_64(i, ...) \
   ROW_16((i), __VA_ARGS__), ROW_16((i) + 16, __VA_ARGS__), ROW_16((i) + 32, __VA_ARGS__), ROW_16((i) + 48, __VA_ARGS__)
-#define TABLE(...) \
-  { ROW_64(0, __VA_ARGS__), ROW_64(64, __VA_ARGS__), ROW_64(128, __VA_ARGS__), ROW_64(192, __VA_ARGS__) }
+#define TABLE(...) {ROW_64(0, __VA_ARGS__), ROW_64(64, __VA_ARGS__), ROW_64(128, __VA_ARGS__), ROW_64(192, __VA_ARGS__)}
 
 /* contribution[k][b]: of byte b when k bytes follow it. */
 static const uint16_t contribution[4][256] = {

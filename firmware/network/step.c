@@ -110,7 +110,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
       if (port < RS_PORTS) receive(cell, port, input->frame, now_us);
       break;
     case RS_INPUT_SENT:
-      if (port < RS_PORTS) cell->queues.busy &= (uint8_t) ~(1U << port);
+      if (port < RS_PORTS) cell->queues.busy &= (uint8_t)~(1U << port);
       break;
     case RS_INPUT_SAMPLE:
       rs_sampling_take(cell, input->sample, input->fault, now_us);

@@ -9,16 +9,17 @@ enum { SLOW_SHARE = 8 }; /* one slow frame is sent for every so many others, if 
 static void pack_advert(const rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
   const rs_neighbour* neighbour = &route->neighbour[port];
-  const uint32_t age_us = now_us - route->origin_us;
-  rs_tick tick = {
-      .type = RS_TYPE_tick,
-      .hops = route->hops,
-      .sender = cell->id,
-      .sender_port = port,
-      .nonce = cell->nonce,
-      .parent = route->parent_port == port + 1U,
-      .heard = neighbour->good > 0U && now_us - neighbour->heard_us<RS_LINK_DOWN_US, .age_us = age_us> 0xFFFU ? 0xFFFU
-                                                                                                              : age_us};
+  uint32_t age_us = now_us - route->origin_us;
+  if (age_us > 0xFFFU) age_us = 0xFFFU;
+  const bool heard = neighbour->good > 0U && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
+  rs_tick tick = {.type = RS_TYPE_tick,
+                  .hops = route->hops,
+                  .sender = cell->id,
+                  .sender_port = port,
+                  .nonce = cell->nonce,
+                  .parent = route->parent_port == port + 1U,
+                  .heard = heard,
+                  .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
   rs_frame_seal(frame);

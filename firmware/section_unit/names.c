@@ -29,7 +29,7 @@ static bool is_taken(const rs_unit_names* names, uint32_t id) {
 }
 
 static void give(rs_unit_names* names, rs_unit_name* entry, uint16_t id) {
-  if (entry->id != RS_ID_NONE) names->taken[entry->id / 8U] &= (uint8_t) ~(1U << (entry->id % 8U));
+  if (entry->id != RS_ID_NONE) names->taken[entry->id / 8U] &= (uint8_t)~(1U << (entry->id % 8U));
   entry->id = id;
   if (id != RS_ID_NONE) names->taken[id / 8U] |= (uint8_t)(1U << (id % 8U));
 }

@@ -300,72 +300,72 @@ RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {
   }
 
 #define RS_POSITION_clock(name, is_signed, bits, text) \
-  RS_clock_##name##_AT, RS_clock_##name##_LAST = RS_clock_##name##_AT + (bits)-1,
+  RS_clock_##name##_AT, RS_clock_##name##_LAST = RS_clock_##name##_AT + (bits) - 1,
 #define RS_UNPACK_clock(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_clock_##name##_AT, bits)
 #define RS_PACK_clock(name, is_signed, bits, text) rs_bits_put(words, RS_clock_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(clock, RS_CLOCK_FIELDS)
 
 #define RS_POSITION_event(name, is_signed, bits, text) \
-  RS_event_##name##_AT, RS_event_##name##_LAST = RS_event_##name##_AT + (bits)-1,
+  RS_event_##name##_AT, RS_event_##name##_LAST = RS_event_##name##_AT + (bits) - 1,
 #define RS_UNPACK_event(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_event_##name##_AT, bits)
 #define RS_PACK_event(name, is_signed, bits, text) rs_bits_put(words, RS_event_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(event, RS_EVENT_FIELDS)
 
 #define RS_POSITION_tick(name, is_signed, bits, text) \
-  RS_tick_##name##_AT, RS_tick_##name##_LAST = RS_tick_##name##_AT + (bits)-1,
+  RS_tick_##name##_AT, RS_tick_##name##_LAST = RS_tick_##name##_AT + (bits) - 1,
 #define RS_UNPACK_tick(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_tick_##name##_AT, bits)
 #define RS_PACK_tick(name, is_signed, bits, text) rs_bits_put(words, RS_tick_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(tick, RS_TICK_FIELDS)
 
 #define RS_POSITION_status(name, is_signed, bits, text) \
-  RS_status_##name##_AT, RS_status_##name##_LAST = RS_status_##name##_AT + (bits)-1,
+  RS_status_##name##_AT, RS_status_##name##_LAST = RS_status_##name##_AT + (bits) - 1,
 #define RS_UNPACK_status(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_status_##name##_AT, bits)
 #define RS_PACK_status(name, is_signed, bits, text) \
   rs_bits_put(words, RS_status_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(status, RS_STATUS_FIELDS)
 
 #define RS_POSITION_grant(name, is_signed, bits, text) \
-  RS_grant_##name##_AT, RS_grant_##name##_LAST = RS_grant_##name##_AT + (bits)-1,
+  RS_grant_##name##_AT, RS_grant_##name##_LAST = RS_grant_##name##_AT + (bits) - 1,
 #define RS_UNPACK_grant(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_grant_##name##_AT, bits)
 #define RS_PACK_grant(name, is_signed, bits, text) rs_bits_put(words, RS_grant_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(grant, RS_GRANT_FIELDS)
 
 #define RS_POSITION_joints(name, is_signed, bits, text) \
-  RS_joints_##name##_AT, RS_joints_##name##_LAST = RS_joints_##name##_AT + (bits)-1,
+  RS_joints_##name##_AT, RS_joints_##name##_LAST = RS_joints_##name##_AT + (bits) - 1,
 #define RS_UNPACK_joints(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_joints_##name##_AT, bits)
 #define RS_PACK_joints(name, is_signed, bits, text) \
   rs_bits_put(words, RS_joints_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(joints, RS_JOINTS_FIELDS)
 
 #define RS_POSITION_torque(name, is_signed, bits, text) \
-  RS_torque_##name##_AT, RS_torque_##name##_LAST = RS_torque_##name##_AT + (bits)-1,
+  RS_torque_##name##_AT, RS_torque_##name##_LAST = RS_torque_##name##_AT + (bits) - 1,
 #define RS_UNPACK_torque(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_torque_##name##_AT, bits)
 #define RS_PACK_torque(name, is_signed, bits, text) \
   rs_bits_put(words, RS_torque_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(torque, RS_TORQUE_FIELDS)
 
 #define RS_POSITION_topology(name, is_signed, bits, text) \
-  RS_topology_##name##_AT, RS_topology_##name##_LAST = RS_topology_##name##_AT + (bits)-1,
+  RS_topology_##name##_AT, RS_topology_##name##_LAST = RS_topology_##name##_AT + (bits) - 1,
 #define RS_UNPACK_topology(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_topology_##name##_AT, bits)
 #define RS_PACK_topology(name, is_signed, bits, text) \
   rs_bits_put(words, RS_topology_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(topology, RS_TOPOLOGY_FIELDS)
 
 #define RS_POSITION_command(name, is_signed, bits, text) \
-  RS_command_##name##_AT, RS_command_##name##_LAST = RS_command_##name##_AT + (bits)-1,
+  RS_command_##name##_AT, RS_command_##name##_LAST = RS_command_##name##_AT + (bits) - 1,
 #define RS_UNPACK_command(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_command_##name##_AT, bits)
 #define RS_PACK_command(name, is_signed, bits, text) \
   rs_bits_put(words, RS_command_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(command, RS_COMMAND_FIELDS)
 
 #define RS_POSITION_reply(name, is_signed, bits, text) \
-  RS_reply_##name##_AT, RS_reply_##name##_LAST = RS_reply_##name##_AT + (bits)-1,
+  RS_reply_##name##_AT, RS_reply_##name##_LAST = RS_reply_##name##_AT + (bits) - 1,
 #define RS_UNPACK_reply(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_reply_##name##_AT, bits)
 #define RS_PACK_reply(name, is_signed, bits, text) rs_bits_put(words, RS_reply_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(reply, RS_REPLY_FIELDS)
 
 #define RS_POSITION_join(name, is_signed, bits, text) \
-  RS_join_##name##_AT, RS_join_##name##_LAST = RS_join_##name##_AT + (bits)-1,
+  RS_join_##name##_AT, RS_join_##name##_LAST = RS_join_##name##_AT + (bits) - 1,
 #define RS_UNPACK_join(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_join_##name##_AT, bits)
 #define RS_PACK_join(name, is_signed, bits, text) rs_bits_put(words, RS_join_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(join, RS_JOIN_FIELDS)

@@ -155,6 +155,18 @@ def take_hop(frame: bytes) -> object:
 def chaskey(key: bytes, message: bytes) -> bytes:
     """Chaskey-12 tag of 16 bytes (ISO/IEC 29192-6) under a key of 16 bytes."""
 
+class Receiver:
+    """Finds frames in the bytes of a line (receiver.h)."""
+
+    def __init__(self) -> None: ...
+    def feed(self, bytes: bytes) -> list:
+        """The frames that these bytes complete."""
+
+    def idle(self) -> bool:
+        """
+        Two byte times of silence: the next byte starts a frame. Returns whether one was cut short.
+        """
+
 class CellOutput:
     """What a cell asks for (cell.h): frames to start, times, LED, flash."""
 
