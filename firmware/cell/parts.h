@@ -76,6 +76,7 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
 /* ---- cell/sampling.c ---- */
 uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
 void rs_sampling_restart(rs_cell* cell, uint32_t now_us);    /* after a change of settings or id, or the first tick */
+void rs_sampling_refresh(rs_cell* cell, uint32_t now_us);    /* a frame for freshness is due, soon */
 void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us);
 
 /* ---- cell/commands.c ---- */

@@ -40,11 +40,16 @@ static uint32_t next_sample_us(const rs_cell* cell, uint32_t period_us, bool sam
   return now_us + wait_us;
 }
 
+void rs_sampling_refresh(rs_cell* cell, uint32_t now_us) {
+  cell->sampling.refresh_due = true;
+  cell->sampling.refresh_us = now_us + rs_spread(cell->id) % RS_REFRESH_SPREAD_US;
+}
+
 void rs_sampling_restart(rs_cell* cell, uint32_t now_us) {
   rs_sampling* sampling = &cell->sampling;
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
   sampling->running = period_us != 0U && cell->id != RS_ID_NONE && cell->route.timed;
-  sampling->refresh_due = true;
+  rs_sampling_refresh(cell, now_us);
   sampling->divided = (uint8_t)(rs_spread(cell->id) >> 24);
   if (sampling->running) sampling->due_us = next_sample_us(cell, period_us, false, now_us);
 }
@@ -118,7 +123,8 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
   }
   if (cell->settings.mode == RS_MODE_EVENT) {
     const bool event = changed(cell, value);
-    const bool refresh = sampling->refresh_due || now_us - sampling->sent_us + period_us >= silence_us(cell);
+    const bool due = sampling->refresh_due && (int32_t)(now_us - sampling->refresh_us) >= 0;
+    const bool refresh = due || now_us - sampling->sent_us + period_us >= silence_us(cell);
     if (event || refresh) send(cell, value, !event, fault, now_us);
   } else if (!divided_away(cell)) {
     send(cell, value, sampling->refresh_due, fault, now_us);

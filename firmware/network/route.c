@@ -58,7 +58,7 @@ static void adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     rs_identity_changed(cell, now_us);
     cell->queues.status_due = true;
   }
-  if (moved || route->wave.root != neighbour->wave.root) cell->sampling.refresh_due = true;
+  if (moved || route->wave.root != neighbour->wave.root) rs_sampling_refresh(cell, now_us);
 
   route->parent_port = (uint8_t)(port + 1U);
   route->hops = (uint8_t)(neighbour->hops + 1U);

@@ -42,7 +42,7 @@ static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   if (cell->keyed) rs_chaskey_key_expand(&cell->key, with->key);
   rs_identity_boot(cell, with->random, now_us);
   rs_route_boot(cell, now_us);
-  cell->sampling.refresh_due = true;
+  rs_sampling_refresh(cell, now_us);
   rs_timer_set(cell, now_us);
 }
 

@@ -161,6 +161,7 @@ typedef struct {
   uint8_t divided; /* samples skipped for the rate divisor */
   bool running;
   bool refresh_due;
+  uint32_t refresh_us; /* not before this time, so that a tree does not refresh all at once */
   bool dropped; /* to be told in the next own frame */
 } rs_sampling;
 

@@ -21,7 +21,9 @@ from robotskin.world import World
 PERIOD_S = 0.001
 INTERFACES = ("position", "velocity", "torque")
 MODES = ("clock", "event")
-RATE_HZ = 250
+EVENT_MASK = 0b0000_01111
+"""Proximity and forces make events, acceleration and temperature do not: the published setting of a moving humanoid,
+whose accelerometers would otherwise all speak at once."""
 
 Link = Literal["udp", "in process"]
 
@@ -163,6 +165,7 @@ class Session:
         if mode not in MODES:
             raise UnknownNameError("mode", mode, MODES)
         for section_unit in sorted({int(group) for group in self.layout.section_unit}):
+            self.driver.command("event_mask", EVENT_MASK, section_unit=section_unit)
             self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
         self.mode = mode
 
