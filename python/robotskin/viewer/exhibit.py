@@ -10,7 +10,8 @@ from robotskin.viewer.colours import category_colours
 from robotskin.viewer.legend import PADDING, legend
 from robotskin.viewer.network import wired_tree
 from robotskin.viewer.scene import Scene
-from robotskin.viewer.server import address, open_server
+from robotskin.viewer.server import address, close_server, open_server
+from robotskin.viewer.session_view import Floats
 
 MODALITIES = ("patch", "network")
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see how it is wired.</div>'
@@ -34,14 +35,14 @@ class Exhibit:
         self.scene.on_cell_click = self._show_cell
         gui = self.server.gui
         with gui.add_folder("Colour"):
-            self._modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="patch")
+            self.modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="patch")
             self._cables = gui.add_checkbox("Cables", False, visible=bool(layout.cables))
             self._legend = gui.add_html("")
         with gui.add_folder("Cell"):
-            self._card = gui.add_html(NOTHING_CHOSEN)
+            self.card = gui.add_html(NOTHING_CHOSEN)
         with gui.add_folder("Posture"):
             self._joints = [self._joint_slider(joint) for joint in range(robot.joint_count)]
-        self._modality.on_update(lambda _: self.show())
+        self.modality.on_update(lambda _: self.show())
         self._cables.on_update(lambda _: self.show())
         self.show()
 
@@ -53,20 +54,25 @@ class Exhibit:
 
     def close(self) -> None:
         """Stop serving."""
-        self.server.stop()
+        close_server(self.server)
 
     def show(self) -> None:
         """Draw the skin in the chosen colours."""
-        modality = self._modality.value
+        modality = self.modality.value
         self._legend.content = legend(modality, self.layout, self._cable)
         self.scene.colour(category_colours(self.layout.patch if modality == "patch" else self._cable))
         self.scene.show_tree(modality == "network")
         self.scene.show_cables(self._cables.value)
 
+    def bend(self, posture: Floats) -> None:
+        """Take a posture (n,), rad or m."""
+        self.posture = np.array(posture, dtype=float)
+        self.scene.move(self.posture)
+
     def _show_cell(self, cell: int) -> None:
         self.scene.mark(cell, None)
         rows = place_rows(cell, self.layout, self._cable)
-        self._card.content = f'<div style="{PADDING};font-size:12px"><b>Cell {cell}</b>{rows}</div>'
+        self.card.content = f'<div style="{PADDING};font-size:12px"><b>Cell {cell}</b>{rows}</div>'
 
     def _joint_slider(self, joint: int) -> viser.GuiSliderHandle[float]:
         lower = float(np.maximum(self.robot.lower[joint], -np.pi))
@@ -76,7 +82,8 @@ class Exhibit:
 
         @slider.on_update
         def _(_: viser.GuiEvent) -> None:
-            self.posture[joint] = slider.value
-            self.scene.move(self.posture)
+            posture = self.posture.copy()
+            posture[joint] = slider.value
+            self.bend(posture)
 
         return slider

@@ -17,7 +17,7 @@ from robotskin.viewer.controls import APPROACH, PUSH, Controls
 from robotskin.viewer.network import follow, wired_tree
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
-from robotskin.viewer.server import address, open_server
+from robotskin.viewer.server import address, close_server, open_server
 from robotskin.viewer.session_view import Health, SessionView, Snapshot
 
 FRAMES_PER_S = 30
@@ -65,7 +65,7 @@ class Page:
         """Stop serving; the session goes on."""
         self._closing.set()
         self._thread.join()
-        self.server.stop()
+        close_server(self.server)
 
     # What a person does ---------------------------------------------------------------------------------------------
 

@@ -19,6 +19,12 @@ def open_server(title: str, port: int) -> viser.ViserServer:
     return server
 
 
+def close_server(server: viser.ViserServer) -> None:
+    """Stop serving."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
 def address(server: viser.ViserServer) -> str:
     """What to type into a browser."""
     return f"http://{HOST}:{server.get_port()}"

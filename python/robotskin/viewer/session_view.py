@@ -124,9 +124,17 @@ class SessionView(Protocol):
     A command that cannot be obeyed raises `RobotskinError`; the page shows its message.
     """
 
-    robot: RobotView
-    layout: Layout
-    title: str
+    @property
+    def robot(self) -> RobotView:
+        """What is moved."""
+
+    @property
+    def layout(self) -> Layout:
+        """What feels."""
+
+    @property
+    def title(self) -> str:
+        """What the page is called."""
 
     def snapshot(self) -> Snapshot:
         """The latest moment."""

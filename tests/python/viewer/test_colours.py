@@ -17,7 +17,7 @@ from robotskin.viewer.colours import (
     table,
 )
 from robotskin.viewer.legend import legend
-from robotskin.viewer.network import follow, wired_tree
+from robotskin.viewer.network import follow, grown_tree, wired_tree
 from robotskin.viewer.session_view import Health
 
 
@@ -107,3 +107,15 @@ def test_every_cell_reports_through_the_cable_at_the_end_of_its_way() -> None:
     cut[5] = 6  # Cells 5 and 6 now send to each other.
     assert np.all(follow(cut, layout)[5:half] == -1)
     assert np.array_equal(follow(cut, layout)[:5], cable[:5])
+
+
+def test_the_tree_that_cells_report_is_followed_port_by_port() -> None:
+    layout = stand_in_layout()
+    half = len(layout) // 2
+    count = len(layout)
+    topology = {"heard_ns": np.ones(count, dtype=np.int64), "parent_port": np.ones(count, dtype=np.uint8)}
+    topology["parent_port"][[0, half]] = 2  # The ports that hold the cables.
+    assert np.array_equal(grown_tree(layout, topology), wired_tree(layout)[1])
+    topology["heard_ns"][7] = 0
+    topology["parent_port"][8] = 0
+    assert np.all(grown_tree(layout, topology)[[7, 8]] == -1)
