@@ -1,12 +1,16 @@
 """The commanding half of the page: how to touch, how the robot answers, and what the colours mean."""
 
 from collections.abc import Callable
+from typing import Any
 
 import viser
 
 from robotskin.viewer.colours import MODALITIES
 from robotskin.viewer.legend import legend
 from robotskin.viewer.session_view import INTERFACES, MODES, Integers, SessionView, Snapshot
+
+# How long a session may take to do as it is told before the page shows what it does instead.
+WISH_S = 2.0
 
 PUSH, APPROACH, LOOK = "pushes", "brings a hand near", "only looks"
 HINT = {
@@ -38,7 +42,7 @@ class Controls:
             self.distance = gui.add_slider("Hand at [cm]", 0.0, 30.0, 0.5, 6.0, visible=False)
             release = gui.add_button("Take the hand away", icon=viser.Icon.HAND_OFF)
         with gui.add_folder("Robot"):
-            self._interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
+            self.interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
             self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
             reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
@@ -59,16 +63,11 @@ class Controls:
         def _(_: viser.GuiEvent) -> None:
             self._legend.content = legend(self._modality.value, session.layout, cable)
 
-        # The person's wishes only: values that the page itself sets carry no client.
-        def on_wish(handle: viser.GuiInputHandle, action: Callable[[], None]) -> None:
-            @handle.on_update
-            def _(event: viser.GuiEvent) -> None:
-                if event.client is not None:
-                    command(action)
-
-        on_wish(self._interface, lambda: session.set_interface(self._interface.value))
-        on_wish(self._mode, lambda: session.set_mode(self._mode.value))
-        on_wish(self._skin, lambda: session.set_skin(self._skin.value))
+        self._switches: dict[str, _Switch] = {
+            "interface": _Switch(self.interface, session.set_interface, command),
+            "mode": _Switch(self._mode, session.set_mode, command),
+            "skin_on": _Switch(self._skin, session.set_skin, command),
+        }
         release.on_click(lambda _: command(session.release))
         reset.on_click(lambda _: command(session.reset))
         self.release = release
@@ -93,15 +92,10 @@ class Controls:
         """How long a push lasts; None: until it is released."""
         return None if self.hold.value else float(self.duration.value)
 
-    def update(self, snapshot: Snapshot) -> None:
-        """Show what the session does now, whoever asked for it."""
-        for handle, value in (
-            (self._interface, snapshot.interface),
-            (self._mode, snapshot.mode),
-            (self._skin, snapshot.skin_on),
-        ):
-            if handle.value != value:
-                handle.value = value  # type: ignore[misc]
+    def update(self, snapshot: Snapshot, now_s: float) -> None:
+        """Show what the session does now, whoever asked for it; `now_s` is the wall clock's, of any origin."""
+        for name, switch in self._switches.items():
+            switch.show(getattr(snapshot, name), now_s)
 
     def use(self, tool: str) -> None:
         """Choose what a click does."""
@@ -117,6 +111,36 @@ class Controls:
         self.force.visible = self.hold.visible = self.tool == PUSH
         self.duration.visible = self.tool == PUSH and not self.hold.value
         self.distance.visible = self.tool == APPROACH
+
+
+class _Switch:
+    """A setting that a person wishes and the session has: the page shows the wish until the session had its time."""
+
+    def __init__(
+        self,
+        handle: viser.GuiDropdownHandle[str] | viser.GuiCheckboxHandle,
+        obey: Callable[[Any], None],
+        command: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._handle = handle
+        self._differs_since_s: float | None = None
+
+        # An asynchronous callback sees the value that the person chose, before anything else can change it.
+        @handle.on_update
+        async def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:  # What the page itself sets is no wish.
+                value = handle.value
+                command(lambda: obey(value))
+
+    def show(self, value: Any, now_s: float) -> None:
+        """Take over what the session has, unless a wish for something else is younger than `WISH_S`."""
+        if self._handle.value == value:
+            self._differs_since_s = None
+        elif self._differs_since_s is None:
+            self._differs_since_s = now_s
+        elif now_s - self._differs_since_s > WISH_S:
+            self._handle.value = value  # type: ignore[misc]
+            self._differs_since_s = None
 
 
 def _hint(tool: str) -> str:

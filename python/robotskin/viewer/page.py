@@ -140,7 +140,7 @@ class Page:
             self._remember(snapshot)
             if self._drawn % FRAMES_PER_READOUT == 0:
                 self.readouts.update(snapshot, self.chosen, self._cable, silent_s)
-                self.controls.update(snapshot)
+                self.controls.update(snapshot, now_s)
             if self._drawn % FRAMES_PER_PLOT == 0:
                 self.readouts.update_plots()
         self._drawn += 1

@@ -10,7 +10,7 @@ from robotskin.viewer.camera import Camera
 from robotskin.viewer.cell_card import cell_card
 from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import NO_FRESH_VALUE
-from robotskin.viewer.controls import APPROACH, LOOK
+from robotskin.viewer.controls import APPROACH, LOOK, WISH_S
 from robotskin.viewer.page import SILENCE_S, Page
 from robotskin.viewer.readouts import History, joint_rows, state_tiles
 from robotskin.viewer.scene import HANDLE_LIFT_M
@@ -128,6 +128,17 @@ def test_a_session_that_refuses_does_not_break_the_page(page: Page) -> None:
     page.command(lambda: page.session.set_interface("voltage"))
     page.draw(page.session.snapshot(), 0.0)
     assert page.failure is None
+
+
+def test_a_wish_stands_until_the_session_had_its_time(page: Page) -> None:
+    interface = page.controls.interface
+    snapshot = page.session.snapshot()
+    interface.value = "velocity"
+    page.controls.update(snapshot, 0.0)
+    page.controls.update(snapshot, 0.9 * WISH_S)
+    assert interface.value == "velocity"
+    page.controls.update(snapshot, 1.1 * WISH_S)
+    assert interface.value == snapshot.interface == "torque"
 
 
 def test_plots_show_force_and_way_of_the_chosen_cell(page: Page) -> None:
