@@ -1,0 +1,227 @@
+"""`robotskin bench selfconfig`: what the skin finds out about itself, against the truth and against published methods.
+
+Imperfections are those of `AccelerometerImperfections`; figures are medians over the seeds.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from robotskin.layout import finished_layouts
+from robotskin.layout.layout import Layout
+from robotskin.selfconfig.accuracy import mean_errors, within_confidence
+from robotskin.selfconfig.gravity_samples import GravitySamples
+from robotskin.selfconfig.hinge import gap_vectors
+from robotskin.selfconfig.loop_closing import close_loops, gap_lengths, read_stored_patch, rotation_changes
+from robotskin.selfconfig.neighbours import NeighbourLists
+from robotskin.selfconfig.procrustes import reconstruct_by_chain
+from robotskin.selfconfig.reconstruction import reconstruct
+from robotskin.selfconfig.simulated_limb import forearm_patch, gravity_readings, random_directions
+from robotskin.selfconfig.topology import Topology, explore
+
+Figures = dict[str, float]
+
+# The gravity directions are the same for every seed: sets of poses are compared, not draws of them.
+POSE_SEED = 2019
+
+
+def run(
+    *,
+    seed: Annotated[int, typer.Option(help="First seed.")] = 0,
+    seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 10,
+    data: Annotated[Path | None, typer.Option(help="Folder of TUM patch files (*.json).")] = None,
+) -> Figures:
+    """Topology, 3-D reconstruction and loop closing of the self-configuration."""
+    chosen = range(seed, seed + seeds)
+    figures = topology_figures(seed) | reconstruction_figures(chosen)
+    folder = data or default_data()
+    if folder is not None:
+        figures |= tum_figures(folder)
+    return figures
+
+
+def default_data() -> Path | None:
+    """Published patches beside the repository, or in $ROBOTSKIN_SHARED."""
+    repository = Path(__file__).resolve().parents[3]
+    shared = Path(os.environ.get("ROBOTSKIN_SHARED", repository.parent / "shared"))
+    folder = shared / "data" / "tum_patches"
+    return folder if folder.is_dir() else None
+
+
+def layouts() -> dict[str, Layout]:
+    """The finished layouts that the project ships."""
+    folder = Path(finished_layouts.__file__).parent
+    return {path.stem: Layout.load(path) for path in sorted(folder.glob("*.json*"))}
+
+
+def topology_figures(seed: int) -> Figures:
+    """Exactness on every shipped layout and on a lattice of 10 000 cells, and the time for that one."""
+    exact = []
+    for layout in layouts().values():
+        key = layout.section_unit.astype(np.int64) << 16 | layout.id
+        topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
+        exact.append(_is_exact(topology, key, layout.neighbours))
+    table = square_lattice(100, np.random.default_rng(seed))
+    lists = NeighbourLists.from_indices(np.arange(len(table)) + 1, table)
+    start = time.perf_counter()
+    topology = explore(lists)
+    seconds = time.perf_counter() - start
+    exact.append(_is_exact(topology, lists.cell, table) and int(topology.hops.max()) == 100)
+    return {"topology_exact": float(all(exact)), "topology_layouts": float(len(exact)), "topology_10k_s": seconds}
+
+
+def _is_exact(topology: Topology, key: NDArray[np.int64], neighbours: NDArray) -> bool:
+    """Every edge of the table found, none invented, no defect claimed, every path a chain of real edges."""
+    edges = {(cell, port, *neighbours[cell, port]) for cell, port in np.argwhere(neighbours[:, :, 0] >= 0).tolist()}
+    found = set()
+    for a, p, b, q in topology.edges.tolist():
+        found |= {(a, p, b, q + 1), (b, q, a, p + 1)}
+    steps = topology.hops[topology.parent >= 0] == topology.hops[topology.parent[topology.parent >= 0]] + 1
+    same = {tuple(int(value) for value in edge) for edge in edges} == found
+    return bool(same and not topology.defects and steps.all() and np.array_equal(topology.cell, key))
+
+
+def square_lattice(side: int, random: np.random.Generator) -> NDArray[np.int64]:
+    """(side², 4, 2) neighbours of a flat lattice, its cells in a random order."""
+    cell = random.permutation(side * side).reshape(side, side)
+    table = np.tile(np.array([-1, 0]), (side * side, 4, 1))
+    for port, partner, a, b in ((0, 3, cell[:, :-1], cell[:, 1:]), (1, 2, cell[:-1], cell[1:])):
+        table[a, port] = np.stack([b, np.full_like(b, partner + 1)], axis=-1)
+        table[b, partner] = np.stack([a, np.full_like(a, port + 1)], axis=-1)
+    return table
+
+
+def pose_sets() -> dict[str, NDArray[np.float64]]:
+    """(K, 3) directions opposite to gravity in the patch frame, by name of the set."""
+    return {
+        "random": random_directions(np.random.default_rng(POSE_SEED), 8),
+        "half": random_directions(np.random.default_rng(POSE_SEED), 8, half=True),
+    }
+
+
+def reconstruct_once(seed: int, up: NDArray[np.float64], hinge_rms_m: float = 0.0, dead: int = 0) -> Figures:
+    """One forearm patch of 66 cells, reconstructed by the three methods."""
+    random = np.random.default_rng(seed)
+    patch = forearm_patch(random, hinge_rms_m=hinge_rms_m)
+    topology = explore(patch.lists)
+    readings = gravity_readings(patch.patch_from_cell, up, random)
+    readings[random.choice(len(patch), dead, replace=False)] = np.nan
+    samples = GravitySamples.from_raw(readings)
+    start = time.perf_counter()
+    result = reconstruct(topology, samples)
+    seconds = time.perf_counter() - start
+    truth = patch.root_from_cell(int(topology.root[0]))
+    ours = mean_errors(result.root_from_cell, truth)
+    live = mean_errors(result.root_from_cell[~result.silent], truth[~result.silent])
+    paper = mean_errors(reconstruct_by_chain(topology, samples), truth)
+    centred = mean_errors(reconstruct_by_chain(topology, samples, centred=True), truth)
+    others = np.arange(len(truth)) != result.root
+    loops = topology.loop_edges()
+    true_gap = np.linalg.norm(gap_vectors(truth, result.edges), axis=1)
+    return {
+        "rotation_deg": ours[0],
+        "position_mm": ours[1],
+        "live_rotation_deg": live[0],
+        "live_position_mm": live[1],
+        "paper_rotation_deg": paper[0],
+        "paper_position_mm": paper[1],
+        "centred_rotation_deg": centred[0],
+        "centred_position_mm": centred[1],
+        "inside": float(within_confidence(result.root_from_cell, truth, result.covariance)[others].mean()),
+        "gap_mm": float(1e3 * np.abs(np.linalg.norm(result.gap, axis=1) - true_gap)[loops].mean()),
+        "seconds": seconds,
+    }
+
+
+def reconstruction_figures(seeds: range) -> Figures:
+    """Errors of the joint adjustment and of both baselines, by set of poses; medians over the seeds."""
+
+    def over_seeds(up: NDArray[np.float64], hinge_rms_m: float = 0.0, dead: int = 0) -> tuple[Figures, float]:
+        runs = [reconstruct_once(seed, up, hinge_rms_m, dead) for seed in seeds]
+        # Coverage is a frequency, so it is pooled; its median over seeds would hide the tails.
+        return {key: float(np.median([one[key] for one in runs])) for key in runs[0]}, float(
+            np.mean([one["inside"] for one in runs])
+        )
+
+    figures: Figures = {}
+    by_set, inside = {}, []
+    for name, up in pose_sets().items():
+        by_set[name], covered = over_seeds(up)
+        inside.append(covered)
+        for key in ("rotation_deg", "position_mm"):
+            kind, unit = key.split("_")
+            figures[f"{name}_{kind}_error_{unit}"] = by_set[name][key]
+            figures[f"baseline_paper_{name}_{kind}_{unit}"] = by_set[name][f"paper_{key}"]
+            figures[f"baseline_centred_{name}_{kind}_{unit}"] = by_set[name][f"centred_{key}"]
+        figures[f"{name}_nees_within_95"] = covered
+        figures[f"{name}_gain_over_paper"] = by_set[name]["paper_rotation_deg"] / by_set[name]["rotation_deg"]
+    two, covered = over_seeds(random_directions(np.random.default_rng(POSE_SEED), 2))
+    inside.append(covered)
+    hard, covered = over_seeds(pose_sets()["random"], 5e-4, 5)
+    inside.append(covered)
+    return figures | {
+        "rotation_error_deg": max(one["rotation_deg"] for one in by_set.values()),
+        "position_error_mm": max(one["position_mm"] for one in by_set.values()),
+        "gain_over_paper": min(
+            one[f"paper_{key}"] / one[key] for one in by_set.values() for key in ("rotation_deg", "position_mm")
+        ),
+        "loop_gap_error_mm": max(one["gap_mm"] for one in by_set.values()),
+        "two_pose_rotation_deg": two["rotation_deg"],
+        "two_pose_position_mm": two["position_mm"],
+        "baseline_paper_two_pose_rotation_deg": two["paper_rotation_deg"],
+        "baseline_centred_two_pose_rotation_deg": two["centred_rotation_deg"],
+        "hard_rotation_deg": hard["rotation_deg"],
+        "hard_position_mm": hard["position_mm"],
+        "hard_live_rotation_deg": hard["live_rotation_deg"],
+        "hard_live_position_mm": hard["live_position_mm"],
+        "hard_loop_gap_error_mm": hard["gap_mm"],
+        "baseline_paper_hard_rotation_deg": hard["paper_rotation_deg"],
+        "baseline_paper_hard_position_mm": hard["paper_position_mm"],
+        "baseline_centred_hard_rotation_deg": hard["centred_rotation_deg"],
+        "baseline_centred_hard_position_mm": hard["centred_position_mm"],
+        "nees_within_95": float(np.mean(inside)),
+        "reconstruct_66_cells_s": float(np.median([one["seconds"] for one in by_set.values()])),
+    }
+
+
+def tum_figures(folder: Path) -> Figures:
+    """Loops of published patches closed from their stored relative rotations; one figure a loop edge, and the curve."""
+    patches = {path.stem: read_stored_patch(path) for path in sorted(folder.glob("*.json"))}
+    figures: Figures = {}
+    stored_gaps, closed_gaps, held_out, turns = [], [], [], []
+    for name, stored in patches.items():
+        edges, loops = stored.topology.edges, stored.loop_edges()
+        closed = close_loops(stored)
+        before, after = gap_lengths(stored.root_from_cell, edges), gap_lengths(closed, edges)
+        turns += np.degrees(rotation_changes(stored.root_from_cell, closed)).tolist()
+        for edge in loops:
+            predicted = gap_lengths(close_loops(stored, without_edge=int(edge)), edges)[edge]
+            label = f"{name}_{stored.edge_name(int(edge))}"
+            figures[f"tum_stored_gap_mm_{label}"] = 1e3 * float(before[edge])
+            figures[f"tum_gap_mm_{label}"] = 1e3 * float(after[edge])
+            figures[f"tum_heldout_gap_mm_{label}"] = 1e3 * float(predicted)
+            stored_gaps.append(before[edge])
+            closed_gaps.append(after[edge])
+            held_out.append(predicted)
+    for trust_mrad in (2, 5, 10, 20, 40):
+        gaps, changes = [], []
+        for stored in patches.values():
+            pose = close_loops(stored, rotation_deviation_rad=1e-3 * trust_mrad)
+            gaps += gap_lengths(pose, stored.topology.edges)[stored.loop_edges()].tolist()
+            changes += np.degrees(rotation_changes(stored.root_from_cell, pose)).tolist()
+        figures[f"tum_curve_gap_mm_at_{trust_mrad}_mrad"] = 1e3 * float(np.mean(gaps))
+        figures[f"tum_curve_rotation_deg_at_{trust_mrad}_mrad"] = float(np.mean(changes))
+    return figures | {
+        "tum_stored_gap_mean_mm": 1e3 * float(np.mean(stored_gaps)),
+        "tum_loop_gap_mean_mm": 1e3 * float(np.mean(closed_gaps)),
+        "tum_rotation_change_mean_deg": float(np.mean(turns)),
+        "tum_rotation_change_max_deg": float(np.max(turns)),
+        "tum_heldout_gap_ratio": float(np.mean(held_out) / np.mean(stored_gaps)),
+    }
