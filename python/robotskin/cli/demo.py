@@ -11,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from robotskin.apps.session import Session
+    from robotskin.layout.mounting import read_for
 
 DEFAULT_LINK = "forearm_link"
 
@@ -44,11 +45,12 @@ def command(
     from robotskin import layout as layouts
     from robotskin import robots
     from robotskin.apps.session import Session
+    from robotskin.layout.mounting import read_for
 
     console = Console()
     with console.status(f"loading {robot}"):
         model = robots.load(robot)
-        skin = layouts.finished(model.name) if layout is None else layouts.read_for(model, layout, link)
+        skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
         session = Session(model, skin, seed, interface=interface, mode=mode)
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))

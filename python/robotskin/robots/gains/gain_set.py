@@ -96,23 +96,25 @@ class GainSet:
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
         """(N) m/N: how far each cell gives way along its normal to the joint task alone, nᵀ J K⁻¹ Jᵀ n."""
-        lever = _levers(robot, skin, self.home if posture is None else posture)
+        _, lever = _jacobians(robot, skin, self.home if posture is None else posture)
         return np.einsum("cj,j,cj->c", lever, 1 / np.array(self.values["joint"]["stiffness"]), lever)
 
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """(N) w_f of eq. 14, for which every cell gives way by the same length to a newton.
+        """(N) w_f of eq. 14, for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n| (1 + w_f).
 
-        A cell whose normal passes close by the joint axes could only do so by large turns of the joints; its weight is
-        bounded by `largest_give_rad_per_n` and `largest_force_weight`.
+        The length is that of the whole motion, since a cell may move aside more than it gives way. A cell whose normal
+        passes close by the joint axes could only do so by large turns of the joints; its weight is bounded by
+        `largest_give_rad_per_n` and `largest_force_weight`.
         """
         gains = self.values["skin"]
-        lever = _levers(robot, skin, self.home if posture is None else posture)
-        give = np.abs(lever / np.array(self.values["joint"]["stiffness"])).max(axis=1)
-        stiff = self.stiff_compliance(robot, skin, posture)
+        jacobian, lever = _jacobians(robot, skin, self.home if posture is None else posture)
+        turn = lever / np.array(self.values["joint"]["stiffness"])
+        give = np.abs(turn).max(axis=1)
+        moved = np.linalg.norm(np.einsum("cij,cj->ci", jacobian, turn), axis=1)
         with np.errstate(divide="ignore"):
-            total = np.minimum(gains["compliance_m_per_n"] / stiff, gains["largest_give_rad_per_n"] / give)
+            total = np.minimum(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
         return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
 
     def cycle_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> CycleGains:
@@ -160,23 +162,26 @@ class GainSet:
             raise GainError(f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}")
 
 
-def _levers(robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, n) torque at each joint of a newton along each cell's inward normal, m."""
+def _jacobians(
+    robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each cell, base frame: (N, 3, n) its velocity by joint velocity; (N, n) the torque of an inward newton."""
     dynamics = RobotDynamics(robot)
     dynamics.update(np.ascontiguousarray(posture, dtype=float), np.zeros(robot.joint_count))
-    result = np.zeros((len(skin), robot.joint_count))
+    jacobian = np.zeros((len(skin), 3, robot.joint_count))
+    inward = np.zeros((len(skin), 3))
     pose = skin.link_from_cell
     for index, name in enumerate(skin.link_names):
         cells = np.flatnonzero(skin.link == index)
         link = robot.link_index(name)
         if not len(cells) or robot.link_joints[link] == BASE:
             continue
-        base_from_link = dynamics.base_from_link(link)
-        jacobian = dynamics.link_jacobian(link)
-        force = -pose[cells, :3, 2] @ base_from_link[:3, :3].T
-        moment = np.cross(pose[cells, :3, 3] @ base_from_link[:3, :3].T, force)
-        result[cells] = np.hstack([force, moment]) @ jacobian
-    return result
+        base_from_link = dynamics.base_from_link(link)[:3, :3]
+        linear, angular = np.split(dynamics.link_jacobian(link), 2)
+        arm = pose[cells, :3, 3] @ base_from_link.T
+        jacobian[cells] = linear + np.cross(angular.T, arm[:, None, :]).transpose(0, 2, 1)
+        inward[cells] = -pose[cells, :3, 2] @ base_from_link.T
+    return jacobian, np.einsum("ci,cij->cj", inward, jacobian)
 
 
 def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
