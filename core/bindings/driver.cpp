@@ -8,6 +8,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <limits>
 #include <random>
 
 #include "bindings/bindings.hpp"
@@ -141,6 +142,7 @@ nb::list replies_list(Driver& driver) {
     dict["status"] = reply_status_name(reply->status);
     dict["counter"] = reply->counter;
     dict["index"] = reply->index;
+    dict["of"] = operation_name(reply->value_high);
     dict["value"] = reply->value;
     dict["heard_ns"] = reply->heard_ns;
     list.append(dict);
@@ -198,7 +200,7 @@ In process, give datagrams to `handle` and call `publish`; with a socket, call `
           "__init__",
           [](HostDriver* self, const nb::object& cells, const std::optional<nb::bytes>& key,
              const std::optional<HostPort>& bind, const std::vector<HostPort>& units, std::optional<std::uint64_t> seed,
-             std::size_t spare_cells, std::size_t spare_groups, double batch_ms) {
+             std::size_t spare_cells, std::size_t spare_groups, double batch_ms, bool realtime) {
             Options options{.keys = keys_from(cells),
                             .key = {},
                             .session_seed = 0,
@@ -209,8 +211,10 @@ In process, give datagrams to `handle` and call `publish`; with a socket, call `
             options.session_seed = seed ? *seed : std::uint64_t{random()} << 32 | random();
             std::optional<Address> local;
             ReceiverOptions receiver;
+            receiver.realtime = realtime;
             receiver.batch_ns = static_cast<std::int64_t>(batch_ms * 1e6);
             if (bind) {
+              options.calendar_ns = calendar_ns();
               local = Address::resolve(bind->first, bind->second);
               for (const HostPort& unit : units) {
                 receiver.units.push_back(Address::resolve(unit.first, unit.second, local->storage.ss_family));
@@ -220,11 +224,13 @@ In process, give datagrams to `handle` and call `publish`; with a socket, call `
           },
           "cells"_a, "key"_a = nb::none(), "bind"_a = nb::none(), "units"_a = std::vector<HostPort>{}, nb::kw_only(),
           "session_seed"_a = nb::none(), "spare_cells"_a = 0, "spare_groups"_a = 0, "batch_ms"_a = 0.8,
+          "realtime"_a = false,
           R"(`cells`: a SkinModel, or cell keys (section unit << 16 | id), whose order is that of every array.
 `key`: 32 bytes shared with the section units; with it nothing unauthenticated is accepted.
 `bind`: (host, port) of a UDP socket, port 0 for any free one. `units`: (host, port) of section units to wake.
 `session_seed`: sessions are drawn from it, by default at random. `spare_cells`, `spare_groups`: room for cells and
 section-unit groups not in `cells`, added when first heard. `batch_ms`: pause between two wakes of the thread.
+`realtime`: the thread runs before all that are not real-time, where the system permits it.
 Raises ValueError for a bad key, cell or host, RuntimeError if the address cannot be bound.)")
       .def(
           "handle",
@@ -290,7 +296,10 @@ Raises ValueError for a bad key, cell or host, RuntimeError if the address canno
              std::optional<CellKey> cell, std::uint16_t section_unit) {
             Command command;
             command.operation = operation_from(operation);
-            command.value = static_cast<std::uint64_t>(value);
+            if (value < std::numeric_limits<std::int32_t>::min() || value > std::numeric_limits<std::uint32_t>::max()) {
+              throw std::invalid_argument("value " + std::to_string(value) + " does not fit into 32 bits");
+            }
+            command.value = static_cast<std::uint32_t>(value);
             command.index = index;
             command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
             if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
@@ -298,12 +307,19 @@ Raises ValueError for a bad key, cell or host, RuntimeError if the address canno
               throw std::invalid_argument("cell id " + std::to_string(command.target) + " is not between 1 and 16382");
             }
             const std::optional<std::uint16_t> counter = self.driver.command(command);
+            if (!self.driver.ready_to_command()) {
+              throw std::runtime_error("no section unit has been heard yet: a command cannot be numbered");
+            }
             if (!counter) throw std::runtime_error("256 commands are waiting already: let the driver send them");
             return *counter;
           },
           "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "section_unit"_a = 0,
           R"(Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
-Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell.)")
+Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell, RuntimeError before
+the first section unit has been heard (`ready_to_command`) and when 256 commands are waiting.)")
+      .def_prop_ro(
+          "ready_to_command", [](const HostDriver& self) { return self.driver.ready_to_command(); },
+          "Whether a section unit has told the counter of its last command.")
       .def(
           "power",
           [](HostDriver& self, bool on, std::uint16_t section_unit, std::uint8_t unit, std::uint8_t port) {
@@ -314,7 +330,8 @@ Returns its counter, which the replies carry. Raises ValueError for an unknown o
       .def(
           "replies", [](HostDriver& self) { return replies_list(self.driver); },
           nb::sig("def replies(self) -> list[dict[str, int | str]]"),
-          "Answers to commands since the last call: key, operation, status, counter, index, value, heard_ns.")
+          R"(Answers to commands since the last call: key, operation, status, counter, index, value now in force and the
+operation it is `of`, heard_ns.)")
       .def(
           "samples", [](HostDriver& self) { return samples_dict(self.driver.samples()); },
           nb::sig("def samples(self) -> dict[str, numpy.ndarray]"),

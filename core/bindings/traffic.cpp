@@ -43,6 +43,8 @@ void bind_traffic(nb::module_ module) {
           "records_per_datagram"_a = int{RS_DATAGRAM_RECORDS_MAX}, "seed"_a = 1, "event_mode"_a = false)
       .def("keys", &Traffic::keys)
       .def("hear", [](Traffic& self, const nb::bytes& datagram) { self.hear(bytes_of(datagram)); })
+      .def_prop_ro("frames", &Traffic::frames, "Frames sent so far.")
+      .def_prop_ro("connected", &Traffic::connected, "Whether every unit has a host and knows that it lives now.")
       .def(
           "step",
           [](Traffic& self, std::uint64_t now_ns) {
@@ -89,12 +91,12 @@ void bind_traffic(nb::module_ module) {
       "send_traffic",
       [](const std::pair<std::string, std::uint16_t>& to, const std::pair<std::string, std::uint16_t>& local,
          double seconds, std::size_t cells, unsigned rate_hz, const std::optional<nb::bytes>& key, unsigned records,
-         std::uint64_t seed, double patience_s) {
+         std::uint64_t seed, double patience_s, bool realtime) {
         const TrafficOptions options = options_from(cells, rate_hz, key, records, seed, false);
         TrafficReport report;
         {
           nb::gil_scoped_release release;
-          report = send_traffic(options, to.first, to.second, local.first, local.second, seconds, patience_s);
+          report = send_traffic(options, to.first, to.second, local.first, local.second, seconds, patience_s, realtime);
         }
         nb::dict dict;
         dict["frames"] = report.frames;
@@ -107,9 +109,10 @@ void bind_traffic(nb::module_ module) {
       },
       "to"_a, "local"_a, "seconds"_a, nb::kw_only(), "cells"_a = 1260, "rate_hz"_a = 250, "key"_a = nb::none(),
       "records_per_datagram"_a = int{RS_DATAGRAM_RECORDS_MAX}, "seed"_a = 1, "patience_s"_a = 10.0,
+      "realtime"_a = false,
       nb::sig("def send_traffic(to: tuple[str, int], local: tuple[str, int], seconds: float, *, cells: int = 1260, "
               "rate_hz: int = 250, key: bytes | None = None, records_per_datagram: int = 69, seed: int = 1, "
-              "patience_s: float = 10.0) -> dict[str, float]"),
+              "patience_s: float = 10.0, realtime: bool = False) -> dict[str, float]"),
       R"(Sends traffic over UDP in steps of a millisecond, as soon as a host listens; what was sent.
 Raises RuntimeError if no host sends a keep-alive within `patience_s`.)");
 }

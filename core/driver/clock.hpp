@@ -1,5 +1,7 @@
-// The host's clock.
+// The host's clock, and the place of a thread in the queue for a processor.
 #pragma once
+
+#include <sched.h>
 
 #include <cstdint>
 #include <ctime>
@@ -14,6 +16,17 @@ inline std::int64_t clock_ns(clockid_t clock) {
 
 inline std::int64_t monotonic_ns() {
   return clock_ns(CLOCK_MONOTONIC);
+}
+
+// What the calendar is ahead of the host's clock: it goes on growing when the host restarts.
+inline std::int64_t calendar_ns() {
+  return clock_ns(CLOCK_REALTIME) - monotonic_ns();
+}
+
+// Puts the calling thread before all that are not real-time; false if the system does not permit it.
+inline bool become_realtime() {
+  const sched_param priority{.sched_priority = 10};
+  return sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
 }
 
 }  // namespace robotskin::driver

@@ -14,8 +14,8 @@ struct Command {
   std::uint16_t target = RS_ID_ALL;
   std::uint8_t operation = 0;
   std::uint16_t index = 0;
-  std::uint64_t value = 0;    // 48 bits
-  std::uint16_t counter = 0;  // filled in by the driver; the answer carries it
+  std::uint32_t value = 0;    // signed ones in two's complement
+  std::uint16_t counter = 0;  // filled in by the driver; the reply carries it
 };
 
 struct Reply {
@@ -26,7 +26,8 @@ struct Reply {
   std::uint8_t status = 0;
   std::uint16_t counter = 0;
   std::uint16_t index = 0;
-  std::uint64_t value = 0;
+  std::uint16_t value_high = 0;  // operation whose value it is
+  std::uint32_t value = 0;       // in force now
 };
 
 // Switches the power of a section unit's port (0: all) on or off.
@@ -37,10 +38,12 @@ struct Power {
   bool on = true;
 };
 
-// To whom a datagram goes: a unit, or 255 for all of the group.
+// To whom a datagram goes: a unit, or 255 for all of the group. `stranger`: a unit that has not shown yet that it lives
+// now, to be answered where its last datagram came from.
 struct Recipient {
   std::uint16_t section_unit = 0;
   std::uint8_t unit = 255;
+  bool stranger = false;
 };
 
 }  // namespace robotskin::driver

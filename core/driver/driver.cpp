@@ -22,16 +22,18 @@ Driver::Driver(const Options& options)
       units_(units_max),
       references_(index_.capacity(), 0),
       links_(units_max),
-      random_(options.session_seed) {
+      unit_names_(units_max),
+      random_(options.session_seed),
+      calendar_ns_(options.calendar_ns) {
   if (options.key) hash_.emplace(*options.key);
   departures_ns_.reserve(departures_max);
   for (std::size_t i = 0; i < options.keys.size(); ++i) samples_.change(i).key = options.keys[i];
   own_sessions_.fill(0);
+  strangers_.reserve(units_max);
   draw_session();
-  command_counter_ = static_cast<std::uint16_t>(random_ >> 16);
 }
 
-std::uint32_t Driver::draw_session() {
+void Driver::draw_session() {
   do {
     // splitmix64
     std::uint64_t z = random_ += 0x9E3779B97F4A7C15U;
@@ -43,7 +45,6 @@ std::uint32_t Driver::draw_session() {
   own_sessions_[0] = session_;
   sequence_ = 0;
   keep_alive_due_ = true;
-  return session_;
 }
 
 bool Driver::answers_us(std::uint32_t session) const {
@@ -51,19 +52,38 @@ bool Driver::answers_us(std::uint32_t session) const {
 }
 
 std::optional<std::size_t> Driver::find_unit(std::uint16_t section_unit, std::uint8_t unit) {
+  const std::uint32_t name = std::uint32_t{section_unit} << 8 | unit;
   for (std::size_t i = 0; i < unit_count_; ++i) {
-    if (units_.row(i).section_unit == section_unit && units_.row(i).unit == unit) return i;
+    if (unit_names_[i] == name) return i;
   }
   return std::nullopt;
 }
 
-// Decides whether a datagram is fresh. Changes nothing unless it is.
+// Notes a unit with a right tag that does not answer us, so that the next downlink answers it.
+void Driver::meet(const rs_datagram_header& header) {
+  last_heard_ = {header.section_unit, header.unit, true};
+  for (Stranger& stranger : strangers_) {
+    if (stranger.unit.section_unit != header.section_unit || stranger.unit.unit != header.unit) continue;
+    stranger.session = header.session;
+    stranger.due = true;
+    return;
+  }
+  if (strangers_.size() < units_max) strangers_.push_back({last_heard_, header.session, true});
+}
+
+// Decides whether a datagram is fresh. Changes nothing of the known units unless it is.
 Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit) {
-  if (hash_ && !answers_us(header.answering)) return Verdict::unanswering;
+  if (hash_ && !answers_us(header.answering)) {
+    meet(header);
+    return Verdict::unanswering;
+  }
   std::optional<std::size_t> known = find_unit(header.section_unit, header.unit);
   const bool restarted = known && links_[*known].session != header.session;
   if (!known || restarted) {
-    if (hash_ && header.answering != session_) return Verdict::unanswering;
+    if (hash_ && header.answering != session_) {
+      meet(header);
+      return Verdict::unanswering;
+    }
     if (!known && unit_count_ == units_max) return Verdict::unit_refused;
     if (restarted) {
       Link& link = links_[*known];
@@ -76,6 +96,7 @@ Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, std
       draw_session();
     } else {
       known = unit_count_++;
+      unit_names_[*known] = std::uint32_t{header.section_unit} << 8 | header.unit;
       UnitRow& row = units_.change(*known);
       row.section_unit = header.section_unit;
       row.unit = header.unit;
@@ -156,7 +177,7 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
     take_record(header, *group, link, unit, record);
   }
   if (departures_ns_.size() < departures_max) departures_ns_.push_back(link.clock.host_ns(header.time_ns));
-  last_accepted_ = {header.section_unit, header.unit};
+  last_heard_ = {header.section_unit, header.unit, false};
   return verdict(Verdict::accepted);
 }
 
@@ -170,22 +191,8 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
       return take_sample(group, record, unit_ns, arrival_ns);
     case RS_TYPE_topology:
       return take_topology(group, unit, record, arrival_ns);
-    case RS_TYPE_reply: {
-      rs_reply frame;
-      rs_reply_unpack(&frame, record);
-      if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
-      statistics_.reply_frames.add();
-      const Reply reply{.heard_ns = arrival_ns,
-                        .section_unit = group.section_unit,
-                        .source = static_cast<std::uint16_t>(frame.source),
-                        .operation = static_cast<std::uint8_t>(frame.operation),
-                        .status = static_cast<std::uint8_t>(frame.status),
-                        .counter = static_cast<std::uint16_t>(frame.counter),
-                        .index = static_cast<std::uint16_t>(frame.index),
-                        .value = std::uint64_t{frame.value_high} << 32 | frame.value_low};
-      if (!replies_.push(reply)) statistics_.replies_dropped.add();
-      return;
-    }
+    case RS_TYPE_reply:
+      return take_reply(group, record, arrival_ns);
     case RS_TYPE_status: {
       rs_status frame;
       rs_status_unpack(&frame, record);
@@ -204,6 +211,32 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
     default:
       return statistics_.frames_invalid.add();
   }
+}
+
+void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns) {
+  rs_reply frame;
+  rs_reply_unpack(&frame, record);
+  if (frame.source == RS_ID_SECTION_UNIT) {
+    // A section unit's own tells the last command it passed on, perhaps of another host or of an earlier run.
+    const auto counter = static_cast<std::uint16_t>(frame.counter);
+    std::int32_t own = command_counter_.load(std::memory_order_relaxed);
+    while ((own < 0 || static_cast<std::int16_t>(counter - own) > 0) &&
+           !command_counter_.compare_exchange_weak(own, counter, std::memory_order_relaxed)) {
+    }
+    return;
+  }
+  if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
+  statistics_.reply_frames.add();
+  const Reply reply{.heard_ns = arrival_ns,
+                    .section_unit = group.section_unit,
+                    .source = static_cast<std::uint16_t>(frame.source),
+                    .operation = static_cast<std::uint8_t>(frame.operation),
+                    .status = static_cast<std::uint8_t>(frame.status),
+                    .counter = static_cast<std::uint16_t>(frame.counter),
+                    .index = static_cast<std::uint16_t>(frame.index),
+                    .value_high = static_cast<std::uint16_t>(frame.value_high),
+                    .value = frame.value_low};
+  if (!replies_.push(reply)) statistics_.replies_dropped.add();
 }
 
 void Driver::take_sample(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns,
@@ -325,7 +358,11 @@ void Driver::publish(std::int64_t now_ns) {
 }
 
 std::optional<std::uint16_t> Driver::command(Command command) {
-  command.counter = ++command_counter_;
+  std::int32_t last = command_counter_.load(std::memory_order_relaxed);
+  do {
+    if (last < 0) return std::nullopt;
+    command.counter = static_cast<std::uint16_t>(last + 1);
+  } while (!command_counter_.compare_exchange_weak(last, command.counter, std::memory_order_relaxed));
   if (!commands_.push(command)) return std::nullopt;
   return command.counter;
 }
@@ -340,7 +377,7 @@ void Driver::send(rs_datagram_kind kind, std::uint16_t count, const Recipient& t
   header.unit = to.unit;
   header.session = session_;
   header.sequence = ++sequence_;
-  header.time_ns = static_cast<std::uint64_t>(now_ns);
+  header.time_ns = static_cast<std::uint64_t>(now_ns + calendar_ns_);
   header.count = count;
   header.answering = answering;
   rs_datagram_header_pack(out_.data(), &header);
@@ -354,21 +391,35 @@ void Driver::send(rs_datagram_kind kind, std::uint16_t count, const Recipient& t
 }
 
 void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
+  for (Stranger& stranger : strangers_) {
+    if (!stranger.due) continue;
+    stranger.due = false;
+    send(RS_DATAGRAM_KIND_keep_alive, 0, stranger.unit, stranger.session, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
   if (keep_alive_due_ || now_ns - keep_alive_ns_ >= RS_KEEP_ALIVE_MS * std::int64_t{1'000'000}) {
     keep_alive_due_ = false;
     keep_alive_ns_ = now_ns;
-    // With answering 0 it opens the exchange with units that have not been heard, or have restarted.
-    for (const CellIndex::Group& group : index_.groups()) {
-      send(RS_DATAGRAM_KIND_keep_alive, 0, {group.section_unit, RS_UNIT_ALL}, 0, now_ns, sink);
-      statistics_.keep_alives_sent.add();
-    }
-    for (std::size_t i = 0; i < unit_count_; ++i) {
-      const UnitRow& unit = units_.row(i);
-      if (now_ns - unit.heard_ns > unit_silent_ns) continue;
-      send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
-      statistics_.keep_alives_sent.add();
-    }
+    keep_alive(now_ns, sink);
   }
+  send_commands(now_ns, sink);
+}
+
+void Driver::keep_alive(std::int64_t now_ns, const Sink& sink) {
+  // With answering 0 it wakes units that have not been heard yet, or have restarted.
+  for (const CellIndex::Group& group : index_.groups()) {
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {group.section_unit, RS_UNIT_ALL}, 0, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
+  for (std::size_t i = 0; i < unit_count_; ++i) {
+    const UnitRow& unit = units_.row(i);
+    if (now_ns - unit.heard_ns > unit_silent_ns) continue;
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
+}
+
+void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
   const auto send_to_units = [&](rs_datagram_kind kind, std::uint16_t section_unit, std::uint8_t which) {
     for (std::size_t i = 0; i < unit_count_; ++i) {
       const UnitRow& unit = units_.row(i);
@@ -378,15 +429,13 @@ void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
   };
   std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
   while (const std::optional<Command> command = commands_.pop()) {
-    const rs_command frame{.type = RS_TYPE_command,
-                           .target = command->target,
-                           .operation = command->operation,
-                           .counter = command->counter,
-                           .index = command->index,
-                           .value_high = static_cast<std::uint32_t>(command->value >> 32 & 0xFFFF),
-                           .value_low = static_cast<std::uint32_t>(command->value),
-                           .spare = 0,
-                           .tag = 0};
+    rs_command frame{};
+    frame.type = RS_TYPE_command;
+    frame.target = command->target;
+    frame.operation = command->operation;
+    frame.counter = command->counter;
+    frame.index = command->index;
+    frame.value_low = command->value;
     rs_command_pack(record, &frame);
     rs_record_arrival_pack(record, 0, 0);
     send_to_units(RS_DATAGRAM_KIND_inject, command->section_unit, RS_UNIT_ALL);

@@ -6,11 +6,13 @@
 // table is read by one other thread. Time is an argument: nanoseconds of the host's monotonic clock, growing.
 //
 // Sessions. With a key, a datagram must carry a right tag, must answer one of this driver's own last sessions, and its
-// sequence number must be new; a section unit that restarted is believed once it answers the present session, and then
-// the driver draws itself a new one, so that nothing of before can come back. Without a key anyone can send anything:
-// a new session is then taken for a restart at once, and only sessions that have ended are refused.
+// sequence number must be new. A unit whose tag is right but that answers nobody yet is a stranger: it gets a
+// keep-alive that answers its session, whereupon it answers ours, which proves that it lives now. When a known unit
+// comes back with another session, the driver draws itself a new one, so that nothing of before can come back. Without
+// a key anyone can send anything: a new session is then taken for a restart at once, and only ended ones are refused.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,11 +39,13 @@ struct Options {
   std::uint64_t session_seed = 1;  // sessions are drawn from it: take a random one where anyone may listen
   std::size_t spare_cells = 0;     // room for cells that are not in `keys`: they are added when first heard
   std::size_t spare_groups = 0;    // and for their section-unit groups
+  // Added to the host clock in what is sent: section units want a clock that grows over restarts of the host.
+  std::int64_t calendar_ns = 0;
 };
 
 class Driver {
  public:
-  static constexpr std::size_t units_max = 64;
+  static constexpr std::size_t units_max = 256;
   static constexpr std::int64_t unit_silent_ns = 3 * RS_KEEP_ALIVE_MS * std::int64_t{1'000'000};
 
   // Throws std::invalid_argument for keys that are no cells or given twice.
@@ -58,12 +62,16 @@ class Driver {
   // Hands every datagram that is due to `sink`. Keep-alives are due every 100 ms, and at once after a restart.
   void downlink(std::int64_t now_ns, const Sink& sink);
 
-  // The unit whose datagram was accepted last.
-  Recipient last_accepted() const { return last_accepted_; }
+  // The unit whose datagram was handled last, if it was accepted or came with a right tag from a stranger.
+  Recipient last_heard() const { return last_heard_; }
 
   // ---- Any one other thread ----
 
-  // Sends a command with the next `downlink`; its counter, by which the replies name it, or nothing if 256 are waiting.
+  // Whether a section unit has told the counter of its last command: before that no command can be numbered.
+  bool ready_to_command() const { return command_counter_.load(std::memory_order_relaxed) >= 0; }
+
+  // Sends a command with the next `downlink`; its counter, by which the replies name it. Nothing if the driver is not
+  // ready or 256 are waiting already.
   std::optional<std::uint16_t> command(Command command);
   bool power(const Power& power) { return powers_.push(power); }
   std::optional<Reply> reply() { return replies_.pop(); }
@@ -89,7 +97,17 @@ class Driver {
     std::uint32_t dropped = 0;
   };
 
-  std::uint32_t draw_session();
+  struct Stranger {
+    Recipient unit;
+    std::uint32_t session = 0;
+    bool due = false;
+  };
+
+  void draw_session();
+  void meet(const rs_datagram_header& header);
+  void take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns);
+  void keep_alive(std::int64_t now_ns, const Sink& sink);
+  void send_commands(std::int64_t now_ns, const Sink& sink);
   bool answers_us(std::uint32_t session) const;
   Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
   std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
@@ -111,13 +129,16 @@ class Driver {
   std::vector<std::uint8_t> references_;  // by row: neighbours that report the cell
   std::vector<Link> links_;               // by row of units_
   std::size_t unit_count_ = 0;
-  Recipient last_accepted_;
+  std::vector<std::uint32_t> unit_names_;  // by row of units_: section-unit group << 8 | unit
+  std::vector<Stranger> strangers_;
+  Recipient last_heard_;
 
   std::uint64_t random_;
   std::uint32_t session_ = 0;
   std::array<std::uint32_t, 4> own_sessions_{};
   std::uint32_t sequence_ = 0;
-  std::uint16_t command_counter_ = 0;
+  std::int64_t calendar_ns_;
+  std::atomic<std::int32_t> command_counter_{-1};  // of the last command, -1: not known
   std::int64_t keep_alive_ns_ = 0;
   bool keep_alive_due_ = true;
   std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> out_{};

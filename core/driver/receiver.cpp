@@ -2,8 +2,6 @@
 
 #include <sys/prctl.h>
 
-#include <cstring>
-
 #include "driver/clock.hpp"
 
 namespace robotskin::driver {
@@ -11,16 +9,19 @@ namespace robotskin::driver {
 Receiver::Receiver(Driver& driver, const Address& local, ReceiverOptions options)
     : driver_(driver), options_(std::move(options)), socket_(local, options_.buffer_bytes) {
   known_.reserve(Driver::units_max);
+  strangers_.reserve(Driver::units_max);
 }
 
-// Remembers where an accepted datagram came from: downlink goes there.
-void Receiver::learn(const Recipient& unit, std::size_t datagram) {
-  for (Known& known : known_) {
+// Remembers where the datagram of the unit heard last came from: what is for it goes there.
+void Receiver::learn(std::size_t datagram) {
+  const Recipient unit = driver_.last_heard();
+  std::vector<Known>& list = unit.stranger ? strangers_ : known_;
+  for (Known& known : list) {
     if (known.unit.section_unit != unit.section_unit || known.unit.unit != unit.unit) continue;
     known.address = socket_.sender(datagram);
     return;
   }
-  if (known_.size() < Driver::units_max) known_.push_back({unit, socket_.sender(datagram)});
+  if (list.size() < Driver::units_max) list.push_back({unit, socket_.sender(datagram)});
 }
 
 void Receiver::send(const Recipient& to, std::span<const std::uint8_t> datagram) {
@@ -28,7 +29,7 @@ void Receiver::send(const Recipient& to, std::span<const std::uint8_t> datagram)
     for (const Address& address : options_.units) socket_.send(datagram, address);
     return;
   }
-  for (const Known& known : known_) {
+  for (const Known& known : to.stranger ? strangers_ : known_) {
     if (known.unit.section_unit == to.section_unit && known.unit.unit == to.unit) {
       socket_.send(datagram, known.address);
     }
@@ -42,7 +43,8 @@ std::size_t Receiver::poll(std::optional<std::int64_t> time_ns) {
     const std::size_t count = socket_.receive();
     const std::int64_t now_ns = clock();
     for (std::size_t i = 0; i < count; ++i) {
-      if (driver_.handle(socket_.datagram(i), now_ns) == Verdict::accepted) learn(driver_.last_accepted(), i);
+      const Verdict verdict = driver_.handle(socket_.datagram(i), now_ns);
+      if (verdict == Verdict::accepted || verdict == Verdict::unanswering) learn(i);
     }
     taken += count;
     if (count < UdpSocket::batch) break;
@@ -68,6 +70,7 @@ void Receiver::stop() {
 void Receiver::run() {
   prctl(PR_SET_NAME, "skin driver");
   prctl(PR_SET_TIMERSLACK, 10'000UL);
+  if (options_.realtime) become_realtime();
   Statistics& statistics = driver_.statistics();
   std::uint64_t dropped_before = socket_.dropped();
   for (unsigned wake = 0; !stopping_.load(std::memory_order_relaxed); ++wake) {

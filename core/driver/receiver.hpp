@@ -13,9 +13,10 @@
 namespace robotskin::driver {
 
 struct ReceiverOptions {
-  std::vector<Address> units;             // section units to wake; those heard from are answered anyway
-  std::int64_t batch_ns = 800'000;        // pause between two wakes while datagrams come: one wake serves them all
-  int buffer_bytes = 8 << 20;             // receive buffer asked of the operating system
+  bool realtime = false;            // the thread runs before all that are not real-time, where the system permits it
+  std::vector<Address> units;       // section units to wake; those heard from are answered anyway
+  std::int64_t batch_ns = 800'000;  // pause between two wakes while datagrams come: one wake serves them all
+  int buffer_bytes = 32 << 20;      // receive buffer asked of the operating system
   std::size_t datagrams_per_poll = 8192;  // at most, before what came is published
 };
 
@@ -44,13 +45,14 @@ class Receiver {
   };
 
   void run();
-  void learn(const Recipient& unit, std::size_t datagram);
+  void learn(std::size_t datagram);
   void send(const Recipient& to, std::span<const std::uint8_t> datagram);
 
   Driver& driver_;
   ReceiverOptions options_;
   UdpSocket socket_;
-  std::vector<Known> known_;
+  std::vector<Known> known_;      // where accepted datagrams came from
+  std::vector<Known> strangers_;  // where others with a right tag came from: they change nothing of the former
   std::thread thread_;
   std::atomic<bool> stopping_{false};
 };

@@ -38,6 +38,9 @@ class Traffic {
   // Takes a datagram of the host.
   void hear(std::span<const std::uint8_t> datagram);
 
+  // Whether a host listens to every unit and, with a key, has answered its session.
+  bool connected() const;
+
   using Sink = std::function<void(std::span<const std::uint8_t>)>;
 
   // The millisecond that ends at `now_ns` (section units' clock): frames of the cells whose turn it is.
@@ -58,12 +61,13 @@ class Traffic {
     std::uint32_t session = 0;
     std::uint32_t sequence = 0;
     std::uint32_t host_session = 0;
+    bool host_heard = false;
     std::vector<std::uint8_t> records;       // waiting
     std::vector<std::uint64_t> arrivals_ns;  // of the waiting records
   };
 
   void sample(std::size_t cell, std::uint64_t arrival_ns, std::uint8_t* record);
-  void send(Unit& unit, std::size_t records, std::uint64_t now_ns, const Sink& sink);
+  void send(Unit& unit, rs_datagram_kind kind, std::size_t records, std::uint64_t now_ns, const Sink& sink);
   std::uint64_t draw();
 
   TrafficOptions options_;
@@ -87,6 +91,7 @@ struct TrafficReport {
 // Sends traffic over UDP to `host`:`port` in steps of a millisecond, for `seconds` from the moment a host listens; it
 // waits for one at most `patience_s`. Throws std::runtime_error if none comes.
 TrafficReport send_traffic(const TrafficOptions& options, const std::string& host, std::uint16_t port,
-                           const std::string& local_host, std::uint16_t local_port, double seconds, double patience_s);
+                           const std::string& local_host, std::uint16_t local_port, double seconds, double patience_s,
+                           bool realtime);
 
 }  // namespace robotskin::world

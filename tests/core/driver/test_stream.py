@@ -15,8 +15,13 @@ START_NS = 10**12
 def connected(cells: int, key: bytes | None, seed: int, **options: int) -> tuple[Traffic, Driver, int]:
     traffic = Traffic(cells, key=key, seed=seed, **options)
     driver = Driver(traffic.keys(), key, session_seed=seed)
-    for _, _, datagram in driver.downlink(START_NS):
-        traffic.hear(datagram)
+    # Keep-alive, a first datagram that answers nobody, a keep-alive that answers it.
+    while not traffic.connected:
+        for _, _, datagram in driver.downlink(START_NS):
+            traffic.hear(datagram)
+        if not traffic.connected:
+            for datagram in traffic.step(START_NS):
+                assert driver.handle(datagram, START_NS) == Verdict.unanswering
     return traffic, driver, START_NS
 
 
