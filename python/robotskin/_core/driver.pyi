@@ -63,6 +63,7 @@ class Driver:
         spare_cells: int = 0,
         spare_groups: int = 0,
         batch_ms: float = 0.8,
+        realtime: bool = False,
     ) -> None:
         """
         `cells`: a SkinModel, or cell keys (section unit << 16 | id), whose order is that of every array.
@@ -70,6 +71,7 @@ class Driver:
         `bind`: (host, port) of a UDP socket, port 0 for any free one. `units`: (host, port) of section units to wake.
         `session_seed`: sessions are drawn from it, by default at random. `spare_cells`, `spare_groups`: room for cells and
         section-unit groups not in `cells`, added when first heard. `batch_ms`: pause between two wakes of the thread.
+        `realtime`: the thread runs before all that are not real-time, where the system permits it.
         Raises ValueError for a bad key, cell or host, RuntimeError if the address cannot be bound.
         """
 
@@ -116,8 +118,13 @@ class Driver:
     ) -> int:
         """
         Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
-        Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell.
+        Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell, RuntimeError before
+        the first section unit has been heard (`ready_to_command`) and when 256 commands are waiting.
         """
+
+    @property
+    def ready_to_command(self) -> bool:
+        """Whether a section unit has told the counter of its last command."""
 
     def power(self, on: bool, *, section_unit: int = 0, unit: int = 255, port: int = 0) -> None:
         """
@@ -126,7 +133,8 @@ class Driver:
 
     def replies(self) -> list[dict[str, int | str]]:
         """
-        Answers to commands since the last call: key, operation, status, counter, index, value, heard_ns.
+        Answers to commands since the last call: key, operation, status, counter, index, value now in force and the
+        operation it is `of`, heard_ns.
         """
 
     def samples(self) -> dict[str, numpy.ndarray]:

@@ -77,13 +77,21 @@ class GuardError(robotskin.errors.RobotskinError):
 class GuardLimits:
     """Limits beside those of the robot model."""
 
-    def __init__(self, acceleration: Sequence[float], torque_rate: Sequence[float]) -> None: ...
+    def __init__(
+        self, acceleration: Sequence[float], stop_deceleration: Sequence[float], torque_rate: Sequence[float]
+    ) -> None: ...
     @property
     def acceleration(self) -> list[float]:
-        """(n) rad/s^2, of commands and of a controlled stop"""
+        """(n) rad/s^2, of commands"""
 
     @acceleration.setter
     def acceleration(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def stop_deceleration(self) -> list[float]:
+        """(n) rad/s^2, of a controlled stop"""
+
+    @stop_deceleration.setter
+    def stop_deceleration(self, arg: Sequence[float], /) -> None: ...
     @property
     def torque_rate(self) -> list[float]:
         """(n) Nm/s"""

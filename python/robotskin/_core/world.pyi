@@ -395,6 +395,14 @@ class Traffic:
     ) -> None: ...
     def keys(self) -> list[int]: ...
     def hear(self, arg: bytes, /) -> None: ...
+    @property
+    def frames(self) -> int:
+        """Frames sent so far."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether every unit has a host and knows that it lives now."""
+
     def step(self, now_ns: int) -> list[bytes]:
         """
         The datagrams of the millisecond that ends at `now_ns` of the section units' clock.
@@ -417,6 +425,7 @@ def send_traffic(
     records_per_datagram: int = 69,
     seed: int = 1,
     patience_s: float = 10.0,
+    realtime: bool = False,
 ) -> dict[str, float]:
     """
     Sends traffic over UDP in steps of a millisecond, as soon as a host listens; what was sent.
