@@ -1,13 +1,18 @@
 // Binds the simulated network and what steps it with the body.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <stdexcept>
 
+#include "bindings/bytes.hpp"
 #include "bindings/world.hpp"
+#include "world/mailbox.hpp"
+#include "world/udp_transport.hpp"
 #include "world/world.hpp"
 
 namespace nb = nanobind;
@@ -23,15 +28,12 @@ using world::Network;
 using world::NetworkCounts;
 using world::NetworkOptions;
 using world::Transport;
+using world::UdpTransport;
 using world::UnitDescription;
 using world::Wiring;
 using world::World;
 using Neighbours = nb::ndarray<const std::int32_t, nb::shape<-1, 4, 2>, nb::c_contig, nb::device::cpu>;
 using Bytes = nb::bytes;
-
-std::span<const std::uint8_t> span_of(const Bytes& bytes) {
-  return {static_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-}
 
 Wiring wiring_of(const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
                  std::vector<UnitDescription> units) {
@@ -91,7 +93,19 @@ void bind_options(nb::module_& module) {
       .def_rw("unasked", &NetworkOptions::unasked, "section units send without a keep-alive")
       .def_rw("powered", &NetworkOptions::powered, "ports have power from the start")
       .def_rw("epoch_ns", &NetworkOptions::epoch_ns, "the section units' clock at virtual time 0")
-      .def_rw("seed", &NetworkOptions::seed);
+      .def_rw("seed", &NetworkOptions::seed)
+      .def(
+          "set_key", [](NetworkOptions& self, const nb::bytes& key) { self.key = key_from(key); }, "key"_a,
+          "32 bytes that host and section units share: datagrams are authenticated in both directions.")
+      .def(
+          "set_cell_key",
+          [](NetworkOptions& self, const nb::bytes& key) {
+            if (key.size() != RS_CELL_KEY_BYTES)
+              throw std::invalid_argument("a cell key has 16 bytes, not " + std::to_string(key.size()));
+            self.cell_key.emplace();
+            std::copy_n(bytes_of(key).data(), key.size(), self.cell_key->begin());
+          },
+          "key"_a, "16 bytes that section units and cells share: ticks and commands are authenticated.");
 }
 
 void bind_network(nb::module_& module) {
@@ -185,7 +199,7 @@ void bind_world_network(nb::module_& module) {
       .def(nb::init<>())
       .def_prop_ro("overflowed", &Mailbox::overflowed, "datagrams that gave way because nobody took them")
       .def(
-          "post", [](Mailbox& self, std::size_t unit, const Bytes& datagram) { self.post(unit, span_of(datagram)); },
+          "post", [](Mailbox& self, std::size_t unit, const Bytes& datagram) { self.post(unit, bytes_of(datagram)); },
           "unit"_a, "datagram"_a, "From the host to a section unit (its index).")
       .def(
           "take",
@@ -197,6 +211,31 @@ void bind_world_network(nb::module_& module) {
             return letters;
           },
           "What the section units have sent: (unit index, virtual time in ns, datagram) in order.");
+
+  nb::class_<UdpTransport, Transport>(module, "UdpTransport",
+                                      "Real UDP, a socket for each section unit; each answers who last spoke to it.")
+      .def(
+          "__init__",
+          [](UdpTransport* self, std::size_t units, const std::string& bind, std::uint16_t first_port,
+             const std::optional<std::pair<std::string, std::uint16_t>>& host) {
+            std::optional<driver::Address> address;
+            if (host) address = driver::Address::resolve(host->first, host->second);
+            new (self) UdpTransport(units, bind, first_port, address);
+          },
+          "units"_a, "bind"_a = "127.0.0.1", "first_port"_a = 0, "host"_a = nb::none(),
+          "`host`: (host, port) to send to before anybody has asked. Raises RuntimeError if a port is taken.")
+      .def_prop_ro(
+          "addresses",
+          [](const UdpTransport& self) {
+            std::vector<std::pair<std::string, std::uint16_t>> all;
+            for (std::size_t u = 0; u < self.unit_count(); ++u)
+              all.emplace_back(self.address(u).host(), self.address(u).port());
+            return all;
+          },
+          "(host, port) of each section unit")
+      .def_prop_ro("sent", &UdpTransport::sent, "datagrams handed to the system")
+      .def_prop_ro("unsent", &UdpTransport::unsent, "datagrams without a host, or that the system did not take")
+      .def_prop_ro("received", &UdpTransport::received, "datagrams from the host");
 
   nb::class_<World>(module, "World", "Body and network in step.")
       .def(

@@ -102,6 +102,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
       rs_settings_store(&settings, cell.flash);
     }
   }
+  if (options.key) hash_.emplace(*options.key);
   queue_.reserve(4 * wires_.size() + 64);
 
   for (std::size_t u = 0; u < units_.size(); ++u) {
@@ -123,9 +124,11 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     config.session = static_cast<std::uint32_t>(stream_key(options.seed, purpose_session, u)) | 1U;
     config.powered = options.powered;
     config.unasked = options.unasked;
-    config.cell_key = options.cell_key;
-    config.tag = options.tag;
-    config.tag_context = options.tag_context;
+    config.cell_key = cell_key();
+    if (hash_) {
+      config.tag = &driver::KeyedHash::hook;
+      config.tag_context = &*hash_;
+    }
     rs_unit_input boot{};
     boot.kind = RS_UNIT_INPUT_BOOT;
     boot.config = &config;
@@ -134,6 +137,10 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
 }
 
 Network::~Network() = default;
+
+const std::uint8_t* Network::cell_key() const {
+  return options_.cell_key ? options_.cell_key->data() : nullptr;
+}
 
 void Network::log(std::uint64_t word) {
   log_hash_ = (log_hash_ ^ word) * 0x9E3779B97F4A7C15U;
@@ -149,7 +156,7 @@ void Network::boot(std::size_t index) {
   boot.uid = static_cast<std::uint32_t>(index) + 1;
   boot.random = static_cast<std::uint32_t>(random_bits(cell.boot_key, cell.boots++));
   boot.flash = cell.flash;
-  boot.key = options_.cell_key;
+  boot.key = cell_key();
   rs_input input{};
   input.kind = RS_INPUT_BOOT;
   input.boot = &boot;

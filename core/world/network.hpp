@@ -8,9 +8,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "driver/keyed_hash.hpp"
 #include "robotskin/cell.h"
 #include "robotskin/section_unit.h"
 #include "world/event_queue.hpp"
@@ -40,9 +42,9 @@ struct NetworkOptions {
   bool powered = true;            // ports are on from the start
   std::int64_t epoch_ns = 0;      // the section units' clock at virtual time 0
   std::uint64_t seed = 1;
-  const std::uint8_t* cell_key = nullptr;  // RS_CELL_KEY_BYTES, or none
-  rs_tag_hook tag = nullptr;               // of datagrams, or none
-  void* tag_context = nullptr;
+  std::optional<driver::Key> key;  // of datagrams; none: not authenticated
+  std::optional<std::array<std::uint8_t, RS_CELL_KEY_BYTES>>
+      cell_key;  // of ticks and commands; none: not authenticated
 };
 
 struct NetworkCounts {
@@ -105,9 +107,11 @@ class Network {
   void finish(std::uint32_t wire);
   void wake_cell(std::size_t cell, std::int64_t time_ns);
   void wake_unit(std::size_t unit, std::int64_t time_ns);
+  const std::uint8_t* cell_key() const;
   void log(std::uint64_t word);
 
   NetworkOptions options_;
+  std::optional<driver::KeyedHash> hash_;
   SampleSource& source_;
   DatagramSink& sink_;
   EventQueue queue_;

@@ -1,8 +1,6 @@
 #include "world/world.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace robotskin::world {
 namespace {
@@ -11,29 +9,6 @@ namespace {
 constexpr rs_sample still = {{0, 0, 0, 0, 0, 0, 256, 60, 960}};
 
 }  // namespace
-
-void Mailbox::send(std::size_t unit, std::span<const std::uint8_t> datagram) {
-  if (up_.size() == letters_max) {
-    up_.pop_front();
-    ++overflowed_;
-  }
-  up_.push_back({unit, clock_ == nullptr ? 0 : clock_->time_ns(), {datagram.begin(), datagram.end()}});
-}
-
-void Mailbox::deliver(Network& network) {
-  for (const Letter& letter : down_) network.receive(letter.unit, letter.datagram);
-  down_.clear();
-}
-
-void Mailbox::post(std::size_t unit, std::span<const std::uint8_t> datagram) {
-  down_.push_back({unit, 0, {datagram.begin(), datagram.end()}});
-}
-
-std::vector<Mailbox::Letter> Mailbox::take() {
-  std::vector<Letter> taken(std::make_move_iterator(up_.begin()), std::make_move_iterator(up_.end()));
-  up_.clear();
-  return taken;
-}
 
 World::World(Body* body, const Wiring& wiring, const NetworkOptions& options, Transport& transport, double step_s)
     : body_(body),
@@ -48,7 +23,6 @@ void World::run(std::int64_t duration_ns) {
     if (body_ != nullptr) body_->step(now_ns);
     transport_.deliver(network_);
     network_.run_until(now_ns + step_ns_);
-    transport_.flush();
     if (formed_ns_ < 0 && network_.formed()) formed_ns_ = time_ns();
   }
 }

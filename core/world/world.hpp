@@ -5,50 +5,12 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
-#include <span>
-#include <vector>
 
 #include "world/body.hpp"
 #include "world/network.hpp"
+#include "world/transport.hpp"
 
 namespace robotskin::world {
-
-// Carries datagrams between section units and host.
-class Transport : public DatagramSink {
- public:
-  // Everything the host has sent, given to `network` at its present time.
-  virtual void deliver(Network& network) = 0;
-  // Everything the section units have sent is on its way when this returns.
-  virtual void flush() = 0;
-};
-
-// In process: datagrams wait until they are taken; if nobody does, the oldest give way and are counted.
-class Mailbox : public Transport {
- public:
-  static constexpr std::size_t letters_max = 65536;
-
-  struct Letter {
-    std::size_t unit;
-    std::int64_t time_ns;  // virtual
-    std::vector<std::uint8_t> datagram;
-  };
-
-  void send(std::size_t unit, std::span<const std::uint8_t> datagram) override;
-  void deliver(Network& network) override;
-  void flush() override {}
-
-  void post(std::size_t unit, std::span<const std::uint8_t> datagram);  // from the host
-  std::vector<Letter> take();                                           // to the host, in the order sent
-  std::uint64_t overflowed() const { return overflowed_; }
-  void set_clock(const Network* network) { clock_ = network; }
-
- private:
-  const Network* clock_ = nullptr;
-  std::deque<Letter> up_;
-  std::vector<Letter> down_;
-  std::uint64_t overflowed_ = 0;
-};
 
 class World : public SampleSource {
  public:

@@ -5,10 +5,10 @@ states. Physics every millisecond, frames in between. It runs the shipping firmw
 simulated. What can go wrong: a layout whose links the robot lacks, a cell that does not exist (typed errors).
 """
 
-from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains
+from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains, UdpTransport
 from robotskin.world.hand import Hand
 from robotskin.world.scene import HandSpec, ObjectSpec
-from robotskin.world.world import World, WorldError
+from robotskin.world.world import World, WorldError, unit_descriptions
 
 __all__ = [
     "Hand",
@@ -19,6 +19,8 @@ __all__ = [
     "Mailbox",
     "ObjectSpec",
     "ServoGains",
+    "UdpTransport",
     "World",
     "WorldError",
+    "unit_descriptions",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robotskin._core import world as core
+from robotskin._core.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
@@ -39,8 +40,11 @@ class World:
         batch_us: how long a frame waits for its datagram to fill; 0 for one frame a datagram.
         unasked: section units send even if no host has asked.
         powered: the section units' ports have power from the start; without, the cells sleep and only physics runs.
+        key: 32 bytes that host and section units share, or None; with it datagrams are authenticated both ways.
+        cell_key: 16 bytes that section units and cells share, or None; with it ticks and commands are authenticated.
         epoch_ns: what the section units' clocks show at virtual time 0; also the host time of joint states.
-        transport: None for in process (`take_datagrams`, `post`), or a core transport such as `UdpTransport`.
+        transport: None for in process (`exchange`, or `take_datagrams` and `post`), or a `UdpTransport` with as many
+            section units as `unit_descriptions(layout)` has.
         ambient_temperature: degrees Celsius.
     """
 
@@ -61,6 +65,8 @@ class World:
         batch_us: int = 1000,
         unasked: bool = False,
         powered: bool = True,
+        key: bytes | None = None,
+        cell_key: bytes | None = None,
         epoch_ns: int = 0,
         transport: core.Transport | None = None,
         ambient_temperature: float = 30.0,
@@ -106,9 +112,17 @@ class World:
         options.powered = powered
         options.epoch_ns = epoch_ns
         options.seed = seed
+        if key is not None:
+            options.set_key(key)
+        if cell_key is not None:
+            options.set_cell_key(cell_key)
         self.epoch_ns = epoch_ns
         self.transport = transport or core.Mailbox()
         self.units = unit_descriptions(layout)
+        if isinstance(self.transport, core.UdpTransport) and len(self.transport.addresses) != len(self.units):
+            raise WorldError(
+                f"transport for {len(self.transport.addresses)} section units: the layout has {len(self.units)}"
+            )
         self._core = core.World(self.body, layout.neighbours, layout.id.tolist(), self.units, options, self.transport)
         self.hands = tuple(Hand(self, index) for index in range(len(self.scene.hands)))
         for cell in dead_cells:
@@ -131,7 +145,7 @@ class World:
         steps = round(duration_s / self.scene.model.opt.timestep)
         if steps < 0:
             raise WorldError(f"step of {duration_s} s: must not be negative")
-        chunk = 10 if realtime else max(steps, 1)
+        chunk = 2 if realtime else max(steps, 1)
         start = time.monotonic()
         done = 0
         while done < steps:
@@ -160,6 +174,14 @@ class World:
     def formation_s(self) -> float | None:
         """Virtual time when every cell first had its shortest path; None before that."""
         return self._core.formed_ns * 1e-9 if self._core.formed_ns >= 0 else None
+
+    def exchange(self, driver: Driver) -> None:
+        """Carry all datagrams between the section units and a driver in this process, and publish what came."""
+        for _, when_ns, datagram in self.take_datagrams():
+            driver.handle(datagram, when_ns)
+        driver.publish(self.now_ns)
+        for section_unit, unit, datagram in driver.downlink(self.now_ns):
+            self.post(section_unit, unit, datagram)
 
     def take_datagrams(self) -> list[tuple[int, int, bytes]]:
         """What the section units have sent since the last call: (unit index, host time in ns, datagram)."""

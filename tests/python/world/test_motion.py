@@ -1,8 +1,8 @@
 """Accelerometers feel acceleration minus gravity."""
 
 import numpy as np
-from robotskin._core.model import CommandMode, JointCommand
 
+from robotskin._core.model import CommandMode, JointCommand
 from robotskin.world import Imperfections
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

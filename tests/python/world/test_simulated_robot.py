@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from robotskin._core.model import CommandMode, JointCommand, JointState, PortStatus, RobotDynamics
 
 
