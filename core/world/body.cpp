@@ -28,7 +28,8 @@ double Body::timestep_s() const {
 void Body::step(std::int64_t time_ns) {
   mj_step1(model_, data_);
   robot_.drive(*model_, *data_);
-  for (Hand& hand : hands_) hand.drive(*model_, *data_, mounting_);
+  for (std::size_t i = 0; i < hands_.size(); ++i)
+    hands_[i].drive(*model_, *data_, mounting_, contacts_.object_force()[i] > 0);
   mj_step2(model_, data_);
   mj_rnePostConstraint(model_, data_);
   contacts_.update(*model_, *data_);

@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "robotskin/geometry.h"
 
@@ -18,15 +19,15 @@ constexpr std::size_t presses_max = 4096;
 }  // namespace
 
 std::array<double, 3> sensor_shares(double x_m, double y_m) {
-  const auto& [a, b, c] = sensor_point_m;
-  const double area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+  constexpr double radius_m = 1e-6 * RS_HEXAGON_SIDE_UM;  // of the corners
   std::array<double, 3> share{};
-  share[1] = ((x_m - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y_m - a[1])) / area;
-  share[2] = ((b[0] - a[0]) * (y_m - a[1]) - (x_m - a[0]) * (b[1] - a[1])) / area;
-  share[0] = 1 - share[1] - share[2];
-  // Beyond the triangle of the sensors the plate lifts off the far one.
   double sum = 0;
-  for (double& s : share) sum += s = std::max(s, 0.0);
+  for (int s = 0; s < 3; ++s) {
+    const auto& [sensor_x_m, sensor_y_m] = sensor_point_m[s];
+    const double towards = (x_m * sensor_x_m + y_m * sensor_y_m) / std::hypot(sensor_x_m, sensor_y_m);
+    share[s] = std::max((1 + towards / radius_m) / 3, 0.0);
+    sum += share[s];
+  }
   for (double& s : share) s /= sum;
   return share;
 }

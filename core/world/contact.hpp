@@ -2,8 +2,10 @@
 //
 // An object that presses a link meets a soft skin: what presses is shared by all cells in reach, each in proportion
 // to its indentation. For each pair of object and link the normal forces of all contacts are added up and given out
-// again in proportion to contact depth, so the cells' sum equals the contact force. Within a cell a rigid plate stands
-// on three sensors, so the shares are the barycentric coordinates of the contact point, none below zero.
+// again in proportion to contact depth, so the cells' sum equals the contact force. Within a cell the silicone spreads
+// a touch over the face: the sensors' shares are barycentric coordinates of a centre of pressure that lies so far
+// inwards that a touch at a corner gives 2/3 to the nearest sensor. So 15 N anywhere on one cell are within its range
+// of 10 N.
 #pragma once
 
 #include <array>

@@ -12,8 +12,7 @@ constexpr double start_m = 0.08;       // where a new task begins, in front of t
 constexpr double same_place_m = 0.06;  // aside by no more than this the ball goes there instead of starting anew
 constexpr double park_beyond_m = 0.12;
 constexpr double guide_n_per_m = 1500;  // holds the ball on the cell's normal and at its distance
-constexpr double touch_m = 0.0005;
-constexpr double rise_s = 0.1;  // from touch to full force
+constexpr double rise_s = 0.1;          // from touch to full force
 constexpr double speed_max_m_s = 0.25;
 constexpr double leave_speed_m_s = 0.3;
 constexpr double push_damping = 15;  // N s/m towards the cell, so that a push does not bounce
@@ -57,7 +56,7 @@ void Hand::place(mjData& data, const Vector3& position) const {
   }
 }
 
-void Hand::drive(const mjModel& model, mjData& data, const Mounting& mounting) {
+void Hand::drive(const mjModel& model, mjData& data, const Mounting& mounting, bool touching) {
   double* force = data.qfrc_applied + velocity_address_;
   force[0] = force[1] = force[2] = 0;
   if (task_ == Task::parked) return;
@@ -96,8 +95,8 @@ void Hand::drive(const mjModel& model, mjData& data, const Mounting& mounting) {
   Vector3 applied = -guide_n_per_m * aside - critical * aside_velocity;
   double inwards = 0;  // along the inward normal
   if (task_ == Task::pushing) {
-    if (gap_m > touch_m && ramp_n_ == 0) {
-      const double speed = std::min(speed_max_m_s, 0.03 + 8 * gap_m);
+    if (!touching && ramp_n_ == 0) {
+      const double speed = std::min(speed_max_m_s, 0.03 + 8 * std::max(gap_m, 0.0));
       inwards = std::clamp(description_.mass_kg / 0.01 * (speed - closing), -force_n_, force_n_);
     } else {
       ramp_n_ =

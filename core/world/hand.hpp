@@ -34,8 +34,8 @@ class Hand {
   std::size_t cell() const { return cell_; }
   const HandDescription& description() const { return description_; }
 
-  // Between the two halves of a physics step: drives the ball.
-  void drive(const mjModel_& model, mjData_& data, const Mounting& mounting);
+  // Between the two halves of a physics step: drives the ball. `touching`: it met a cell in the step before.
+  void drive(const mjModel_& model, mjData_& data, const Mounting& mounting, bool touching);
 
  private:
   void aim(std::size_t cell, double x_m, double y_m);
