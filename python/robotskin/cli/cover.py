@@ -27,7 +27,9 @@ def command(
     overhang: Annotated[
         float | None, typer.Option(min=0, max=1, help="Share of a cell's back that may stand off the robot.")
     ] = None,
-    tries: Annotated[int, typer.Option(min=1, help="First cells tried for each patch; more is slower, better.")] = 3,
+    tries: Annotated[
+        int | None, typer.Option(min=1, help="First cells tried for each patch; more is slower, better.")
+    ] = None,
 ) -> None:
     """Cover a robot with skin cells and write the layout.
 
@@ -70,8 +72,9 @@ def command(
             chosen,
             count,
             rules=rules,
+            link_rules=plan.link_rules if plan else {},
             seed=seed,
-            tries=tries,
+            tries=tries or (plan.tries if plan else 3),
             progress=lambda what, done, steps: bar.update(task, description=what, completed=done, total=steps),
         )
     target = output or Path(f"{body.name}.json")

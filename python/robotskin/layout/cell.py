@@ -22,7 +22,7 @@ PORT_POINTS_M[:, :2] = np.asarray(firmware.PORT_POINTS_M)[:, :2]
 FLAT_PARTNER = np.array([3, 2, 1, 0])
 """(4,) index of the port that faces port index p in the flat lattice (1-4 and 2-3)."""
 
-LATTICE_CELL_AREA_M2 = float(abs(np.cross(2 * PORT_POINTS_M[0, :2], 2 * PORT_POINTS_M[1, :2])))
+LATTICE_CELL_AREA_M2 = float(abs(np.linalg.det(2 * PORT_POINTS_M[:2, :2])))
 """Surface that one cell of the flat lattice takes, flexible joints included."""
 
 _ANGLES = np.arange(6) * np.pi / 3

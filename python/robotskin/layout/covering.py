@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from robotskin.layout.growth import Sheet, grow
 from robotskin.layout.layout import Layout, Patch
 from robotskin.layout.places import LinkPlaces, Rules
 from robotskin.layout.relax import overlapping_pairs, tangent_poses
+from robotskin.layout.separation import separate
 from robotskin.layout.surface import DistanceField, LinkSurface
 from robotskin.layout.wiring import hop_counts, wire
 
@@ -28,6 +30,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, steps done and steps in all."""
 
+NO_RULES: Mapping[str, Rules] = MappingProxyType({})
 SMALL_PATCH = 8
 """Patches with fewer cells are left out while larger ones suffice: each needs a cable of its own."""
 
@@ -119,6 +122,8 @@ def trim_to(patches: list[Sheet], cells: int, least_patch: int) -> list[Sheet]:
 
 def split(sheet: Sheet) -> list[Sheet]:
     """The connected patches of a sheet."""
+    if len(sheet.poses) == 0:
+        return []
     count, label = sheet.components()
     return [sheet.keep(label == number) for number in range(count)]
 
@@ -129,6 +134,7 @@ def cover(
     cells: int,
     *,
     rules: Rules | None = None,
+    link_rules: Mapping[str, Rules] = NO_RULES,
     ports_per_section_unit: int = firmware.SECTION_UNIT_PORTS_MAX,
     seed: int = 0,
     tries: int = 3,
@@ -144,6 +150,7 @@ def cover(
         links: names of the links to cover.
         cells: number of cells in all.
         rules: of what a place must satisfy.
+        link_rules: other rules for some of the links, by name.
         ports_per_section_unit: cables that one section unit takes.
         seed: everything random follows from it; the same seed gives the same layout.
         tries: first cells tried for each patch.
@@ -158,16 +165,22 @@ def cover(
         raise CoveringError(f"cells: {cells}: at least one")
     fields: dict[str, DistanceField] = {}
     all_places: dict[str, LinkPlaces] = {}
-    patches: list[tuple[str, Sheet]] = []
+    sheets: dict[str, Sheet] = {}
     for number, link in enumerate(links):
         progress(f"covering {link}", number, len(links))
         clearance = Clearance.of(robot, link, fields, seed)
-        surface = LinkSurface.of(robot.link_mesh(link), rules.foam + CELL_THICKNESS_M, seed=seed)
-        places = LinkPlaces(surface, clearance, rules, seed)
+        own = link_rules.get(link, rules)
+        surface = LinkSurface.of(robot.link_mesh(link), own.foam + CELL_THICKNESS_M, seed=seed)
+        places = LinkPlaces(surface, clearance, own, seed)
         all_places[link] = places
-        sheet = grow_link(places, seed + number, tries)
-        patches += [(link, patch) for patch in split(sheet)] if len(sheet.poses) else []
-    progress("wiring", len(links), len(links))
+        sheets[link] = grow_link(places, seed + number, tries)
+    progress("keeping links apart", len(links), len(links))
+    patches = [
+        (link, patch)
+        for link, sheet in separate(sheets, all_places).items()
+        for patch in split(sheet)
+        if len(patch.poses) >= link_rules.get(link, rules).least_patch
+    ]
     found = sum(len(patch.poses) for _, patch in patches)
     if found < cells:
         raise CoveringError(

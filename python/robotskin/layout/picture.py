@@ -212,4 +212,8 @@ def save_picture(
 
     triangles, colours = scene(layout, robot, configuration)
     views = [draw(triangles, colours, azimuth, 0.35, size[0], size[1] // 2) for azimuth in (0.9, 0.9 + np.pi)]
-    files.imsave(path, np.clip(np.concatenate(views, axis=1), 0, 1))
+    picture = np.clip(np.concatenate(views, axis=1), 0, 1)
+    drawn = np.flatnonzero((picture < 0.99).any(axis=(1, 2)))
+    margin = size[0] // 40
+    top, bottom = max(0, drawn[0] - margin), min(size[0], drawn[-1] + margin)
+    files.imsave(path, picture[top:bottom])

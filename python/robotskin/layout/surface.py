@@ -70,7 +70,7 @@ def distance_field(mesh: trimesh.Trimesh, step: float, margin: float, seed: int 
     shape = np.ceil((high - low) / step).astype(int) + 1
     # Four samples or more for each voxel face: no voxel that the surface crosses is missed by more than chance allows.
     count = int(np.clip(mesh.area / (0.35 * step) ** 2, 2_000, 3_000_000))
-    samples, _ = trimesh.sample.sample_surface(mesh, count, seed=seed)
+    samples, face = trimesh.sample.sample_surface(mesh, count, seed=seed)
     voxel = np.round((samples - low) / step).astype(int)
     flat = np.ravel_multi_index(tuple(voxel.T), shape)
     hits = np.bincount(flat, minlength=int(np.prod(shape))).reshape(shape)
@@ -92,6 +92,23 @@ def distance_field(mesh: trimesh.Trimesh, step: float, margin: float, seed: int 
         squared += (mean[..., axis][tuple(nearest)] - centre) ** 2
     distance = np.sqrt(squared)
     value = np.where(outside, distance, -distance).astype(np.float32)
+    # A voxel that the surface crosses is neither inside nor outside: there the distance to the surface's plane is
+    # right, with its side taken from the field around (normals of meshes cannot be trusted to point outward).
+    slope = np.gradient(ndimage.gaussian_filter(value, 1.0))
+    normals = mesh.face_normals[face]
+    side = sum(slope[axis][tuple(voxel.T)] * normals[:, axis] for axis in range(3))
+    normals = normals * np.where(side < 0, -1.0, 1.0)[:, None]
+    near = (np.abs(value) < 1.8 * step) & (nearest >= 0).all(axis=0)
+    source = tuple(index[near] for index in nearest)
+    offset = np.argwhere(near) * step + low - mean[source]
+    sums = [
+        np.bincount(flat, weights=normals[:, axis], minlength=hits.size).reshape(shape)[source] for axis in range(3)
+    ]
+    plane_normal = np.stack(sums, axis=1) / np.maximum(hits[source], 1)[:, None]
+    # Where normals of a voxel disagree there is an edge, and no plane.
+    flatness = np.linalg.norm(plane_normal, axis=1)
+    along = np.einsum("ni,ni->n", offset, plane_normal) / np.maximum(flatness, 1e-9)
+    value[near] = np.where(flatness > 0.8, along, value[near])
     return DistanceField(value, low, step)
 
 
@@ -111,7 +128,7 @@ class LinkSurface:
 
     @classmethod
     def of(
-        cls, mesh: trimesh.Trimesh, height: float, closing: float = 0.020, smoothing: float = 0.005, seed: int = 0
+        cls, mesh: trimesh.Trimesh, height: float, closing: float = 0.030, smoothing: float = 0.005, seed: int = 0
     ) -> "LinkSurface":
         """Build the fields of a link's mesh.
 
@@ -125,12 +142,12 @@ class LinkSurface:
         margin = closing + 0.012
         # About a million voxels at most: the grid is as fine as the link is small, never finer than 1.5 mm.
         volume = float(np.prod(mesh.extents + 2 * margin))
-        step = float(np.clip((volume / 0.8e6) ** (1 / 3), 0.0015, 0.004))
+        step = float(np.clip((volume / 1.2e6) ** (1 / 3), 0.0015, 0.005))
         raw = distance_field(mesh, step, margin, seed)
         beyond = raw.value > closing
-        reach = ndimage.distance_transform_edt(~beyond) * step
-        closed = np.where(beyond, raw.value, closing - reach + 0.5 * step)
-        # Where the ball reaches the mesh the exact field is better than the grid's closing.
+        reach, nearest = ndimage.distance_transform_edt(~beyond, return_indices=True)
+        # The voxel found lies a little beyond the radius, by what its own distance says.
+        closed = np.where(beyond, raw.value, raw.value[tuple(nearest)] - reach * step)
         closed = np.minimum(closed, raw.value)
         smooth = ndimage.gaussian_filter(closed, smoothing / step, mode="nearest").astype(np.float32)
         return cls(mesh, raw, DistanceField(smooth, raw.origin, step), height)
