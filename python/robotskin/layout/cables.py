@@ -101,7 +101,7 @@ def cross(robot: Robot, child: str, parent: str, path: list[int], seed: int) -> 
         return (data.oMf[frame_child].inverse() * data.oMf[frame_parent]).homogeneous
 
     neutral = child_from_parent(robot.neutral)
-    transforms = np.array([child_from_parent(q) for q in postures(model, path, seed)])
+    transforms = np.array([neutral, *(child_from_parent(q) for q in postures(model, path, seed))])
     ends = []
     pinocchio.forwardKinematics(model, data, robot.neutral)
     pinocchio.updateFramePlacements(model, data)

@@ -12,7 +12,7 @@ TALOS_LIMB_LINKS = (
 HAND_LINKS = ("palm_link", *(f"link_{number}.0" for number in (1, 2, 3, 5, 6, 7, 9, 10, 11, 12, 14, 15)))
 FINGER_TIPS = tuple(f"link_{number}.0_tip" for number in (3, 7, 11, 15))
 
-ON_NARROW_LINKS = Rules(clearance=0.001, most_overhang=0.85, least_patch=1)
+ON_NARROW_LINKS = Rules(clearance=0.001, least_foam=0.0012, most_overhang=0.85, least_patch=1)
 """A finger is narrower than a cell: most of a cell's back may stand off, and a cell may be alone."""
 ON_A_PALM = Rules(clearance=0.001, most_overhang=0.25)
 
