@@ -3,9 +3,10 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robotskin._core import firmware
 from small_world import SmallWorld, random_skin
 from test_sampling import Feeder
+
+from robotskin._core import firmware
 
 OPERATION = {name: number for name, number, *_ in firmware.OPERATIONS}
 STATUS = {name: number for name, number, *_ in firmware.REPLY_STATUSES}

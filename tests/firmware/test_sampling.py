@@ -5,8 +5,9 @@ from collections import defaultdict
 from itertools import pairwise
 
 import pytest
-from robotskin._core import firmware
 from small_world import SmallWorld, random_skin
+
+from robotskin._core import firmware
 
 CHANNELS = [name for name, *_ in firmware.CHANNELS]
 THRESHOLD = [counts for _, counts in firmware.EVENT_THRESHOLDS]

@@ -3,6 +3,7 @@
 import hashlib
 
 import pytest
+
 from robotskin._core import firmware
 
 KEEP_ALIVE, INJECT, POWER = 3, 4, 5
