@@ -16,7 +16,10 @@ from numpy.typing import NDArray
 
 from robotskin.layout import finished_layouts
 from robotskin.layout.layout import Layout
+from robotskin.robots import load
 from robotskin.selfconfig.accuracy import mean_errors, within_confidence
+from robotskin.selfconfig.babbling import choose_postures
+from robotskin.selfconfig.free_space import FreeSpace
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import gap_vectors
 from robotskin.selfconfig.loop_closing import close_loops, gap_lengths, read_stored_patch, rotation_changes
@@ -103,7 +106,18 @@ def pose_sets() -> dict[str, NDArray[np.float64]]:
     return {
         "random": random_directions(np.random.default_rng(POSE_SEED), 8),
         "half": random_directions(np.random.default_rng(POSE_SEED), 8, half=True),
+        "babbling": babbled_directions(),
     }
+
+
+def babbled_directions() -> NDArray[np.float64]:
+    """(8, 3) what the forearm of a UR5 on a horizontal floor feels in the postures that the babbling chooses.
+
+    Its axes before the forearm are one vertical and two parallel horizontal ones, so all directions lie in a plane.
+    """
+    space = FreeSpace(load("ur5"), floor_m=0.0)
+    start = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
+    return choose_postures(space, ["forearm_link"], start, np.random.default_rng(POSE_SEED), candidates=200).up[0]
 
 
 def reconstruct_once(seed: int, up: NDArray[np.float64], hinge_rms_m: float = 0.0, dead: int = 0) -> Figures:
@@ -170,7 +184,9 @@ def reconstruction_figures(seeds: range) -> Figures:
         "rotation_error_deg": max(one["rotation_deg"] for one in by_set.values()),
         "position_error_mm": max(one["position_mm"] for one in by_set.values()),
         "gain_over_paper": min(
-            one[f"paper_{key}"] / one[key] for one in by_set.values() for key in ("rotation_deg", "position_mm")
+            by_set[name][f"paper_{key}"] / by_set[name][key]
+            for name in ("random", "half")
+            for key in ("rotation_deg", "position_mm")
         ),
         "loop_gap_error_mm": max(one["gap_mm"] for one in by_set.values()),
         "two_pose_rotation_deg": two["rotation_deg"],
