@@ -9,10 +9,10 @@ TALOS_LIMB_LINKS = (
     *(f"arm_{{side}}_{number}_link" for number in range(1, 6)),
     *(f"leg_{{side}}_{number}_link" for number in (1, 2, 3, 4, 6)),
 )
-HAND_LINKS = ("palm_link", *(f"link_{number}.0" for number in (1, 2, 3, 5, 6, 7, 9, 10, 11, 12, 14, 15)))
+HAND_LINKS = ("palm_link", *(f"link_{number}.0" for number in (1, 2, 3, 5, 6, 7, 9, 10, 11, 12, 13, 14, 15)))
 FINGER_TIPS = tuple(f"link_{number}.0_tip" for number in (3, 7, 11, 15))
 
-ON_NARROW_LINKS = Rules(clearance=0.001, least_foam=0.0012, most_overhang=0.85, least_patch=1)
+ON_NARROW_LINKS = Rules(clearance=0.001, least_foam=0.0009, most_overhang=0.85, least_patch=1)
 """A finger is narrower than a cell: most of a cell's back may stand off, and a cell may be alone."""
 ON_A_PALM = Rules(clearance=0.001, most_overhang=0.25)
 
@@ -30,7 +30,7 @@ class Plan:
 
 PLANS = {
     "ur5": Plan(UR5_LINKS, 260),
-    "allegro_right_hand": Plan((*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, tries=12),
+    "allegro_right_hand": Plan((*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, tries=16),
     "talos": Plan(
         (
             "base_link",
