@@ -85,6 +85,7 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
   switch (report_.state) {
     case SafetyState::off:
       report_.send = false;
+      report_.stop_port = has_last_;
       has_last_ = false;
       return report_;
     case SafetyState::running:
@@ -95,9 +96,15 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
     }
     case SafetyState::ready:
     case SafetyState::stopped:
-      // SAFETY: from here the controller's command is not used; the robot comes to rest and is held.
+      // SAFETY: from here the controller's command is not used; the robot comes to rest and is held, by the robot
+      // itself if nothing is known of its joints.
+      if (!joints_known_ || command.value.size() != lower_.size()) {
+        report_.send = false;
+        report_.stop_port = true;
+        has_last_ = false;
+        return report_;
+      }
       brake(dynamics, joints, command);
-      report_.stop_port = !joints_known_;
       break;
   }
   remember(joints, command);
@@ -229,14 +236,8 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
   const std::size_t count = lower_.size();
   const double period = limits_.period_s;
   const bool goes_on = has_last_ && last_mode_ == command.mode;
-  if (command.value.size() != count) return;  // a command of another robot is reported, not filled
 
   if (command.mode == CommandMode::torque) {
-    if (!joints_known_) {
-      // Without a joint state the best torque is the one that held gravity last; the port is asked to stop as well.
-      std::ranges::copy(dynamics.gravity_torque(), command.value.begin());
-      return;
-    }
     if (!at_rest_) {
       std::ranges::copy(joints.position, hold_.begin());
       at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
@@ -256,24 +257,23 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
   }
 
   for (std::size_t i = 0; i < count; ++i) {
-    const double measured = joints_known_ ? joints.velocity[i] : 0.0;
-    const double speed = towards(has_last_ ? last_velocity_[i] : measured, 0.0, limits_.stop_deceleration[i] * period);
+    const double speed = towards(has_last_ ? last_velocity_[i] : joints.velocity[i], 0.0, limits_.stop_deceleration[i] * period);
     if (command.mode == CommandMode::velocity) {
       command.value[i] = speed;
       continue;
     }
-    const double from = goes_on ? last_position_[i] : (joints_known_ ? joints.position[i] : hold_[i]);
-    command.value[i] = std::clamp(from + speed * period, lower_[i], upper_[i]);
+    const double from = goes_on ? last_position_[i] : joints.position[i];
+    command.value[i] =
+        std::clamp(from + speed * period, std::min(lower_[i], from), std::max(upper_[i], from));
   }
 }
 
 void Guard::remember(const JointState& joints, const JointCommand& command) noexcept {
-  if (command.value.size() != lower_.size()) return;
   for (std::size_t i = 0; i < command.value.size(); ++i) {
     switch (command.mode) {
       case CommandMode::position: {
         const bool goes_on = has_last_ && last_mode_ == CommandMode::position;
-        const double from = goes_on ? last_position_[i] : (joints_known_ ? joints.position[i] : command.value[i]);
+        const double from = goes_on ? last_position_[i] : joints.position[i];
         last_velocity_[i] = (command.value[i] - from) / limits_.period_s;
         last_position_[i] = command.value[i];
         break;
@@ -282,11 +282,10 @@ void Guard::remember(const JointState& joints, const JointCommand& command) noex
         last_velocity_[i] = command.value[i];
         break;
       case CommandMode::torque:
-        if (joints_known_) last_velocity_[i] = joints.velocity[i];
+        last_velocity_[i] = joints.velocity[i];
         last_torque_[i] = command.value[i];
         break;
     }
-    if (command.mode != CommandMode::torque && joints_known_) hold_[i] = joints.position[i];
   }
   last_mode_ = command.mode;
   has_last_ = true;

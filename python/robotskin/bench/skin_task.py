@@ -25,15 +25,15 @@ def run(*, seed: int = 1, cells: int = 1260, rounds: int = 20000) -> dict[str, A
     robot = robots.load(ROBOT).core
     skin, source = _skin(robot, cells, rng)
     gains = SkinGains.uniform(len(skin), 3.0, 20.0, 0.35, 0.9, 0.02, 0.05)
-    states = [_touched(len(skin), rng) for _ in range(2)]
+    state, other = _touched(len(skin), rng), _touched(len(skin), rng)
     posture = rng.uniform(np.maximum(robot.lower, -1), np.minimum(robot.upper, 1))
-    time_skin_task(robot, skin, gains, *states, posture, 1000)  # warms caches and clock
-    times = time_skin_task(robot, skin, gains, *states, posture, rounds)
+    time_skin_task(robot, skin, gains, state, other, posture, 1000)  # warms caches and clock
+    times = time_skin_task(robot, skin, gains, state, other, posture, rounds)
 
     dynamics = RobotDynamics(robot)
     dynamics.update(posture, np.zeros(robot.joint_count))
     task = SkinTask(robot, skin, gains)
-    torque = task.compute(dynamics, states[0], np.ones(len(skin), dtype=np.float32))
+    torque = task.compute(dynamics, state, np.ones(len(skin), dtype=np.float32))
     naive = NaiveSkinTask(robot, skin).compute(dynamics, task.magnitudes)
 
     figures: dict[str, Any] = {"robot": ROBOT, "cells": len(skin), "layout": source, "rounds": rounds}
