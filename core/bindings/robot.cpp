@@ -161,7 +161,8 @@ void bind_cycle(nb::module_& module) {
       .def("request_run", &SkinCycle::request_run, "run"_a)
       .def("request_mode", &SkinCycle::request_mode, "mode"_a)
       .def("request_skin_task", &SkinCycle::request_skin_task, "on"_a)
-      .def("request_patch_mask", &SkinCycle::request_patch_mask, "patch"_a, "masked"_a, "False if there is no such patch.")
+      .def("request_patch_mask", &SkinCycle::request_patch_mask, "patch"_a, "masked"_a,
+           "False if there is no such patch.")
       .def(
           "request_goal",
           [](SkinCycle& self, InputArray<double> goal) {

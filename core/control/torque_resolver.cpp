@@ -98,13 +98,13 @@ bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const doub
   }
   integrate(joints);
   if (mode_ == CommandMode::velocity) {
-    inner_loop_.step(virtual_position_, virtual_velocity_, joints.position, joints.velocity, gains_.period_s,
-                     command.value);
+    // The joints were measured when the virtual robot was at position_, not where it is now.
+    inner_loop_.step(position_, virtual_velocity_, joints.position, joints.velocity, gains_.period_s, command.value);
     return true;
   }
   for (std::size_t i = 0; i < position_.size(); ++i) {
     const double late = gains_.servo_lag_s * virtual_velocity_[i] + gains_.servo_lag_s2 * acceleration_[i];
-    const double error = virtual_position_[i] - joints.position[i];
+    const double error = position_[i] - joints.position[i];
     position_bias_[i] = std::clamp(position_bias_[i] + gains_.position_bias_per_s * error * gains_.period_s,
                                    -gains_.largest_bias_rad, gains_.largest_bias_rad);
     command.value[i] = virtual_position_[i] + late + position_bias_[i];

@@ -211,7 +211,7 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
       const double high = (speed_up - velocity) / torque_horizon_s;
       const double low = (-speed_down - velocity) / torque_horizon_s;
       const double allowed = std::clamp(acceleration_[i], low, high);
-      if (allowed != acceleration_[i] && std::abs(velocity) > limits_.rest_speed) {
+      if (allowed != acceleration_[i]) {
         acceleration_[i] = allowed;
         bounded = true;
       }
@@ -257,14 +257,14 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
   }
 
   for (std::size_t i = 0; i < count; ++i) {
-    const double speed = towards(has_last_ ? last_velocity_[i] : joints.velocity[i], 0.0, limits_.stop_deceleration[i] * period);
+    const double speed =
+        towards(has_last_ ? last_velocity_[i] : joints.velocity[i], 0.0, limits_.stop_deceleration[i] * period);
     if (command.mode == CommandMode::velocity) {
       command.value[i] = speed;
       continue;
     }
     const double from = goes_on ? last_position_[i] : joints.position[i];
-    command.value[i] =
-        std::clamp(from + speed * period, std::min(lower_[i], from), std::max(upper_[i], from));
+    command.value[i] = std::clamp(from + speed * period, std::min(lower_[i], from), std::max(upper_[i], from));
   }
 }
 

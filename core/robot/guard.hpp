@@ -44,7 +44,7 @@ struct GuardReport {
   Reason reason = Reason::none;     // why the state was last changed; stays while stopped or degraded
   std::uint16_t conditions = 0;     // of this cycle
   bool send = false;                // the command may go to the robot
-  bool stop_port = false;  // call RobotPort::stop: the robot cannot be controlled from here; never with send
+  bool stop_port = false;           // call RobotPort::stop: the robot cannot be controlled from here; never with send
   std::uint64_t interventions = 0;  // cycles in which the guard changed a running controller's command
   std::uint64_t violations = 0;  // cycles in which the measured robot was beyond a position, velocity or torque limit
   double alive_share = 0;        // share of cells alive

@@ -1,0 +1,205 @@
+"""Virtual robot, resolver and fusion."""
+
+import numpy as np
+import pytest
+
+from robotskin import robots
+from robotskin._core.control import (
+    ControlError,
+    InnerLoopGains,
+    JointGains,
+    ResolverGains,
+    TorqueResolver,
+    VirtualRobot,
+    VirtualRobotGains,
+    joint_task,
+    weighted_fusion,
+)
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
+
+POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
+DT = 0.001
+HOME = np.array([0.0, -1.4, 1.5, -1.6, -1.5, 0.0])
+STIFFNESS = np.array([2400.0, 2400, 1600, 300, 300, 120])
+
+
+@pytest.fixture(scope="module")
+def ur5() -> RobotModel:
+    return robots.load("ur5").core
+
+
+def gains(friction: float = 0.45, inertia: float = 0.1) -> ResolverGains:
+    inner = InnerLoopGains([10.0] * 6, [25.0] * 6, [0.0] * 6)
+    return ResolverGains(VirtualRobotGains([inertia] * 6, (friction * STIFFNESS).tolist()), inner)
+
+
+class Loop:
+    """A resolver with joint and gravity task on a robot that is what its interface makes of it."""
+
+    def __init__(self, ur5: RobotModel, resolver_gains: ResolverGains, position: np.ndarray = HOME) -> None:
+        self.resolver = TorqueResolver(ur5, resolver_gains)
+        self.dynamics, self.plant = RobotDynamics(ur5), RobotDynamics(ur5)
+        self.joints = JointState(6)
+        self.joints.position = position.copy()
+        self.resolver.reset(self.joints)
+        self.command = JointCommand(POSITION, 6)
+
+    def command_for(self, mode: CommandMode, stiffness: np.ndarray, extra: np.ndarray, touch: np.ndarray) -> np.ndarray:
+        self.resolver.begin(self.joints, mode)
+        q, v = self.resolver.position, self.resolver.velocity
+        self.dynamics.update(q, v)
+        spring = joint_task(JointGains(stiffness.tolist(), [0.0] * 6), HOME, q, v)
+        fused = weighted_fusion(1.0, spring + self.dynamics.gravity_torque, 1.0, extra)
+        self.resolver.resolve(self.dynamics, fused, touch, self.joints, self.command)
+        return self.command.value.copy()
+
+    def step(self, mode, stiffness=STIFFNESS, extra=None, touch=None) -> np.ndarray:
+        extra = np.zeros(6) if extra is None else extra
+        touch = np.zeros(6) if touch is None else touch
+        value = self.command_for(mode, stiffness, extra, touch)
+        q, v = self.joints.position.copy(), self.joints.velocity.copy()
+        if mode == POSITION:
+            v, q = (value - q) / DT, value
+        elif mode == VELOCITY:
+            v, q = value, q + DT * value
+        else:
+            self.plant.update(q, v)
+            v = v + DT * self.plant.forward_dynamics(value + touch)
+            q = q + DT * v
+        self.joints.position, self.joints.velocity = q, v
+        return value
+
+
+@pytest.mark.parametrize("mode", [POSITION, VELOCITY, TORQUE])
+def test_without_forces_the_robot_stays(ur5, mode) -> None:
+    loop = Loop(ur5, gains())
+    for _ in range(1000):
+        loop.step(mode)
+    np.testing.assert_allclose(loop.joints.position, HOME, atol=1e-9)
+
+
+def test_energy_does_not_grow_when_there_is_friction(ur5, rng) -> None:
+    """Without gravity in the balance, kinetic plus spring energy only falls."""
+    robot = VirtualRobot(VirtualRobotGains([0.1] * 6, (0.1 * STIFFNESS).tolist()), 6)
+    dynamics = RobotDynamics(ur5)
+    q, v = HOME + rng.uniform(-0.3, 0.3, 6), rng.uniform(-1, 1, 6)
+    energies = []
+    for _ in range(2000):
+        dynamics.update(q, v)
+        mass = dynamics.mass_matrix + 0.1 * np.eye(6)
+        energies.append(0.5 * v @ mass @ v + 0.5 * STIFFNESS @ (HOME - q) ** 2)
+        torque = STIFFNESS * (HOME - q) + dynamics.gravity_torque
+        v = v + DT * robot.acceleration(dynamics, v, torque, DT)
+        q = q + DT * v
+    assert (np.diff(energies) <= 1e-6 * energies[0]).all()
+    assert energies[-1] < 0.2 * energies[0]
+
+
+@pytest.mark.parametrize("friction", [0.0, 1.0, 1e3, 1e6])
+def test_any_friction_is_stable(ur5, rng, friction) -> None:
+    robot = VirtualRobot(VirtualRobotGains([0.0] * 6, [friction] * 6), 6)
+    dynamics = RobotDynamics(ur5)
+    q, v = HOME.copy(), rng.uniform(-1, 1, 6)
+    fastest = np.abs(v).max()
+    for _ in range(500):
+        dynamics.update(q, v)
+        v = v + DT * robot.acceleration(dynamics, v, dynamics.gravity_torque, DT)
+        q = q + DT * v
+        assert np.abs(v).max() < 3 * fastest
+    if friction > 1e3:
+        np.testing.assert_allclose(v, 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("mode", [POSITION, VELOCITY, TORQUE])
+def test_the_steady_state_is_torque_over_stiffness(ur5, rng, mode) -> None:
+    """The same with all three interfaces: K^-1 (task + touch), whoever brings the touch."""
+    loop = Loop(ur5, gains())
+    extra, touch = rng.uniform(-20, 20, 6), rng.uniform(-5, 5, 6)
+    for _ in range(5000):
+        loop.step(mode, extra=extra, touch=touch)
+    np.testing.assert_allclose(loop.joints.position - HOME, (extra + touch) / STIFFNESS, rtol=2e-3, atol=2e-5)
+
+
+def test_the_interfaces_move_alike(ur5, rng) -> None:
+    """One equation for all three: the way to the steady state is the same as well."""
+    extra, touch = rng.uniform(-20, 20, 6), rng.uniform(-5, 5, 6)
+    ways = []
+    for mode in (POSITION, VELOCITY, TORQUE):
+        loop = Loop(ur5, gains())
+        way = []
+        for _ in range(1500):
+            loop.step(mode, extra=extra, touch=touch)
+            way.append(loop.joints.position - HOME)
+        ways.append(way)
+    spread = np.ptp(np.array(ways), axis=0)
+    assert spread.max() < 0.03 * np.abs(ways[0]).max()
+
+
+@pytest.mark.parametrize("first", [POSITION, VELOCITY, TORQUE])
+@pytest.mark.parametrize("second", [POSITION, VELOCITY, TORQUE])
+def test_a_change_of_interface_is_no_jump(ur5, rng, first, second) -> None:
+    """What the robot would do next changes no more than it changes from period to period anyway."""
+    extra = rng.uniform(-20, 20, 6)
+    loop = Loop(ur5, gains())
+    for _ in range(300):
+        loop.step(first, extra=extra)
+    moves = [loop.joints.velocity.copy()]
+    for _ in range(400):
+        loop.step(second, extra=extra)
+        moves.append(loop.joints.velocity.copy())
+    acceleration = np.abs(np.diff(moves, axis=0)).max() / DT
+    steady = Loop(ur5, gains())
+    usual = []
+    for _ in range(700):
+        steady.step(first, extra=extra)
+        usual.append(steady.joints.velocity.copy())
+    assert acceleration < 3 * np.abs(np.diff(usual[290:], axis=0)).max() / DT + 0.5
+
+
+def test_the_torque_after_a_change_starts_from_the_virtual_state(ur5, rng) -> None:
+    """A robot frozen behind its virtual one gets the torque that fits the virtual state, then that of its own."""
+    extra = rng.uniform(-20, 20, 6)
+    loop = Loop(ur5, gains())
+    zero = np.zeros(6)
+    for _ in range(300):
+        loop.command_for(POSITION, STIFFNESS, extra, zero)  # the robot does not move
+    commands = [loop.command_for(TORQUE, STIFFNESS, extra, zero) for _ in range(600)]
+    steps = np.abs(np.diff(commands, axis=0)).max(axis=1)
+    whole = np.abs(commands[-1] - commands[0]).max()
+    assert whole > 0.1
+    assert steps.max() <= 2 * whole * DT / 0.25
+    assert steps[300:].max() < 1e-9
+
+
+def test_the_virtual_robot_does_not_run_away_from_one_that_is_held(ur5) -> None:
+    loop = Loop(ur5, gains())
+    for _ in range(5000):
+        loop.command_for(POSITION, 0 * STIFFNESS, np.full(6, 500.0), np.zeros(6))
+    allowed = gains().largest_lead_rad + gains().largest_bias_rad
+    assert np.abs(loop.command.value - HOME).max() <= allowed + 1e-9
+
+
+def test_fusion_is_linear(rng) -> None:
+    first, second, third = rng.normal(size=(3, 6))
+    a, b = rng.normal(size=2)
+    np.testing.assert_allclose(weighted_fusion(a, first, b, second), a * first + b * second, atol=1e-12)
+    np.testing.assert_allclose(
+        weighted_fusion(a, first + third, b, second),
+        weighted_fusion(a, first, b, second) + weighted_fusion(a, third, 0.0, second),
+        atol=1e-12,
+    )
+
+
+def test_gains_that_do_not_fit_are_refused(ur5) -> None:
+    with pytest.raises(ControlError, match="friction has 5 values, the robot has 6 joints"):
+        VirtualRobot(VirtualRobotGains([0.1] * 6, [1.0] * 5), 6)
+    with pytest.raises(ControlError, match="inertia -1"):
+        VirtualRobot(VirtualRobotGains([-1.0] * 6, [1.0] * 6), 6)
+    wrong = gains()
+    wrong.period_s = 0.0
+    with pytest.raises(ControlError, match="period_s is 0"):
+        TorqueResolver(ur5, wrong)
+    wrong = gains()
+    wrong.inner_loop = InnerLoopGains([1.0] * 3, [1.0] * 6, [0.0] * 6)
+    with pytest.raises(ControlError, match="proportional has 3 values"):
+        TorqueResolver(ur5, wrong)
