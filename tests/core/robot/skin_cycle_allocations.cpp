@@ -74,7 +74,7 @@ int main(int argument_count, char** arguments) {
     const std::int64_t now_ns = 1'000'000'000 + i * std::int64_t{1'000'000};
     joints.stamp_ns = skin.time_ns = now_ns;
     // Once in a while the joints, or the skin, are silent long enough to stop the robot.
-    if (i % 2000 > 1900) joints.stamp_ns = now_ns - 1'000'000'000;
+    if (i % 2000 > 1850 && i % 2000 < 1900) joints.stamp_ns = now_ns - 1'000'000'000;
     if (i % 3000 > 2800) skin.time_ns = now_ns - 1'000'000'000;
     std::fill_n(skin.health.begin(), 60, i % 2500 > 2300 ? skin::Health::stale : skin::Health::alive);
     skin.normal_force[generator() % cells] = {force(generator), force(generator), force(generator)};
