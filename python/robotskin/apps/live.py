@@ -12,6 +12,7 @@ import numpy as np
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
 from robotskin.apps.session import PERIOD_S, Session, SessionError
+from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Touch
 
 SNAPSHOT_PERIODS = 16
@@ -40,6 +41,7 @@ class LiveSession:
         self._restart = False
         self._rates: dict[str, float] = {}
         self._counted = self._counts()
+        self._parent = grown_tree(self.layout, session.driver.topology())
         self._snapshot = self._take()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="session")
@@ -173,6 +175,7 @@ class LiveSession:
         now = self._counts()
         gone = {name: now[name] - before for name, before in self._counted.items()}
         self._counted = now
+        self._parent = grown_tree(self.layout, self.session.driver.topology())
         virtual_s = max(gone["virtual_s"], PERIOD_S)
         self._rates = {
             "realtime_factor": gone["virtual_s"] / wall_s,
@@ -202,7 +205,7 @@ class LiveSession:
                 if hand.task is not HandTask.parked
             ],
             statistics=dict(self._rates),
-            parent=None,
+            parent=self._parent,
         )
 
     def _reading(self) -> SkinReading:

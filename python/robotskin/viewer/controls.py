@@ -31,6 +31,7 @@ class Controls:
         command: Callable[[Callable[[], None]], None],
     ) -> None:
         self.session = session
+        self._cable = cable
         gui = server.gui
         snapshot = session.snapshot()
         with gui.add_folder("Touch"):
@@ -61,7 +62,7 @@ class Controls:
 
         @self._modality.on_update
         def _(_: viser.GuiEvent) -> None:
-            self._legend.content = legend(self._modality.value, session.layout, cable)
+            self.show_legend(self._cable)
 
         self._switches: dict[str, _Switch] = {
             "interface": _Switch(self.interface, session.set_interface, command),
@@ -101,6 +102,16 @@ class Controls:
         """Choose what a click does."""
         self._tool.value = tool  # type: ignore[misc]
         self._show_tool()
+
+    def choose(self, modality: str) -> None:
+        """Colour the cells by another modality."""
+        self._modality.value = modality  # type: ignore[misc]
+        self.show_legend(self._cable)
+
+    def show_legend(self, cable: Integers) -> None:
+        """Say what the colours mean; `cable` (N,) is the one each cell reports through."""
+        self._cable = cable
+        self._legend.content = legend(self.modality, self.session.layout, cable)
 
     def show_distance(self, distance_m: float) -> None:
         """Show where a dragged hand was left."""

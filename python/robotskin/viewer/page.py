@@ -151,6 +151,7 @@ class Page:
             self._parent = np.array(snapshot.parent)
             self._cable = follow(self._parent, self.session.layout)
             self.scene.draw_tree(self._parent)
+            self.controls.show_legend(self._cable)
         self.scene.show_tree(self.controls.modality == "network")
         self.scene.show_cables(self.controls.cables)
 

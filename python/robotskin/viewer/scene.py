@@ -225,7 +225,7 @@ class Scene:
         while len(self.hands) < len(hands):
             name = f"/hand/{len(self.hands)}"
             self.hands.append(
-                self.server.scene.add_icosphere(name, radius=1.0, color=HAND_COLOUR, subdivisions=4, opacity=0.85)
+                self.server.scene.add_icosphere(name, radius=1.0, color=HAND_COLOUR, subdivisions=4, opacity=0.45)
             )
         for index, handle in enumerate(self.hands):
             if handle.visible != (index < len(hands)):

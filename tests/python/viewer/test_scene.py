@@ -1,5 +1,7 @@
 """Laws of the picture: cells stand where their links carry them, and the page sends no more than what changed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from stand_in import StandInSession, resting
@@ -223,3 +225,20 @@ def test_the_camera_sees_every_corner_of_the_robot(seed: int) -> None:
     assert higher[1] < 350
     behind = 2 * camera.position_m - camera.look_at_m
     assert np.all(np.isnan(camera.pixels(behind[None], 900, 700)))
+
+
+def test_the_page_follows_the_network_that_the_cells_grow(page: Page) -> None:
+    snapshot = page.session.snapshot()
+    count = len(page.session.layout)
+    page.controls.choose("network")
+    page.draw(snapshot, 0.0)
+    wired = page.scene.colours.copy()
+    parent = np.full(count, -1)
+    parent[1 : count // 2] = np.arange(count // 2 - 1)
+    page.draw(replace(snapshot, parent=parent), 0.0)
+    assert np.array_equal(page.scene.colours[: count // 2], wired[: count // 2])
+    page.draw(replace(snapshot, parent=parent), 0.0)
+    changed = page.scene.colours
+    # The cable of the second half is reached by its first cell alone now.
+    assert np.array_equal(changed[count // 2], wired[count // 2])
+    assert np.all(changed[count // 2 + 1 :] == NO_FRESH_VALUE)
