@@ -85,7 +85,7 @@ def neighbouring_links(robot: Robot, link: str) -> dict[str, list[int]]:
         children.setdefault(int(model.parents[joint]), []).append(joint)
     found: dict[str, list[int]] = {other: [] for other in meshed.get(start, []) if other != link}
     # Each entry: a carrying joint, the joint it was reached from and the moving joints in between.
-    stack = [(start, -1, [])]
+    stack: list[tuple[int, int, list[int]]] = [(start, -1, [])]
     while stack:
         here, origin, path = stack.pop()
         steps = [(child, child) for child in children.get(here, [])]
@@ -143,7 +143,10 @@ class Clearance:
         return cls(tuple(entries))
 
     def at(self, points: Array) -> Array:
-        """(N,) metres for points (N, 3) in the link frame; infinite for a link without neighbours."""
+        """(N,) metres for points (N, 3) in the link frame; infinite for a link without neighbours.
+
+        Beyond 15 mm it is a lower bound: what is that far from a neighbour needs no exact distance.
+        """
         least = np.full(len(points), np.inf)
         for _, field, transforms in self.neighbours:
             corners = np.stack([field.origin, field.origin + field.step * (np.array(field.value.shape) - 1)])

@@ -56,14 +56,8 @@ def grow_link(places: LinkPlaces, seed: int, tries: int) -> Sheet:
                 good[chosen[mixed.max(axis=1) - len(standing)]] = False
             return good
 
-        starts = tangent_poses(
-            *(
-                array[chosen]
-                for chosen in [random.choice(open_places, 24)]
-                for array in (places.points, places.normals)
-            ),
-            random.normal(size=(24, 3)),
-        )
+        drawn = random.choice(open_places, 24)
+        starts = tangent_poses(places.points[drawn], places.normals[drawn], random.normal(size=(24, 3)))
         usable = np.flatnonzero(accept(starts))
         best: Sheet | None = None
         best_score = -np.inf
@@ -211,7 +205,7 @@ def assemble(
     """One layout of patches (link, connected sheet): numbered, wired, each with the middle cell as its root."""
     poses = np.concatenate([patch.poses for _, patch in patches])
     neighbours = np.full((len(poses), PORTS, 2), (-1, 0), dtype=np.int32)
-    patch_of = np.zeros(len(poses), dtype=np.int64)
+    patch_of = np.zeros(len(poses), dtype=np.int32)
     link_of = np.zeros(len(poses), dtype=np.int32)
     records = []
     start = 0
@@ -227,7 +221,7 @@ def assemble(
         middle = int(np.argmin(hop_counts(count, patch.edges).sum(axis=1)))
         records.append(Patch(f"{link}_{seen[link]}", link, start + middle))
         start += count
-    ids, groups, places = wire(neighbours, patch_of, ports_per_section_unit)
+    ids, groups, places = wire(neighbours, patch_of.astype(np.int64), ports_per_section_unit)
     # Nine decimals are a nanometre: written and read back, the layout is the same to the last bit.
     return Layout(
         robot, links, ids, groups, link_of, np.round(poses, 9) + 0.0, neighbours, patch_of, tuple(records), places

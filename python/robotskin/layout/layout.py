@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robotskin._core import firmware
 from robotskin.layout.cell import PORTS, hinge_gaps
@@ -138,7 +138,8 @@ class Layout:
         )
 
     @staticmethod
-    def _require(name: str, wrong: NDArray[np.bool_], values: NDArray, valid: str) -> None:
+    def _require(name: str, breaks: ArrayLike, values: NDArray, valid: str) -> None:
+        wrong = np.asarray(breaks, dtype=bool)
         if wrong.any():
             cell = int(np.argmax(wrong))
             raise LayoutError(f"{name} of cell {cell}: {values[cell].tolist()}: must be {valid}")
@@ -177,7 +178,7 @@ class Layout:
 
         return SkinModel(
             link_names=list(self.links),
-            key=self.section_unit.astype(np.uint32) << 16 | self.id.astype(np.uint32),
+            key=(self.section_unit.astype(np.uint32) << np.uint32(16) | self.id).astype(np.uint32),
             link=self.link,
             link_from_cell=self.link_from_cell,
             neighbours=self.neighbours,

@@ -203,8 +203,8 @@ def _layout(patches: list[RigidPatch], robot: str, link: str, source: str) -> La
     number = np.concatenate([np.full(len(patch.cells), index) for index, patch in enumerate(patches)])
     start = np.cumsum([0, *(len(patch.cells) for patch in patches)])
     records = [Patch(patch.name, link, int(start[i] + patch.root)) for i, patch in enumerate(patches)]
-    here, port = np.nonzero(neighbours[:, :, 0] >= 0)
-    graph = coo_matrix((np.ones(len(here)), (here, neighbours[here, port, 0])), shape=(count, count))
+    here, plugged = np.nonzero(neighbours[:, :, 0] >= 0)
+    graph = coo_matrix((np.ones(len(here)), (here, neighbours[here, plugged, 0])), shape=(count, count))
     network = connected_components(graph, directed=False)[1].astype(np.int64)
     ids, groups, wired = wire(neighbours, network)
     own_ids = np.array([cell.id or 0 for cell in cells])

@@ -178,7 +178,7 @@ class LinkSurface:
         """
         step = self.smooth.step
         shell = np.abs(self.smooth.value - self.height) < step
-        gradient = np.stack(np.gradient(self.smooth.value, step))
+        gradient = np.array(np.gradient(self.smooth.value, step))
         area = float((np.linalg.norm(gradient, axis=0) * shell).sum() * step**3 / (2 * step))
         points = np.argwhere(shell) * step + self.smooth.origin
         points, _ = self.project(points, 2)

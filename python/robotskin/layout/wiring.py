@@ -46,7 +46,7 @@ def choose_roots(hops: NDArray[np.float64], has_free_port: NDArray[np.bool_]) ->
             owner, loads = port_loads(hops, best)
             if loads.max() <= CELLS_PER_PORT:
                 return best
-            moved = []
+            moved: list[int] = []
             for root in range(number):
                 cost = hops[np.ix_(allowed, np.flatnonzero(owner == root))].sum(axis=1)
                 cost[np.isin(allowed, moved)] = np.inf
@@ -84,7 +84,8 @@ def wire(
     unit, used, next_id = 1, 0, firmware.ID_FIRST
     for number in range(int(patch.max()) + 1):
         members = np.flatnonzero(patch == number)
-        roots = members[choose_roots(hops[np.ix_(members, members)], free[members].any(axis=1))]
+        rim = np.asarray(free[members].any(axis=1))
+        roots = members[choose_roots(hops[np.ix_(members, members)], rim)]
         if len(roots) > ports_per_section_unit:
             raise CoveringError(
                 f"patch {number} of {len(members)} cells needs {len(roots)} cables, "

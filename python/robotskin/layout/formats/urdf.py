@@ -27,7 +27,8 @@ def _pose(element: ElementTree.Element | None) -> NDArray[np.float64]:
     """(4, 4) of an element's xyz and rpy (turned about the fixed axes x, y, z in this order)."""
     if element is None:
         return np.eye(4)
-    pose = trimesh.transformations.euler_matrix(*_numbers(element.get("rpy"), 3), axes="sxyz")
+    roll, pitch, yaw = _numbers(element.get("rpy"), 3)
+    pose = trimesh.transformations.euler_matrix(roll, pitch, yaw, axes="sxyz")
     pose[:3, 3] = _numbers(element.get("xyz"), 3)
     return pose
 
