@@ -1,0 +1,68 @@
+"""Gain files: one for each robot, checked field by field, and the weights that follow from them."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from robotskin import robots
+from robotskin.errors import UnknownNameError
+from robotskin.layout import finished
+from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return (resources.files("robotskin.robots.gains") / "ur5.toml").read_text(encoding="utf-8")
+
+
+def test_every_gain_file_fits_its_robot() -> None:
+    for name in robots_with_gains():
+        robot, gains = robots.load(name).core, GainSet.load(name)
+        assert len(gains.home) == robot.joint_count
+        assert (gains.home > robot.lower).all()
+        assert (gains.home < robot.upper).all()
+        gains.guard_limits(robot)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("friction_s", "fricton_s", "unknown field virtual_robot.fricton_s"),
+        ("[goal]", "[gaol]", r"unknown section \[gaol\]"),
+        ("force_silent_n = ", "force_silent_n = [1.0] #", r"skin.force_silent_n is \[1.0\], it must be one number"),
+        ("stiffness = [", "stiffness = [nan, ", "joint.stiffness holds nan"),
+        ("damping = [0.0, ", "damping = [", "joint.damping has 5 values, posture.home has 6"),
+        ("[joint]", "[joint", "ur5.toml"),
+        ("speed_rad_s = 0.5", "", "goal.speed_rad_s is missing"),
+    ],
+)
+def test_a_damaged_file_is_refused_by_field(text, tmp_path, old, new, message) -> None:
+    path = tmp_path / "ur5.toml"
+    path.write_text(text.replace(old, new, 1))
+    assert path.read_text() != text
+    with pytest.raises(GainError, match=message):
+        GainSet.load(str(path))
+
+
+def test_an_unknown_robot_is_refused_with_the_choices() -> None:
+    with pytest.raises(UnknownNameError, match="ur5"):
+        GainSet.load("ur6")
+
+
+def test_gains_do_not_pass_for_another_robot() -> None:
+    panda = robots.load("panda").core
+    with pytest.raises(GainError, match="6 joints, the robot has 9"):
+        GainSet.load("ur5").guard_limits(panda)
+
+
+def test_what_the_gains_promise_holds_for_the_finished_skin() -> None:
+    """15 N move no cell by 5 mm without the skin task, and most by 0.03 to 0.15 m with it."""
+    robot, skin, gains = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")
+    stiff = gains.stiff_compliance(robot, skin)
+    soft = stiff * (1 + gains.force_weights(robot, skin))
+    assert (15 * stiff).max() < 0.004
+    assert (15 * soft).max() < 0.1
+    for link in ("upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link"):
+        cells = skin.link == skin.link_names.index(link)
+        assert np.median(15 * soft[cells]) > 0.03
