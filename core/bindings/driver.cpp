@@ -140,7 +140,7 @@ nb::list replies_list(Driver& driver) {
     dict["key"] = CellKey{reply->section_unit} << 16 | reply->source;
     dict["operation"] = operation_name(reply->operation);
     dict["status"] = reply_status_name(reply->status);
-    dict["counter"] = reply->counter;
+    dict["ticket"] = reply->ticket;
     dict["index"] = reply->index;
     dict["of"] = operation_name(reply->value_high);
     dict["value"] = reply->value;
@@ -306,20 +306,14 @@ Raises ValueError for a bad key, cell or host, RuntimeError if the address canno
             if (command.target != RS_ID_ALL && !CellIndex::valid(command.target)) {
               throw std::invalid_argument("cell id " + std::to_string(command.target) + " is not between 1 and 16382");
             }
-            const std::optional<std::uint16_t> counter = self.driver.command(command);
-            if (!self.driver.ready_to_command()) {
-              throw std::runtime_error("no section unit has been heard yet: a command cannot be numbered");
-            }
-            if (!counter) throw std::runtime_error("256 commands are waiting already: let the driver send them");
-            return *counter;
+            const std::optional<std::uint32_t> ticket = self.driver.command(command);
+            if (!ticket) throw std::runtime_error("256 commands are waiting already: let the driver send them");
+            return *ticket;
           },
           "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "section_unit"_a = 0,
           R"(Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
-Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell, RuntimeError before
-the first section unit has been heard (`ready_to_command`) and when 256 commands are waiting.)")
-      .def_prop_ro(
-          "ready_to_command", [](const HostDriver& self) { return self.driver.ready_to_command(); },
-          "Whether a section unit has told the counter of its last command.")
+It goes out as soon as the section units have been heard. Returns the ticket that its replies carry.
+Raises ValueError for an unknown operation or cell, RuntimeError when 256 commands are waiting.)")
       .def(
           "power",
           [](HostDriver& self, bool on, std::uint16_t section_unit, std::uint8_t unit, std::uint8_t port) {
@@ -330,7 +324,7 @@ the first section unit has been heard (`ready_to_command`) and when 256 commands
       .def(
           "replies", [](HostDriver& self) { return replies_list(self.driver); },
           nb::sig("def replies(self) -> list[dict[str, int | str]]"),
-          R"(Answers to commands since the last call: key, operation, status, counter, index, value now in force and the
+          R"(Answers to commands since the last call: key, operation, status, ticket, index, value now in force and the
 operation it is `of`, heard_ns.)")
       .def(
           "samples", [](HostDriver& self) { return samples_dict(self.driver.samples()); },

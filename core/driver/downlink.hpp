@@ -14,8 +14,8 @@ struct Command {
   std::uint16_t target = RS_ID_ALL;
   std::uint8_t operation = 0;
   std::uint16_t index = 0;
-  std::uint32_t value = 0;    // signed ones in two's complement
-  std::uint16_t counter = 0;  // filled in by the driver; the reply carries it
+  std::uint32_t value = 0;   // signed ones in two's complement
+  std::uint32_t ticket = 0;  // filled in by the driver; the reply carries it
 };
 
 struct Reply {
@@ -24,7 +24,7 @@ struct Reply {
   std::uint16_t source = 0;
   std::uint8_t operation = 0;
   std::uint8_t status = 0;
-  std::uint16_t counter = 0;
+  std::uint32_t ticket = 0;  // of the command, 0: not one of the last 1024 of this driver
   std::uint16_t index = 0;
   std::uint16_t value_high = 0;  // operation whose value it is
   std::uint32_t value = 0;       // in force now

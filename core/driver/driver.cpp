@@ -7,6 +7,7 @@ namespace robotskin::driver {
 namespace {
 
 constexpr std::size_t departures_max = 8192;
+constexpr std::int64_t commands_patience_ns = 1'000'000'000;
 
 // Frames of one cell this close in time are ordered by their sequence number, others by their arrival: the number
 // wraps at 256, and a restarted cell begins anywhere.
@@ -219,20 +220,19 @@ void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std
   if (frame.source == RS_ID_SECTION_UNIT) {
     // A section unit's own tells the last command it passed on, perhaps of another host or of an earlier run.
     const auto counter = static_cast<std::uint16_t>(frame.counter);
-    std::int32_t own = command_counter_.load(std::memory_order_relaxed);
-    while ((own < 0 || static_cast<std::int16_t>(counter - own) > 0) &&
-           !command_counter_.compare_exchange_weak(own, counter, std::memory_order_relaxed)) {
-    }
+    if (command_counter_ < 0) counter_known_ns_ = arrival_ns;
+    if (command_counter_ < 0 || static_cast<std::int16_t>(counter - command_counter_) > 0) command_counter_ = counter;
     return;
   }
   if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
   statistics_.reply_frames.add();
+  const Sent& sent = sent_[frame.counter % sent_.size()];
   const Reply reply{.heard_ns = arrival_ns,
                     .section_unit = group.section_unit,
                     .source = static_cast<std::uint16_t>(frame.source),
                     .operation = static_cast<std::uint8_t>(frame.operation),
                     .status = static_cast<std::uint8_t>(frame.status),
-                    .counter = static_cast<std::uint16_t>(frame.counter),
+                    .ticket = sent.counter == frame.counter ? sent.ticket : 0,
                     .index = static_cast<std::uint16_t>(frame.index),
                     .value_high = static_cast<std::uint16_t>(frame.value_high),
                     .value = frame.value_low};
@@ -357,14 +357,10 @@ void Driver::publish(std::int64_t now_ns) {
   departures_ns_.clear();
 }
 
-std::optional<std::uint16_t> Driver::command(Command command) {
-  std::int32_t last = command_counter_.load(std::memory_order_relaxed);
-  do {
-    if (last < 0) return std::nullopt;
-    command.counter = static_cast<std::uint16_t>(last + 1);
-  } while (!command_counter_.compare_exchange_weak(last, command.counter, std::memory_order_relaxed));
+std::optional<std::uint32_t> Driver::command(Command command) {
+  command.ticket = ticket_ + 1;
   if (!commands_.push(command)) return std::nullopt;
-  return command.counter;
+  return ++ticket_;
 }
 
 // Completes and hands over the datagram whose records stand in out_.
@@ -419,6 +415,18 @@ void Driver::keep_alive(std::int64_t now_ns, const Sink& sink) {
   }
 }
 
+// A command goes out when its counter can be known and, within a second, each group has been heard.
+bool Driver::ready_to_command(std::int64_t now_ns) {
+  if (command_counter_ < 0) return false;
+  if (now_ns - counter_known_ns_ > commands_patience_ns) return true;
+  return std::ranges::all_of(index_.groups(), [this](const CellIndex::Group& group) {
+    for (std::size_t i = 0; i < unit_count_; ++i) {
+      if (unit_names_[i] >> 8 == group.section_unit) return true;
+    }
+    return false;
+  });
+}
+
 void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
   const auto send_to_units = [&](rs_datagram_kind kind, std::uint16_t section_unit, std::uint8_t which) {
     for (std::size_t i = 0; i < unit_count_; ++i) {
@@ -428,12 +436,17 @@ void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
     }
   };
   std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
-  while (const std::optional<Command> command = commands_.pop()) {
+  while (ready_to_command(now_ns)) {
+    const std::optional<Command> command = commands_.pop();
+    if (!command) break;
+    command_counter_ = static_cast<std::uint16_t>(command_counter_ + 1);
+    const auto counter = static_cast<std::uint16_t>(command_counter_);
+    sent_[counter % sent_.size()] = {command->ticket, counter};
     rs_command frame{};
     frame.type = RS_TYPE_command;
     frame.target = command->target;
     frame.operation = command->operation;
-    frame.counter = command->counter;
+    frame.counter = counter;
     frame.index = command->index;
     frame.value_low = command->value;
     rs_command_pack(record, &frame);

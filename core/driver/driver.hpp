@@ -12,7 +12,6 @@
 // a key anyone can send anything: a new session is then taken for a restart at once, and only ended ones are refused.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -67,12 +66,9 @@ class Driver {
 
   // ---- Any one other thread ----
 
-  // Whether a section unit has told the counter of its last command: before that no command can be numbered.
-  bool ready_to_command() const { return command_counter_.load(std::memory_order_relaxed) >= 0; }
-
-  // Sends a command with the next `downlink`; its counter, by which the replies name it. Nothing if the driver is not
-  // ready or 256 are waiting already.
-  std::optional<std::uint16_t> command(Command command);
+  // Sends a command as soon as its section units are known; the ticket that its replies carry, or nothing if 256 are
+  // waiting already.
+  std::optional<std::uint32_t> command(Command command);
   bool power(const Power& power) { return powers_.push(power); }
   std::optional<Reply> reply() { return replies_.pop(); }
 
@@ -106,6 +102,7 @@ class Driver {
   void draw_session();
   void meet(const rs_datagram_header& header);
   void take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns);
+  bool ready_to_command(std::int64_t now_ns);
   void keep_alive(std::int64_t now_ns, const Sink& sink);
   void send_commands(std::int64_t now_ns, const Sink& sink);
   bool answers_us(std::uint32_t session) const;
@@ -138,7 +135,14 @@ class Driver {
   std::array<std::uint32_t, 4> own_sessions_{};
   std::uint32_t sequence_ = 0;
   std::int64_t calendar_ns_;
-  std::atomic<std::int32_t> command_counter_{-1};  // of the last command, -1: not known
+  std::int32_t command_counter_ = -1;  // of the last command, -1: no section unit has told it yet
+  std::int64_t counter_known_ns_ = 0;
+  struct Sent {
+    std::uint32_t ticket = 0;
+    std::uint16_t counter = 0;
+  };
+  std::array<Sent, 1024> sent_{};  // by counter
+  std::uint32_t ticket_ = 0;       // of the thread that commands
   std::int64_t keep_alive_ns_ = 0;
   bool keep_alive_due_ = true;
   std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> out_{};
