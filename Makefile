@@ -9,7 +9,7 @@ export PATH := $(abspath $(BIN)):$(PATH)
 SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core tests -name '*.[ch]' -o -name '*.[ch]pp')
 
-.PHONY: help build demo test lint format bench stubs lock clean
+.PHONY: help build demo test test-asan fuzz lint format bench stubs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -31,6 +31,18 @@ demo: build  ## a skinned UR5 in the browser
 
 test: build  ## every test
 	$(BIN)/python -m pytest
+
+test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, UBSan and ThreadSanitizer
+	$(BIN)/python -m pytest tests/core/test_native.py
+
+FUZZ_SECONDS ?= 60
+fuzz: $(VENV)/deps.stamp  ## coverage-guided fuzzing of the driver (needs clang), FUZZ_SECONDS=60
+	@command -v clang++ >/dev/null || { echo "make fuzz needs clang with libFuzzer: no clang++ on the PATH"; exit 1; }
+	CC=clang CXX=clang++ cmake -G Ninja -S tests/core -B build/native/fuzz -DFUZZ=ON -DSANITIZE=address,undefined \
+	  -DBOOST_INCLUDE=$$($(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/cmeel.prefix/include
+	cmake --build build/native/fuzz --target fuzz_driver
+	mkdir -p build/native/corpus
+	build/native/fuzz/fuzz_driver -max_total_time=$(FUZZ_SECONDS) -max_len=4096 build/native/corpus
 
 lint: $(VENV)/deps.stamp  ## formatters and linters of the three languages
 	$(BIN)/ruff check .

@@ -118,13 +118,9 @@ class Driver:
     ) -> int:
         """
         Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
-        Returns its counter, which the replies carry. Raises ValueError for an unknown operation or cell, RuntimeError before
-        the first section unit has been heard (`ready_to_command`) and when 256 commands are waiting.
+        It goes out as soon as the section units have been heard. Returns the ticket that its replies carry.
+        Raises ValueError for an unknown operation or cell, RuntimeError when 256 commands are waiting.
         """
-
-    @property
-    def ready_to_command(self) -> bool:
-        """Whether a section unit has told the counter of its last command."""
 
     def power(self, on: bool, *, section_unit: int = 0, unit: int = 255, port: int = 0) -> None:
         """
@@ -133,7 +129,7 @@ class Driver:
 
     def replies(self) -> list[dict[str, int | str]]:
         """
-        Answers to commands since the last call: key, operation, status, counter, index, value now in force and the
+        Answers to commands since the last call: key, operation, status, ticket, index, value now in force and the
         operation it is `of`, heard_ns.
         """
 

@@ -262,6 +262,15 @@ class NetworkOptions:
     def seed(self) -> int: ...
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
+    def set_key(self, key: bytes) -> None:
+        """
+        32 bytes that host and section units share: datagrams are authenticated in both directions.
+        """
+
+    def set_cell_key(self, key: bytes) -> None:
+        """
+        16 bytes that section units and cells share: ticks and commands are authenticated.
+        """
 
 class NetworkCounts:
     """What has happened in a network since its start."""
@@ -354,6 +363,34 @@ class Mailbox(Transport):
         """
         What the section units have sent: (unit index, virtual time in ns, datagram) in order.
         """
+
+class UdpTransport(Transport):
+    """
+    Real UDP, a socket for each section unit; each answers who last spoke to it.
+    """
+
+    def __init__(
+        self, units: int, bind: str = "127.0.0.1", first_port: int = 0, host: tuple[str, int] | None = None
+    ) -> None:
+        """
+        `host`: (host, port) to send to before anybody has asked. Raises RuntimeError if a port is taken.
+        """
+
+    @property
+    def addresses(self) -> list[tuple[str, int]]:
+        """(host, port) of each section unit"""
+
+    @property
+    def sent(self) -> int:
+        """datagrams handed to the system"""
+
+    @property
+    def unsent(self) -> int:
+        """datagrams without a host, or that the system did not take"""
+
+    @property
+    def received(self) -> int:
+        """datagrams from the host"""
 
 class World:
     """Body and network in step."""
