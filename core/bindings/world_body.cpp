@@ -4,7 +4,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/vector.h>
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
 
 #include "bindings/world.hpp"
@@ -165,6 +165,20 @@ void bind_world_body(nb::module_& module) {
             return std::vector<int>(sample.value, sample.value + RS_CHANNEL_COUNT);
           },
           "cell"_a, "time_ns"_a, "The nine channels in counts, imperfections included.")
+      .def(
+          "sample_all",
+          [](Body& self, std::int64_t time_ns) {
+            const std::size_t cells = self.cell_count();
+            auto* counts = new std::int32_t[cells * RS_CHANNEL_COUNT + 1];
+            nb::capsule owner(counts, [](void* memory) noexcept { delete[] static_cast<std::int32_t*>(memory); });
+            for (std::size_t i = 0; i < cells; ++i) {
+              rs_sample sample;
+              self.sample(i, time_ns, sample);
+              std::copy_n(sample.value, RS_CHANNEL_COUNT, counts + i * RS_CHANNEL_COUNT);
+            }
+            return nb::ndarray<nb::numpy, std::int32_t>(counts, {cells, std::size_t{RS_CHANNEL_COUNT}}, owner);
+          },
+          "time_ns"_a, nb::rv_policy::move, "(N, 9) counts of all cells at once.")
       .def("world_from_cell",
            [](const Body& self) {
              std::vector<std::array<double, 16>> all;
