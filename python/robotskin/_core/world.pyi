@@ -171,6 +171,9 @@ class Body:
     def sample(self, cell: int, time_ns: int) -> list[int]:
         """The nine channels in counts, imperfections included."""
 
+    def sample_all(self, time_ns: int) -> NDArray[numpy.int32]:
+        """(N, 9) counts of all cells at once."""
+
     def world_from_cell(self) -> NDArray[numpy.float64]: ...
     @property
     def samples(self) -> int: ...
