@@ -12,11 +12,12 @@ from robotskin._core.driver import Driver
 from robotskin._core.model import CommandMode, JointCommand, JointState
 from robotskin._core.robot import SafetyState
 from robotskin._core.skin import Health, SkinReader, SkinState
+from robotskin._core.world import UdpTransport
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
-from robotskin.world import World
+from robotskin.world import World, unit_descriptions
 
 PERIOD_S = 0.001
 INTERFACES = ("position", "velocity", "torque")
@@ -50,7 +51,7 @@ class Session:
         layout: Layout,
         seed: int = 1,
         *,
-        link: Link = "in process",
+        link: Link = "udp",
         key: bytes | None = None,
         interface: str = "position",
         mode: str = "clock",
@@ -59,15 +60,15 @@ class Session:
         self.gains = GainSet.load(robot.name)
         self.home = self.gains.home
         model = layout.skin_model()
-        self.driver = Driver(model, key, ("127.0.0.1", 0) if link == "udp" else None, session_seed=seed)
-        transport = None
-        self.world = World(layout, robot, seed, posture=self.home, transport=transport)
+        self.transport = UdpTransport(len(unit_descriptions(layout))) if link == "udp" else None
+        self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport)
+        bind, units = (("127.0.0.1", 0), self.transport.addresses) if self.transport else (None, [])
+        self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(layout))
         self.cycle = self.gains.cycle(robot.core, model, self.home)
         self.joints = JointState(robot.joint_count)
         self.command = JointCommand(CommandMode.position, robot.joint_count)
-        self._link: Link = link
         self._received = 0
         self.driver_seconds = 0.0
         """Processor time of the driver so far."""
@@ -75,7 +76,8 @@ class Session:
         self.mode = mode
         self.skin_on = True
         self.set_interface(interface)
-        self.set_mode(mode)
+        if mode not in MODES:
+            raise UnknownNameError("mode", mode, MODES)
 
     # ---- The flow ----
 
@@ -94,27 +96,20 @@ class Session:
 
     def _carry_datagrams(self) -> None:
         began = time.thread_time()
-        if self._link == "udp":
-            self._await_datagrams()
+        if self.transport is None:
+            self.world.exchange(self.driver)
         else:
-            self._hand_over_datagrams()
+            self._await_datagrams(self.transport)
         self.driver_seconds += time.thread_time() - began
 
-    def _hand_over_datagrams(self) -> None:
-        for _unit, arrival_ns, datagram in self.world.take_datagrams():
-            self.driver.handle(datagram, arrival_ns)
-        self.driver.publish(self.world.now_ns)
-        for section_unit, unit, datagram in self.driver.downlink(self.world.now_ns):
-            self.world.post(section_unit, unit, datagram)
-
-    def _await_datagrams(self, patience_s: float = 1.0) -> None:
+    def _await_datagrams(self, transport: UdpTransport, patience_s: float = 1.0) -> None:
         """Let the driver take what the section units have sent, so that virtual and real time keep together."""
-        sent = self.world.transport.sent
-        deadline = time.monotonic() + patience_s
         self._received += self.driver.poll(self.world.now_ns)
-        while self._received < sent:
+        deadline = time.monotonic() + patience_s
+        while self._received < transport.sent:
             if time.monotonic() > deadline:
-                raise SessionError(f"{sent - self._received} of {sent} datagrams did not arrive within {patience_s} s")
+                missing = transport.sent - self._received
+                raise SessionError(f"{missing} of {transport.sent} datagrams did not arrive within {patience_s} s")
             self._received += self.driver.poll(self.world.now_ns)
 
     def run(self, seconds: float) -> None:
@@ -128,13 +123,12 @@ class Session:
         Returns the virtual seconds it took. Raises SessionError if cells stay silent or the controller does not start.
         """
         started = self.world.time_s
-        while (np.asarray(self.skin.health) != int(Health.alive)).any():
+        while self.alive < len(self.layout) or not self.driver.ready_to_command:
             if self.world.time_s - started > patience_s:
                 silent = np.flatnonzero(np.asarray(self.skin.health) != int(Health.alive))
-                raise SessionError(
-                    f"{len(silent)} cells are silent after {patience_s} s, the first is cell {silent[0]}"
-                )
+                raise SessionError(f"{len(silent)} cells are silent after {patience_s} s: {silent[:5].tolist()} …")
             self.step()
+        self.set_mode(self.mode)
         self.reader.tare(0.2)
         self.run(0.25)
         self.cycle.request_run(True)

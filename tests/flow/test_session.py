@@ -1,0 +1,100 @@
+"""The whole flow in one piece: contact to motor command, over real UDP, with the shipping firmware in every cell."""
+
+import numpy as np
+import pytest
+
+from robotskin import layout, robots
+from robotskin.apps.session import INTERFACES, Session
+from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
+from robotskin.errors import UnknownNameError
+
+LINK = "forearm_link"
+KEY = bytes(range(32))
+
+
+@pytest.fixture(scope="module")
+def ur5() -> robots.Robot:
+    return robots.load("ur5")
+
+
+@pytest.fixture(scope="module")
+def skin() -> layout.Layout:
+    return layout.finished("ur5")
+
+
+def pushed_for_a_moment(session: Session) -> tuple[int, bytes]:
+    session.boot()
+    session.world.push(pushed_cell(session, LINK), 15.0)
+    session.run(0.3)
+    log_hash = int(session.world.statistics()["log_hash"])
+    joints = np.array(session.joints.position).tobytes()
+    session.shut_down()
+    return log_hash, joints
+
+
+def test_a_seed_repeats_a_run_to_the_byte_over_udp_and_in_process(ur5, skin, seed) -> None:
+    over_udp = pushed_for_a_moment(Session(ur5, skin, seed, link="udp", key=KEY))
+    again = pushed_for_a_moment(Session(ur5, skin, seed, link="udp", key=KEY))
+    in_process = pushed_for_a_moment(Session(ur5, skin, seed, link="in process", key=KEY))
+    other_seed = pushed_for_a_moment(Session(ur5, skin, seed + 1, link="in process", key=KEY))
+    assert over_udp == again == in_process
+    assert other_seed[0] != in_process[0]
+
+
+def test_touch_moves_the_robot_only_through_the_skin_task(ur5, skin, seed) -> None:
+    session = Session(ur5, skin, seed)
+    session.boot()
+    cell = pushed_cell(session, LINK)
+    gave_way = {}
+    for interface in INTERFACES:
+        session.set_interface(interface)
+        session.set_skin(True)
+        session.run(0.4)
+        touched = push_and_release(session, cell, 15.0, hold_s=0.7, rest_s=1.0)
+        session.set_skin(False)
+        session.run(0.4)
+        numb = push_and_release(session, cell, 15.0, hold_s=0.4, rest_s=0.4)
+        gave_way[interface] = touched.displacement_m
+        assert 0.03 <= touched.displacement_m <= 0.15, interface
+        assert numb.peak_m <= 0.005, interface
+    session.set_skin(True)
+    session.mask_patch(int(skin.patch[cell]), True)
+    session.run(0.4)
+    assert push_and_release(session, cell, 15.0, hold_s=0.4, rest_s=0.4).peak_m <= 0.005
+    assert session.cycle.report.violations == 0
+    assert session.frames_lost == 0
+    session.shut_down()
+
+
+def test_the_skin_feels_the_contact_force_wherever_it_is_pressed(ur5, skin, seed) -> None:
+    session = Session(ur5, skin, seed, link="in process")
+    session.boot()
+    session.set_skin(False)
+    session.run(0.4)
+    cell = pushed_cell(session, LINK)
+    edge_cell, edge = edge_of_patch(session, LINK)
+    for target, at_m in ((cell, (0.0, 0.0)), (cell, seam_of(skin, cell)), (edge_cell, edge)):
+        measured = press(session, target, 10.0, at_m)
+        assert measured.contact_n == pytest.approx(10.0, rel=0.1)
+        assert measured.relative_error < 0.05
+    session.shut_down()
+
+
+def test_changing_the_mode_loses_no_frame_and_keeps_every_cell_alive(ur5, skin, seed) -> None:
+    session = Session(ur5, skin, seed, link="in process")
+    session.boot()
+    for mode in ("event", "clock", "event"):
+        before = session.driver.statistics()["event_frames"]
+        session.set_mode(mode)
+        session.run(0.6)
+        assert session.alive == len(skin)
+        assert (session.driver.statistics()["event_frames"] > before) == (mode == "event")
+    assert session.frames_lost == 0
+    session.shut_down()
+
+
+def test_wrong_names_are_refused_before_anything_moves(ur5, skin) -> None:
+    with pytest.raises(UnknownNameError, match="position"):
+        Session(ur5, skin, interface="positon")
+    with pytest.raises(UnknownNameError, match="clock"):
+        Session(ur5, skin, mode="clok")
