@@ -107,7 +107,7 @@ class Layout:
             "patch": (np.int32, (count,)),
         }
         for name, (kind, shape) in shapes.items():
-            array = np.array(getattr(self, name), dtype=kind)
+            array = np.array(getattr(self, name), dtype=kind, order="C")
             if array.shape != shape:
                 raise LayoutError(f"{name}: shape {array.shape}, expected {shape}")
             array.setflags(write=False)

@@ -15,6 +15,7 @@ from robotskin.layout import CoveringError, Layout, Rules, cover, read
 from robotskin.layout.cell import CELL_THICKNESS_M, HINGE_REACH_M
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.defects import defects
+from robotskin.layout.places import LinkPlaces
 from robotskin.layout.report import report
 from robotskin.layout.wiring import choose_roots, hop_counts, port_loads
 
@@ -27,8 +28,13 @@ def run(command: object, *arguments: str) -> tuple[int, str]:
 
 
 @pytest.fixture(scope="module")
-def covering(small_robot: robots.Robot) -> Layout:
-    return cover(small_robot, ["pipe"], 60, seed=3, tries=1)[0]
+def covered(small_robot: robots.Robot) -> tuple[Layout, dict[str, LinkPlaces]]:
+    return cover(small_robot, ["pipe"], 60, seed=3, tries=1)
+
+
+@pytest.fixture(scope="module")
+def covering(covered: tuple[Layout, dict[str, LinkPlaces]]) -> Layout:
+    return covered[0]
 
 
 def test_a_covering_is_exact_connected_and_sound(covering: Layout, tmp_path: Path) -> None:
@@ -108,12 +114,12 @@ def test_the_verbs(small_robot: robots.Robot, tmp_path: Path) -> None:
     assert run(check_verb.command, str(out), "--robot", str(small_robot.source), "--strict")[0] == 0
 
 
-def test_a_report_counts_what_it_measures(small_robot: robots.Robot) -> None:
-    layout, places = cover(small_robot, ["pipe"], 30, tries=1)
+def test_a_report_counts_what_it_measures(covered: tuple[Layout, dict[str, LinkPlaces]]) -> None:
+    layout, places = covered
     (row,) = report(layout, places)
-    assert (row.link, row.cells, row.edges) == ("pipe", 30, len(layout.hinge_edges()))
-    # Thirty cells of 6.72 cm2 on what there is: coverage agrees with counting.
-    assert np.isclose(row.coverage, 30 * 6.72e-4 / row.coverable_area, rtol=0.15)
+    assert (row.link, row.cells, row.edges) == ("pipe", 60, len(layout.hinge_edges()))
+    # Sixty cells of 6.72 cm2 on what there is: coverage agrees with counting.
+    assert np.isclose(row.coverage, 60 * 6.72e-4 / row.coverable_area, rtol=0.2)
     assert row.least_foam > 0
     assert row.least_room > Rules().clearance
 

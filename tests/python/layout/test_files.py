@@ -89,3 +89,11 @@ def test_arrays_of_the_wrong_shape_are_refused(strip: Layout) -> None:
         replace(strip, neighbours=strip.neighbours[:-1])
     with pytest.raises(LayoutError, match="finite"):
         replace(strip, link_from_cell=np.full_like(strip.link_from_cell, np.nan))
+
+
+def test_the_skin_model_has_the_same_cells(strip: Layout) -> None:
+    turned = replace(strip, link_from_cell=np.asfortranarray(strip.link_from_cell))
+    model = turned.skin_model()
+    assert len(model) == len(strip)
+    assert list(model.link_names) == ["pipe"]
+    np.testing.assert_array_equal(model.key, (1 << 16) + np.arange(1, len(strip) + 1))
