@@ -7,6 +7,10 @@ namespace robotskin::driver {
 namespace {
 
 constexpr std::size_t departures_max = 8192;
+
+// A section unit's clock may say anything: what it calls older than this is no more than this old, and never to come.
+constexpr std::int64_t oldest_ns = 60'000'000'000;
+
 constexpr std::int64_t commands_patience_ns = 1'000'000'000;
 
 // Frames of one cell this close in time are ordered by their sequence number, others by their arrival: the number
@@ -177,7 +181,9 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
   for (unsigned i = 0; i < header.count; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
     take_record(header, *group, link, unit, record);
   }
-  if (departures_ns_.size() < departures_max) departures_ns_.push_back(link.clock.host_ns(header.time_ns));
+  if (departures_ns_.size() < departures_max) {
+    departures_ns_.push_back(std::clamp(link.clock.host_ns(header.time_ns), now_ns - oldest_ns, now_ns));
+  }
   last_heard_ = {header.section_unit, header.unit, false};
   return verdict(Verdict::accepted);
 }
@@ -185,7 +191,7 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
 void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& group, Link& link, UnitRow& unit,
                          const std::uint8_t* record) {
   const std::uint64_t unit_ns = header.time_ns - rs_record_age_us(record) * std::uint64_t{1000};
-  const std::int64_t arrival_ns = link.clock.host_ns(unit_ns);
+  const std::int64_t arrival_ns = std::clamp(link.clock.host_ns(unit_ns), unit.heard_ns - oldest_ns, unit.heard_ns);
   switch (rs_frame_type_of(record)) {
     case RS_TYPE_clock:
     case RS_TYPE_event:
