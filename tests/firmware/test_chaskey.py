@@ -1,6 +1,7 @@
 """The message authentication code gives the published tags."""
 
 import pytest
+
 from robotskin._core import firmware
 
 KEY = b"".join(word.to_bytes(4, "little") for word in (0x833D3433, 0x009F389F, 0x2398E64F, 0x417ACF39))

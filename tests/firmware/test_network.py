@@ -1,8 +1,9 @@
 """Laws of the network: breadth-first trees, unique names, true neighbour lists, never a loop, quick repair."""
 
 import pytest
-from robotskin._core import firmware
 from small_world import SmallWorld, random_skin
+
+from robotskin._core import firmware
 
 
 def newer(a: int, b: int) -> bool:

@@ -162,7 +162,7 @@ typedef struct {
   bool running;
   bool refresh_due;
   uint32_t refresh_us; /* not before this time, so that a tree does not refresh all at once */
-  bool dropped; /* to be told in the next own frame */
+  bool dropped;        /* to be told in the next own frame */
 } rs_sampling;
 
 typedef struct {

@@ -30,7 +30,7 @@ enum {
   RS_REFRESH_US = 200000,        /* a cell is silent at most so long, and a jitter by cell and frame */
   RS_REFRESH_JITTER_US = 40000,
   RS_REFRESH_SPREAD_US = 16000, /* over which the cells of a tree refresh that have reason to at once */
-  RS_FRESH_US = 250000 /* promised to the host: refresh, jitter and the way through the network */
+  RS_FRESH_US = 250000          /* promised to the host: refresh, jitter and the way through the network */
 };
 
 #endif

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +12,6 @@ import typer
 
 if TYPE_CHECKING:
     from robotskin.apps.session import Session
-    from robotskin.layout.mounting import read_for
 
 DEFAULT_LINK = "forearm_link"
 
@@ -47,6 +47,8 @@ def command(
     from robotskin.apps.session import Session
     from robotskin.layout.mounting import read_for
 
+    # Asked to end in either way, the demo first brings its robot to rest.
+    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     console = Console()
     with console.status(f"loading {robot}"):
         model = robots.load(robot)
