@@ -193,10 +193,9 @@ def large(seed: int, seconds: float) -> dict[str, Any]:
     if not names:
         return {}
     layout = finished(names[0])
-    rig = Rig(robots.load(layout.robot), layout, seed, 48, 0.06)
+    rig = Rig(robots.load(layout.robot), layout, seed, 64, 0.04)
     rig.set_mode(True, TOUCH_MASK)
-    rig.measure(1.0, Stimulus(rig.world, seed + 1))
-    traffic = rig.measure(seconds, Stimulus(rig.world, seed))
+    traffic = rig.measure(seconds, Stimulus(rig.world, seed, period_s=2.0, sway_rad_s=0.0))
     return {
         "event_cells_1260": len(layout),
         "event_cells_active_1260": active(traffic),
