@@ -42,8 +42,6 @@ PLANS = {
         1260,
         tries=2,
     ),
-    "dual_arm": Plan(
-        (*(f"{side}_{link}" for side in ("left", "right") for link in UR5_LINKS), "torso", "mobile_base"), 700, tries=2
-    ),
+    "dual_arm": Plan(tuple(f"{side}_{link}" for side in ("left", "right") for link in UR5_LINKS), 700, tries=1),
 }
 """By robot name; the numbers of cells are those of the paper's robots."""
