@@ -123,7 +123,7 @@ class Session:
         Returns the virtual seconds it took. Raises SessionError if cells stay silent or the controller does not start.
         """
         started = self.world.time_s
-        while self.alive < len(self.layout) or not self.driver.ready_to_command:
+        while self.alive < len(self.layout):
             if self.world.time_s - started > patience_s:
                 silent = np.flatnonzero(np.asarray(self.skin.health) != int(Health.alive))
                 raise SessionError(f"{len(silent)} cells are silent after {patience_s} s: {silent[:5].tolist()} …")
