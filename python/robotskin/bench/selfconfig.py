@@ -13,20 +13,30 @@ from typing import Annotated
 import numpy as np
 import typer
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
 
-from robotskin.layout import finished_layouts
+from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.robots import load
 from robotskin.selfconfig.accuracy import mean_errors, within_confidence
+from robotskin.selfconfig.activity import activity_matrix
 from robotskin.selfconfig.babbling import choose_postures
 from robotskin.selfconfig.free_space import FreeSpace
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import gap_vectors
+from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.loop_closing import close_loops, gap_lengths, read_stored_patch, rotation_changes
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.procrustes import reconstruct_by_chain
 from robotskin.selfconfig.reconstruction import reconstruct
-from robotskin.selfconfig.simulated_limb import forearm_patch, gravity_readings, random_directions
+from robotskin.selfconfig.simulated_limb import (
+    AccelerometerImperfections,
+    forearm_patch,
+    gravity_readings,
+    random_directions,
+)
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
 from robotskin.selfconfig.topology import Topology, explore
 
 Figures = dict[str, float]
@@ -43,7 +53,7 @@ def run(
 ) -> Figures:
     """Topology, 3-D reconstruction and loop closing of the self-configuration."""
     chosen = range(seed, seed + seeds)
-    figures = topology_figures(seed) | reconstruction_figures(chosen)
+    figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
     folder = data or default_data()
     if folder is not None:
         figures |= tum_figures(folder)
@@ -60,8 +70,7 @@ def default_data() -> Path | None:
 
 def layouts() -> dict[str, Layout]:
     """The finished layouts that the project ships."""
-    folder = Path(finished_layouts.__file__).parent
-    return {path.stem: Layout.load(path) for path in sorted(folder.glob("*.json*"))}
+    return {name: finished(name) for name in finished_names()}
 
 
 def topology_figures(seed: int) -> Figures:
@@ -77,7 +86,17 @@ def topology_figures(seed: int) -> Figures:
     topology = explore(lists)
     seconds = time.perf_counter() - start
     exact.append(_is_exact(topology, lists.cell, table) and int(topology.hops.max()) == 100)
-    return {"topology_exact": float(all(exact)), "topology_layouts": float(len(exact)), "topology_10k_s": seconds}
+    edges = topology.edges
+    graph = sparse.csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 2])), shape=(len(table), len(table)))
+    start = time.perf_counter()
+    csgraph.dijkstra(graph, directed=False, indices=np.arange(20))
+    each = (time.perf_counter() - start) / 20
+    return {
+        "topology_exact": float(all(exact)),
+        "topology_layouts": float(len(exact)),
+        "topology_10k_s": seconds,
+        "topology_10k_in_dijkstra_runs": seconds / each,
+    }
 
 
 def _is_exact(topology: Topology, key: NDArray[np.int64], neighbours: NDArray) -> bool:
@@ -204,6 +223,35 @@ def reconstruction_figures(seeds: range) -> Figures:
         "baseline_centred_hard_position_mm": hard["centred_position_mm"],
         "nees_within_95": float(np.mean(inside)),
         "reconstruct_66_cells_s": float(np.median([one["seconds"] for one in by_set.values()])),
+    }
+
+
+def activity_figures(seed: int, amplitude_rad: float = 0.15) -> Figures:
+    """Joints whose row of the activity matrix is the model's, on shipped layouts of whole arms; two postures each."""
+    exact = []
+    for name in ("ur5", "dual_arm", "talos"):
+        if name not in finished_names():
+            continue
+        layout, robot = finished(name), load(name)
+        random = np.random.default_rng(seed)
+        link = np.array([robot.link_index(layout.links[index]) for index in layout.link])
+        faults = AccelerometerFaults.draw(random, len(layout), AccelerometerImperfections())
+        model = robot.model
+        carriers = [model.frames[model.getBodyId(robot.link_names[index])].parentJoint for index in link]
+        supports = [set(model.supports[carrier]) for carrier in carriers]
+        drawn = random.uniform(-0.5, 0.5, (2, robot.joint_count))
+        middle = np.clip(np.zeros(robot.joint_count), robot.lower, robot.upper)
+        centres = np.clip(drawn, np.minimum(robot.lower + 0.2, middle), np.maximum(robot.upper - 0.2, middle))
+        for joint in range(robot.joint_count):
+            swings = [JointSine(joint, centre, amplitude_rad, 1.0, 4.0) for centre in centres]
+            recordings = [swing_readings(robot, link, layout.link_from_cell, swing, faults, random) for swing in swings]
+            number = model.getJointId(robot.joint_names[joint])
+            truth = np.array([number in moved_by for moved_by in supports])
+            exact.append(np.array_equal(activity_matrix(recordings)[0], truth))
+    return {
+        "activity_exact": float(all(exact)),
+        "activity_exact_joints": float(sum(exact)),
+        "activity_joints": float(len(exact)),
     }
 
 
