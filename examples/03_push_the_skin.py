@@ -1,0 +1,19 @@
+"""Push a skinned UR5 and let it give way: firmware, wire, UDP, driver and controller are the real ones."""
+
+import numpy as np
+
+from robotskin import layout, robots
+from robotskin.apps.session import Session
+from robotskin.apps.touches import pushed_cell
+
+session = Session(robots.load("ur5"), layout.finished("ur5"), seed=1, interface="torque")
+session.boot()
+cell = pushed_cell(session, "forearm_link")
+before = session.cell_position(cell)
+session.world.push(cell, force_n=15.0)
+session.run(seconds=1.5)
+gave_way_m = np.linalg.norm(session.cell_position(cell) - before)
+print(f"cell {cell} feels {session.felt_force_n():.1f} N and gave way by {1e3 * gave_way_m:.0f} mm")
+assert 14.0 < session.felt_force_n() < 16.0
+assert 0.03 < gave_way_m < 0.15
+session.shut_down()
