@@ -36,9 +36,11 @@ test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, U
 	$(BIN)/python -m pytest tests/core/test_native.py
 
 FUZZ_SECONDS ?= 60
+CLANGXX ?= $(shell command -v clang++ || ls -v /usr/bin/clang++-* 2>/dev/null | tail -1)
 fuzz: $(VENV)/deps.stamp  ## coverage-guided fuzzing of the driver (needs clang), FUZZ_SECONDS=60
-	@command -v clang++ >/dev/null || { echo "make fuzz needs clang with libFuzzer: no clang++ on the PATH"; exit 1; }
-	CC=clang CXX=clang++ cmake -G Ninja -S tests/core -B build/native/fuzz -DFUZZ=ON -DSANITIZE=address,undefined \
+	@test -n "$(CLANGXX)" || { echo "make fuzz needs clang with libFuzzer: neither clang++ nor /usr/bin/clang++-NN is here"; exit 1; }
+	cmake -G Ninja -S tests/core -B build/native/fuzz -DFUZZ=ON -DSANITIZE=address,undefined \
+	  -DCMAKE_CXX_COMPILER=$(CLANGXX) -DCMAKE_C_COMPILER=$(subst clang++,clang,$(CLANGXX)) \
 	  -DBOOST_INCLUDE=$$($(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/cmeel.prefix/include
 	cmake --build build/native/fuzz --target fuzz_driver
 	mkdir -p build/native/corpus

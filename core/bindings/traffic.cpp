@@ -91,12 +91,13 @@ void bind_traffic(nb::module_ module) {
       "send_traffic",
       [](const std::pair<std::string, std::uint16_t>& to, const std::pair<std::string, std::uint16_t>& local,
          double seconds, std::size_t cells, unsigned rate_hz, const std::optional<nb::bytes>& key, unsigned records,
-         std::uint64_t seed, double patience_s, bool realtime) {
+         std::uint64_t seed, double patience_s, bool realtime, bool prepared) {
         const TrafficOptions options = options_from(cells, rate_hz, key, records, seed, false);
         TrafficReport report;
         {
           nb::gil_scoped_release release;
-          report = send_traffic(options, to.first, to.second, local.first, local.second, seconds, patience_s, realtime);
+          report = send_traffic(options, to.first, to.second, local.first, local.second, seconds, patience_s, realtime,
+                                prepared);
         }
         nb::dict dict;
         dict["frames"] = report.frames;
@@ -109,11 +110,12 @@ void bind_traffic(nb::module_ module) {
       },
       "to"_a, "local"_a, "seconds"_a, nb::kw_only(), "cells"_a = 1260, "rate_hz"_a = 250, "key"_a = nb::none(),
       "records_per_datagram"_a = int{RS_DATAGRAM_RECORDS_MAX}, "seed"_a = 1, "patience_s"_a = 10.0,
-      "realtime"_a = false,
+      "realtime"_a = false, "prepared"_a = false,
       nb::sig("def send_traffic(to: tuple[str, int], local: tuple[str, int], seconds: float, *, cells: int = 1260, "
               "rate_hz: int = 250, key: bytes | None = None, records_per_datagram: int = 69, seed: int = 1, "
-              "patience_s: float = 10.0, realtime: bool = False) -> dict[str, float]"),
+              "patience_s: float = 10.0, realtime: bool = False, prepared: bool = False) -> dict[str, float]"),
       R"(Sends traffic over UDP in steps of a millisecond, as soon as a host listens; what was sent.
+`prepared`: all of it is made and tagged before the first datagram leaves.
 Raises RuntimeError if no host sends a keep-alive within `patience_s`.)");
 }
 

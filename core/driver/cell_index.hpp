@@ -54,6 +54,14 @@ class CellIndex {
     std::vector<std::int32_t> row;  // by id
   };
 
+  // The group, null if it is unknown.
+  Group* find(std::uint16_t section_unit) {
+    for (Group& group : groups_) {
+      if (group.section_unit == section_unit) return &group;
+    }
+    return nullptr;
+  }
+
   // The group, added if there is spare room for it; null if it is unknown.
   Group* group(std::uint16_t section_unit) {
     Group* known = find(section_unit);
@@ -81,13 +89,6 @@ class CellIndex {
 
  private:
   static constexpr std::size_t ids = RS_ID_LAST + 1;
-
-  Group* find(std::uint16_t section_unit) {
-    for (Group& group : groups_) {
-      if (group.section_unit == section_unit) return &group;
-    }
-    return nullptr;
-  }
 
   std::size_t capacity_;
   std::vector<CellKey> keys_;

@@ -124,6 +124,20 @@ Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, std
   return Verdict::accepted;
 }
 
+// Has the rows that the records name fetched while the tag is computed, which needs no memory.
+void Driver::prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram) {
+  const CellIndex::Group* group = index_.find(header.section_unit);
+  if (group == nullptr) return;
+  const std::uint8_t* record = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
+  for (unsigned i = 0; i < header.count; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
+    rs_clock frame;
+    rs_clock_unpack(&frame, record);
+    if (!CellIndex::valid(frame.source)) continue;
+    const std::int32_t row = group->row[frame.source];
+    if (row != CellIndex::nobody) samples_.prefetch(static_cast<std::size_t>(row));
+  }
+}
+
 Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_ns) {
   const auto verdict = [&](Verdict which) {
     statistics_.of(which).add();
@@ -148,6 +162,7 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
   if (!upward || header.session == 0 || header.unit == RS_UNIT_ALL || (header.flags & ~RS_DATAGRAM_KEYED) != 0) {
     return verdict(Verdict::malformed);
   }
+  prefetch(header, datagram);
   if (hash_) {
     if ((header.flags & RS_DATAGRAM_KEYED) == 0) return verdict(Verdict::unauthenticated);
     const std::size_t signed_bytes = datagram.size() - RS_DATAGRAM_TAG_BYTES;

@@ -106,6 +106,7 @@ class Driver {
   void keep_alive(std::int64_t now_ns, const Sink& sink);
   void send_commands(std::int64_t now_ns, const Sink& sink);
   bool answers_us(std::uint32_t session) const;
+  void prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram);
   Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
   std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
   void take_record(const rs_datagram_header& header, CellIndex::Group& group, Link& link, UnitRow& unit,

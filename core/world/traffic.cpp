@@ -16,6 +16,48 @@ constexpr std::uint64_t step_ns = 1'000'000;
 // Clocks of section units run a tenth of a percent fast here, so that a load is never a hair below what it is called.
 constexpr std::int64_t paced_step_ns = 999'000;
 
+// Datagrams one after the other in memory, sent many a system call.
+class Outbox {
+ public:
+  void reserve(std::size_t frames) { bytes_.reserve(frames * (RS_DATAGRAM_RECORD_BYTES + 2)); }
+
+  void add(std::span<const std::uint8_t> datagram) {
+    starts_.push_back(bytes_.size());
+    bytes_.insert(bytes_.end(), datagram.begin(), datagram.end());
+  }
+
+  void clear() {
+    starts_.clear();
+    bytes_.clear();
+  }
+
+  std::size_t size() const { return starts_.size(); }
+
+  // How many of the datagrams from `first` until before `last` the system did not take.
+  std::size_t send(const driver::UdpSocket& socket, const driver::Address& to, std::size_t first, std::size_t last) {
+    const std::size_t count = last - first;
+    vectors_.resize(count);
+    messages_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t start = starts_[first + i];
+      const std::size_t end = first + i + 1 < starts_.size() ? starts_[first + i + 1] : bytes_.size();
+      vectors_[i] = {&bytes_[start], end - start};
+      messages_[i] = {};
+      messages_[i].msg_hdr.msg_iov = &vectors_[i];
+      messages_[i].msg_hdr.msg_iovlen = 1;
+      messages_[i].msg_hdr.msg_name = const_cast<sockaddr_storage*>(&to.storage);
+      messages_[i].msg_hdr.msg_namelen = to.length;
+    }
+    return count - socket.send_many(messages_);
+  }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+  std::vector<std::size_t> starts_;
+  std::vector<iovec> vectors_;
+  std::vector<mmsghdr> messages_;
+};
+
 }  // namespace
 
 Traffic::Traffic(const TrafficOptions& options) : options_(options), sent_(options.cells), random_(options.seed) {
@@ -167,7 +209,7 @@ void Traffic::flush(std::uint64_t now_ns, const Sink& sink) {
 
 TrafficReport send_traffic(const TrafficOptions& options, const std::string& host, std::uint16_t port,
                            const std::string& local_host, std::uint16_t local_port, double seconds, double patience_s,
-                           bool realtime) {
+                           bool realtime, bool prepared) {
   using driver::monotonic_ns;
   if (realtime) driver::become_realtime();
   Traffic traffic(options);
@@ -189,35 +231,39 @@ TrafficReport send_traffic(const TrafficOptions& options, const std::string& hos
                  [&](std::span<const std::uint8_t> datagram) { socket.send(datagram, to); });
   }
 
-  std::vector<std::vector<std::uint8_t>> waiting;
-  std::vector<iovec> vectors;
-  std::vector<mmsghdr> messages;
+  const auto steps = static_cast<std::size_t>(seconds * 1e9 / static_cast<double>(paced_step_ns));
+  Outbox outbox;
+  const auto fill = [&](std::int64_t now_ns) {
+    traffic.step(static_cast<std::uint64_t>(now_ns), [&](std::span<const std::uint8_t> bytes) { outbox.add(bytes); });
+  };
+  std::vector<std::size_t> filled;  // datagrams until each step, if they are prepared
+  if (prepared) {
+    outbox.reserve(steps * options.cells * options.rate_hz / 1000);
+    const std::int64_t clock_ns = monotonic_ns();
+    for (std::size_t step = 1; step <= steps; ++step) {
+      fill(clock_ns + static_cast<std::int64_t>(step) * paced_step_ns);
+      filled.push_back(outbox.size());
+    }
+  }
+
   TrafficReport report;
   const double cpu_before = static_cast<double>(driver::clock_ns(CLOCK_PROCESS_CPUTIME_ID)) * 1e-9;
   const std::int64_t start_ns = monotonic_ns();
-  const auto steps = static_cast<std::int64_t>(seconds * 1e9) / paced_step_ns;
-  for (std::int64_t step = 1; step <= steps; ++step) {
-    const std::int64_t due_ns = start_ns + step * paced_step_ns;
+  std::size_t sent = 0;
+  for (std::size_t step = 1; step <= steps; ++step) {
+    const std::int64_t due_ns = start_ns + static_cast<std::int64_t>(step) * paced_step_ns;
     const timespec until{due_ns / 1'000'000'000, due_ns % 1'000'000'000};
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
     report.late_ms_max = std::max(report.late_ms_max, static_cast<double>(monotonic_ns() - due_ns) * 1e-6);
     if (step % 16 == 0) hear();
-    std::size_t count = 0;
-    traffic.step(static_cast<std::uint64_t>(monotonic_ns()), [&](std::span<const std::uint8_t> datagram) {
-      if (count == waiting.size()) waiting.emplace_back();
-      waiting[count++].assign(datagram.begin(), datagram.end());
-    });
-    vectors.resize(count);
-    messages.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      vectors[i] = {waiting[i].data(), waiting[i].size()};
-      messages[i] = {};
-      messages[i].msg_hdr.msg_iov = &vectors[i];
-      messages[i].msg_hdr.msg_iovlen = 1;
-      messages[i].msg_hdr.msg_name = const_cast<sockaddr_storage*>(&to.storage);
-      messages[i].msg_hdr.msg_namelen = to.length;
+    if (prepared) {
+      report.refused += outbox.send(socket, to, sent, filled[step - 1]);
+      sent = filled[step - 1];
+    } else {
+      outbox.clear();
+      fill(monotonic_ns());
+      report.refused += outbox.send(socket, to, 0, outbox.size());
     }
-    report.refused += count - socket.send_many(messages);
   }
   report.frames = traffic.frames();
   report.datagrams = traffic.datagrams();

@@ -90,8 +90,10 @@ struct TrafficReport {
 
 // Sends traffic over UDP to `host`:`port` in steps of a millisecond, for `seconds` from the moment a host listens; it
 // waits for one at most `patience_s`. Throws std::runtime_error if none comes.
+// `prepared`: all datagrams are made and tagged before the first one leaves, for loads beyond what can be made while
+// they are sent; that takes 21 bytes a frame, and their clock lags by the time that it took.
 TrafficReport send_traffic(const TrafficOptions& options, const std::string& host, std::uint16_t port,
                            const std::string& local_host, std::uint16_t local_port, double seconds, double patience_s,
-                           bool realtime);
+                           bool realtime, bool prepared = false);
 
 }  // namespace robotskin::world

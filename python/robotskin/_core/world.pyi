@@ -466,8 +466,10 @@ def send_traffic(
     seed: int = 1,
     patience_s: float = 10.0,
     realtime: bool = False,
+    prepared: bool = False,
 ) -> dict[str, float]:
     """
     Sends traffic over UDP in steps of a millisecond, as soon as a host listens; what was sent.
+    `prepared`: all of it is made and tagged before the first datagram leaves.
     Raises RuntimeError if no host sends a keep-alive within `patience_s`.
     """

@@ -10,13 +10,20 @@ import contextlib
 import dataclasses
 import json
 import random
+import re
 import resource
+import shutil
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robotskin._core.driver import Driver
+    from robotskin._core.world import Traffic
 
 RATE_HZ = 250
 RAMP_CELLS = (5000, 10000, 15000, 20000, 25000, 30000, 40000, 50000, 60000, 80000)
@@ -72,8 +79,12 @@ def _sender(to: tuple[str, int], port: int, seconds: float, **options: Any) -> I
         process.wait()
 
 
-def measure(cells: int, seconds: float, seed: int, label: str, records_per_datagram: int = 69) -> Load:
+def measure(
+    cells: int, seconds: float, seed: int, label: str, *, records_per_datagram: int = 69, prepared: bool = False
+) -> Load:
     """Run driver and sender for `seconds` and return what came through.
+
+    `prepared`: the sender makes its datagrams beforehand, so that it is not what ends the run; no latency then.
 
     Raises:
         RuntimeError: the sender failed.
@@ -96,6 +107,7 @@ def measure(cells: int, seconds: float, seed: int, label: str, records_per_datag
         "records_per_datagram": records_per_datagram,
         "seed": seed,
         "realtime": True,
+        "prepared": prepared,
     }
     driver.start()
     # Drawn by hand once a second: drawing takes processor time of the process that is measured.
@@ -133,25 +145,34 @@ def measure(cells: int, seconds: float, seed: int, label: str, records_per_datag
     )
 
 
-def in_process(cells: int, seed: int) -> dict[str, float]:
-    """Time `handle` alone, without a socket, beside the keyed hash of the same bytes, which no driver can leave out."""
-    from robotskin._core.driver import Driver, keyed_tag
+def connected(cells: int, seed: int) -> tuple[Driver, Traffic, int]:
+    """Return a driver and the traffic that answers it, both with a key and without a socket, and the time it is."""
+    from robotskin._core.driver import Driver
     from robotskin._core.world import Traffic
 
     key = random.Random(seed).randbytes(32)
     traffic = Traffic(cells, key=key, seed=seed)
     driver = Driver(traffic.keys(), key, session_seed=seed)
     now_ns = 10**12
+    while not traffic.connected:
+        now_ns += 1_000_000
+        for datagram in traffic.step(now_ns):
+            driver.handle(datagram, now_ns)
+        for _, _, datagram in driver.downlink(now_ns):
+            traffic.hear(datagram)
+    return driver, traffic, now_ns
+
+
+def in_process(cells: int, seed: int) -> dict[str, float]:
+    """Time `handle` alone, without a socket, beside the keyed hash of the same bytes, which no driver can leave out."""
+    from robotskin._core.driver import keyed_tag
+
+    driver, traffic, now_ns = connected(cells, seed)
+    key = random.Random(seed).randbytes(32)
     datagrams: list[bytes] = []
     while traffic.frames < 300_000:
         now_ns += 1_000_000
-        for _, _, datagram in driver.downlink(now_ns):
-            traffic.hear(datagram)
-        for datagram in traffic.step(now_ns):
-            if traffic.connected:
-                datagrams.append(datagram)
-            else:
-                driver.handle(datagram, now_ns)
+        datagrams += traffic.step(now_ns)
     start = time.process_time()
     for datagram in datagrams:
         driver.handle(datagram, now_ns)
@@ -164,11 +185,68 @@ def in_process(cells: int, seed: int) -> dict[str, float]:
     return {"handle_ns_per_frame": handle_s / frames * 1e9, "handle_ratio_to_hash": handle_s / hash_s}
 
 
+def instructions(frames_wanted: int = 20_000) -> dict[str, float]:
+    """Count the instructions of `handle` and `publish`, a publication each millisecond; empty without valgrind."""
+    if shutil.which("valgrind") is None:
+        return {}
+    program = f"from robotskin.bench.driver import take; print(take({frames_wanted}))"
+    with tempfile.TemporaryDirectory() as folder:
+        collect = [f"--toggle-collect=robotskin::driver::Driver::{function}(*" for function in ("handle", "publish")]
+        command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", *collect]
+        run = subprocess.run([*command, sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    collected = re.search(r"Collected : (\d+)", run.stderr)
+    if run.returncode != 0 or collected is None:
+        raise RuntimeError(f"valgrind ended with status {run.returncode}: {run.stderr[-500:]}")
+    return {"instructions_per_frame": int(collected[1]) / int(run.stdout)}
+
+
+def take(frames: int, cells: int = 1260, seed: int = 1) -> int:
+    """Let a driver without a socket take at least so many frames; how many it took."""
+    driver, traffic, now_ns = connected(cells, seed)
+    while driver.statistics()["frames"] < frames:
+        now_ns += 1_000_000
+        for datagram in traffic.step(now_ns):
+            driver.handle(datagram, now_ns)
+        driver.publish(now_ns)
+    return driver.statistics()["frames"]
+
+
+def skin_read(cells: int, seed: int, reads: int = 2000) -> dict[str, float]:
+    """Time the conversion of the newest samples to a skin state, once a millisecond: each finds a quarter renewed."""
+    import numpy as np
+
+    from robotskin._core.skin import SkinModel, SkinReader, SkinState
+
+    driver, traffic, now_ns = connected(cells, seed)
+    model = SkinModel(
+        link_names=["link"],
+        key=np.array(traffic.keys(), dtype=np.uint32),
+        link=np.zeros(cells, dtype=np.int32),
+        link_from_cell=np.tile(np.eye(4), (cells, 1, 1)),
+        neighbours=np.tile(np.array([-1, 0], dtype=np.int32), (cells, 4, 1)),
+        patch=np.zeros(cells, dtype=np.int32),
+    )
+    reader, state = SkinReader(driver, model), SkinState(cells)
+    took_ns = []
+    for _ in range(reads):
+        now_ns += 1_000_000
+        for datagram in traffic.step(now_ns):
+            driver.handle(datagram, now_ns)
+        driver.publish(now_ns)
+        start_ns = time.perf_counter_ns()
+        reader.read(now_ns, state)
+        took_ns.append(time.perf_counter_ns() - start_ns)
+    return {
+        "skin_read_us": float(np.median(took_ns)) * 1e-3,
+        "skin_read_p99_us": float(np.percentile(took_ns, 99)) * 1e-3,
+    }
+
+
 def ramp(seconds: float, seed: int) -> dict[str, float]:
     """Raise the number of cells until a frame is lost or a core is full; the largest number without loss."""
     figures: dict[str, float] = {"max_cells_one_core_250hz": 0}
     for cells in RAMP_CELLS:
-        load = measure(cells, seconds, seed, f"{cells} cells")
+        load = measure(cells, seconds, seed, f"{cells} cells", prepared=True)
         if load.seconds > 1.02 * seconds:
             figures["ramp_ended_by_sender_at_cells"] = cells
             break
@@ -183,7 +261,7 @@ def ramp(seconds: float, seed: int) -> dict[str, float]:
 def run(*, seed: int = 1, seconds: float = 60.0, cells: int = 1260, ramp_seconds: float = 3.0) -> dict[str, float]:
     """Measure the driver: clock mode at 250 Hz, one frame a datagram, how many cells a core takes."""
     clock = measure(cells, seconds, seed, f"{cells} cells, clock mode")
-    unbatched = measure(cells, min(seconds, 10.0), seed, f"{cells} cells, one frame a datagram", 1)
+    unbatched = measure(cells, min(seconds, 10.0), seed, f"{cells} cells, one frame a datagram", records_per_datagram=1)
     return {
         "cells": cells,
         "seconds": clock.seconds,
@@ -200,5 +278,7 @@ def run(*, seed: int = 1, seconds: float = 60.0, cells: int = 1260, ramp_seconds
         "unbatched_cpu_percent": unbatched.cpu_percent,
         "unbatched_latency_p99_ms": unbatched.latency_p99_ms,
         **in_process(cells, seed),
+        **skin_read(cells, seed),
+        **instructions(),
         **ramp(ramp_seconds, seed),
     }
