@@ -9,7 +9,7 @@ export PATH := $(abspath $(BIN)):$(PATH)
 SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core tests -name '*.[ch]' -o -name '*.[ch]pp')
 
-.PHONY: help build demo test test-asan fuzz lint format bench stubs lock clean
+.PHONY: help build demo test test-asan fuzz lint format bench docs stubs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -59,6 +59,9 @@ format: $(VENV)/deps.stamp  ## rewrite the sources in the house format
 
 bench: build  ## every benchmark, as JSON under out/bench
 	$(BIN)/robotskin bench all --directory out/bench
+
+docs: build  ## rewrite the generated tables of the documentation
+	$(BIN)/python docs/protocol_tables.py
 
 stubs: build  ## rewrite the type stubs of the compiled core
 	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin._core --output-dir python/robotskin

@@ -65,7 +65,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     import robotskin
-    from robotskin.apps import push_test
+    from robotskin.apps import push_script
     from robotskin.apps.figures import broken, table_of
 
     console = Console()
@@ -73,10 +73,10 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     try:
         with Progress(*columns, console=console, transient=True) as bar:
             task = bar.add_task("boot")
-            figures = push_test.run(session, link, seconds, lambda text: bar.update(task, description=text))
+            figures = push_script.run(session, link, seconds, lambda text: bar.update(task, description=text))
     finally:
         session.shut_down()
-    bounds = push_test.bounds()
+    bounds = push_script.bounds()
     console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
     if json_file is not None:
         whole = {"seed": session.seed, "version": robotskin.__version__, **figures}
