@@ -1,146 +1,22 @@
-#include "world/network.hpp"
-
+// The network's clockwork: firmware stepped, frames carried, events in the order of their times.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <deque>
-#include <limits>
 
 #include "robotskin/crc.h"
+#include "world/network_parts.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {
 namespace {
 
-constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
-constexpr double frame_us = 1e6 * double{RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE} / double{RS_LINK_BAUD};
 constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U;  // else: a cell wakes
-
-enum Purpose : std::uint64_t { purpose_clock = 11, purpose_wire = 12, purpose_boot = 13, purpose_session = 14 };
 
 bool due(std::uint32_t now_us, std::uint32_t at_us) {
   return static_cast<std::int32_t>(now_us - at_us) >= 0;
 }
 
 }  // namespace
-
-struct Network::Cell {
-  enum class Power : std::uint8_t { off, starting, on, dead };
-
-  Power power = Power::off;
-  bool sampling = false;
-  std::uint32_t timer_us = 0, sample_us = 0;
-  std::uint32_t clock_start_us = 0;
-  double us_per_ns = 1e-3, ns_per_us = 1e3;
-  std::int64_t due_ns = never, scheduled_ns = never;
-  std::uint64_t boot_key = 0, boots = 0;
-  std::uint32_t queue_peak = 0;
-  rs_sample sample{};
-  rs_cell state{};
-  std::uint8_t flash[RS_FLASH_BYTES] = {};
-
-  std::uint32_t clock_us(std::int64_t time_ns) const {
-    return clock_start_us +
-           static_cast<std::uint32_t>(static_cast<std::uint64_t>(static_cast<double>(time_ns) * us_per_ns));
-  }
-};
-
-struct Network::Unit {
-  std::unique_ptr<rs_section_unit> state = std::make_unique<rs_section_unit>();
-  rs_section_unit_config config{};
-  std::uint16_t power = 0;
-  std::int64_t due_ns = never, scheduled_ns = never;
-};
-
-struct Network::Wire {
-  const std::uint8_t* frame = nullptr;  // in the sender's state while it is sent
-  std::int64_t end_ns = never;
-  std::int32_t to = -1;  // the wire that leads back, whose sender is this one's receiver; -1: open end
-  bool cut = false;
-  double frame_ns = 1e3 * frame_us;
-  std::uint64_t key = 0, frames = 0;
-};
-
-Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSource& source, DatagramSink& sink)
-    : options_(options), source_(source), sink_(sink), cells_(wiring.cell_count()), units_(wiring.units.size()) {
-  const std::size_t cell_wires = RS_PORTS * cells_.size();
-  wires_.resize(cell_wires + RS_SECTION_UNIT_PORTS_MAX * units_.size());
-  const auto join = [this](std::size_t a, std::size_t b) {
-    wires_[a].to = static_cast<std::int32_t>(b);
-    wires_[b].to = static_cast<std::int32_t>(a);
-  };
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    for (int p = 0; p < RS_PORTS; ++p) {
-      const CellEnd end = wiring.neighbours[i][p];
-      if (end.cell < 0) continue;
-      const CellEnd back = wiring.neighbours[end.cell][end.port - 1];
-      if (back.cell == static_cast<std::int32_t>(i) && back.port == p + 1)
-        join(RS_PORTS * i + p, RS_PORTS * end.cell + end.port - 1);
-    }
-  }
-  for (std::size_t u = 0; u < units_.size(); ++u) {
-    for (std::size_t p = 0; p < wiring.units[u].ports.size(); ++p) {
-      const CellEnd end = wiring.units[u].ports[p];
-      if (end.cell >= 0) join(cell_wires + RS_SECTION_UNIT_PORTS_MAX * u + p, RS_PORTS * end.cell + end.port - 1);
-    }
-  }
-  for (std::size_t w = 0; w < wires_.size(); ++w) wires_[w].key = stream_key(options.seed, purpose_wire, w);
-
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    Cell& cell = cells_[i];
-    const std::uint64_t key = stream_key(options.seed, purpose_clock, i);
-    const double rate = 1 + 1e-6 * random_symmetric(key, 0, options.line.clock_drift_ppm);
-    cell.us_per_ns = 1e-3 * rate;
-    cell.ns_per_us = 1e3 / rate;
-    cell.clock_start_us = static_cast<std::uint32_t>(random_bits(key, 1));
-    cell.boot_key = stream_key(options.seed, purpose_boot, i);
-    for (int p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * i + p].frame_ns = frame_us * cell.ns_per_us;
-    if (wiring.id[i] != RS_ID_NONE) {
-      rs_settings settings;
-      rs_settings_default(&settings);
-      settings.id = wiring.id[i];
-      rs_settings_store(&settings, cell.flash);
-    }
-  }
-  if (options.key) hash_.emplace(*options.key);
-  queue_.reserve(4 * wires_.size() + 64);
-
-  for (std::size_t u = 0; u < units_.size(); ++u) {
-    const UnitDescription& description = wiring.units[u];
-    std::size_t of_group = 0, place = 0;
-    for (std::size_t v = 0; v < units_.size(); ++v) {
-      if (wiring.units[v].section_unit != description.section_unit) continue;
-      if (v < u) ++place;
-      ++of_group;
-    }
-    const std::size_t ids = (RS_ID_LAST - RS_ID_FIRST + 1) / of_group;
-    rs_section_unit_config& config = units_[u].config;
-    config.section_unit = description.section_unit;
-    config.unit = description.unit;
-    config.ports = static_cast<std::uint8_t>(description.ports.size());
-    config.first_id = static_cast<std::uint16_t>(RS_ID_FIRST + place * ids);
-    config.last_id = static_cast<std::uint16_t>(RS_ID_FIRST + (place + 1) * ids - 1);
-    config.batch_us = options.batch_us;
-    config.session = static_cast<std::uint32_t>(stream_key(options.seed, purpose_session, u)) | 1U;
-    config.powered = options.powered;
-    config.unasked = options.unasked;
-    config.cell_key = cell_key();
-    if (hash_) {
-      config.tag = &driver::KeyedHash::hook;
-      config.tag_context = &*hash_;
-    }
-    rs_unit_input boot{};
-    boot.kind = RS_UNIT_INPUT_BOOT;
-    boot.config = &config;
-    step_unit(u, boot);
-  }
-}
-
-Network::~Network() = default;
-
-const std::uint8_t* Network::cell_key() const {
-  return options_.cell_key ? options_.cell_key->data() : nullptr;
-}
 
 void Network::log(std::uint64_t word) {
   log_hash_ = (log_hash_ ^ word) * 0x9E3779B97F4A7C15U;
@@ -354,141 +230,6 @@ void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) 
   input.count = static_cast<std::uint32_t>(datagram.size());
   log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 48) ^ unit);
   step_unit(unit, input);
-}
-
-// ---- Power and faults ----
-
-void Network::supply() {
-  std::vector<bool> fed(cells_.size());
-  std::deque<std::size_t> next;
-  const auto feed = [&](std::int32_t to) {
-    if (to < 0 || static_cast<std::size_t>(to) >= RS_PORTS * cells_.size()) return;
-    const std::size_t cell = static_cast<std::size_t>(to) / RS_PORTS;
-    if (fed[cell]) return;
-    fed[cell] = true;
-    next.push_back(cell);
-  };
-  const auto carries = [this](const Wire& wire) { return wire.to >= 0 && !(wire.cut && wires_[wire.to].cut); };
-  for (std::size_t u = 0; u < units_.size(); ++u)
-    for (std::size_t p = 0; p < units_[u].config.ports; ++p) {
-      const Wire& wire = wires_[RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * u + p];
-      if ((units_[u].power >> p & 1) != 0 && carries(wire)) feed(wire.to);
-    }
-  while (!next.empty()) {
-    const std::size_t cell = next.front();
-    next.pop_front();
-    for (std::size_t p = 0; p < RS_PORTS; ++p)
-      if (carries(wires_[RS_PORTS * cell + p])) feed(wires_[RS_PORTS * cell + p].to);
-  }
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    Cell& cell = cells_[i];
-    if (fed[i] && cell.power == Cell::Power::off) {
-      cell.power = Cell::Power::starting;
-      const double delay_us = options_.line.power_up_spread_us * random_unit(cell.boot_key, 1U << 20 | cell.boots);
-      wake_cell(i, now_ns_ + static_cast<std::int64_t>(1e3 * delay_us));
-    } else if (!fed[i] && (cell.power == Cell::Power::on || cell.power == Cell::Power::starting)) {
-      kill(i);
-      cell.power = Cell::Power::off;
-    }
-  }
-}
-
-void Network::cut(std::size_t cell, int port, bool out, bool in) {
-  Wire& wire = wires_.at(RS_PORTS * cell + port - 1);
-  if (wire.to < 0) return;
-  wire.cut = wire.cut || out;
-  wires_[wire.to].cut = wires_[wire.to].cut || in;
-  supply();
-}
-
-void Network::mend(std::size_t cell, int port) {
-  Wire& wire = wires_.at(RS_PORTS * cell + port - 1);
-  if (wire.to < 0) return;
-  wire.cut = wires_[wire.to].cut = false;
-  supply();
-}
-
-void Network::kill(std::size_t index) {
-  Cell& cell = cells_.at(index);
-  cell.power = Cell::Power::dead;
-  cell.due_ns = never;
-  for (std::size_t p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * index + p].end_ns = never;
-}
-
-void Network::reboot(std::size_t index, std::int64_t off_ns) {
-  kill(index);
-  cells_[index].power = Cell::Power::starting;
-  wake_cell(index, now_ns_ + std::max<std::int64_t>(off_ns, 1));
-}
-
-// ---- What is so ----
-
-std::size_t Network::cell_count() const {
-  return cells_.size();
-}
-
-std::size_t Network::unit_count() const {
-  return units_.size();
-}
-
-const rs_cell& Network::cell(std::size_t index) const {
-  return cells_.at(index).state;
-}
-
-bool Network::alive(std::size_t cell) const {
-  return cells_.at(cell).power == Cell::Power::on;
-}
-
-const rs_section_unit& Network::unit(std::size_t index) const {
-  return *units_.at(index).state;
-}
-
-std::uint64_t Network::frames_dropped() const {
-  std::uint64_t sum = 0;
-  for (const Cell& cell : cells_) sum += cell.state.counts.frames_dropped;
-  for (const Unit& unit : units_) sum += unit.state->dropped;
-  return sum;
-}
-
-std::vector<std::uint32_t> Network::queue_peaks() const {
-  std::vector<std::uint32_t> peaks;
-  for (const Cell& cell : cells_) peaks.push_back(cell.queue_peak);
-  return peaks;
-}
-
-std::vector<std::int32_t> Network::depths() const {
-  std::vector<std::int32_t> depth(cells_.size(), -1);
-  std::deque<std::size_t> next;
-  const auto reach = [&](const Wire& wire, std::int32_t hops) {
-    if (wire.to < 0 || static_cast<std::size_t>(wire.to) >= RS_PORTS * cells_.size()) return;
-    if (wire.cut || wires_[wire.to].cut) return;
-    const std::size_t cell = static_cast<std::size_t>(wire.to) / RS_PORTS;
-    if (!alive(cell) || depth[cell] >= 0) return;
-    depth[cell] = hops;
-    next.push_back(cell);
-  };
-  for (std::size_t u = 0; u < units_.size(); ++u)
-    for (std::size_t p = 0; p < units_[u].config.ports; ++p)
-      if ((units_[u].power >> p & 1) != 0)
-        reach(wires_[RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * u + p], 1);
-  while (!next.empty()) {
-    const std::size_t cell = next.front();
-    next.pop_front();
-    for (std::size_t p = 0; p < RS_PORTS; ++p) reach(wires_[RS_PORTS * cell + p], depth[cell] + 1);
-  }
-  return depth;
-}
-
-bool Network::formed() const {
-  const std::vector<std::int32_t> depth = depths();
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    const Cell& cell = cells_[i];
-    if (cell.power == Cell::Power::starting) return false;
-    if (depth[i] < 0) continue;
-    if (cell.state.route.parent_port == RS_NO_PARENT || cell.state.route.hops != depth[i]) return false;
-    if (cell.state.id == RS_ID_NONE) return false;
-  }
-  return true;
 }
 
 }  // namespace robotskin::world

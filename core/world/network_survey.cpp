@@ -1,0 +1,78 @@
+// What is so in the network: states, depths, and whether it has formed.
+#include <algorithm>
+#include <deque>
+#include <vector>
+
+#include "world/network_parts.hpp"
+
+namespace robotskin::world {
+
+std::size_t Network::cell_count() const {
+  return cells_.size();
+}
+
+std::size_t Network::unit_count() const {
+  return units_.size();
+}
+
+const rs_cell& Network::cell(std::size_t index) const {
+  return cells_.at(index).state;
+}
+
+bool Network::alive(std::size_t cell) const {
+  return cells_.at(cell).power == Cell::Power::on;
+}
+
+const rs_section_unit& Network::unit(std::size_t index) const {
+  return *units_.at(index).state;
+}
+
+std::uint64_t Network::frames_dropped() const {
+  std::uint64_t sum = 0;
+  for (const Cell& cell : cells_) sum += cell.state.counts.frames_dropped;
+  for (const Unit& unit : units_) sum += unit.state->dropped;
+  return sum;
+}
+
+std::vector<std::uint32_t> Network::queue_peaks() const {
+  std::vector<std::uint32_t> peaks;
+  for (const Cell& cell : cells_) peaks.push_back(cell.queue_peak);
+  return peaks;
+}
+
+std::vector<std::int32_t> Network::depths() const {
+  std::vector<std::int32_t> depth(cells_.size(), -1);
+  std::deque<std::size_t> next;
+  const auto reach = [&](const Wire& wire, std::int32_t hops) {
+    if (wire.to < 0 || static_cast<std::size_t>(wire.to) >= RS_PORTS * cells_.size()) return;
+    if (wire.cut || wires_[wire.to].cut) return;
+    const std::size_t cell = static_cast<std::size_t>(wire.to) / RS_PORTS;
+    if (!alive(cell) || depth[cell] >= 0) return;
+    depth[cell] = hops;
+    next.push_back(cell);
+  };
+  for (std::size_t u = 0; u < units_.size(); ++u)
+    for (std::size_t p = 0; p < units_[u].config.ports; ++p)
+      if ((units_[u].power >> p & 1) != 0)
+        reach(wires_[RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * u + p], 1);
+  while (!next.empty()) {
+    const std::size_t cell = next.front();
+    next.pop_front();
+    for (std::size_t p = 0; p < RS_PORTS; ++p) reach(wires_[RS_PORTS * cell + p], depth[cell] + 1);
+  }
+  return depth;
+}
+
+bool Network::formed() const {
+  const std::vector<std::int32_t> depth = depths();
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const Cell& cell = cells_[i];
+    if (cell.power == Cell::Power::starting) return false;
+    if (depth[i] < 0) continue;
+    if (cell.state.route.parent_port == RS_NO_PARENT || cell.state.route.hops != depth[i]) return false;
+    if (cell.state.id == RS_ID_NONE) return false;
+  }
+  return true;
+}
+
+}  // namespace robotskin::world

@@ -1,0 +1,88 @@
+// The network as it is built: wires joined, clocks started, ids stored, section units configured.
+#include "world/network_parts.hpp"
+#include "world/random.hpp"
+
+namespace robotskin::world {
+
+Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSource& source, DatagramSink& sink)
+    : options_(options), source_(source), sink_(sink), cells_(wiring.cell_count()), units_(wiring.units.size()) {
+  const std::size_t cell_wires = RS_PORTS * cells_.size();
+  wires_.resize(cell_wires + RS_SECTION_UNIT_PORTS_MAX * units_.size());
+  const auto join = [this](std::size_t a, std::size_t b) {
+    wires_[a].to = static_cast<std::int32_t>(b);
+    wires_[b].to = static_cast<std::int32_t>(a);
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    for (int p = 0; p < RS_PORTS; ++p) {
+      const CellEnd end = wiring.neighbours[i][p];
+      if (end.cell < 0) continue;
+      const CellEnd back = wiring.neighbours[end.cell][end.port - 1];
+      if (back.cell == static_cast<std::int32_t>(i) && back.port == p + 1)
+        join(RS_PORTS * i + p, RS_PORTS * end.cell + end.port - 1);
+    }
+  }
+  for (std::size_t u = 0; u < units_.size(); ++u) {
+    for (std::size_t p = 0; p < wiring.units[u].ports.size(); ++p) {
+      const CellEnd end = wiring.units[u].ports[p];
+      if (end.cell >= 0) join(cell_wires + RS_SECTION_UNIT_PORTS_MAX * u + p, RS_PORTS * end.cell + end.port - 1);
+    }
+  }
+  for (std::size_t w = 0; w < wires_.size(); ++w) wires_[w].key = stream_key(options.seed, purpose_wire, w);
+
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    Cell& cell = cells_[i];
+    const std::uint64_t key = stream_key(options.seed, purpose_clock, i);
+    const double rate = 1 + 1e-6 * random_symmetric(key, 0, options.line.clock_drift_ppm);
+    cell.us_per_ns = 1e-3 * rate;
+    cell.ns_per_us = 1e3 / rate;
+    cell.clock_start_us = static_cast<std::uint32_t>(random_bits(key, 1));
+    cell.boot_key = stream_key(options.seed, purpose_boot, i);
+    for (int p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * i + p].frame_ns = frame_us * cell.ns_per_us;
+    if (wiring.id[i] != RS_ID_NONE) {
+      rs_settings settings;
+      rs_settings_default(&settings);
+      settings.id = wiring.id[i];
+      rs_settings_store(&settings, cell.flash);
+    }
+  }
+  if (options.key) hash_.emplace(*options.key);
+  queue_.reserve(4 * wires_.size() + 64);
+
+  for (std::size_t u = 0; u < units_.size(); ++u) {
+    const UnitDescription& description = wiring.units[u];
+    std::size_t of_group = 0, place = 0;
+    for (std::size_t v = 0; v < units_.size(); ++v) {
+      if (wiring.units[v].section_unit != description.section_unit) continue;
+      if (v < u) ++place;
+      ++of_group;
+    }
+    const std::size_t ids = (RS_ID_LAST - RS_ID_FIRST + 1) / of_group;
+    rs_section_unit_config& config = units_[u].config;
+    config.section_unit = description.section_unit;
+    config.unit = description.unit;
+    config.ports = static_cast<std::uint8_t>(description.ports.size());
+    config.first_id = static_cast<std::uint16_t>(RS_ID_FIRST + place * ids);
+    config.last_id = static_cast<std::uint16_t>(RS_ID_FIRST + (place + 1) * ids - 1);
+    config.batch_us = options.batch_us;
+    config.session = static_cast<std::uint32_t>(stream_key(options.seed, purpose_session, u)) | 1U;
+    config.powered = options.powered;
+    config.unasked = options.unasked;
+    config.cell_key = cell_key();
+    if (hash_) {
+      config.tag = &driver::KeyedHash::hook;
+      config.tag_context = &*hash_;
+    }
+    rs_unit_input boot{};
+    boot.kind = RS_UNIT_INPUT_BOOT;
+    boot.config = &config;
+    step_unit(u, boot);
+  }
+}
+
+Network::~Network() = default;
+
+const std::uint8_t* Network::cell_key() const {
+  return options_.cell_key ? options_.cell_key->data() : nullptr;
+}
+
+}  // namespace robotskin::world
