@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 #include "driver/keyed_hash.hpp"
 
@@ -27,6 +28,24 @@ inline driver::Key key_from(const nanobind::bytes& bytes) {
   }
   std::copy_n(bytes_of(bytes).data(), key.size(), key.begin());
   return key;
+}
+
+// Raises robotskin.errors.InputError for what the function refuses: std::invalid_argument, std::system_error.
+template <class Function>
+auto with_input_errors(const Function& function) {
+  const auto raise = [](const std::exception& refused) {
+    const nanobind::object type = nanobind::module_::import_("robotskin.errors").attr("InputError");
+    PyErr_SetString(type.ptr(), refused.what());
+    throw nanobind::python_error();
+  };
+  try {
+    return function();
+  } catch (const std::invalid_argument& refused) {
+    raise(refused);
+  } catch (const std::system_error& refused) {
+    raise(refused);
+  }
+  return decltype(function())();
 }
 
 // A new numpy array (rows, columns), or (rows) for one column, filled by `value(row, column)`.

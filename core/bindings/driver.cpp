@@ -24,14 +24,17 @@ using namespace driver;
 
 using HostPort = std::pair<std::string, std::uint16_t>;
 
+// Raises robotskin.errors.UnknownNameError.
 std::uint8_t operation_from(const std::string& name) {
-  std::string choices;
+  nb::list choices;
 #define ROBOTSKIN_OPERATION(operation, number, index, value) \
   if (name == #operation) return number;                     \
-  choices += choices.empty() ? #operation : ", " #operation;
+  choices.append(#operation);
   RS_OPERATIONS(ROBOTSKIN_OPERATION)
 #undef ROBOTSKIN_OPERATION
-  throw std::invalid_argument("unknown operation '" + name + "': choose from " + choices);
+  const nb::object type = nb::module_::import_("robotskin.errors").attr("UnknownNameError");
+  PyErr_SetObject(type.ptr(), type("operation", name, choices).ptr());
+  throw nb::python_error();
 }
 
 std::string operation_name(unsigned number) {
@@ -201,26 +204,28 @@ In process, give datagrams to `handle` and call `publish`; with a socket, call `
           [](HostDriver* self, const nb::object& cells, const std::optional<nb::bytes>& key,
              const std::optional<HostPort>& bind, const std::vector<HostPort>& units, std::optional<std::uint64_t> seed,
              std::size_t spare_cells, std::size_t spare_groups, double batch_ms, bool realtime) {
-            Options options{.keys = keys_from(cells),
-                            .key = {},
-                            .session_seed = 0,
-                            .spare_cells = spare_cells,
-                            .spare_groups = spare_groups};
-            if (key) options.key = key_from(*key);
-            std::random_device random;
-            options.session_seed = seed ? *seed : std::uint64_t{random()} << 32 | random();
-            std::optional<Address> local;
-            ReceiverOptions receiver;
-            receiver.realtime = realtime;
-            receiver.batch_ns = static_cast<std::int64_t>(batch_ms * 1e6);
-            if (bind) {
-              options.calendar_ns = calendar_ns();
-              local = Address::resolve(bind->first, bind->second);
-              for (const HostPort& unit : units) {
-                receiver.units.push_back(Address::resolve(unit.first, unit.second, local->storage.ss_family));
+            with_input_errors([&] {
+              Options options{.keys = keys_from(cells),
+                              .key = {},
+                              .session_seed = 0,
+                              .spare_cells = spare_cells,
+                              .spare_groups = spare_groups};
+              if (key) options.key = key_from(*key);
+              std::random_device random;
+              options.session_seed = seed ? *seed : std::uint64_t{random()} << 32 | random();
+              std::optional<Address> local;
+              ReceiverOptions receiver;
+              receiver.realtime = realtime;
+              receiver.batch_ns = static_cast<std::int64_t>(batch_ms * 1e6);
+              if (bind) {
+                options.calendar_ns = calendar_ns();
+                local = Address::resolve(bind->first, bind->second);
+                for (const HostPort& unit : units) {
+                  receiver.units.push_back(Address::resolve(unit.first, unit.second, local->storage.ss_family));
+                }
               }
-            }
-            new (self) HostDriver(options, local, std::move(receiver));
+              new (self) HostDriver(options, local, std::move(receiver));
+            });
           },
           "cells"_a, "key"_a = nb::none(), "bind"_a = nb::none(), "units"_a = std::vector<HostPort>{}, nb::kw_only(),
           "session_seed"_a = nb::none(), "spare_cells"_a = 0, "spare_groups"_a = 0, "batch_ms"_a = 0.8,
@@ -231,7 +236,7 @@ In process, give datagrams to `handle` and call `publish`; with a socket, call `
 `session_seed`: sessions are drawn from it, by default at random. `spare_cells`, `spare_groups`: room for cells and
 section-unit groups not in `cells`, added when first heard. `batch_ms`: pause between two wakes of the thread.
 `realtime`: the thread runs before all that are not real-time, where the system permits it.
-Raises ValueError for a bad key, cell or host, RuntimeError if the address cannot be bound.)")
+Raises InputError for a bad key or cell, a host that is not known and an address that cannot be bound.)")
       .def(
           "handle",
           [](HostDriver& self, const nb::bytes& datagram, std::int64_t now_ns) {
@@ -294,26 +299,31 @@ Raises ValueError for a bad key, cell or host, RuntimeError if the address canno
           "command",
           [](HostDriver& self, const std::string& operation, std::int64_t value, std::uint16_t index,
              std::optional<CellKey> cell, std::uint16_t section_unit) {
-            Command command;
-            command.operation = operation_from(operation);
-            if (value < std::numeric_limits<std::int32_t>::min() || value > std::numeric_limits<std::uint32_t>::max()) {
-              throw std::invalid_argument("value " + std::to_string(value) + " does not fit into 32 bits");
-            }
-            command.value = static_cast<std::uint32_t>(value);
-            command.index = index;
-            command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
-            if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
-            if (command.target != RS_ID_ALL && !CellIndex::valid(command.target)) {
-              throw std::invalid_argument("cell id " + std::to_string(command.target) + " is not between 1 and 16382");
-            }
-            const std::optional<std::uint32_t> ticket = self.driver.command(command);
-            if (!ticket) throw std::runtime_error("256 commands are waiting already: let the driver send them");
-            return *ticket;
+            return with_input_errors([&] {
+              Command command;
+              command.operation = operation_from(operation);
+              if (value < std::numeric_limits<std::int32_t>::min() ||
+                  value > std::numeric_limits<std::uint32_t>::max()) {
+                throw std::invalid_argument("value " + std::to_string(value) + " does not fit into 32 bits");
+              }
+              command.value = static_cast<std::uint32_t>(value);
+              command.index = index;
+              command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
+              if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
+              if (command.target != RS_ID_ALL && !CellIndex::valid(command.target)) {
+                throw std::invalid_argument("cell id " + std::to_string(command.target) +
+                                            " is not between 1 and 16382");
+              }
+              const std::optional<std::uint32_t> ticket = self.driver.command(command);
+              if (!ticket) throw std::runtime_error("256 commands are waiting already: let the driver send them");
+              return *ticket;
+            });
           },
           "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "section_unit"_a = 0,
           R"(Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
 It goes out as soon as the section units have been heard. Returns the ticket that its replies carry.
-Raises ValueError for an unknown operation or cell, RuntimeError when 256 commands are waiting.)")
+Raises UnknownNameError for an unknown operation, InputError for a cell or value that cannot be, RuntimeError when 256
+commands are waiting.)")
       .def(
           "power",
           [](HostDriver& self, bool on, std::uint16_t section_unit, std::uint8_t unit, std::uint8_t port) {

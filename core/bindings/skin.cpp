@@ -183,8 +183,9 @@ void bind_skin(nb::module_ module) {
           },
           "driver"_a, "model"_a, nb::kw_only(), "clock_fresh_s"_a = 0.02, "event_fresh_s"_a = 0.3,
           "stuck_after_s"_a = 5.0, "tare_limit_n"_a = 0.5, nb::keep_alive<1, 2>(),
-          R"(`model` must list the driver's cells in its order (ValueError). A cell is stale when its sample is older than
-`clock_fresh_s` or `event_fresh_s`, by its mode; stuck when its acceleration has not changed for `stuck_after_s` while
+          R"(`model` must list the driver's cells in its order (ValueError). A cell in event mode is stale when its sample
+is older than `event_fresh_s`; one in clock mode when it is older than five of its periods, at least `clock_fresh_s` and
+at most `event_fresh_s`; stuck when its acceleration has not changed for `stuck_after_s` while
 that of others does.)")
       .def("read", &SkinReader::read, "now_ns"_a, "state"_a, nb::call_guard<nb::gil_scoped_release>(),
            "Fills `state` (a SkinState of the model's size) as of host time `now_ns`; allocates nothing, never waits.")

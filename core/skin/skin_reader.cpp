@@ -19,6 +19,8 @@ constexpr float acceleration_step = static_cast<float>(acceleration_x_step * sta
 // The thermometers' own ranges are narrower than their channels: beyond them a reading cannot be true.
 constexpr double temperature_lowest_c = -45, temperature_highest_c = 130;
 
+constexpr std::int64_t fresh_periods = 5;
+
 bool saturated(const Sample& sample) {
   const auto at_end = [](int value, int lowest, int highest) { return value <= lowest || value >= highest; };
   bool any = sample.fault || sample.proximity >= proximity_highest;
@@ -41,6 +43,7 @@ SkinReader::SkinReader(driver::SnapshotTable<Sample>& samples, const SkinModel& 
       options_(options),
       cells_(model.size()),
       taken_(cells_, 0),
+      cadence_(cells_),
       force_offset_(cells_),
       sum_(cells_) {
   if (samples.size() < cells_) {
@@ -68,6 +71,29 @@ void SkinReader::finish_tare() {
   }
   tare_ns_ = 0;
   std::fill(taken_.begin(), taken_.end(), 0U);  // convert everything again
+}
+
+// The time between a cell's samples, by their sequence numbers: loss on the way does not make it longer. After a
+// silence longer than any period can be, nothing is known again.
+void SkinReader::observe_period(std::size_t cell, const Sample& sample) {
+  Cadence& cadence = cadence_[cell];
+  const std::int64_t passed_ns = sample.stamp_ns - cadence.stamp_ns;
+  const auto steps = static_cast<std::uint8_t>(sample.sequence - cadence.sequence);
+  const bool clock = !sample.event;
+  if (passed_ns > options_.event_fresh_ns || !clock || !cadence.clock) {
+    cadence.period_ns = 0;
+  } else if (passed_ns > 0 && steps > 0) {
+    cadence.period_ns = passed_ns / steps;
+  }
+  cadence.stamp_ns = sample.stamp_ns;
+  cadence.sequence = sample.sequence;
+  cadence.clock = clock;
+}
+
+std::int64_t SkinReader::fresh_ns(std::size_t cell, const Sample& sample) const {
+  if (sample.event) return options_.event_fresh_ns;
+  const std::int64_t longest_ns = std::max(options_.clock_fresh_ns, options_.event_fresh_ns);
+  return std::clamp(fresh_periods * cadence_[cell].period_ns, options_.clock_fresh_ns, longest_ns);
 }
 
 void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) {
@@ -123,10 +149,10 @@ void SkinReader::read(std::int64_t now_ns, SkinState& state) {
     const std::uint32_t frames = sample.clock_frames + sample.event_frames;
     if (taken_[cell] != frames) {
       taken_[cell] = frames;
+      observe_period(cell, sample);
       take(cell, sample, state);
     }
-    const std::int64_t fresh_ns = sample.event ? options_.event_fresh_ns : options_.clock_fresh_ns;
-    if (now_ns - sample.stamp_ns > fresh_ns) {
+    if (now_ns - sample.stamp_ns > fresh_ns(cell, sample)) {
       state.health[cell] = sample.gone_ns > sample.stamp_ns ? Health::dead : Health::stale;
     } else if (impossible(sample) || (others_move && now_ns - sample.moved_ns > options_.stuck_after_ns)) {
       state.health[cell] = Health::stuck;

@@ -14,7 +14,9 @@
 namespace robotskin::skin {
 
 struct ReaderOptions {
-  std::int64_t clock_fresh_ns = 20'000'000;     // five periods of 250 Hz: a cell in clock mode is stale beyond it
+  // A cell in clock mode is stale beyond five of its own periods, but not before `clock_fresh_ns` (five at 250 Hz) nor
+  // after `event_fresh_ns`.
+  std::int64_t clock_fresh_ns = 20'000'000;
   std::int64_t event_fresh_ns = 300'000'000;    // event mode: a full frame comes at least every 250 ms
   std::int64_t stuck_after_ns = 5'000'000'000;  // acceleration unchanged for so long, while that of others changes
   std::int64_t moving_within_ns = 1'000'000'000;
@@ -38,6 +40,8 @@ class SkinReader {
   const std::vector<std::array<float, 3>>& force_offset() const { return force_offset_; }  // (N, 3) newton
 
  private:
+  void observe_period(std::size_t cell, const driver::Sample& sample);
+  std::int64_t fresh_ns(std::size_t cell, const driver::Sample& sample) const;
   void take(std::size_t cell, const driver::Sample& sample, SkinState& state);
   void finish_tare();
   bool anything_moves(std::span<const driver::Sample> samples, std::int64_t now_ns) const;
@@ -46,6 +50,13 @@ class SkinReader {
   ReaderOptions options_;
   std::size_t cells_;
   std::vector<std::uint32_t> taken_;  // frames of the cell when its values were last converted
+  struct Cadence {
+    std::int64_t stamp_ns = 0;   // of the sample seen last
+    std::int64_t period_ns = 0;  // between samples in clock mode; 0: not known
+    std::uint8_t sequence = 0;
+    bool clock = false;
+  };
+  std::vector<Cadence> cadence_;
   std::vector<std::array<float, 3>> force_offset_;
   struct Sum {
     std::array<float, 3> force{};

@@ -36,3 +36,7 @@ class UnknownNameError(RobotskinError):
         else:
             hint = f"choose from {', '.join(self.choices[:12])} and {len(self.choices) - 12} more"
         super().__init__(f"unknown {kind} {value!r}: {hint}")
+
+
+class InputError(RobotskinError, ValueError):
+    """A value that cannot be used; the message names it and what would have been valid."""

@@ -72,7 +72,7 @@ class Driver:
         `session_seed`: sessions are drawn from it, by default at random. `spare_cells`, `spare_groups`: room for cells and
         section-unit groups not in `cells`, added when first heard. `batch_ms`: pause between two wakes of the thread.
         `realtime`: the thread runs before all that are not real-time, where the system permits it.
-        Raises ValueError for a bad key, cell or host, RuntimeError if the address cannot be bound.
+        Raises InputError for a bad key or cell, a host that is not known and an address that cannot be bound.
         """
 
     def handle(self, datagram: bytes, now_ns: int) -> Verdict:
@@ -119,7 +119,8 @@ class Driver:
         """
         Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
         It goes out as soon as the section units have been heard. Returns the ticket that its replies carry.
-        Raises ValueError for an unknown operation or cell, RuntimeError when 256 commands are waiting.
+        Raises UnknownNameError for an unknown operation, InputError for a cell or value that cannot be, RuntimeError when 256
+        commands are waiting.
         """
 
     def power(self, on: bool, *, section_unit: int = 0, unit: int = 255, port: int = 0) -> None:

@@ -117,8 +117,9 @@ class SkinReader:
         tare_limit_n: float = 0.5,
     ) -> None:
         """
-        `model` must list the driver's cells in its order (ValueError). A cell is stale when its sample is older than
-        `clock_fresh_s` or `event_fresh_s`, by its mode; stuck when its acceleration has not changed for `stuck_after_s` while
+        `model` must list the driver's cells in its order (ValueError). A cell in event mode is stale when its sample
+        is older than `event_fresh_s`; one in clock mode when it is older than five of its periods, at least `clock_fresh_s` and
+        at most `event_fresh_s`; stuck when its acceleration has not changed for `stuck_after_s` while
         that of others does.
         """
 

@@ -50,7 +50,7 @@ class Rig:
         self.world = World(layout, robot, seed, posture=posture, hands=hands(hand_count, radius_m))
         self.driver = Driver(layout.skin_model(), session_seed=seed)
         self.groups = sorted(set(layout.section_unit.tolist()))
-        while not (self.driver.ready_to_command and self.driver.samples()["seen"].all()):
+        while not self.driver.samples()["seen"].all():
             self._step()
             if self.world.time_s > 5:
                 raise RuntimeError("the network did not form within 5 s")

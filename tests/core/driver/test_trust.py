@@ -8,6 +8,7 @@ import pytest
 
 from robotskin._core.driver import Driver, Verdict, keyed_tag
 from robotskin._core.world import Traffic
+from robotskin.errors import InputError, UnknownNameError
 
 MS = 1_000_000
 START_NS = 10**12
@@ -80,11 +81,18 @@ def test_a_new_driver_takes_nothing_that_answered_the_old_one(seed: int) -> None
 
 
 def test_the_bad_is_named() -> None:
-    with pytest.raises(ValueError, match="5 bytes instead of 32"):
+    with pytest.raises(InputError, match="5 bytes instead of 32"):
         Driver([1], b"short")
-    with pytest.raises(ValueError, match="cell id 0 "):
+    with pytest.raises(InputError, match="cell id 0 "):
         Driver([0])
-    with pytest.raises(ValueError, match="cell id 7 of section unit 0 is given twice"):
+    with pytest.raises(InputError, match="cell id 7 of section unit 0 is given twice"):
         Driver([7, 7])
-    with pytest.raises(ValueError, match="unknown operation 'sing': choose from"):
-        Driver([1]).command("sing")
+    with pytest.raises(InputError, match="host 'nowhere.invalid' cannot be resolved"):
+        Driver([1], bind=("nowhere.invalid", 0))
+    with pytest.raises(InputError, match="cannot bind UDP 192.0.2.1 port 1337"):
+        Driver([1], bind=("192.0.2.1", 1337))
+    with pytest.raises(UnknownNameError, match="unknown operation 'clock_rat': did you mean clock_rate") as unknown:
+        Driver([1]).command("clock_rat")
+    assert "led" in unknown.value.choices
+    with pytest.raises(InputError, match="cell id 0 is not between 1 and 16382"):
+        Driver([1]).command("led", cell=0)
