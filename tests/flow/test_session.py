@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin.apps.session import INTERFACES, Session
+from robotskin.apps.live import LiveSession
+from robotskin.apps.session import INTERFACES, Session, SessionError
 from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 from robotskin.errors import UnknownNameError
 
@@ -98,3 +99,18 @@ def test_wrong_names_are_refused_before_anything_moves(ur5, skin) -> None:
         Session(ur5, skin, interface="positon")
     with pytest.raises(UnknownNameError, match="clock"):
         Session(ur5, skin, mode="clok")
+
+
+def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, skin) -> None:
+    with LiveSession(Session(ur5, skin, link="in process")) as live:
+        with pytest.raises(UnknownNameError, match="position"):
+            live.set_interface("positon")
+        with pytest.raises(UnknownNameError, match="clock"):
+            live.set_mode("clok")
+        with pytest.raises(SessionError, match="nan N"):
+            live.push(0, float("nan"))
+        with pytest.raises(SessionError, match="-inf m"):
+            live.approach(0, float("-inf"))
+        with pytest.raises(SessionError, match="cell 260: there are cells 0 to 259"):
+            live.push(260, 5.0)
+    assert live.failure is None

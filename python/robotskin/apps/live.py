@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 import time
@@ -11,7 +12,8 @@ import numpy as np
 
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
-from robotskin.apps.session import PERIOD_S, Session, SessionError
+from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, Session, SessionError
+from robotskin.errors import UnknownNameError
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Touch
 
@@ -27,6 +29,7 @@ class LiveSession:
     """Runs a booted `Session` until `close`; what is asked of it happens between two periods.
 
     It is a `robotskin.viewer.session_view.SessionView`: every method may be called from any thread and returns at once.
+    What cannot be done is refused there, with a RobotskinError, and never reaches the thread that moves the robot.
     """
 
     def __init__(self, session: Session) -> None:
@@ -67,11 +70,15 @@ class LiveSession:
     def push(self, cell: int, force_n: float, duration_s: float | None = None) -> None:
         """Push a cell against its normal, for `duration_s` seconds or until `release`."""
         self._demand_cell(cell)
+        if not 0.0 < force_n < math.inf:
+            raise SessionError(f"push with {force_n} N: must be finite and greater than 0")
         self._ask(lambda: self._begin(Touch(cell, force_n=force_n), duration_s))
 
     def approach(self, cell: int, distance_m: float) -> None:
         """Hold a hand at that distance in front of a cell until `release`."""
         self._demand_cell(cell)
+        if not math.isfinite(distance_m):
+            raise SessionError(f"approach to {distance_m} m: must be finite")
         self._ask(lambda: self._begin(Touch(cell, distance_m=distance_m), None))
 
     def release(self) -> None:
@@ -80,10 +87,14 @@ class LiveSession:
 
     def set_interface(self, interface: str) -> None:
         """Command the robot through another interface."""
+        if interface not in INTERFACES:
+            raise UnknownNameError("interface", interface, INTERFACES)
         self._ask(lambda: self.session.set_interface(interface))
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in another mode."""
+        if mode not in MODES:
+            raise UnknownNameError("mode", mode, MODES)
         self._ask(lambda: self.session.set_mode(mode))
 
     def set_skin(self, on: bool) -> None:

@@ -14,8 +14,6 @@ from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushe
 FORCE_N = 15.0
 HOLD_S = 2.0
 PRESS_N = 10.0
-SCRIPT_S = 36.0
-"""Simulated seconds that one interface takes at least."""
 
 Progress = Callable[[str], None]
 

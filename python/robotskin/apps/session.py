@@ -17,11 +17,10 @@ from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
+from robotskin.viewer.session_view import INTERFACES, MODES
 from robotskin.world import World, unit_descriptions
 
 PERIOD_S = 0.001
-INTERFACES = ("position", "velocity", "torque")
-MODES = ("clock", "event")
 EVENT_MASK = 0b0000_01111
 """Proximity and forces make events, acceleration and temperature do not: the published setting of a moving humanoid,
 whose accelerometers would otherwise all speak at once."""
