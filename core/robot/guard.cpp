@@ -67,6 +67,14 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
   check_range("smallest_alive_share", limits_.smallest_alive_share, 0, limits_.whole_alive_share);
   check_range("rest_speed", limits_.rest_speed, 0, 1);
   check_range("period_s", limits_.period_s, 1e-6, 1);
+  check_range("largest_switch_step", limits_.largest_switch_step, 0, 1);
+  // A watchdog that waits longer than a second is none.
+  const auto check_time = [&](const char* name, std::int64_t value_ns) {
+    check_range(name, static_cast<double>(value_ns), 1, 1e9);
+  };
+  check_time("joints_timeout_ns", limits_.joints_timeout_ns);
+  check_time("skin_timeout_ns", limits_.skin_timeout_ns);
+  check_time("largest_cycle_ns", limits_.largest_cycle_ns);
   for (auto* values : {&last_position_, &last_velocity_, &last_torque_, &hold_, &acceleration_}) values->resize(joints);
 }
 

@@ -320,3 +320,8 @@ def test_limits_that_do_not_fit_are_refused(ur5) -> None:
     limits.smallest_alive_share = 0.95
     with pytest.raises(GuardError, match=r"smallest_alive_share is 0\.95"):
         Guard(ur5, limits)
+    for name, value in (("joints_timeout_ns", 0), ("skin_timeout_ns", 2 * 10**9), ("largest_cycle_ns", -1)):
+        limits = GuardLimits([1.0] * 6, [1.0] * 6, [1.0] * 6)
+        setattr(limits, name, value)
+        with pytest.raises(GuardError, match=f"{name} is {value}"):
+            Guard(ur5, limits)
