@@ -114,3 +114,19 @@ def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, sk
         with pytest.raises(SessionError, match="cell 260: there are cells 0 to 259"):
             live.push(260, 5.0)
     assert live.failure is None
+
+
+@pytest.mark.parametrize("rate_hz", [63, 125])
+def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> None:
+    session = Session(ur5, skin, seed, link="udp", key=KEY)
+    session.boot()
+    for group in sorted(set(skin.section_unit.tolist())):
+        session.driver.command("clock_rate", rate_hz, section_unit=group)
+    session.run(0.2)
+    frames = session.driver.statistics()["clock_frames"]
+    for _ in range(300):
+        session.step()
+        assert session.alive == len(skin)
+    per_cell_hz = (session.driver.statistics()["clock_frames"] - frames) / len(skin) / 0.3
+    assert per_cell_hz == pytest.approx(rate_hz, rel=0.1)
+    session.shut_down()
