@@ -71,7 +71,10 @@ void bind_parts(nb::module_& module) {
       .def_rw("temperature_noise_c", &Imperfections::temperature_noise_c)
       .def_rw("temperature_offset_c", &Imperfections::temperature_offset_c)
       .def_rw("drift_counts", &Imperfections::drift_counts)
-      .def_rw("drift_period_s", &Imperfections::drift_period_s);
+      .def_rw("drift_period_s", &Imperfections::drift_period_s)
+      .def_rw("proximity_period_s", &Imperfections::proximity_period_s)
+      .def_rw("acceleration_period_s", &Imperfections::acceleration_period_s)
+      .def_rw("temperature_period_s", &Imperfections::temperature_period_s);
 
   nb::class_<ServoGains>(module, "ServoGains", "Inner position loop: C v + g + M (kp e + kd de/dt + ki integral e).")
       .def(nb::init<>())

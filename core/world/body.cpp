@@ -39,16 +39,18 @@ void Body::step(std::int64_t time_ns) {
   robot_.measure(*data_, time_ns + std::llround(1e9 * model_->opt.timestep));
 }
 
-Truth Body::truth(std::size_t cell, std::int64_t time_ns) const {
+Truth Body::truth(std::size_t cell, std::int64_t time_ns, bool with_distance) const {
   const double time_s = 1e-9 * static_cast<double>(time_ns);
   const bool touched = contacts_.toucher()[cell] >= 0;
-  return {contacts_.sensor_force()[cell], touched ? 0.0 : reflection_.distance(*model_, *data_, cell),
+  return {contacts_.sensor_force()[cell], touched || !with_distance ? 0.0 : reflection_.distance(*model_, *data_, cell),
           motion_.specific_force(cell), warmth_.surface_temperature(cell, time_s),
           warmth_.board_temperature(cell, time_s)};
 }
 
 bool Body::sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) {
-  return sensors_.sample(cell, 1e-9 * static_cast<double>(time_ns), truth(cell, time_ns), sample);
+  const double time_s = 1e-9 * static_cast<double>(time_ns);
+  // Rays cost most of a reading, and a proximity sensor that holds its value sends none.
+  return sensors_.sample(cell, time_s, truth(cell, time_ns, sensors_.measures_proximity(cell, time_s)), sample);
 }
 
 std::array<double, 16> Body::world_from_cell(std::size_t cell) const {

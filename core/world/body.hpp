@@ -32,7 +32,8 @@ class Body {
 
   // The reading of a cell; true if a channel is at the end of its range.
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample);
-  Truth truth(std::size_t cell, std::int64_t time_ns) const;
+  // Without the distance, which takes longest, it is 0.
+  Truth truth(std::size_t cell, std::int64_t time_ns, bool with_distance = true) const;
 
   // (4, 4) row-major, as of the last physics step.
   std::array<double, 16> world_from_cell(std::size_t cell) const;

@@ -23,7 +23,7 @@ struct Channel {
 constexpr Channel channels[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL)};
 #undef CHANNEL
 
-enum Purpose : std::uint64_t { purpose_individual = 1, purpose_noise = 2 };
+enum Purpose : std::uint64_t { purpose_individual = 1, purpose_noise = 2, purpose_phase = 3 };
 
 bool is_force(int channel) {
   return channel >= RS_CHANNEL_force_1 && channel <= RS_CHANNEL_force_3;
@@ -34,7 +34,16 @@ bool is_acceleration(int channel) {
 
 }  // namespace
 
-Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uint64_t seed) : individuals_(cells) {
+Sensors::Part Sensors::part_of(int channel) {
+  if (channel == RS_CHANNEL_proximity) return part_proximity;
+  if (is_force(channel)) return part_force;
+  return is_acceleration(channel) ? part_acceleration : part_temperature;
+}
+
+Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uint64_t seed)
+    : period_s_{imperfections.proximity_period_s, 0, imperfections.acceleration_period_s,
+                imperfections.temperature_period_s},
+      individuals_(cells) {
   for (int c = 0; c < RS_CHANNEL_COUNT; ++c) {
     double noise = imperfections.temperature_noise_c * channels[c].counts_per_unit;
     if (c == RS_CHANNEL_proximity) noise = imperfections.proximity_noise_counts;
@@ -72,7 +81,22 @@ Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uin
     individual.drift_step = -1;
     individual.noise_key = stream_key(seed, purpose_noise, i);
     individual.draws = 0;
+    const std::uint64_t phase_key = stream_key(seed, purpose_phase, i);
+    for (int p = 0; p < part_count; ++p) individual.part_phase[p] = static_cast<float>(random_unit(phase_key, p));
+    individual.part_period.fill(never);
+    individual.held = {};
   }
+}
+
+// Which of its periods a part is in, counted from the start; `never` if it has none.
+std::int64_t Sensors::period(const Individual& individual, Part part, double time_s) const {
+  if (!(period_s_[part] > 0)) return never;
+  return static_cast<std::int64_t>(std::floor(time_s / period_s_[part] + individual.part_phase[part]));
+}
+
+bool Sensors::measures_proximity(std::size_t cell, double time_s) const {
+  const std::int64_t now = period(individuals_[cell], part_proximity, time_s);
+  return now == never || now != individuals_[cell].part_period[part_proximity];
 }
 
 void Sensors::drift(Individual& individual, double time_s) const {
@@ -100,17 +124,27 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
 
   const auto& quantiles = normal_quantiles();
   std::uint64_t bits = random_bits(individual.noise_key, individual.draws++);
+  std::array<bool, part_count> measures;
+  for (int p = 0; p < part_count; ++p) {
+    const std::int64_t now = period(individual, static_cast<Part>(p), time_s);
+    measures[p] = now == never || now != individual.part_period[p];
+    individual.part_period[p] = now;
+  }
   bool saturated = false;
   for (int c = 0; c < RS_CHANNEL_COUNT; ++c) {
     if (c == 5) bits = random_bits(individual.noise_key, individual.draws++);  // 5 draws of 12 bits a word
     const float noise = noise_counts_[c] * quantiles[bits & ((1U << normal_bits) - 1)];
     bits >>= normal_bits;
-    const double counts = value[c] * channels[c].counts_per_unit * individual.scale[c] + individual.offset_counts[c] +
-                          individual.drift_now[c] + noise;
     const auto [lowest, highest, _] = channels[c];
-    const double limited = std::clamp(counts, static_cast<double>(lowest), static_cast<double>(highest));
-    sample.value[c] = static_cast<std::int32_t>(std::lrint(limited));
-    saturated |= sample.value[c] == highest || (lowest < 0 && sample.value[c] == lowest);
+    std::int32_t& held = individual.held[c];
+    if (measures[part_of(c)]) {
+      const double counts = value[c] * channels[c].counts_per_unit * individual.scale[c] + individual.offset_counts[c] +
+                            individual.drift_now[c] + noise;
+      const double limited = std::clamp(counts, static_cast<double>(lowest), static_cast<double>(highest));
+      held = static_cast<std::int32_t>(std::lrint(limited));
+    }
+    sample.value[c] = held;
+    saturated |= held == highest || (lowest < 0 && held == lowest);
   }
   samples_ += 1;
   saturated_ += saturated ? 1 : 0;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "robotskin/channels.h"
@@ -23,25 +24,38 @@ class Sensors {
  public:
   Sensors(std::size_t cells, const Imperfections& imperfections, std::uint64_t seed);
 
-  // Counts at `time_s`. Each call of a cell takes the next numbers of its own random sequence. True if a channel is at
-  // the end of its range.
+  // Counts that a reading at `time_s` finds. A sensor measures at the first reading of each of its periods and holds
+  // the value until the next; each reading of a cell takes the next numbers of its own random sequence. True if a
+  // channel is at the end of its range.
   bool sample(std::size_t cell, double time_s, const Truth& truth, rs_sample& sample);
+  // Whether a reading at `time_s` would measure proximity anew; otherwise nobody looks at `Truth::distance_m`.
+  bool measures_proximity(std::size_t cell, double time_s) const;
 
   std::uint64_t samples() const { return samples_; }
   std::uint64_t saturated_samples() const { return saturated_; }
 
  private:
+  // What measures on a clock of its own.
+  enum Part : std::uint8_t { part_proximity, part_force, part_acceleration, part_temperature, part_count };
+  static constexpr std::int64_t never = std::numeric_limits<std::int64_t>::min();
+  static Part part_of(int channel);
+
   struct Individual {
     std::array<float, RS_CHANNEL_COUNT> scale, offset_counts, drift_counts, drift_phase;
     double drift_rate;  // rad/s
     std::array<float, RS_CHANNEL_COUNT> drift_now;
     std::int64_t drift_step;  // which tenth of a second drift_now is of
     std::uint64_t noise_key, draws;
+    std::array<float, part_count> part_phase;          // share of its period
+    std::array<std::int64_t, part_count> part_period;  // which one the held values are of
+    std::array<std::int32_t, RS_CHANNEL_COUNT> held;   // counts
   };
 
+  std::int64_t period(const Individual& individual, Part part, double time_s) const;
   void drift(Individual& individual, double time_s) const;
 
   std::array<float, RS_CHANNEL_COUNT> noise_counts_;
+  std::array<double, part_count> period_s_;  // 0: measures at each reading
   std::vector<Individual> individuals_;
   std::uint64_t samples_ = 0, saturated_ = 0;
 };

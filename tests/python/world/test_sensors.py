@@ -66,3 +66,41 @@ def test_at_rest_readings_stay_in_the_published_bounds(make_body):
     norm = np.linalg.norm(readings[:, 4:7] / 256, axis=1)
     assert (np.abs(norm - 1) < 0.2).all()
     assert (np.abs(readings[:, 8] / 32 - 30) < 1.5).all()
+
+
+def changes(counts: np.ndarray) -> np.ndarray:
+    """(T - 1, N, 9) which readings differ from the one before."""
+    return np.diff(counts, axis=0) != 0
+
+
+def test_a_sensor_holds_its_value_between_its_own_measurements(make_body):
+    """Read each millisecond, proximity and acceleration are new at most each 4 ms, at phases spread over the cells."""
+    world = make_body()
+    world.step(0.001)
+    new = changes(np.array([world.body.sample_all(k * 10**6) for k in range(2000)]))
+    for channels in (slice(0, 1), slice(4, 7)):
+        when, cell = np.nonzero(new[:, :, channels].any(axis=2))
+        assert 200 < np.bincount(cell).max() <= 500
+        phase = [np.unique(when[cell == one] % 4) for one in np.unique(cell)]
+        assert all(len(one) == 1 for one in phase)
+        assert (np.bincount(np.concatenate(phase), minlength=4) > 0.15 * len(phase)).all()
+    assert new[:, :, 1:4].any(axis=2).sum(axis=0).max() > 600, "forces are converted at each reading"
+    assert new[:, :, 7:].any(axis=2).sum(axis=0).max() <= 10, "five temperatures a second"
+
+
+def test_clock_mode_at_250_hz_finds_a_new_measurement_at_each_reading(make_body):
+    world = make_body()
+    world.step(0.001)
+    counts = np.array([world.body.sample_all(k * 4 * 10**6) for k in range(500)])
+    correlation = [np.corrcoef(counts[:-1, cell, 4], counts[1:, cell, 4])[0, 1] for cell in range(0, 260, 10)]
+    assert np.abs(np.mean(correlation)) < 0.05
+
+
+def test_noise_at_rest_makes_hardly_an_event(make_body):
+    """With the published second set of thresholds and proximity and force events on, a robot at rest is silent."""
+    world = make_body()
+    world.step(0.001)
+    counts = np.array([world.body.sample_all(k * 10**6) for k in range(1000)])
+    spread = counts.max(axis=0) - counts.min(axis=0)
+    assert (spread[:, 1:4] < 5).mean() > 0.99
+    assert (np.abs(counts[1:, :, 0] - counts[0, :, 0]) >= 7).mean() < 0.001
