@@ -48,6 +48,10 @@ def draw_packet_size(file: Path, packings: dict[str, dict[int, Packing]], cells:
             style: dict[str, Any] = {"color": colour, "linestyle": "-" if whole else "--", "marker": "o", "ms": 3.5}
             volume = [by_size[size].frames * size / seconds / 1000 for size in sizes]
             bandwidth.plot(sizes, volume, label=label, **style)
+            if whole:
+                least = min(packing.frames * size for size, packing in by_size.items()) / seconds / 1000
+                cost = f"+{100 * (volume[0] / least - 1):.0f} %"
+                bandwidth.annotate(cost, (sizes[0], volume[0]), (-4, 8), textcoords="offset points", ha="right")
             repair.plot(sizes, [by_size[size].repair_ms for size in sizes], label=label, **style)
     by_size = next(iter(packings.values()))
     refresh.bar(

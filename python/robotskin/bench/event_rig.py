@@ -92,10 +92,10 @@ class Rig:
         self.world.release()
         self.run(SETTLE_S)
 
-    def touch(self, moving: float) -> Palms:
-        """All palms come, and `moving` of them rub."""
+    def touch(self, moving: float, settle_s: float = SETTLE_S) -> Palms:
+        """All palms come, and `moving` of them rub; back when they lie and the robot stands still again."""
         touch = Palms(self.world, self.places, self.seed, moving)
-        self.run(SETTLE_S, touch)
+        self.run(settle_s, touch)
         return touch
 
     def measure(self, seconds: float, touch: Palms | None = None) -> Traffic:
