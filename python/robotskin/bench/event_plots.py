@@ -50,8 +50,8 @@ def draw_packet_size(file: Path, packings: dict[str, dict[int, Packing]], cells:
             bandwidth.plot(sizes, volume, label=label, **style)
             if whole:
                 least = min(packing.frames * size for size, packing in by_size.items()) / seconds / 1000
-                cost = f"+{100 * (volume[0] / least - 1):.0f} %"
-                bandwidth.annotate(cost, (sizes[0], volume[0]), (-4, 8), textcoords="offset points", ha="right")
+                cost = f"{100 * (volume[0] / least - 1):.0f} % above least"
+                bandwidth.annotate(cost, (sizes[0], volume[0]), (8, -9), textcoords="offset points", fontsize=8.5)
             repair.plot(sizes, [by_size[size].repair_ms for size in sizes], label=label, **style)
     by_size = next(iter(packings.values()))
     refresh.bar(

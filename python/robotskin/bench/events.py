@@ -31,7 +31,7 @@ CLOCK_HZ = 250
 TOUCH_MASK = 0x00F  # proximity and forces: acceleration and temperature events are off, as on H-1
 ALL_MASK = 0x1FF
 HEAVY_ACTIVE, HEAVY_MOVING = 150, 0.5  # active cells asked for, some more than the 130 that must be
-MANY_ACTIVE, MANY_MOVING = 780, 0.1  # palms that slide off a narrow link make fewer active than they shade at first
+MANY_ACTIVE, MANY_MOVING = 750, 0.1  # palms that slide off a narrow link make fewer active than they shade at first
 MANY_SETTLE_S = 4.0  # Talos gives way to those who lean on it and comes to rest slowly
 MOVING_SHARES = (0.0, 0.05, 0.25, 0.5)
 PACKETS_LIMIT_PER_S = 40_000
@@ -149,9 +149,7 @@ def many_contacts(robot: Robot, layout: Layout, seed: int, seconds: float, plots
         packets[share] = rig.measure(min(seconds, 1.0), touch).frames_per_s
     for group in rig.groups:  # as fast as the proximity sensors, no faster
         rig.driver.command("event_rate", CLOCK_HZ, section_unit=group)
-    touch.moving = MANY_MOVING
-    rig.run(0.5, touch)
-    slow = rig.measure(min(seconds, 2.0), touch)
+    slow = rig.measure(seconds, rig.touch(MANY_MOVING, MANY_SETTLE_S))  # the same palms rub as before
     shares = sorted(packets)
     rates = [packets[share] for share in shares]
     if plots:
