@@ -33,7 +33,7 @@ ALL_MASK = 0x1FF
 HEAVY_ACTIVE, HEAVY_MOVING = 150, 0.5  # active cells asked for, some more than the 130 that must be
 MANY_ACTIVE, MANY_MOVING = 750, 0.1  # palms that slide off a narrow link make fewer active than they shade at first
 MANY_SETTLE_S = 4.0  # Talos gives way to those who lean on it and comes to rest slowly
-MOVING_SHARES = (0.0, 0.05, 0.25, 0.5)
+MOVING_SHARES = (0.0, 0.05, 0.25)
 PACKETS_LIMIT_PER_S = 40_000
 
 
