@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace robotskin::skin {
@@ -12,7 +13,7 @@ namespace robotskin::skin {
 enum class Health : std::uint8_t { alive, stale, stuck, dead, never_seen };
 
 // Struct of arrays, cell axis first, in the order of the SkinModel; sized once, filled every cycle.
-// Values of a cell that is not alive are its last ones: whoever uses a value looks at its health first.
+// Values of a cell that is not alive are its last ones, of one never seen no touch, nothing near, temperature NaN: whoever uses a value looks at its health first.
 struct SkinState {
   std::vector<std::array<float, 3>> normal_force;  // (N, 3) newton, >= 0; the touch on the robot is -z times their sum
   std::vector<float> proximity;                    // (N) 0 to 1, share of full scale
@@ -27,9 +28,10 @@ struct SkinState {
   void resize(std::size_t cells) {
     normal_force.assign(cells, {0, 0, 0});
     proximity.assign(cells, 0);
-    distance.assign(cells, 0);
+    distance.assign(cells, std::numeric_limits<float>::infinity());
     acceleration.assign(cells, {0, 0, 0});
-    temperature.assign(cells, {0, 0});
+    constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+    temperature.assign(cells, {unknown, unknown});
     stamp_ns.assign(cells, 0);
     health.assign(cells, Health::never_seen);
     saturated.assign(cells, 0);

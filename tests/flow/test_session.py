@@ -130,3 +130,21 @@ def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> No
     per_cell_hz = (session.driver.statistics()["clock_frames"] - frames) / len(skin) / 0.3
     assert per_cell_hz == pytest.approx(rate_hz, rel=0.1)
     session.shut_down()
+
+
+def test_an_approaching_hand_moves_the_robot_before_it_touches(ur5, skin, seed) -> None:
+    session = Session(ur5, skin, seed, link="in process")
+    session.boot()
+    cell = pushed_cell(session, LINK)
+    normal = session.world.base_from_cell(cell)[:3, 2]
+    before = session.cell_position(cell)
+    session.world.approach(cell, 0.01)
+    for _ in range(1500):
+        session.step()
+        assert session.world.contact_normal_force().sum() == 0.0
+    gave_way = (session.cell_position(cell) - before) @ -normal
+    assert gave_way > 0.002, "the arm does not draw back from the hand"
+    session.world.release()
+    session.run(2.0)
+    assert np.linalg.norm(session.cell_position(cell) - before) < 0.001
+    session.shut_down()

@@ -9,6 +9,7 @@ import numpy as np
 
 from robotskin._core.firmware import PORT_POINTS_M
 from robotskin.apps.session import PERIOD_S, Session, SessionError
+from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
 
 Watch = Callable[[float], None]
@@ -87,11 +88,16 @@ def _come_to_force(session: Session, force_n: float, patience_s: float = 3.0) ->
     raise SessionError(f"the hand did not reach {force_n} N within {patience_s} s")
 
 
+def require_cells_on(layout: Layout, link: str) -> None:
+    """Raise UnknownNameError if the link carries no cells."""
+    if link not in layout.links:
+        raise UnknownNameError("link with cells", link, layout.links)
+
+
 def pushed_cell(session: Session, link: str) -> int:
     """The cell of a link that a person would push: inside its patch, and facing the most sideways."""
     layout = session.layout
-    if link not in layout.links:
-        raise SessionError(f"link {link!r} carries no cells; those that do: {', '.join(layout.links)}")
+    require_cells_on(layout, link)
     on_link = layout.link == layout.links.index(link)
     neighbours = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
     inside = neighbours == neighbours[on_link].max()

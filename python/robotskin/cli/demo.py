@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 import signal
 import threading
 from pathlib import Path
@@ -20,7 +21,10 @@ def command(
     robot: Annotated[str, typer.Option(help="A robot with a gain file.")] = "ur5",
     layout: Annotated[
         Path | None,
-        typer.Option(help="A layout file, or TUM patches to mount on --link; by default the robot's finished layout."),
+        typer.Option(
+            help="A layout file, or TUM patches to mount on --link; by default the robot's finished layout.",
+            exists=True,
+        ),
     ] = None,
     link: Annotated[str, typer.Option(help="The link that carries --layout, and whose cells the script pushes.")] = (
         DEFAULT_LINK
@@ -28,7 +32,9 @@ def command(
     headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, measure, and end.")] = False,
     seconds: Annotated[
         float,
-        typer.Option(help="Simulated seconds an interface gets with --headless; the script takes some 25.", min=0),
+        typer.Option(
+            help="Simulated seconds each interface gets at least with --headless; the script takes 27.", min=0
+        ),
     ] = 20.0,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
@@ -44,7 +50,9 @@ def command(
 
     from robotskin import layout as layouts
     from robotskin import robots
+    from robotskin._core import firmware
     from robotskin.apps.session import Session
+    from robotskin.apps.touches import require_cells_on
     from robotskin.layout.mounting import read_for
 
     # Asked to end in either way, the demo first brings its robot to rest.
@@ -53,7 +61,9 @@ def command(
     with console.status(f"loading {robot}"):
         model = robots.load(robot)
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
-        session = Session(model, skin, seed, interface=interface, mode=mode)
+        require_cells_on(skin, link)
+        key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
+        session = Session(model, skin, seed, key=key, interface=interface, mode=mode)
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))
     show(session, port)

@@ -139,7 +139,10 @@ class GainSet:
             skin_values["proximity_silent"],
             skin_values["proximity_full"],
         )
-        uniform.force_weight = self.force_weights(robot, skin, posture).tolist()
+        force_weights = self.force_weights(robot, skin, posture)
+        uniform.force_weight = force_weights.tolist()
+        # Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too.
+        uniform.proximity_weight = (skin_values["proximity_n"] * (1 + force_weights)).tolist()
         cycle = CycleGains(JointGains(values["joint"]["stiffness"], values["joint"]["damping"]), uniform, resolver)
         cycle.skin_bandwidth_hz = skin_values["bandwidth_hz"]
         cycle.fade_s = skin_values["fade_s"]
