@@ -13,7 +13,8 @@ namespace robotskin::skin {
 enum class Health : std::uint8_t { alive, stale, stuck, dead, never_seen };
 
 // Struct of arrays, cell axis first, in the order of the SkinModel; sized once, filled every cycle.
-// Values of a cell that is not alive are its last ones, of one never seen no touch, nothing near, temperature NaN: whoever uses a value looks at its health first.
+// Values of a cell that is not alive are its last ones, of one never seen no touch, nothing near, temperature NaN:
+// whoever uses a value looks at its health first.
 struct SkinState {
   std::vector<std::array<float, 3>> normal_force;  // (N, 3) newton, >= 0; the touch on the robot is -z times their sum
   std::vector<float> proximity;                    // (N) 0 to 1, share of full scale
