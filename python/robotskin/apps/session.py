@@ -21,7 +21,7 @@ from robotskin.viewer.session_view import INTERFACES, MODES
 from robotskin.world import World, unit_descriptions
 
 PERIOD_S = 0.001
-EVENT_MASK = 0b0000_01111
+TOUCH_EVENT_MASK = 0b0000_01111
 """Proximity and forces make events, acceleration and temperature do not: the published setting of a moving humanoid,
 whose accelerometers would otherwise all speak at once."""
 
@@ -158,7 +158,7 @@ class Session:
         if mode not in MODES:
             raise UnknownNameError("mode", mode, MODES)
         for section_unit in sorted({int(group) for group in self.layout.section_unit}):
-            self.driver.command("event_mask", EVENT_MASK, section_unit=section_unit)
+            self.driver.command("event_mask", TOUCH_EVENT_MASK, section_unit=section_unit)
             self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
         self.mode = mode
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
+from robotskin.apps.session import TOUCH_EVENT_MASK
 from robotskin.bench.event_plots import draw_ideal_sensor, draw_moving_share, draw_packet_size
 from robotskin.bench.event_rig import POSTURE, SETTLE_S, Rig, driver_cpu_percent, palm_places
 from robotskin.bench.event_streams import THRESHOLDS, ideal_events, pack, record, send_on_delta
@@ -28,7 +29,6 @@ from robotskin.robots import Robot
 from robotskin.world import Imperfections, World
 
 CLOCK_HZ = 250
-TOUCH_MASK = 0x00F  # proximity and forces: acceleration and temperature events are off, as on H-1
 ALL_MASK = 0x1FF
 HEAVY_ACTIVE, HEAVY_MOVING = 150, 0.5  # active cells asked for, some more than the 130 that must be
 MANY_ACTIVE, MANY_MOVING = 750, 0.1  # palms that slide off a narrow link make fewer active than they shade at first
@@ -57,7 +57,7 @@ def hands_on(robot: Robot, layout: Layout, seed: int, seconds: float) -> dict[st
     rig = Rig(robot, layout, seed, HEAVY_ACTIVE)
     clock = rig.measure(seconds, rig.touch(HEAVY_MOVING))
     rig.release()
-    rig.set_mode(True, TOUCH_MASK)
+    rig.set_mode(True, TOUCH_EVENT_MASK)
     idle = rig.measure(seconds)
     heavy = rig.measure(seconds, rig.touch(HEAVY_MOVING))
     rig.release()
@@ -139,7 +139,7 @@ def off_line(robot: Robot, layout: Layout, seed: int, seconds: float, plots: str
 def many_contacts(robot: Robot, layout: Layout, seed: int, seconds: float, plots: str) -> dict[str, Any]:
     """Talos with more than half of its cells active, and what share of moving palms the limit allows."""
     rig = Rig(robot, layout, seed, MANY_ACTIVE)
-    rig.set_mode(True, TOUCH_MASK)
+    rig.set_mode(True, TOUCH_EVENT_MASK)
     touch = rig.touch(MANY_MOVING, MANY_SETTLE_S)
     traffic = rig.measure(seconds, touch)
     packets = {MANY_MOVING: traffic.frames_per_s}
