@@ -34,7 +34,7 @@ struct GuardLimits {
   double smallest_alive_share = 0.5;  // share of cells alive below which the skin is lost
   double whole_alive_share = 0.9;     // share of cells alive from which the skin is whole
   std::int64_t joints_timeout_ns = 20'000'000;
-  std::int64_t skin_timeout_ns = 100'000'000;  // age of the snapshot; the cells' own age is in their health
+  std::int64_t skin_timeout_ns = 250'000'000;  // age of the snapshot: two heartbeats of a section unit missed
   std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
   double period_s = 0.001;
 };

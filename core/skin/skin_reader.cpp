@@ -160,7 +160,8 @@ void SkinReader::read(std::int64_t now_ns, SkinState& state) {
       state.health[cell] = Health::alive;
     }
   }
-  state.time_ns = now_ns;
+  // A driver that has stopped hands out no snapshot, and the guard sees the last one grow old.
+  state.time_ns = std::min(now_ns, samples_.published_ns());
 }
 
 }  // namespace robotskin::skin

@@ -24,7 +24,7 @@ struct SkinState {
   std::vector<std::int64_t> stamp_ns;              // (N) host clock at the sample
   std::vector<Health> health;                      // (N)
   std::vector<std::uint8_t> saturated;             // (N) 1 where a channel is at the end of its range
-  std::int64_t time_ns = 0;                        // host clock of this snapshot
+  std::int64_t time_ns = 0;                        // host clock when the driver handed out these samples
 
   void resize(std::size_t cells) {
     normal_force.assign(cells, {0, 0, 0});

@@ -222,7 +222,7 @@ class LiveSession:
     def _reading(self) -> SkinReading:
         skin = self.session.skin
         stamp_ns = np.array(skin.stamp_ns)
-        age_s = np.where(stamp_ns > 0, (skin.time_ns - stamp_ns) * 1e-9, np.inf)
+        age_s = np.where(stamp_ns > 0, (self.session.world.now_ns - stamp_ns) * 1e-9, np.inf)
         return SkinReading(
             normal_force=np.array(skin.normal_force),
             proximity=np.array(skin.proximity),

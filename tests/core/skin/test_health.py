@@ -179,3 +179,13 @@ def test_no_health_but_alive_moves_a_value(seed: int) -> None:
         assert cells.health(START_NS + late_ms * MS) == [Health.stale]
         np.testing.assert_array_equal(cells.state.normal_force, force)
         np.testing.assert_array_equal(cells.state.stamp_ns, stamp)
+
+
+def test_the_state_is_as_old_as_the_drivers_last_snapshot(seed: int) -> None:
+    cells = Cells(1, seed)
+    cells.sample(0, START_NS)
+    cells.health(START_NS + 3 * MS)
+    assert cells.state.time_ns == START_NS, "reading again makes nothing younger"
+    cells.driver.publish(START_NS + 5 * MS)
+    cells.health(START_NS + 7 * MS)
+    assert cells.state.time_ns == START_NS + 5 * MS
