@@ -88,7 +88,7 @@ def test_palms_lie_apart(seed):
 
 def test_a_robot_at_rest_is_quiet_and_a_held_one_talks(seed):
     rig = Rig(robots.load("ur5"), finished("ur5"), seed, 60)
-    rig.set_mode(True, events.TOUCH_MASK)
+    rig.set_mode(True, events.TOUCH_EVENT_MASK)
     idle = rig.measure(0.5)
     touch = rig.touch(1.0)
     held = rig.measure(0.5, touch)
