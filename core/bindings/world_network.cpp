@@ -11,8 +11,8 @@
 
 #include "bindings/bytes.hpp"
 #include "bindings/world.hpp"
-#include "world/mailbox.hpp"
-#include "world/udp_transport.hpp"
+#include "world/network/mailbox.hpp"
+#include "world/network/udp_transport.hpp"
 #include "world/world.hpp"
 
 namespace nb = nanobind;

@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "world/body.hpp"
-#include "world/network.hpp"
-#include "world/transport.hpp"
+#include "world/network/network.hpp"
+#include "world/network/transport.hpp"
 
 namespace robotskin::world {
 

@@ -1,4 +1,4 @@
-#include "world/mailbox.hpp"
+#include "world/network/mailbox.hpp"
 
 #include <iterator>
 

@@ -1,5 +1,5 @@
 // The network as it is built: wires joined, clocks started, ids stored, section units configured.
-#include "world/network_parts.hpp"
+#include "world/network/parts.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {

@@ -1,7 +1,7 @@
 // How datagrams travel between section units and host.
 #pragma once
 
-#include "world/network.hpp"
+#include "world/network/network.hpp"
 
 namespace robotskin::world {
 

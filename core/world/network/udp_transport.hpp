@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "driver/udp_socket.hpp"
-#include "world/transport.hpp"
+#include "world/network/transport.hpp"
 
 namespace robotskin::world {
 

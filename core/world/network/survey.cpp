@@ -3,7 +3,7 @@
 #include <deque>
 #include <vector>
 
-#include "world/network_parts.hpp"
+#include "world/network/parts.hpp"
 
 namespace robotskin::world {
 

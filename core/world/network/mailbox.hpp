@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "world/transport.hpp"
+#include "world/network/transport.hpp"
 
 namespace robotskin::world {
 

@@ -2,7 +2,7 @@
 #include <deque>
 #include <vector>
 
-#include "world/network_parts.hpp"
+#include "world/network/parts.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {

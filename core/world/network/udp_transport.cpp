@@ -1,4 +1,4 @@
-#include "world/udp_transport.hpp"
+#include "world/network/udp_transport.hpp"
 
 namespace robotskin::world {
 namespace {

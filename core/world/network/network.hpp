@@ -15,8 +15,8 @@
 #include "driver/keyed_hash.hpp"
 #include "robotskin/cell.h"
 #include "robotskin/section_unit.h"
-#include "world/event_queue.hpp"
-#include "world/wiring.hpp"
+#include "world/network/event_queue.hpp"
+#include "world/network/wiring.hpp"
 
 namespace robotskin::world {
 

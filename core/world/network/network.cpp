@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "robotskin/crc.h"
-#include "world/network_parts.hpp"
+#include "world/network/parts.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include "world/network.hpp"
+#include "world/network/network.hpp"
 
 namespace robotskin::world {
 
