@@ -4,6 +4,7 @@
 
 #include "robotskin/cell.h"
 #include "robotskin/crc.h"
+#include "robotskin/feasibility.h"
 #include "robotskin/operations.h"
 #include "robotskin/timing.h"
 
@@ -12,12 +13,6 @@ enum { RS_ALL_PORTS = (1 << RS_PORTS) - 1 };
 /* Whether time a is at or after time b, on a clock that wraps. */
 RS_INLINE bool rs_reached(uint32_t a, uint32_t b) {
   return (int32_t)(a - b) >= 0;
-}
-
-/* Whether sequence number a comes after b (RFC 1982). */
-RS_INLINE bool rs_newer(uint16_t a, uint16_t b) {
-  const uint16_t ahead = (uint16_t)(a - b);
-  return ahead != 0U && ahead < 0x8000U;
 }
 
 /* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */

@@ -40,9 +40,9 @@ static void advertise(rs_cell* cell, uint32_t now_us) {
 
 /* R2 */
 static bool feasible(const rs_route* route, const rs_neighbour* neighbour) {
-  if (neighbour->hops >= RS_HOPS_POISON - 1) return false;
-  if (route->unbound || rs_newer(neighbour->wave.sequence, route->feasible_sequence)) return true;
-  return neighbour->wave.sequence == route->feasible_sequence && neighbour->hops < route->feasible_hops;
+  const rs_distance bound = {route->feasible_sequence, route->feasible_hops};
+  const rs_distance offer = {neighbour->wave.sequence, neighbour->hops};
+  return rs_feasible(route->unbound, bound, offer);
 }
 
 /* R3 */
