@@ -21,7 +21,7 @@ using namespace nb::literals;
 
 struct UnitOutput {
   std::vector<nb::object> frames;
-  std::optional<nb::bytes> datagram;
+  std::optional<nb::bytes> datagram, to_peers;
   std::uint64_t timer_ns;
   std::uint16_t power;
 };
@@ -111,7 +111,8 @@ class SectionUnit {
       output.frames.push_back(raw.frame[port] != nullptr ? nb::object(as_bytes(raw.frame[port], RS_FRAME_BYTES))
                                                          : nb::none());
     }
-    if (raw.datagram != nullptr) output.datagram = as_bytes(raw.datagram, raw.datagram_bytes);
+    if (raw.datagram != nullptr)
+      (raw.to_peers ? output.to_peers : output.datagram) = as_bytes(raw.datagram, raw.datagram_bytes);
     output.timer_ns = raw.timer_ns;
     output.power = raw.power;
     return output;
@@ -145,6 +146,7 @@ void bind_firmware_section_unit(nb::module_& module) {
   nb::class_<UnitOutput>(module, "SectionUnitOutput", "What a section unit asks for (section_unit.h).")
       .def_ro("frames", &UnitOutput::frames, "frame to start on each port, or None")
       .def_ro("datagram", &UnitOutput::datagram, "to the host, or None")
+      .def_ro("to_peers", &UnitOutput::to_peers, "a datagram to every other unit of the group, or None")
       .def_ro("timer_ns", &UnitOutput::timer_ns)
       .def_ro("power", &UnitOutput::power, "bit p - 1: port p has power");
 

@@ -21,19 +21,19 @@ void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* fr
   unit->arrival_ns[unit->waiting++] = now_ns;
 }
 
-/* Completes the datagram whose `count` records stand in place already. */
-static void finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t count, uint64_t now_ns,
-                   rs_unit_output* output) {
+void rs_datagram_finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t count, uint64_t now_ns,
+                        rs_unit_output* output) {
+  const bool to_host = kind != RS_DATAGRAM_KIND_peer;
   const rs_datagram_header header = {.kind = (uint8_t)kind,
                                      .flags = unit->config.tag != 0 ? RS_DATAGRAM_KEYED : 0,
                                      .unit = unit->config.unit,
                                      .section_unit = unit->config.section_unit,
                                      .session = unit->config.session,
-                                     .sequence = unit->sequence++,
-                                     .time_ns = now_ns,
+                                     .sequence = to_host ? unit->sequence++ : unit->peers_sequence++,
+                                     .time_ns = rs_unit_time(unit, now_ns),
                                      .count = (uint16_t)count,
                                      .dropped = unit->dropped,
-                                     .answering = unit->host_session};
+                                     .answering = to_host ? unit->host_session : 0U};
   rs_datagram_header_pack(unit->datagram, &header);
   uint32_t bytes = RS_DATAGRAM_HEADER_BYTES + count * RS_DATAGRAM_RECORD_BYTES;
   if (unit->config.tag != 0) {
@@ -51,7 +51,7 @@ static void send_waiting(rs_section_unit* unit, uint64_t now_ns, rs_unit_output*
     const uint64_t age_us = (now_ns - unit->arrival_ns[i]) / NS_PER_US;
     rs_record_arrival_pack(record, rs_record_port(record), age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us);
   }
-  finish(unit, RS_DATAGRAM_KIND_frames, unit->waiting, now_ns, output);
+  rs_datagram_finish(unit, RS_DATAGRAM_KIND_frames, unit->waiting, now_ns, output);
   unit->waiting = 0;
 }
 
@@ -85,7 +85,7 @@ static void send_heartbeat(rs_section_unit* unit, uint64_t now_ns, rs_unit_outpu
     rs_record_arrival_pack(record, port + 1U, 0);
     count += 2;
   }
-  finish(unit, RS_DATAGRAM_KIND_heartbeat, count, now_ns, output);
+  rs_datagram_finish(unit, RS_DATAGRAM_KIND_heartbeat, count, now_ns, output);
 }
 
 uint64_t rs_datagrams_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
@@ -115,15 +115,21 @@ static bool tags_match(const rs_section_unit* unit, const uint8_t* bytes, uint32
   return difference == 0U;
 }
 
-/* Whether a datagram comes from the host, is for this unit, and is not one played again. */
-static bool accept(rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes, uint32_t count) {
-  const rs_section_unit_config* config = &unit->config;
-  if (header->section_unit != config->section_unit) return false;
-  if (header->unit != config->unit && header->unit != RS_UNIT_ALL) return false;
-  if (header->kind < RS_DATAGRAM_KIND_keep_alive || header->session == 0U) return false;
-  const bool keyed = config->tag != 0;
+/* Whether a datagram is of this group and made by someone who has the key. */
+static bool genuine(const rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes,
+                    uint32_t count) {
+  const bool keyed = unit->config.tag != 0;
+  if (header->section_unit != unit->config.section_unit || header->session == 0U) return false;
   if (((header->flags & RS_DATAGRAM_KEYED) != 0) != keyed) return false;
-  if (keyed && !tags_match(unit, bytes, count)) return false;
+  return !keyed || tags_match(unit, bytes, count);
+}
+
+/* Whether a genuine datagram comes from the host, is for this unit, and is not one played again. */
+static bool accept(rs_section_unit* unit, const rs_datagram_header* header) {
+  const rs_section_unit_config* config = &unit->config;
+  if (header->unit != config->unit && header->unit != RS_UNIT_ALL) return false;
+  if (header->kind < RS_DATAGRAM_KIND_keep_alive) return false;
+  const bool keyed = config->tag != 0;
   if (keyed && header->answering != config->session) {
     return header->answering == 0U && header->kind == RS_DATAGRAM_KIND_keep_alive;
   }
@@ -157,7 +163,15 @@ static void inject(rs_section_unit* unit, uint32_t to_port, const uint8_t* conte
 
 void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns) {
   rs_datagram_header header;
-  if (rs_datagram_header_unpack(&header, bytes, count) != RS_DATAGRAM_OK || !accept(unit, &header, bytes, count)) {
+  if (rs_datagram_header_unpack(&header, bytes, count) != RS_DATAGRAM_OK || !genuine(unit, &header, bytes, count)) {
+    ++unit->refused;
+    return;
+  }
+  if (header.kind == RS_DATAGRAM_KIND_peer) {
+    if (!rs_peers_receive(unit, &header, bytes, now_ns)) ++unit->refused;
+    return;
+  }
+  if (!accept(unit, &header)) {
     ++unit->refused;
     return;
   }

@@ -30,9 +30,11 @@ void rs_ports_power(rs_section_unit* unit, unsigned port, bool on) {
 }
 
 void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
-  const uint64_t tick_time = now_ns / (RS_TICK_US * 1000U);
-  if (tick_time == unit->tick_time) return;
-  unit->tick_time = tick_time;
+  /* The group's time may be pulled back a little; a tick is never sent again. */
+  const uint64_t behind = unit->tick_time - rs_unit_time(unit, now_ns) / (RS_TICK_US * 1000U);
+  if (behind < RS_SEQUENCE_WINDOW) return;
+  unit->tick_time -= behind;
+  rs_peers_keep_time(unit, now_ns);
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     rs_unit_port* here = &unit->port[port];
     if (!rs_port_alive(here, now_ns)) {
@@ -141,7 +143,8 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
 }
 
 static void pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {
-  const uint64_t age_us = (now_ns - unit->tick_time * RS_TICK_US * 1000U) / 1000U;
+  const uint64_t time_ns = rs_unit_time(unit, now_ns), start_ns = unit->tick_time * RS_TICK_US * 1000U;
+  const uint64_t age_us = time_ns < start_ns ? 0U : (time_ns - start_ns) / 1000U;
   rs_tick tick = {.type = RS_TYPE_tick,
                   .hops = 0,
                   .sender = RS_ID_SECTION_UNIT,

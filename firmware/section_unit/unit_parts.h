@@ -26,5 +26,17 @@ void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* fr
 void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns);
 /* Writes at most one datagram; returns when the next one is due, if nothing comes before. */
 uint64_t rs_datagrams_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
+/* Completes the datagram whose `count` records stand in place already. */
+void rs_datagram_finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t count, uint64_t now_ns,
+                        rs_unit_output* output);
+
+/* ---- peers.c: the other units of the group ---- */
+uint64_t rs_unit_time(const rs_section_unit* unit, uint64_t now_ns); /* the group's time at an own time */
+void rs_peers_keep_time(rs_section_unit* unit, uint64_t now_ns);     /* once a tick */
+bool rs_peer_counts(const rs_unit_peer* peer, uint64_t now_ns);      /* both hear each other */
+/* As rs_datagrams_send. */
+uint64_t rs_peers_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
+/* A datagram whose tag is right; false if it is of no use. */
+bool rs_peers_receive(rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes, uint64_t now_ns);
 
 #endif

@@ -131,6 +131,19 @@ static void plain_tag(void* context, const uint8_t* bytes, uint32_t count, uint8
   for (unsigned i = 0; i < RS_DATAGRAM_TAG_BYTES; ++i) tag[i] = (uint8_t)(rs_crc16(bytes, count) >> i % 2U * 8U);
 }
 
+/* Records that say the unit is heard, and when. */
+static void hostile_peer(uint8_t* records, uint32_t count, const rs_datagram_header* header,
+                         const rs_section_unit* unit) {
+  if (header->kind != RS_DATAGRAM_KIND_peer || count < 2U || draw() % 8U == 0U) return;
+  rs_peer_unit_pack(records,
+                    &(rs_peer_unit){.unit = header->unit, .flags = (uint8_t)draw(), .session = header->session});
+  rs_peer_unit_pack(records + RS_DATAGRAM_RECORD_BYTES,
+                    &(rs_peer_unit){.unit = unit->config.unit,
+                                    .session = unit->config.session,
+                                    .sent_ns = (uint32_t)unit->peers_due_ns - draw() % 40000000U,
+                                    .held_ns = draw() % 20000000U});
+}
+
 static void fuzz_unit(uint32_t steps, bool keyed) {
   rs_section_unit* unit = calloc(1, sizeof *unit);
   const rs_section_unit_config config = {.section_unit = 3,
@@ -162,11 +175,11 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
     } else if (kind == 6U) {
       uint32_t count = draw() % 80U;
       for (unsigned b = 0; b < sizeof bytes; ++b) bytes[b] = (uint8_t)draw();
-      const rs_datagram_header header = {.kind = (uint8_t)(draw() % 7U),
+      const rs_datagram_header header = {.kind = (uint8_t)(draw() % 8U),
                                          .flags = draw() % 8U == 0U ? (uint8_t)draw()
                                                   : keyed           ? RS_DATAGRAM_KEYED
                                                                     : 0,
-                                         .unit = draw() % 4U == 0U ? (uint8_t)draw() : RS_UNIT_ALL,
+                                         .unit = draw() % 2U == 0U ? (uint8_t)(draw() % 18U) : RS_UNIT_ALL,
                                          .section_unit = 3,
                                          .session = 1U + draw() % 2U,
                                          .sequence = i - draw() % 3U,
@@ -174,6 +187,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
                                          .count = (uint16_t)count,
                                          .answering = draw() % 4U == 0U ? 0U : 9U};
       rs_datagram_header_pack(bytes, &header);
+      hostile_peer(bytes + RS_DATAGRAM_HEADER_BYTES, count, &header, unit);
       uint32_t length = RS_DATAGRAM_HEADER_BYTES + RS_DATAGRAM_RECORD_BYTES * count;
       if (keyed && length + RS_DATAGRAM_TAG_BYTES <= sizeof bytes) {
         if (draw() % 4U != 0U) plain_tag(NULL, bytes, length, bytes + length);
@@ -186,7 +200,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
     rs_section_unit_step(unit, &input, now_ns, &output);
     if (input.kind == RS_UNIT_INPUT_DATAGRAM) accepted += unit->refused == refused;
     named += unit->names.count > 0U;
-    require(output.timer_ns > unit->tick_time * 1000000U, "the timer comes");
+    require(output.timer_ns - now_ns <= RS_SEQUENCE_WINDOW * 1000000U, "the timer comes");
     require(output.datagram == NULL || output.datagram_bytes <= RS_DATAGRAM_BYTES_MAX, "datagrams fit");
     require((output.power >> config.ports) == 0U, "only ports that are there have power");
     if (output.datagram != NULL) {

@@ -10,7 +10,8 @@
 namespace robotskin::world {
 namespace {
 
-constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U;  // else: a cell wakes
+// What an event is about; else a cell wakes.
+constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U, letter_event = 0x20000000U;
 
 bool due(std::uint32_t now_us, std::uint32_t at_us) {
   return static_cast<std::int32_t>(now_us - at_us) >= 0;
@@ -66,7 +67,9 @@ void Network::step_unit(std::size_t index, const rs_unit_input& input) {
   const auto first_wire = static_cast<std::uint32_t>(RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * index);
   for (std::uint32_t p = 0; p < unit.config.ports; ++p)
     if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p]);
-  if (output.datagram != nullptr) {
+  if (output.datagram != nullptr && output.to_peers) {
+    post_to_peers(index, {output.datagram, output.datagram_bytes});
+  } else if (output.datagram != nullptr) {
     ++counts_.datagrams;
     counts_.datagram_bytes += output.datagram_bytes;
     rs_datagram_header header;
@@ -82,6 +85,20 @@ void Network::step_unit(std::size_t index, const rs_unit_input& input) {
   if (output.power != unit.power) {
     unit.power = output.power;
     supply();
+  }
+}
+
+void Network::post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram) {
+  log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 32) ^ from);
+  for (std::size_t to = 0; to < units_.size(); ++to) {
+    if (to == from || units_[to].config.section_unit != units_[from].config.section_unit) continue;
+    auto place = std::find_if(letters_.begin(), letters_.end(), [](const Letter& l) { return l.due_ns == never; });
+    if (place == letters_.end()) place = letters_.emplace(letters_.end());
+    place->due_ns = now_ns_ + ethernet_ns;
+    place->to = static_cast<std::uint32_t>(to);
+    place->bytes = static_cast<std::uint32_t>(datagram.size());
+    std::copy(datagram.begin(), datagram.end(), place->datagram.begin());
+    queue_.push(place->due_ns, letter_event | static_cast<std::uint32_t>(place - letters_.begin()));
   }
 }
 
@@ -184,6 +201,11 @@ void Network::run_until(std::int64_t end_ns) {
     if ((event.what & wire_event) != 0) {
       const std::uint32_t wire = event.what & ~wire_event;
       if (wires_[wire].end_ns == now_ns_) finish(wire);
+    } else if ((event.what & letter_event) != 0) {
+      Letter& place = letters_[event.what & ~letter_event];
+      const Letter letter = place;
+      place.due_ns = never;
+      receive(letter.to, {letter.datagram.data(), letter.bytes});
     } else if ((event.what & unit_event) != 0) {
       const std::size_t index = event.what & ~unit_event;
       Unit& unit = units_[index];

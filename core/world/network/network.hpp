@@ -97,6 +97,7 @@ class Network {
  private:
   struct Cell;
   struct Unit;
+  struct Letter;
   struct Wire;  // one direction
 
   void boot(std::size_t cell);
@@ -105,6 +106,7 @@ class Network {
   void step_unit(std::size_t unit, const rs_unit_input& input);
   void start(std::uint32_t wire, const std::uint8_t* frame);
   void finish(std::uint32_t wire);
+  void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
   void wake_cell(std::size_t cell, std::int64_t time_ns);
   void wake_unit(std::size_t unit, std::int64_t time_ns);
   const std::uint8_t* cell_key() const;
@@ -118,6 +120,7 @@ class Network {
   std::vector<Cell> cells_;
   std::vector<Unit> units_;
   std::vector<Wire> wires_;
+  std::vector<Letter> letters_;
   NetworkCounts counts_;
   std::int64_t now_ns_ = 0;
   std::uint64_t log_hash_ = 0;

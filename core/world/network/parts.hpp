@@ -10,6 +10,7 @@
 namespace robotskin::world {
 
 inline constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
+inline constexpr std::int64_t ethernet_ns = 200'000;  // between two section units
 inline constexpr double frame_us = 1e6 * double{RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE} / double{RS_LINK_BAUD};
 
 // Streams of random numbers, each of its own for a cell, wire or unit.
@@ -41,6 +42,13 @@ struct Network::Unit {
   rs_section_unit_config config{};
   std::uint16_t power = 0;
   std::int64_t due_ns = never, scheduled_ns = never;
+};
+
+// A datagram on its way between section units.
+struct Network::Letter {
+  std::int64_t due_ns = never;  // never: the place is free
+  std::uint32_t to = 0, bytes = 0;
+  std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> datagram;
 };
 
 struct Network::Wire {

@@ -1,4 +1,4 @@
-/* The wire format between section unit and host: one UDP datagram, numbers big-endian.
+/* The wire format between section unit and host, and between section units: one UDP datagram, numbers big-endian.
  *
  * header (36 bytes) | count records of 20 bytes | tag (16 bytes, only if RS_DATAGRAM_KEYED is set)
  *
@@ -45,7 +45,8 @@ enum {
   X(heartbeat, 2, "up: nothing to report; records are the unit's own status frames")          \
   X(keep_alive, 3, "down: the host listens; without it a section unit falls silent")          \
   X(inject, 4, "down: frames (command, joints) to send into the network; the unit tags them") \
-  X(power, 5, "down: a record's first byte switches its port (0: all) on (1) or off (0)")
+  X(power, 5, "down: a record's first byte switches its port (0: all) on (1) or off (0)")     \
+  X(peer, 6, "between the units of a group: time, trees, and who hears whom")
 
 #define RS_DATAGRAM_KIND_NUMBER(name, number, text) RS_DATAGRAM_KIND_##name = (number),
 typedef enum { RS_DATAGRAM_KINDS(RS_DATAGRAM_KIND_NUMBER) RS_DATAGRAM_KIND_LIMIT } rs_datagram_kind;
@@ -130,6 +131,67 @@ RS_INLINE uint32_t rs_record_port(const uint8_t* record) {
 
 RS_INLINE uint32_t rs_record_age_us(const uint8_t* record) {
   return ((uint32_t)(record[RS_CONTENT_BYTES] & 0xFU) << 8) | record[RS_CONTENT_BYTES + 1];
+}
+
+/* ---- Records of a `peer` datagram ----
+ * Its first record, of port 0, is the sender itself; the other records of port 0 are the units it hears; a record of
+ * port p is the tree there. A unit counts another one as its peer while that one says that it hears the unit's session:
+ * so links that carry one way only, and datagrams of earlier sessions, do not count. Clocks are compared by echo, as in
+ * the Network Time Protocol: half the round trip is the way. */
+enum {
+  RS_PEER_NEIGHBOURS = 14,
+  RS_PEER_STARTING = 1, /* flag: has not yet ticked long enough to lead */
+  RS_PEER_FORMING = 2   /* flag: its trees are being formed */
+};
+
+typedef struct {
+  uint8_t unit;
+  uint8_t flags;    /* of the sender itself */
+  uint32_t session; /* of that unit, as heard */
+  uint32_t sent_ns; /* that unit's own clock, low 32 bits, when its last datagram left */
+  uint32_t held_ns; /* from its arrival to this datagram; 0 for the sender itself */
+} rs_peer_unit;
+
+typedef struct {
+  uint16_t size;
+  uint8_t height;                        /* hops to the deepest cell, from the port */
+  uint8_t depth_cap;                     /* deepest hops a move may reach */
+  uint8_t neighbour[RS_PEER_NEIGHBOURS]; /* roots of trees beside it; 0: none */
+} rs_peer_tree;
+
+/* Byte positions: unit 0, flags 1, session 2, sent_ns 6, held_ns 10. */
+RS_INLINE void rs_peer_unit_pack(uint8_t* record, const rs_peer_unit* in) {
+  for (unsigned i = 0; i < RS_DATAGRAM_RECORD_BYTES; ++i) record[i] = 0;
+  record[0] = in->unit;
+  record[1] = in->flags;
+  rs_store32(record + 2, in->session);
+  rs_store32(record + 6, in->sent_ns);
+  rs_store32(record + 10, in->held_ns);
+}
+
+RS_INLINE void rs_peer_unit_unpack(rs_peer_unit* out, const uint8_t* record) {
+  out->unit = record[0];
+  out->flags = record[1];
+  out->session = rs_load32(record + 2);
+  out->sent_ns = rs_load32(record + 6);
+  out->held_ns = rs_load32(record + 10);
+}
+
+/* Byte positions: size 0, height 2, depth_cap 3, neighbour 4 to 17. */
+RS_INLINE void rs_peer_tree_pack(uint8_t* record, uint32_t port, const rs_peer_tree* in) {
+  record[0] = (uint8_t)(in->size >> 8);
+  record[1] = (uint8_t)in->size;
+  record[2] = in->height;
+  record[3] = in->depth_cap;
+  for (unsigned i = 0; i < RS_PEER_NEIGHBOURS; ++i) record[4U + i] = in->neighbour[i];
+  rs_record_arrival_pack(record, port, 0);
+}
+
+RS_INLINE void rs_peer_tree_unpack(rs_peer_tree* out, const uint8_t* record) {
+  out->size = (uint16_t)(((uint32_t)record[0] << 8) | record[1]);
+  out->height = record[2];
+  out->depth_cap = record[3];
+  for (unsigned i = 0; i < RS_PEER_NEIGHBOURS; ++i) out->neighbour[i] = record[4U + i];
 }
 
 #ifdef __cplusplus

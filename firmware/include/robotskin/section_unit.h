@@ -5,7 +5,8 @@
  * host's datagrams. The keyed hash is a hook, so that the one well-kept BLAKE2s of the host is linked, not written
  * again.
  *
- * `now_ns` is the section unit's clock; its milliseconds are the tick time, so units of one group share it. */
+ * `now_ns` is the unit's own clock. The units of a group agree on one time (peers.c); its milliseconds are the tick
+ * numbers, and the datagrams to the host carry it. */
 #ifndef ROBOTSKIN_SECTION_UNIT_H
 #define ROBOTSKIN_SECTION_UNIT_H
 
@@ -56,13 +57,15 @@ typedef struct {
 
 typedef struct {
   const uint8_t* frame[RS_SECTION_UNIT_PORTS_MAX]; /* frame to start on port p at index p - 1, or NULL; as in cell.h */
-  const uint8_t* datagram;                         /* to the host, valid until the next step; or NULL */
+  const uint8_t* datagram;                         /* valid until the next step; or NULL */
   uint32_t datagram_bytes;
+  bool to_peers;     /* the datagram goes to every other unit of the group instead of the host; any may be lost */
   uint64_t timer_ns; /* RS_UNIT_INPUT_TIMER at or after this time; it may be `now` again */
   uint16_t power;    /* bit p - 1: port p has power */
 } rs_unit_output;
 
 enum {
+  RS_UNITS_MAX = 16,                         /* in a group */
   RS_UNIT_NAMES_MAX = 4096,                  /* cells a unit can name */
   RS_UNIT_QUEUE = 64,                        /* frames waiting to go down a port */
   RS_UNIT_SILENCE_MS = 10 * RS_KEEP_ALIVE_MS /* without word from the host the unit falls silent */
@@ -99,12 +102,29 @@ typedef struct {
   uint32_t refused; /* requests without a free id */
 } rs_unit_names;
 
+/* Another unit of the group, as heard over Ethernet. */
+typedef struct {
+  uint64_t heard_ns; /* own clock, last accepted datagram */
+  uint64_t time_ns;  /* the group's time in it */
+  uint64_t ahead_ns; /* its time minus the own clock, modulo 2^64 */
+  uint32_t session, sequence;
+  uint32_t sent_ns;       /* its clock in that datagram, to be echoed */
+  uint32_t round_trip_ns; /* of the exchanges that count */
+  uint8_t flags;
+  bool heard;  /* the fields above are valid */
+  bool mutual; /* it hears this unit too */
+  bool timed;  /* ahead_ns is valid */
+} rs_unit_peer;
+
 typedef struct {
   rs_section_unit_config config;
   rs_chaskey_key key;
   rs_unit_port port[RS_SECTION_UNIT_PORTS_MAX];
   rs_unit_names names;
   uint64_t tick_time; /* milliseconds; number of the last tick */
+  uint64_t ahead_ns;  /* the group's time minus the own clock, modulo 2^64 */
+  uint64_t booted_ns; /* own clock */
+  uint64_t leapt_ns;  /* own clock: the group's time was last set by a leap */
   uint64_t heartbeat_ns;
   uint16_t power;
 
@@ -115,6 +135,11 @@ typedef struct {
   uint32_t refused;         /* datagrams */
   uint16_t command_counter; /* last one flooded */
   bool host_heard;
+
+  /* The other units of the group, by number */
+  rs_unit_peer peer[RS_UNITS_MAX];
+  uint64_t peers_due_ns; /* own clock: next datagram to them */
+  uint32_t peers_sequence;
 
   /* Records that wait for a datagram */
   uint64_t arrival_ns[RS_DATAGRAM_RECORDS_MAX];

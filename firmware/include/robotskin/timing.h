@@ -22,6 +22,12 @@ enum {
   RS_FLAP_FORGET_US = 1000000, /* a link that held so long starts anew */
   RS_STATUS_US = 4000,         /* to the parent, at least so often */
   RS_STATUS_PAUSE_US = 300,    /* and at most so often */
+  RS_PEER_US = 4000,           /* between two datagrams to the other units of a group */
+  RS_PEER_SILENCE_US = 30000,  /* without one, a unit counts no more */
+  RS_PEER_STARTING_US = 3000,  /* a unit that ticks for less takes the group's time, and none takes its */
+  RS_PEER_TOGETHER_US = 16000, /* units apart by less are pulled together gently, others leap */
+  RS_PEER_PULL_US = 50,        /* by so much a tick */
+  RS_PEER_LEAP_MS = 30000,     /* longest leap: half the tick numbers are newer */
   RS_TOPOLOGY_US = 1000000,
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
   RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */

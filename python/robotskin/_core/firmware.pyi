@@ -251,6 +251,10 @@ class SectionUnitOutput:
         """to the host, or None"""
 
     @property
+    def to_peers(self) -> bytes | None:
+        """a datagram to every other unit of the group, or None"""
+
+    @property
     def timer_ns(self) -> int: ...
     @property
     def power(self) -> int:
