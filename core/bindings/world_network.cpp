@@ -125,8 +125,9 @@ void bind_network(nb::module_& module) {
       throw std::out_of_range("cell " + std::to_string(cell) + " port " + std::to_string(port) + ": there are " +
                               std::to_string(self.cell_count()) + " cells of 4 ports");
   };
-  nb::class_<Network>(module, "Network", "Cells, wires and section units in virtual time.")
-      .def_prop_ro("cell_count", &Network::cell_count)
+  nb::class_<Network> network(module, "Network", "Cells, wires and section units in virtual time.");
+  bind_world_survey(network);
+  network.def_prop_ro("cell_count", &Network::cell_count)
       .def_prop_ro("unit_count", &Network::unit_count)
       .def_prop_ro("counts", [](const Network& self) { return self.counts(); })
       .def_prop_ro("frames_dropped", &Network::frames_dropped, "by full queues of cells and section units")

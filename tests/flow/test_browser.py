@@ -1,4 +1,4 @@
-"""The demo as a person meets it: the page in a browser, a push with the mouse, and an arm that gives way."""
+"""The pages as a person meets them, in a browser: an arm gives way to a push, a network heals around a dead cell."""
 
 import os
 import re
@@ -47,9 +47,20 @@ def free_port() -> int:
 
 @pytest.fixture
 def demo(seed: int, tmp_path: Path) -> Iterator[str]:
-    """A running `robotskin demo`; gives its address and demands that it ends well when interrupted."""
-    output = tmp_path / "demo.txt"
-    command = [sys.executable, "-c", "from robotskin.cli.main import app; app()", "demo"]
+    """The address of a running `robotskin demo`."""
+    yield from running("demo", seed, tmp_path)
+
+
+@pytest.fixture
+def view(seed: int, tmp_path: Path) -> Iterator[str]:
+    """The address of a running `robotskin view`."""
+    yield from running("view", seed, tmp_path)
+
+
+def running(verb: str, seed: int, tmp_path: Path) -> Iterator[str]:
+    """A running page of the UR5; gives its address and demands that it ends well when interrupted."""
+    output = tmp_path / f"{verb}.txt"
+    command = [sys.executable, "-c", "from robotskin.cli.main import app; app()", verb]
     with output.open("w") as sink:
         process = subprocess.Popen(
             [*command, "--port", str(free_port()), "--seed", str(seed)],
@@ -58,7 +69,7 @@ def demo(seed: int, tmp_path: Path) -> Iterator[str]:
             env={**os.environ, "COLUMNS": "200", "PYTHONUNBUFFERED": "1"},
         )
     try:
-        yield wait_for(lambda: address_in(output.read_text(), process), "the demo prints no address")
+        yield wait_for(lambda: address_in(output.read_text(), process), f"{verb} prints no address")
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=60) == 0, output.read_text()
     finally:
@@ -68,7 +79,7 @@ def demo(seed: int, tmp_path: Path) -> Iterator[str]:
 
 
 def address_in(text: str, process: subprocess.Popen[bytes]) -> str | None:
-    assert process.poll() is None, f"the demo ended: {text}"
+    assert process.poll() is None, f"the page ended: {text}"
     match = re.search(r"http://127\.0\.0\.1:\d+", text)
     return match.group() if match else None
 
@@ -87,10 +98,10 @@ def joint_positions(page: "sync_api.Page") -> np.ndarray:
     return np.array([float(number) for number in text.split()])
 
 
-def place_to_click(page: "sync_api.Page") -> tuple[float, float, int]:
+def place_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, float, int]:
     """Where on the screen the forearm's cell that faces the camera best is, and which cell that is."""
     robot, skin = robots.load("ur5"), layout.finished("ur5")
-    poses = robot.base_from_link(joint_positions(page))
+    poses = robot.base_from_link(posture)
     bounds = {robot.link_index(link): robot.link_mesh(link, "visual").bounds for link in robot.links_with("visual")}
     camera = Camera.around(body_corners(bounds, poses))
     base_from_cell = poses[[robot.link_index(skin.links[link]) for link in skin.link]] @ skin.link_from_cell
@@ -113,7 +124,7 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     before = joint_positions(page)
 
     page.get_by_label("Until released").check()
-    x, y, cell = place_to_click(page)
+    x, y, cell = place_to_click(page, joint_positions(page))
     assert np.abs(joint_positions(page) - before).max() < 0.002, "the arm moves although nobody touches it"
     page.mouse.click(x, y)
     page.get_by_text("Cell", exact=True).click()
@@ -134,4 +145,26 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     page.get_by_role("option", name=other, exact=True).click()
     wait_for(lambda: state.get_attribute("data-interface") == other, f"the interface does not become {other}")
     assert page.locator("[data-controller]").first.get_attribute("data-controller") == "running"
+    page.close()
+
+
+@pytest.mark.timeout(600)
+def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.Browser", view: str) -> None:
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(PATIENCE_S * 1e3)
+    page.goto(view)
+    state = page.locator("[data-loads]").first
+
+    def loads() -> list[int]:
+        return [int(number) for number in state.get_attribute("data-loads", timeout=PATIENCE_S * 1e3).split()]
+
+    cells = len(layout.finished("ur5"))
+    wait_for(lambda: sum(loads()) == cells, "not every cell finds a path")
+    page.get_by_role("combobox", name="A click on a cell").click()
+    page.get_by_role("option", name="kills or starts a cell", exact=True).click()
+    x, y, cell = place_to_click(page, robots.load("ur5").neutral)
+    page.mouse.click(x, y)
+    wait_for(lambda: sum(loads()) == cells - 1 and state.get_attribute("data-stranded") == "0", f"cell {cell} lives on")
+    page.get_by_role("button", name="Mend everything").click()
+    wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
     page.close()

@@ -321,6 +321,11 @@ class NetworkCounts:
 class Network:
     """Cells, wires and section units in virtual time."""
 
+    def survey(self) -> dict:
+        """
+        A row for every cell, as it is now: `alive` (1: has power and runs), `parent_port` (0: none), `hops` (255: no path), `parent_changes` since its boot, and `damaged` (N, 4), frames with a wrong checksum at each port.
+        """
+
     @property
     def cell_count(self) -> int: ...
     @property

@@ -12,13 +12,18 @@ import numpy as np
 
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
+from robotskin.apps.network_watch import NetworkWatch
 from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, Session, SessionError
+from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import UnknownNameError
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Touch
 
 SNAPSHOT_PERIODS = 16
 """Control periods between two snapshots: some sixty a second."""
+
+NETWORK_PERIODS = 4
+"""Control periods between two looks at the network, whose repairs take some five milliseconds."""
 
 RATE_WINDOW_S = 0.5
 PERIODS_BEHIND = 200
@@ -39,6 +44,8 @@ class LiveSession:
         self.title = f"{session.robot.name}, {len(session.layout)} cells"
         self.failure: BaseException | None = None
         self._requests: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+        world = session.world
+        self.network = SessionNetwork(NetworkWatch(world.network, session.layout, lambda: world.time_s), self._ask)
         self._touch: Touch | None = None
         self._touch_until_s: float | None = None
         self._restart = False
@@ -152,6 +159,8 @@ class LiveSession:
             self._obey()
             self.session.step()
             period += 1
+            if period % NETWORK_PERIODS == 0:
+                self.network.look()
             if period % SNAPSHOT_PERIODS == 0:
                 self._measure_rates()
                 self._snapshot = self._take()

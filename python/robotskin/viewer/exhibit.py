@@ -1,29 +1,39 @@
-"""A page without a session: a robot in its skin, to turn around, to bend, and to see how it is laid and wired."""
+"""A page without a session: a robot in its skin, to turn around and bend, and its network, to see alive and to cut."""
+
+import threading
+from collections.abc import Callable
 
 import numpy as np
 import viser
 
+from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.viewer.cell_card import place_rows
 from robotskin.viewer.colours import category_colours
 from robotskin.viewer.legend import PADDING, legend
 from robotskin.viewer.network import wired_tree
+from robotskin.viewer.network_panel import LEGEND, NetworkPanel
+from robotskin.viewer.network_scene import NetworkScene, cell_colours
+from robotskin.viewer.network_view import NetworkView
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.server import address, close_server, open_server
 from robotskin.viewer.session_view import Floats
 
-MODALITIES = ("patch", "network")
+PATCH, NETWORK = "patch", "network"
+FRAMES_PER_S = 30
+FRAMES_PER_READOUT = 4
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see how it is wired.</div>'
 
 
 class Exhibit:
     """Serves a robot of n joints in the skin `layout` at `address` until `close`.
 
-    `port` is the first one tried; where it is taken the next free one is used, so read `address`.
+    `port` is the first one tried; where it is taken the next free one is used, so read `address`. With a living
+    `network` its trees are drawn as they grow, and clicks cut wires and kill cells; without, the wired tree is drawn.
     """
 
-    def __init__(self, robot: Robot, layout: Layout, port: int = 8080) -> None:
+    def __init__(self, robot: Robot, layout: Layout, port: int = 8080, network: NetworkView | None = None) -> None:
         self.robot = robot
         self.layout = layout
         self.posture = robot.neutral.copy()
@@ -31,20 +41,31 @@ class Exhibit:
         self.address = address(self.server)
         self._cable, parent = wired_tree(layout)
         self.scene = Scene(self.server, robot, layout, self.posture)
-        self.scene.draw_tree(parent)
-        self.scene.on_cell_click = self._show_cell
+        self.scene.on_cell_click = self._click
+        self.network = network
+        self.wires: NetworkScene | None = None
+        if network is None:
+            self.scene.draw_tree(parent)
+        else:
+            self.wires = NetworkScene(self.scene, layout)
+            self.wires.on_wire_click = lambda cell, port: self.command(lambda: network.toggle_link(cell, port))
         gui = self.server.gui
         with gui.add_folder("Colour"):
-            self.modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="patch")
+            shown = PATCH if network is None else NETWORK
+            self.modality = gui.add_dropdown("Cells by", (PATCH, NETWORK), initial_value=shown)
             self._cables = gui.add_checkbox("Cables", False, visible=bool(layout.cables))
             self._legend = gui.add_html("")
+        self.panel = None if network is None else NetworkPanel(self.server, layout, network, self.command)
         with gui.add_folder("Cell"):
             self.card = gui.add_html(NOTHING_CHOSEN)
-        with gui.add_folder("Posture"):
+        with gui.add_folder("Posture", expand_by_default=network is None):
             self._joints = [self._joint_slider(joint) for joint in range(robot.joint_count)]
         self.modality.on_update(lambda _: self.show())
         self._cables.on_update(lambda _: self.show())
         self.show()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="exhibit", daemon=True)
+        self._thread.start()
 
     def __enter__(self) -> "Exhibit":
         return self
@@ -53,21 +74,63 @@ class Exhibit:
         self.close()
 
     def close(self) -> None:
-        """Stop serving."""
+        """Stop serving; the network goes on."""
+        self._closing.set()
+        self._thread.join()
         close_server(self.server)
+
+    def command(self, action: Callable[[], None]) -> None:
+        """Ask the network for something; what it refuses appears as a notice in every browser."""
+        try:
+            action()
+        except RobotskinError as error:
+            for client in self.server.get_clients().values():
+                client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
 
     def show(self) -> None:
         """Draw the skin in the chosen colours."""
         modality = self.modality.value
-        self._legend.content = legend(modality, self.layout, self._cable)
-        self.scene.colour(category_colours(self.layout.patch if modality == "patch" else self._cable))
-        self.scene.show_tree(modality == "network")
+        living = modality == NETWORK and self.wires is not None
+        self._legend.content = LEGEND if living else legend(modality, self.layout, self._cable)
+        if living:
+            self.draw_network()
+        else:
+            self.scene.colour(category_colours(self.layout.patch if modality == PATCH else self._cable))
+        if self.wires is not None:
+            self.wires.show(living)
+        if self.panel is not None:
+            self.panel.show(living)
+        self.scene.show_tree(modality == NETWORK)
         self.scene.show_cables(self._cables.value)
+
+    def draw_network(self, readout: bool = True) -> None:
+        """Draw the network's latest moment; `readout`: its numbers too."""
+        if self.network is None or self.wires is None or self.panel is None:
+            return
+        reading = self.network.reading()
+        with self.server.atomic():
+            self.scene.colour(cell_colours(reading))
+            self.wires.update(reading)
+            if readout:
+                self.panel.update(reading)
+
+    def _run(self) -> None:
+        frame = 0
+        while self.network is not None and not self._closing.wait(1 / FRAMES_PER_S):
+            if self.server.get_clients() and self.modality.value == NETWORK:
+                self.draw_network(readout=frame % FRAMES_PER_READOUT == 0)
+                frame += 1
 
     def bend(self, posture: Floats) -> None:
         """Take a posture (n,), rad or m."""
         self.posture = np.array(posture, dtype=float)
         self.scene.move(self.posture)
+
+    def _click(self, cell: int) -> None:
+        self._show_cell(cell)
+        network = self.network
+        if network is not None and self.panel is not None and self.panel.kills:
+            self.command(lambda: network.toggle_cell(cell))
 
     def _show_cell(self, cell: int) -> None:
         self.scene.mark(cell, None)

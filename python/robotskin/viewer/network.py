@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from robotskin.layout import Layout
+from robotskin.viewer.network_view import NO_PATH, Flags
 from robotskin.viewer.session_view import Integers
 
 
@@ -56,3 +57,47 @@ def follow(parent: Integers, layout: Layout) -> Integers:
     for index, place in enumerate(layout.section_unit_ports):
         cable_at[place.cell] = index
     return np.where(np.asarray(parent)[end] < 0, cable_at[end], -1)
+
+
+def follow_ports(parent_port: Integers, alive: Flags, cut: Flags, layout: Layout) -> Integers:
+    """(N,) the cable at the end of each living cell's way over wires that work, `NO_PATH` where it ends at none.
+
+    Args:
+        parent_port: (N,) the port to each cell's parent, 1 to 4; 0 while it has none.
+        alive: (N,); cut: (N, 4) wires that carry nothing.
+    """
+    cells = np.arange(len(layout))
+    port = np.asarray(parent_port, dtype=int) - 1
+    works = alive & (port >= 0) & ~cut[cells, port]
+    parent = np.where(works, layout.neighbours[cells, port, 0], -1)
+    cable_at = np.full((len(layout), 4), NO_PATH)
+    for index, place in enumerate(layout.section_unit_ports):
+        cable_at[place.cell, place.cell_port - 1] = index
+    parent = np.where((parent >= 0) & alive[parent], parent, -1)
+    end = np.where(parent >= 0, parent, cells)
+    for _ in range(len(cells).bit_length()):
+        end = end[end]
+    plugged = np.where(works, cable_at[cells, port], NO_PATH)
+    return np.where(parent[end] < 0, plugged[end], NO_PATH)
+
+
+def fair_shares(alive: Flags, cut: Flags, layout: Layout) -> Integers:
+    """(P,) cells each cable would carry if those that share a piece of skin shared its cells equally, rounded up.
+
+    A piece is what wires that work hold together; a cable that is cut, or ends at a dead cell, has no share.
+
+    Args:
+        alive: (N,); cut: (N, 4) wires that carry nothing.
+    """
+    count = len(layout)
+    edges = layout.edges()
+    works = alive[edges[:, 0]] & alive[edges[:, 2]] & ~cut[edges[:, 0], edges[:, 1]] & ~cut[edges[:, 2], edges[:, 3]]
+    ends = edges[works]
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 2])), shape=(count, count))
+    pieces, piece = connected_components(graph, directed=False)
+    size = np.bincount(piece[alive], minlength=pieces)
+    cell = np.array([place.cell for place in layout.section_unit_ports], dtype=int)
+    port = np.array([place.cell_port - 1 for place in layout.section_unit_ports], dtype=int)
+    plugged = alive[cell] & ~cut[cell, port]
+    cables = np.bincount(piece[cell[plugged]], minlength=pieces)
+    return np.where(plugged, -(-size[piece[cell]] // np.maximum(cables[piece[cell]], 1)), 0)

@@ -15,6 +15,9 @@ from robotskin.errors import RobotskinError
 from robotskin.viewer.colours import cell_colours
 from robotskin.viewer.controls import APPROACH, PUSH, Controls
 from robotskin.viewer.network import follow, wired_tree
+from robotskin.viewer.network_panel import NetworkPanel
+from robotskin.viewer.network_scene import NetworkScene
+from robotskin.viewer.network_scene import cell_colours as network_colours
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.server import address, close_server, open_server
@@ -43,6 +46,7 @@ class Page:
         self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
         self._cable, self._parent = wired_tree(session.layout)
         self.controls = Controls(self.server, session, self._cable, self.command)
+        self.wires, self.panel = self._network_parts()
         self.readouts = Readouts(self.server, session.robot, session.layout)
         self.scene.draw_tree(self._parent)
         self.scene.on_cell_click = self._click
@@ -77,9 +81,23 @@ class Page:
             for client in self.server.get_clients().values():
                 client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
 
+    def _network_parts(self) -> tuple[NetworkScene | None, NetworkPanel | None]:
+        network = self.session.network
+        if network is None:
+            return None, None
+        wires = NetworkScene(self.scene, self.session.layout)
+        wires.show(False)
+        wires.on_wire_click = lambda cell, port: self.command(lambda: network.toggle_link(cell, port))
+        panel = NetworkPanel(self.server, self.session.layout, network, self.command)
+        panel.show(False)
+        return wires, panel
+
     def _click(self, cell: int) -> None:
         self.chosen = cell
-        if self.controls.tool == PUSH:
+        network = self.session.network
+        if network is not None and self.panel is not None and self.panel.kills and self.controls.modality == "network":
+            self.command(lambda: network.toggle_cell(cell))
+        elif self.controls.tool == PUSH:
             force, duration = float(self.controls.force.value), self.controls.duration_s
             self.command(lambda: self.session.push(cell, force, duration))
         elif self.controls.tool == APPROACH:
@@ -133,7 +151,7 @@ class Page:
             snapshot = replace(snapshot, skin=replace(snapshot.skin, health=stale))
         with self.server.atomic():
             self.scene.move(snapshot.joint_position)
-            self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
+            self._colour(snapshot)
             self.scene.mark(self.chosen, snapshot.touch)
             self.scene.show_hands(snapshot.hands)
             self._follow_network(snapshot)
@@ -145,6 +163,17 @@ class Page:
                 self.readouts.update_plots()
         self._drawn += 1
 
+    def _colour(self, snapshot: Snapshot) -> None:
+        network = self.session.network
+        if self.controls.modality != "network" or network is None or self.wires is None or self.panel is None:
+            self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
+            return
+        reading = network.reading()
+        self.scene.colour(network_colours(reading))
+        self.wires.update(reading)
+        if self._drawn % FRAMES_PER_READOUT == 0:
+            self.panel.update(reading)
+
     def _follow_network(self, snapshot: Snapshot) -> None:
         """Take over the tree that the cells have grown, where it is known and has changed."""
         if snapshot.parent is not None and not np.array_equal(snapshot.parent, self._parent):
@@ -152,7 +181,11 @@ class Page:
             self._cable = follow(self._parent, self.session.layout)
             self.scene.draw_tree(self._parent)
             self.controls.show_legend(self._cable)
-        self.scene.show_tree(self.controls.modality == "network")
+        shown = self.controls.modality == "network"
+        self.scene.show_tree(shown and self.wires is None)
+        if self.wires is not None and self.panel is not None:
+            self.wires.show(shown)
+            self.panel.show(shown)
         self.scene.show_cables(self.controls.cables)
 
     def _remember(self, snapshot: Snapshot) -> None:

@@ -6,13 +6,16 @@ The page knows no world, driver or controller: a simulated arm, a replayed log a
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
 from robotskin.layout import Layout
+
+if TYPE_CHECKING:
+    from robotskin.viewer.network_view import NetworkView
 
 Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
@@ -135,6 +138,10 @@ class SessionView(Protocol):
     @property
     def title(self) -> str:
         """What the page is called."""
+
+    @property
+    def network(self) -> "NetworkView | None":
+        """The cells' network, where it can be seen and meddled with."""
 
     def snapshot(self) -> Snapshot:
         """The latest moment."""

@@ -85,6 +85,7 @@ class StandInSession:
     """Obeys at once; remembers in `calls` what it was asked for."""
 
     title = "stand-in"
+    network = None
 
     def __init__(self) -> None:
         self.robot = StandInRobot()

@@ -1,0 +1,80 @@
+"""Laws of a living network: it heals around what is cut, says so, and refuses what does not exist."""
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from robotskin.apps.live_network import LiveNetwork
+from robotskin.apps.network_watch import NetworkError
+from robotskin.layout import finished
+from robotskin.viewer.network import fair_shares
+from robotskin.viewer.network_view import NO_PATH, NetworkReading
+
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def network(seed: int) -> Iterator[LiveNetwork]:
+    with LiveNetwork(finished("ur5"), seed, pace=1.0) as network:
+        wait_for(network, lambda reading: reading.time_s > 0.02 and not reading.stranded)
+        yield network
+
+
+def wait_for(network: LiveNetwork, is_so: Callable[[NetworkReading], bool]) -> NetworkReading:
+    deadline = time.monotonic() + PATIENCE_S
+    while not is_so(reading := network.reading()):
+        assert network.failure is None
+        assert time.monotonic() < deadline, reading.news
+        time.sleep(0.01)
+    return reading
+
+
+def trunk(reading: NetworkReading, network: LiveNetwork) -> int:
+    """A cell with children and another way: one hop from its section unit, on a piece of skin with several cables."""
+    load = reading.load(len(network.layout.section_unit_ports))
+    shares = fair_shares(reading.alive, reading.cut, network.layout)
+    shared = [index for index, share in enumerate(shares) if np.count_nonzero(shares == share) > 1]
+    cable = max(shared, key=lambda index: load[index])
+    return int(np.flatnonzero((reading.cable == cable) & (reading.hops == 2))[0])
+
+
+def test_every_cell_has_a_path_that_ends_at_its_cable(network: LiveNetwork) -> None:
+    reading = network.reading()
+    assert np.all(reading.cable >= 0)
+    assert reading.load(len(network.layout.section_unit_ports)).sum() == len(network.layout)
+    assert "whole" in reading.news
+
+
+def test_the_skin_heals_around_a_cut_wire_and_a_dead_cell(network: LiveNetwork) -> None:
+    before = network.reading()
+    cell = trunk(before, network)
+    port = int(before.parent_port[cell])
+    network.toggle_link(cell, port)
+    healed = wait_for(network, lambda reading: bool(reading.cut[cell, port - 1]) and "whole" in reading.news)
+    assert healed.parent_port[cell] != port
+    assert np.all(healed.cable >= 0)
+    assert healed.moved_s[cell] > before.time_s
+
+    network.toggle_cell(cell)
+    dead = wait_for(network, lambda reading: not reading.alive[cell] and not reading.stranded)
+    assert dead.cable[cell] == NO_PATH
+    network.mend()
+    wait_for(network, lambda reading: bool(reading.alive[cell]) and not reading.cut.any() and not reading.stranded)
+
+
+def test_a_paused_network_stands_still(network: LiveNetwork) -> None:
+    network.set_pace(0.0)
+    time_s = wait_for(network, lambda reading: reading is network.reading()).time_s
+    time.sleep(0.2)
+    assert network.reading().time_s - time_s < 0.02
+
+
+def test_what_does_not_exist_is_refused(network: LiveNetwork) -> None:
+    with pytest.raises(NetworkError, match="cells 0 to 259"):
+        network.toggle_cell(260)
+    with pytest.raises(NetworkError, match="ports 1 to 4"):
+        network.toggle_link(3, 5)
+    with pytest.raises(NetworkError, match="from 0"):
+        network.set_pace(2.0)
