@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.link_motion import link_motions
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
 
 Array = NDArray[np.float64]
@@ -68,31 +67,15 @@ def swing_readings(
         imperfections: noise and quantisation step.
         rate_hz: of the samples.
     """
-    model, data = robot.model, robot.model.createData()
     time_s = np.arange(0.0, swing.duration_s, 1.0 / rate_hz)
-    posture = swing.posture(time_s)
-    rate = np.zeros_like(posture)
-    rate[:, swing.joint] = swing.displacement(time_s, 1)
-    acceleration = np.zeros_like(posture)
-    acceleration[:, swing.joint] = swing.displacement(time_s, 2)
-    used = np.unique(link)
-    frames = [model.getBodyId(robot.link_names[index]) for index in used]
-    slot = np.searchsorted(used, link)
+    names = [robot.link_names[index] for index in np.unique(link)]
+    motions = link_motions(robot, names, swing, time_s)
     felt = np.empty((len(link), len(time_s), 3))
-    place = link_from_cell[:, :3, 3]
-    up = np.array([0.0, 0.0, GRAVITY_MPS2])
-    for instant in range(len(time_s)):
-        pinocchio.forwardKinematics(model, data, posture[instant], rate[instant], acceleration[instant])
-        linear, angular, turning = (np.empty((len(used), 3)) for _ in range(3))
-        for number, frame in enumerate(frames):
-            placement = pinocchio.updateFramePlacement(model, data, frame)
-            motion = pinocchio.getFrameClassicalAcceleration(model, data, frame, pinocchio.LOCAL)
-            linear[number] = motion.linear + placement.rotation.T @ up
-            angular[number] = motion.angular
-            turning[number] = pinocchio.getFrameVelocity(model, data, frame, pinocchio.LOCAL).angular
-        spin = turning[slot]
-        at_cell = linear[slot] + np.cross(angular[slot], place) + np.cross(spin, np.cross(spin, place))
-        felt[:, instant] = np.einsum("nji,nj->ni", link_from_cell[:, :3, :3], at_cell)
+    for name, motion in motions.items():
+        there = link == robot.link_index(name)
+        place, rotation = link_from_cell[there, :3, 3], link_from_cell[there, :3, :3]
+        at_cell = motion.specific_force + np.einsum("mij,nj->nmi", motion.tidal(), place)
+        felt[there] = at_cell @ rotation
     felt = felt * faults.scale[:, None] + faults.offset[:, None]
     felt += random.standard_normal(felt.shape) * imperfections.noise_mps2
     return MotionRecording(swing, time_s, np.round(felt / imperfections.step_mps2) * imperfections.step_mps2)

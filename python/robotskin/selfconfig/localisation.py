@@ -1,0 +1,204 @@
+"""Where a patch sits on its robot, and what about it cannot be known: the result of every way of localising."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+from scipy import optimize
+from scipy.spatial.transform import Rotation
+
+from robotskin.errors import RobotskinError
+from robotskin.robots import Robot
+
+Array = NDArray[np.float64]
+
+LEVER_M = 0.1
+"""Length at which a turn counts as much as a shift when the two are compared."""
+
+
+class LocalisationError(RobotskinError):
+    """A patch that cannot be placed; says of which data there is too little or what contradicts."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpenDirection:
+    """One way in which a patch could be moved on its link without any reading changing.
+
+    name: in words; direction: (6,) a unit motion (w rad, d m / LEVER_M), as `Localisation.covariance` counts them.
+    """
+
+    name: str
+    direction: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Localisation:
+    """A patch placed on a link.
+
+    link: its name; link_from_patch: (4, 4) metres, pose of the patch's root cell.
+    covariance: (6, 6) of an error (w, d): true rotation = R exp(w), w in the root cell's frame, rad; true position =
+        p + d, in the link's frame, m. What is open has infinite variance.
+    open: what the data leaves open, by name; empty where everything is known.
+    same_link: other links that move as one with `link`.
+    used: (n,) rows of the cells whose data went in, a mask over the patch's cells; the others gave none, or such as no
+        place of the patch explains.
+    misfit: root mean square of the residuals over their stated deviation; 1 where all is as modelled.
+    """
+
+    link: str
+    link_from_patch: Array
+    covariance: Array
+    open: tuple[OpenDirection, ...]
+    same_link: tuple[str, ...]
+    used: NDArray[np.bool_]
+    misfit: float
+
+    def deviation(self) -> tuple[float, float]:
+        """Root of the summed variances of rotation, rad, and of position, m; infinite where something is open."""
+        variance = np.diag(self.covariance)
+        return float(np.sqrt(variance[:3].sum())), float(np.sqrt(variance[3:].sum()))
+
+    def aligned_errors(self, true_link_from_patch: Array) -> tuple[float, float]:
+        """Rotation error, rad, and position error, m, against a true pose (4, 4), less what is open.
+
+        The open motions are undone as far as they bring the estimate to the truth: nobody can know them.
+        """
+        scale = np.repeat([1.0, LEVER_M], 3)
+
+        def error(amounts: Array) -> Array:
+            pose = self.link_from_patch
+            for part, amount in zip(self.open, amounts, strict=True):
+                pose = _screwed(pose, part.direction, amount, self.link_from_patch)
+            return pose_error(pose, true_link_from_patch)
+
+        best = error(np.zeros(len(self.open)))
+        # A turn may be off by any angle, so several are tried; a slide needs one start.
+        turns = [np.arange(8) * np.pi / 4 if np.linalg.norm(part.direction[:3]) > 0.1 else [0.0] for part in self.open]
+        for start in itertools.product(*turns) if self.open else ():
+            found = optimize.least_squares(lambda amounts: error(amounts) / scale, np.array(start))
+            if np.linalg.norm(found.fun) < np.linalg.norm(best / scale):
+                best = found.fun * scale
+        return float(np.linalg.norm(best[:3])), float(np.linalg.norm(best[3:]))
+
+
+def pose_error(estimated: Array, true: Array) -> Array:
+    """(6,) the (w, d) that carries an estimated pose (4, 4) to the true one; see `Localisation.covariance`."""
+    turn = Rotation.from_matrix(estimated[:3, :3].T @ true[:3, :3]).as_rotvec()
+    return np.concatenate([turn, true[:3, 3] - estimated[:3, 3]])
+
+
+def moved(pose: Array, motion: Array) -> Array:
+    """(4, 4) a pose after a motion (w, d), (6,)."""
+    result = pose.copy()
+    result[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(motion[:3]).as_matrix()
+    result[:3, 3] += motion[3:]
+    return result
+
+
+def covariance_of(
+    information: Array, robot: Robot, link: str, pose: Array, common: Array | None = None, limit_rad: float = 0.2
+) -> tuple[Array, tuple[OpenDirection, ...]]:
+    """Covariance with infinite variance along what is open, and the names of what is open.
+
+    Args:
+        information: (6, 6) inverse covariance of (w, d).
+        robot: that carries the link.
+        link: its name.
+        pose: (4, 4) link_from_patch.
+        common: (6, 6) covariance added to what is observed.
+        limit_rad: a direction with a larger standard deviation than this is open (shifts count by LEVER_M).
+    """
+    scale = np.repeat([1.0, LEVER_M], 3)
+    value, vector = np.linalg.eigh(information * scale[:, None] * scale)
+    closed = value > limit_rad**-2
+    basis = vector[:, closed]
+    covariance = basis / value[closed] @ basis.T
+    if common is not None:
+        # An error along an open direction is none: nobody could tell it.
+        project = basis @ basis.T
+        covariance = covariance + project @ (common / scale[:, None] / scale) @ project
+    open_basis = vector[:, ~closed]
+    with np.errstate(invalid="ignore"):
+        spread = open_basis @ open_basis.T
+        infinite = np.where(np.abs(spread) > 1e-6, np.copysign(np.inf, spread), 0.0)
+    covariance = np.where(infinite == 0.0, covariance, infinite) * scale[:, None] * scale
+    return covariance, _named(open_basis, robot, link, pose)
+
+
+def _named(open_basis: Array, robot: Robot, link: str, pose: Array) -> tuple[OpenDirection, ...]:
+    """Names for the columns of a basis (6, k): turning about and sliding along the link's joint first."""
+    left = open_basis.copy()
+    found = []
+    joint = robot.core.link_joints[robot.link_index(link)]
+    if joint >= 0 and left.shape[1]:
+        axis, point = joint_axis(robot, joint, link)
+        turn = np.concatenate([pose[:3, :3].T @ axis, np.cross(axis, pose[:3, 3] - point) / LEVER_M])
+        slide = np.concatenate([np.zeros(3), axis])
+        name = robot.joint_names[joint]
+        for text, direction in ((f"angle about {name}", turn), (f"place along {name}", slide)):
+            unit = direction / np.linalg.norm(direction)
+            inside = left @ (left.T @ unit)
+            if left.shape[1] and np.linalg.norm(inside) > 0.95:
+                found.append(OpenDirection(text, unit))
+                inside /= np.linalg.norm(inside)
+                rest = left - np.outer(inside, inside @ left)
+                basis, size, _ = np.linalg.svd(rest, full_matrices=False)
+                left = basis[:, size > 0.5]
+    for direction in left.T:
+        found.append(OpenDirection(_screw_name(direction, link, pose), direction))
+    return tuple(found)
+
+
+def joint_axis(robot: Robot, joint: int, link: str) -> tuple[Array, Array]:
+    """Unit axis (3,) of a joint and a point (3,) on it, metres, in the frame of a link that the joint carries."""
+    model = robot.model
+    data = model.createData()
+    number = model.getJointId(robot.joint_names[joint])
+    column = pinocchio.computeJointJacobian(model, data, robot.neutral, number)[:, model.joints[number].idx_v]
+    pinocchio.forwardKinematics(model, data, robot.neutral)
+    frame = pinocchio.updateFramePlacement(model, data, model.getBodyId(link))
+    place = data.oMi[number]
+    # Its own column in its own frame: a joint turns (last three) or slides (first three).
+    axis = place.rotation @ (column[3:] if np.linalg.norm(column[3:]) > 0.5 else column[:3])
+    return frame.rotation.T @ axis, frame.rotation.T @ (place.translation - frame.translation)
+
+
+def _screw_name(direction: Array, link: str, pose: Array) -> str:
+    turn, shift = pose[:3, :3] @ direction[:3], direction[3:] * LEVER_M
+    if np.linalg.norm(turn) < 0.1 * np.linalg.norm(direction):
+        return f"place along {_listed(shift / np.linalg.norm(shift))} of {link}"
+    axis = turn / np.linalg.norm(turn)
+    point = pose[:3, 3] + np.cross(turn, shift) / (turn @ turn)
+    point -= axis * (axis @ point)
+    return f"angle about {_listed(axis)} of {link} through {_listed(point)} m"
+
+
+def _listed(vector: Array) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in vector + 0.0) + ")"
+
+
+def _screwed(pose: Array, direction: Array, amount: float, at: Array) -> Array:
+    """(4, 4) a pose after a screw of the link, which for a patch at `at` would begin with amount * direction."""
+    turn, shift = at[:3, :3] @ direction[:3], direction[3:] * LEVER_M
+    twist = amount * np.concatenate([shift - np.cross(turn, at[:3, 3]), turn])
+    return pinocchio.exp6(twist).homogeneous @ pose
+
+
+def segments(robot: Robot, links: Sequence[str] | None = None) -> dict[int, tuple[str, ...]]:
+    """Links by the joint that moves them (-1 for those fixed to the base); those with a surface come first.
+
+    Raises:
+        UnknownNameError: a link in `links` that the robot does not have.
+    """
+    surfaces = set(robot.links_with("collision")) | set(robot.links_with("visual"))
+    names = list(robot.link_names if links is None else links)
+    names.sort(key=lambda name: name not in surfaces)
+    found: dict[int, list[str]] = {}
+    for name in names:
+        found.setdefault(int(robot.core.link_joints[robot.link_index(name)]), []).append(name)
+    return {joint: tuple(found[joint]) for joint in sorted(found)}
