@@ -16,6 +16,9 @@ enum class PortStatus : std::uint8_t {
   disconnected,  // the robot does not answer
 };
 
+// How long a command is good for. Whoever commands may have died: a port that hears nothing for longer stops by itself.
+inline constexpr double command_life_s = 0.02;
+
 // Called from the control cycle: no function blocks, allocates or throws. After construction the robot holds still
 // until the first accepted write.
 class RobotPort {
@@ -27,7 +30,7 @@ class RobotPort {
 
   // Fills a state of joint_count() joints, which the caller has sized; its stamp tells when it was measured.
   [[nodiscard]] virtual PortStatus read(JointState& state) noexcept = 0;
-  // Holds until the next write or stop.
+  // Holds until the next write or stop, at most for command_life_s; then the robot is stopped.
   [[nodiscard]] virtual PortStatus write(const JointCommand& command) noexcept = 0;
   // Brings the robot to rest and keeps it there against gravity, whatever was commanded before.
   virtual void stop() noexcept = 0;

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "skin/calibration.hpp"
 #include "skin/proximity_curve.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {
 namespace {
 
-constexpr double standard_gravity = 9.80665;  // m/s^2, the accelerometer's unit
+using skin::standard_gravity;
 
 struct Channel {
   std::int32_t lowest, highest;

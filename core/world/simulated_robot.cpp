@@ -59,12 +59,14 @@ PortStatus SimulatedRobot::write(const JointCommand& command) noexcept {
     std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
   }
   braking_s_ = 0;
+  command_left_s_ = command_life_s;
   command_.mode = command.mode;
   std::copy(command.value.begin(), command.value.end(), command_.value.begin());
   return PortStatus::ok;
 }
 
 void SimulatedRobot::stop() noexcept {
+  command_left_s_ = -1;
   braking_s_ = brake_max_s;
   command_.mode = CommandMode::velocity;
   std::fill(command_.value.begin(), command_.value.end(), 0.0);
@@ -83,6 +85,7 @@ void SimulatedRobot::brake(const mjData& data, double step_s) noexcept {
 
 void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
   const std::size_t n = joint_count();
+  if (command_left_s_ >= 0 && (command_left_s_ -= model.opt.timestep) < 0) stop();
   if (command_.mode == CommandMode::torque) {
     for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] = command_.value[i];
   } else {

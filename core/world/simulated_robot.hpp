@@ -47,7 +47,8 @@ class SimulatedRobot : public RobotPort {
   std::vector<double> error_sum_;        // (n) integral of the position error
   std::vector<double> wanted_, torque_;  // (nv) of the whole MuJoCo model
   JointState measured_;
-  double braking_s_ = 0;  // left of the time in which a stop may brake
+  double braking_s_ = 0;        // left of the time in which a stop may brake
+  double command_left_s_ = -1;  // of the life of the last command; negative: stopped
   bool unread_ = false;
 };
 

@@ -73,7 +73,7 @@ class Scene:
             ("rim", (-2.5, 1.5, 1.8), 2.0, False),
         ):
             scene.add_light_directional(f"/light/{name}", intensity=intensity, cast_shadow=shadow, position=position)
-        scene.add_grid(
+        self._floor = scene.add_grid(
             "/floor",
             infinite_grid=True,
             cell_size=0.1,
@@ -165,7 +165,10 @@ class Scene:
             self.on_hand_drag(float(event.target.position[2]) - HANDLE_LIFT_M, event.phase == "end")
 
     def _place_camera(self) -> None:
-        camera = Camera.around(body_corners(self._bounds, self._poses))
+        corners = body_corners(self._bounds, self._poses)
+        camera = Camera.around(corners)
+        # Robots without a base to stand on are described from their hips.
+        self._floor.position = (0.0, 0.0, min(0.0, float(corners[:, 2].min())))
         initial = self.server.initial_camera
         initial.fov, initial.near = camera.field_of_view_rad, 0.01
         initial.look_at, initial.position = camera.look_at_m, camera.position_m

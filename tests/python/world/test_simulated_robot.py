@@ -34,6 +34,13 @@ def test_it_holds_still_until_told_and_gives_each_state_once(make_body):
     assert world.port.read(state) == PortStatus.no_new_state
 
 
+def drive(world, what: JointCommand, seconds: float) -> None:
+    """Command the same again and again, as a control cycle does."""
+    for _ in range(round(seconds / 0.001)):
+        assert world.port.write(what) == PortStatus.ok
+        world.step(0.001)
+
+
 def test_position_interface_reaches_its_goal(make_body, generator):
     world = make_body()
     start = world.joint_positions()
@@ -41,17 +48,16 @@ def test_position_interface_reaches_its_goal(make_body, generator):
     for k in range(1000):
         world.port.write(command(CommandMode.position, start + (goal - start) * min(k / 800, 1)))
         world.step(0.001)
-    world.step(0.3)
+    drive(world, command(CommandMode.position, goal), 0.3)
     np.testing.assert_allclose(world.joint_positions(), goal, atol=1e-3)
 
 
 def test_velocity_interface_keeps_its_speed(make_body, generator):
     world = make_body()
     speed = generator.uniform(-0.3, 0.3, 6)
-    world.port.write(command(CommandMode.velocity, speed))
-    world.step(0.3)
+    drive(world, command(CommandMode.velocity, speed), 0.3)
     before = world.joint_positions()
-    world.step(0.5)
+    drive(world, command(CommandMode.velocity, speed), 0.5)
     np.testing.assert_allclose((world.joint_positions() - before) / 0.5, speed, atol=2e-3)
 
 
@@ -63,8 +69,7 @@ def test_torque_interface_holds_with_gravity_torque_and_falls_without(make_body)
         world.port.write(command(CommandMode.torque, gravity(world, state_of(world))))
         world.step(0.001)
     np.testing.assert_allclose(world.joint_positions(), start, atol=1e-3)
-    world.port.write(command(CommandMode.torque, np.zeros(6)))
-    world.step(0.2)
+    drive(world, command(CommandMode.torque, np.zeros(6)), 0.2)
     assert np.abs(world.joint_positions() - start).max() > 0.02
     world.port.stop()
     world.step(0.5)
@@ -95,11 +100,11 @@ def test_a_stiff_arm_hardly_gives_way_to_a_push(make_body, skin, mode):
     world = make_body()
     start = world.joint_positions()
     cell = int(skin.cells_on("forearm_link")[-1])
-    world.port.write(command(mode, start if mode == CommandMode.position else np.zeros(6)))
-    world.step(0.01)
+    hold = command(mode, start if mode == CommandMode.position else np.zeros(6))
+    drive(world, hold, 0.01)
     before = world.base_from_cell(cell)[:3, 3]
     world.push(cell, 15.0)
-    world.step(2.0)
+    drive(world, hold, 2.0)
     assert world.contact_normal_force()[0] == pytest.approx(15.0, rel=0.02)
     assert np.linalg.norm(world.base_from_cell(cell)[:3, 3] - before) < 0.005
 
@@ -118,3 +123,14 @@ def test_torques_stay_within_the_limits(make_body):
     world.port.write(command(CommandMode.torque, np.full(6, 1e6)))
     world.step(0.002)
     np.testing.assert_allclose(state_of(world).effort, world.robot_model.effort_limit)
+
+
+@pytest.mark.parametrize("mode", [CommandMode.velocity, CommandMode.torque])
+def test_a_robot_that_nobody_commands_any_more_comes_to_rest(make_body, mode):
+    world = make_body()
+    drive(world, command(mode, np.full(6, 0.4) if mode == CommandMode.velocity else np.zeros(6)), 0.2)
+    assert np.abs(state_of(world).velocity).max() > 0.1
+    world.step(0.5)
+    rest = world.joint_positions()
+    world.step(0.2)
+    np.testing.assert_allclose(world.joint_positions(), rest, atol=1e-5)
