@@ -19,6 +19,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from random import Random
@@ -112,11 +113,9 @@ def free_port(network: CellNetwork, cell: int) -> int:
 @cache
 def robot(name: str) -> CellNetwork:
     """The cells of a finished layout, in one section-unit group, without cables."""
-    layout = finished(name)
-    ids = np.arange(1, len(layout) + 1, dtype=np.uint16)
-    position = np.asarray(layout.link_from_cell[:, :2, 3] / firmware.LATTICE_PITCH_M)
-    group = np.ones(len(layout), dtype=np.uint16)
-    return CellNetwork(name, layout.neighbours, (), ids, group, layout.patch, position)
+    network = CellNetwork.of_layout(finished(name))
+    ids = np.arange(1, len(network) + 1, dtype=np.uint16)
+    return replace(network, cables=(), id=ids, section_unit=np.ones(len(network), dtype=np.uint16))
 
 
 def sheet_10k(seed: int = 0) -> CellNetwork:
@@ -130,27 +129,19 @@ def sheet_10k(seed: int = 0) -> CellNetwork:
 def limbs(count: int, cells: int = 250, ports: int = 4, seed: int = 0) -> CellNetwork:
     """Cylinders of 13 around, one beside the other, each with a section-unit group and drawn cables of its own."""
     random = Random(f"limbs {count} {cells} {ports} {seed}")
-    one_links, one_position = lattice(13, cells, wrapped=True)
-    one = assemble("limb", cells, one_links, one_position)
+    links, position = lattice(13, cells, wrapped=True)
+    one = assemble("limb", cells, links, position)
     rim = np.flatnonzero(one.free_ports.any(axis=1))
+    limb = np.repeat(np.arange(count, dtype=np.int32), cells)
     neighbours = np.tile(one.neighbours, (count, 1, 1))
-    offset = np.repeat(np.arange(count) * cells, cells)
-    neighbours[:, :, 0] += np.where(neighbours[:, :, 0] >= 0, offset[:, None], 0).astype(np.int32)
-    limb = np.repeat(np.arange(count), cells)
+    neighbours[:, :, 0] += np.where(neighbours[:, :, 0] >= 0, cells * limb[:, None], 0)
     cables = tuple(
         CableEnd(number + 1, 0, port, number * cells + cell, free_port(one, cell))
         for number in range(count)
         for port, cell in enumerate(draw_cells(random, rim, ports), start=1)
     )
-    return CellNetwork(
-        "limbs",
-        neighbours,
-        cables,
-        np.tile(np.arange(1, cells + 1), count).astype(np.uint16),
-        (limb + 1).astype(np.uint16),
-        limb.astype(np.int32),
-        np.tile(one_position, (count, 1)) + np.column_stack([16.0 * (limb % 20), -24.0 * (limb // 20)]),
-    )
+    ids, group = np.tile(one.id, count), (limb + 1).astype(np.uint16)
+    return CellNetwork("limbs", neighbours, cables, ids, group, limb, limb, np.tile(one.position_m, (count, 1)))
 
 
 def digest(networks: Iterator[CellNetwork]) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from robotskin.layout.cell import LATTICE_PITCH_M
 from robotskin.layout.cell_network import CellNetwork
 
 EAST, DOWN, UP, WEST = 1, 2, 3, 4
@@ -28,7 +29,7 @@ def draw(random: Random, count: int) -> int:
 
 
 def assemble(name: str, count: int, links: Links, position: NDArray, patch: NDArray | None = None) -> CellNetwork:
-    """Cells 0 to count - 1 with ids from 1, without cables."""
+    """Cells 0 to count - 1 with ids from 1, without cables. position: (N, 2) lattice pitches, laid flat."""
     neighbours = np.full((count, 4, 2), (-1, 0), dtype=np.int32)
     for a, port_a, b, port_b in links:
         assert neighbours[a, port_a - 1, 0] < 0, f"cell {a} port {port_a} is taken"
@@ -37,7 +38,9 @@ def assemble(name: str, count: int, links: Links, position: NDArray, patch: NDAr
         neighbours[b, port_b - 1] = (a, port_a)
     patches = np.zeros(count, dtype=np.int32) if patch is None else np.asarray(patch, dtype=np.int32)
     ids = np.arange(1, count + 1, dtype=np.uint16)
-    return CellNetwork(name, neighbours, (), ids, np.ones(count, dtype=np.uint16), patches, position)
+    link, group = np.zeros(count, dtype=np.int32), np.ones(count, dtype=np.uint16)
+    position_m = np.column_stack([position, np.zeros(count)]) * LATTICE_PITCH_M
+    return CellNetwork(name, neighbours, (), ids, group, patches, link, position_m)
 
 
 def labels(count: int, links: Sequence[tuple[int, int, int, int]]) -> NDArray[np.int32]:

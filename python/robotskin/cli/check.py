@@ -1,4 +1,4 @@
-"""Name every defect of skin files, of any known format."""
+"""Name every defect of skin files, of any known format, or what their wiring can carry."""
 
 import json
 from collections import Counter
@@ -13,6 +13,7 @@ from rich.table import Table
 SHOWN_PER_KIND = 3
 
 TABLE_WIDTH = 110
+SHOWN_PARTS = 12
 
 
 def command(
@@ -25,12 +26,27 @@ def command(
         Path | None, typer.Option("--json", help="Write every defect to this file.", dir_okay=False)
     ] = None,
     strict: Annotated[bool, typer.Option(help="Exit with status 1 if there is any defect.")] = False,
+    network: Annotated[
+        bool, typer.Option("--network", help="Judge the wiring instead: rate, loads, depth, and what limits them.")
+    ] = False,
+    rate: Annotated[
+        float, typer.Option(help="With --network: frames a second that each cell shall send.", min=1)
+    ] = 250,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --network: draw trees, cut and loads into this file.", dir_okay=False)
+    ] = None,
 ) -> None:
     """Name every defect of skin files, of any known format.
 
     Reads this project's layouts, TUM skin JSON and XML, iCub taxel files and URDF with tactile sensors; the content
     tells which. A file that is none of these is a defect as well, not a failure.
+
+    With --network it names what the wiring can carry at the best, whatever the firmware does: which cables or bridges
+    limit the rate, and where one more helps most. --strict then exits with status 1 if the rate is not reached.
     """
+    if network:
+        judge_networks(files, rate, picture, json_file, strict)
+        return
     from robotskin.layout.checking import check_files
 
     console = Console()
@@ -59,4 +75,52 @@ def command(
         document: list[dict[str, Any]] = [result.as_json() for result in results]
         json_file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     if strict and any(result.defects for result in results):
+        raise typer.Exit(1)
+
+
+def judge_networks(
+    files: list[Path], rate_hz: float, picture: Path | None, json_file: Path | None, strict: bool
+) -> None:
+    """Tell what the wiring of each skin can carry."""
+    from robotskin.layout.network_limits import judge, read_networks, sentences
+    from robotskin.layout.network_limits.picture import save_picture
+
+    console = Console()
+    if console.width < TABLE_WIDTH:
+        console = Console(width=TABLE_WIDTH)
+    verdicts = []
+    for found in [network for path in files for network in read_networks(path)]:
+        with console.status(f"judging {found.source}"):
+            verdict = judge(found.network, rate_hz)
+        verdicts.append(verdict)
+        console.print(f"{found.source}", style="bold", markup=False, highlight=False)
+        for line in (*(f"Note: {remark}." for remark in found.remarks), *sentences(verdict)):
+            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
+        table = Table(title=f"{found.network.name}: the tightest of {len(verdict.parts)} connected parts")
+        for heading in ("patches", "cells", "cables", "best loads", "proven", "Hz by trees", "Hz at most", "depth"):
+            table.add_column(heading, justify="left" if heading == "patches" else "right", overflow="fold")
+        for part in verdict.parts[:SHOWN_PARTS]:
+            forest = part.forest
+            patches = part.patches[0] + (f" and {len(part.patches) - 1} more" if len(part.patches) > 1 else "")
+            depth = "-" if part.depth is None else str(part.depth)
+            if part.even_depth is not None and part.even_depth != part.depth:
+                depth += f" (even: {part.even_depth})"
+            table.add_row(
+                escape(patches),
+                str(part.cells),
+                str(part.cables),
+                " ".join(str(load) for load in sorted(forest.loads, reverse=True)) if forest else "-",
+                "yes" if forest and forest.proven else f"least {forest.bound}" if forest else "-",
+                f"{part.tree_rate_hz:.0f}",
+                f"{part.any_rate_hz:.0f}",
+                depth,
+            )
+        console.print(table)
+        if picture is not None:
+            name = picture if len(verdicts) == 1 else picture.with_stem(f"{picture.stem}_{len(verdicts)}")
+            save_picture(verdict, name)
+            console.print(f"picture: {name}", markup=False, highlight=False)
+    if json_file is not None:
+        json_file.write_text(json.dumps([verdict.as_json() for verdict in verdicts], indent=1) + "\n", encoding="utf-8")
+    if strict and any(verdict.tree_rate_hz < rate_hz for verdict in verdicts):
         raise typer.Exit(1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -44,7 +44,8 @@ class CellNetwork:
     id: (N,) uint16, kept in the cells' flash; 0 where the network shall name the cell.
     section_unit: (N,) the group that each cell's id belongs to.
     patch: (N,) index of the patch; a link between two patches is a bridge.
-    position: (N, 2) for drawings, in lattice pitches.
+    link: (N,) which rigid body a cell sits on; position_m: (N, 3) in that body's frame.
+    patch_names: of the patches, for people.
     """
 
     name: str
@@ -53,7 +54,9 @@ class CellNetwork:
     id: NDArray[np.uint16]
     section_unit: NDArray[np.uint16]
     patch: NDArray[np.int32]
-    position: NDArray[np.float64]
+    link: NDArray[np.int32]
+    position_m: NDArray[np.float64]
+    patch_names: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.neighbours)
@@ -110,7 +113,6 @@ class CellNetwork:
         for place in layout.section_unit_ports:
             unit, port = divmod(place.port - 1, firmware.SECTION_UNIT_PORTS_MAX)
             cables.append(CableEnd(place.section_unit, unit, port + 1, place.cell, place.cell_port))
-        flat = layout.link_from_cell[:, :2, 3] / firmware.LATTICE_PITCH_M
         return cls(
             layout.robot,
             layout.neighbours,
@@ -118,7 +120,9 @@ class CellNetwork:
             layout.id,
             layout.section_unit,
             layout.patch,
-            np.asarray(flat),
+            layout.link,
+            np.asarray(layout.link_from_cell[:, :3, 3]),
+            tuple(patch.name for patch in layout.patches),
         )
 
     def with_cables(self, ends: list[tuple[int, int]], units: int = 1, section_unit: int = 1) -> CellNetwork:
@@ -140,4 +144,25 @@ class CellNetwork:
         if len(ends) > units * most:
             raise LayoutError(f"{len(ends)} cables on {units} section units: each takes {most}")
         group = np.full(len(self), section_unit, dtype=np.uint16)
-        return CellNetwork(self.name, self.neighbours, tuple(cables), self.id, group, self.patch, self.position)
+        return replace(self, cables=tuple(cables), section_unit=group)
+
+    def with_cable(self, cell: int, cell_port: int) -> CellNetwork:
+        """The same with one more cable, at a free port."""
+        new = CableEnd(int(self.section_unit[cell]), 0, 0, cell, cell_port)
+        return replace(self, cables=(*self.cables, new))
+
+    def with_bridge(self, cell: int, cell_port: int, other: int, other_port: int) -> CellNetwork:
+        """The same with one more link, between two free ports."""
+        neighbours = self.neighbours.copy()
+        neighbours[cell, cell_port - 1] = other, other_port
+        neighbours[other, other_port - 1] = cell, cell_port
+        return replace(self, neighbours=neighbours)
+
+    def patch_name(self, cell: int) -> str:
+        """Of a cell's patch."""
+        number = int(self.patch[cell])
+        return self.patch_names[number] if 0 <= number < len(self.patch_names) else f"patch {number}"
+
+    def cell_name(self, cell: int) -> str:
+        """Of a cell, as a person finds it: its id, or its index where it has none."""
+        return f"cell {self.id[cell]}" if self.id[cell] else f"cell at index {cell}"

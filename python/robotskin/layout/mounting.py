@@ -12,11 +12,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from robotskin._core import firmware
-from robotskin.layout.cell import CELL_THICKNESS_M, PORTS
+from robotskin.layout.cell import CELL_THICKNESS_M
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import LayoutError, LayoutFileError
 from robotskin.layout.formats import read
 from robotskin.layout.found import FoundCell, FoundSkin
+from robotskin.layout.found_links import links_of
 from robotskin.layout.json_file import parse
 from robotskin.layout.layout import Layout, Patch, SectionUnitPort
 from robotskin.layout.places import LinkPlaces, Rules
@@ -185,21 +186,7 @@ def _layout(patches: list[RigidPatch], robot: str, link: str, source: str) -> La
     """Number, connect and wire mounted patches (their poses now in the link frame)."""
     cells = [cell for patch in patches for cell in patch.cells]
     count = len(cells)
-    index_of = {(cell.group, cell.id): index for index, cell in enumerate(cells)}
-    neighbours = np.full((count, PORTS, 2), (-1, 0), dtype=np.int32)
-    box_ports: dict[int, int] = {}
-    for index, cell in enumerate(cells):
-        for port, other in enumerate(cell.neighbours):
-            partner = index_of.get((cell.group, other))
-            if other == firmware.ID_SECTION_UNIT:
-                box_ports[index] = port + 1
-            elif partner is not None and partner != index and cell.id in cells[partner].neighbours:
-                neighbours[index, port] = partner, cells[partner].neighbours.index(cell.id) + 1
-    # An edge counts if each end names the other's port; the ends of a real plug do.
-    for index, port in np.argwhere(neighbours[:, :, 0] >= 0):
-        other, other_port = neighbours[index, port]
-        if tuple(neighbours[other, other_port - 1]) != (index, port + 1):
-            neighbours[index, port] = -1, 0
+    neighbours, box_ports = links_of(cells)
     number = np.concatenate([np.full(len(patch.cells), index) for index, patch in enumerate(patches)])
     start = np.cumsum([0, *(len(patch.cells) for patch in patches)])
     records = [Patch(patch.name, link, int(start[i] + patch.root)) for i, patch in enumerate(patches)]

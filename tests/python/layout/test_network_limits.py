@@ -1,0 +1,233 @@
+"""Laws of the limits: flow equals cut, no forest beats its bound, brute force agrees, and advice keeps its promise."""
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.bench.network_set import skins
+from robotskin.cli import main
+from robotskin.layout import LayoutFileError, finished, finished_names
+from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.network_limits import (
+    best_forest,
+    bottleneck,
+    hops_to_cables,
+    judge,
+    least_depth_of_even_loads,
+    least_fullest,
+    read_networks,
+    sentences,
+)
+from robotskin.layout.network_limits.exact import exact_forest
+from robotskin.layout.network_limits.flow import LINE_FRAMES_PER_S, carried, cut_of
+from robotskin.layout.network_limits.picture import save_picture
+
+
+@pytest.fixture
+def generator(seed: int) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def small_network(generator: np.random.Generator, cells: int, cables: int) -> CellNetwork:
+    """A connected random graph of cells with at most four ports each, and cables at drawn free ports."""
+    while True:
+        neighbours = np.full((cells, 4, 2), (-1, 0), dtype=np.int32)
+        free = [[1, 2, 3, 4] for _ in range(cells)]
+        pairs = [(int(generator.integers(cell)), cell) for cell in range(1, cells)]
+        pairs += [tuple(sorted(generator.choice(cells, 2, replace=False).tolist())) for _ in range(cells // 2)]
+        for a, b in dict.fromkeys(pairs):
+            if free[a] and free[b]:
+                port_a, port_b = free[a].pop(), free[b].pop()
+                neighbours[a, port_a - 1], neighbours[b, port_b - 1] = (b, port_b), (a, port_a)
+        network = CellNetwork(
+            "small",
+            neighbours,
+            (),
+            np.arange(1, cells + 1, dtype=np.uint16),
+            np.ones(cells, dtype=np.uint16),
+            np.zeros(cells, dtype=np.int32),
+            np.zeros(cells, dtype=np.int32),
+            np.zeros((cells, 3)),
+        )
+        open_cells = [cell for cell in range(cells) if free[cell]]
+        if network.part.max() == 0 and len(open_cells) >= cables:
+            chosen = generator.choice(open_cells, cables, replace=False)
+            return network.with_cables([(int(cell), free[cell][0]) for cell in chosen])
+
+
+def near_and_roots(network: CellNetwork) -> tuple[list[list[int]], list[int]]:
+    near = [[int(other) for other in row if other >= 0] for row in network.neighbours[:, :, 0]]
+    return near, [int(root) for root in network.roots]
+
+
+def hangs_together(near: list[list[int]], owner: list[int], root: int) -> bool:
+    tree = owner[root]
+    seen, queue = {root}, [root]
+    for cell in queue:
+        for other in near[cell]:
+            if owner[other] == tree and other not in seen:
+                seen.add(other)
+                queue.append(other)
+    return len(seen) == owner.count(tree)
+
+
+def brute_force(near: list[list[int]], roots: list[int]) -> int:
+    """Load of the fullest tree of the best forest, by trying all."""
+    best = len(near)
+    others = [cell for cell in range(len(near)) if cell not in roots]
+    owner = [0] * len(near)
+    for tree, root in enumerate(roots):
+        owner[root] = tree
+    for choice in product(range(len(roots)), repeat=len(others)):
+        for cell, tree in zip(others, choice, strict=True):
+            owner[cell] = tree
+        fullest = max(owner.count(tree) for tree in range(len(roots)))
+        if fullest < best and all(hangs_together(near, owner, root) for root in roots):
+            best = fullest
+    return best
+
+
+def test_maximum_flow_equals_minimum_cut(generator):
+    """Brute force over all sets of cells names the cut; and just that rate flows, not a frame more."""
+    for _ in range(6):
+        network = small_network(generator, 10, int(generator.integers(1, 4)))
+        cut = bottleneck(network)
+        sets = [cut_of(network, np.array(inside)) for inside in product([False, True], repeat=10) if any(inside)]
+        least = min(candidate.lines / len(candidate.cells) for candidate in sets)
+        assert cut.lines / len(cut.cells) == pytest.approx(least, abs=1e-12)
+        assert cut.rate_hz == pytest.approx(least * LINE_FRAMES_PER_S)
+        cells = np.arange(10)
+        assert carried(network, cells, cut.lines, len(cut.cells)) is None
+        assert carried(network, cells, cut.lines * 100 + 1, len(cut.cells) * 100) is not None
+
+
+def test_the_best_forest_is_what_brute_force_finds(generator):
+    for _ in range(6):
+        network = small_network(generator, 9, int(generator.integers(2, 4)))
+        near, roots = near_and_roots(network)
+        truth = brute_force(near, roots)
+        forest = best_forest(network, 0)
+        owner, bound = exact_forest(near, roots, least_fullest(near, roots), len(near))
+        assert forest.fullest == truth
+        assert forest.proven
+        assert least_fullest(near, roots) <= truth
+        assert bound == truth
+        assert max(owner.count(tree) for tree in range(len(roots))) == truth
+        assert all(hangs_together(near, owner, root) for root in roots)
+
+
+@pytest.mark.parametrize("kind", ["sheet", "cylinder", "ring_12", "ur5"])
+def test_a_forest_is_one_and_keeps_to_its_bounds(kind, seed):
+    network = skins(kind, 3, seed % 100)
+    for part in range(int(network.part.max()) + 1):
+        forest = best_forest(network, part, steps_per_cell=40)
+        near, _ = near_and_roots(network)
+        owner = [-1] * len(network)
+        for cell, tree in zip(forest.cells, forest.owner, strict=True):
+            owner[cell] = int(tree)
+        for tree, cable in enumerate(forest.cables):
+            root = int(network.roots[cable])
+            assert owner[root] == tree
+            members = [cell for cell in forest.cells if owner[cell] == tree]
+            seen, queue = {root}, [root]
+            for cell in queue:
+                new = [other for other in near[cell] if owner[other] == tree and other not in seen]
+                seen.update(new)
+                queue += new
+            assert seen == set(members)
+        assert forest.loads.sum() == len(forest.cells)
+        assert forest.fullest >= forest.bound >= -(-len(forest.cells) // len(forest.cables))
+        assert forest.fullest >= bottleneck(network, part).cells_per_line
+
+
+def test_most_compact_skins_are_even_to_the_cell(seed):
+    chosen = [(kind, (seed + k) % 100) for kind in ("sheet", "sheared_sheet") for k in range(2)]
+    forests = [best_forest(skins(kind, 3, which), 0) for kind, which in chosen]
+    assert [forest.fullest for forest in forests] == [66] * 4
+
+
+def test_a_walled_in_cable_is_known():
+    """On this skin of the set one cable's cell touches nothing but two cells before other cables' cells."""
+    near, roots = near_and_roots(skins("cylinder", 5, 2))
+    assert least_fullest(near, roots) == 82
+
+
+def test_a_depth_for_even_loads_is_no_less_than_the_least(seed):
+    for kind in ("sheet", "cylinder"):
+        network = skins(kind, 3, seed % 100)
+        hops = hops_to_cables(network)
+        depth = least_depth_of_even_loads(hops, 66)
+        assert depth >= hops.min(axis=0).max()
+        assert least_depth_of_even_loads(hops, 65) is None
+        assert least_depth_of_even_loads(hops, 198) == hops.min(axis=0).max()
+
+
+@pytest.mark.parametrize("kind", ["ring_12", "ur5"])
+def test_advice_keeps_its_promise(kind, seed):
+    """What is promised of one more cable or bridge is measured when it is there, and helps."""
+    network = skins(kind, 2, seed % 100)
+    verdict = judge(network)
+    ((cell, port),) = verdict.cable.ends
+    more = network.with_cable(cell, port)
+    assert bottleneck(more, int(more.part[cell])).rate_hz == pytest.approx(verdict.cable.rate_hz)
+    assert verdict.cable.rate_hz > verdict.any_rate_hz
+    if verdict.bridge:
+        (a, p), (b, q) = verdict.bridge.ends
+        assert network.free_ports[a, p - 1]
+        assert network.free_ports[b, q - 1]
+        more = network.with_bridge(a, p, b, q)
+        assert bottleneck(more, int(more.part[a])).rate_hz == pytest.approx(verdict.bridge.rate_hz)
+        assert verdict.bridge.rate_hz > verdict.any_rate_hz
+
+
+def test_a_skin_without_a_cable_is_not_heard():
+    network = skins("sheet", 2, 0).with_cables([])
+    verdict = judge(network)
+    assert (verdict.any_rate_hz, verdict.tree_rate_hz) == (0.0, 0.0)
+    assert "132 cells cannot be heard at all" in " ".join(sentences(verdict))
+
+
+@pytest.mark.parametrize("robot", [name for name in finished_names() if name != "talos"])
+def test_every_finished_layout_is_judged(robot):
+    verdict = judge(CellNetwork.of_layout(finished(robot)))
+    assert sum(part.cells for part in verdict.parts) == len(finished(robot))
+    assert verdict.tree_rate_hz >= 250
+    assert verdict.any_rate_hz >= verdict.tree_rate_hz
+
+
+def test_the_picture_is_drawn(tmp_path):
+    save_picture(judge(skins("ur5", 2, 0)), tmp_path / "network.png")
+    assert (tmp_path / "network.png").stat().st_size > 10_000
+
+
+def test_the_command_names_patch_cells_and_ports(tmp_path):
+    finished("ur5").save(tmp_path / "skin.json")
+    options = [str(tmp_path / "skin.json"), "--network", "--rate", "500", "--json", str(tmp_path / "verdict.json")]
+    answer = CliRunner().invoke(main.app, ["check", *options])
+    assert answer.exit_code == 0, answer.output
+    assert "No routing hears every cell at 500 Hz" in answer.output
+    assert "forearm_link_1 behind 2 lines (section unit 1 port 6 at cell 173" in answer.output
+    assert "One more cable helps most at cell" in answer.output
+    assert (tmp_path / "verdict.json").exists()
+    assert CliRunner().invoke(main.app, ["check", *options, "--strict"]).exit_code == 1
+
+
+def test_a_foreign_skin_is_judged_with_the_cables_it_states(shared_data: Path):
+    found = read_networks(shared_data / "tum_patches")
+    assert {len(read.network) for read in found} == {28, 4}
+    for read in found:
+        assert judge(read.network).tree_rate_hz > 250
+
+
+def test_a_foreign_skin_without_cables_gets_planned_ones_and_says_so(tum_file):
+    (found,) = read_networks(tum_file())
+    assert "planned" in " ".join(found.remarks)
+    assert judge(found.network).tree_rate_hz == LINE_FRAMES_PER_S / 4
+
+
+def test_taxels_without_neighbours_are_refused_by_name(shared_data: Path):
+    with pytest.raises(LayoutFileError, match="neighbours"):
+        read_networks(shared_data / "icub_taxels")
