@@ -126,9 +126,9 @@ class LiveSession:
     def _begin(self, touch: Touch, duration_s: float | None) -> None:
         world = self.session.world
         if touch.force_n > 0:
-            world.push(touch.cell, touch.force_n)
+            world.push(self.session.in_world(touch.cell), touch.force_n)
         else:
-            world.approach(touch.cell, touch.distance_m)
+            world.approach(self.session.in_world(touch.cell), touch.distance_m)
         self._touch = touch
         self._touch_until_s = None if duration_s is None else world.time_s + duration_s
 

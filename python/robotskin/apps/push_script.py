@@ -120,7 +120,8 @@ def _force_errors(session: Session, cell: int, link: str) -> list[float]:
 def _touch_at_random(session: Session, until_s: float) -> None:
     generator = np.random.default_rng([session.seed, round(1e3 * session.world.time_s)])
     while session.world.time_s < until_s - 1.5:
-        session.world.push(int(generator.integers(len(session.layout))), float(generator.uniform(2.0, 20.0)))
+        touched = session.in_world(int(generator.integers(len(session.layout))))
+        session.world.push(touched, float(generator.uniform(2.0, 20.0)))
         session.run(min(float(generator.uniform(0.5, 1.5)), until_s - 1.5 - session.world.time_s))
         session.world.release()
         session.run(0.3)

@@ -42,6 +42,8 @@ class Session:
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
         key: 32 bytes that section units and driver share; None: datagrams are not authenticated.
         interface: "position", "velocity" or "torque"; mode: "clock" or "event".
+        believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
+            told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
     """
 
     def __init__(
@@ -54,17 +56,20 @@ class Session:
         key: bytes | None = None,
         interface: str = "position",
         mode: str = "clock",
+        believed: Layout | None = None,
     ) -> None:
-        self.robot, self.layout, self.seed = robot, layout, seed
+        self.robot, self.layout, self.seed = robot, believed or layout, seed
+        self.world_cells = cells_in(layout, self.layout)
+        """(N,) index in the world of each cell of `layout`, which is the believed one."""
         self.gains = GainSet.load(robot.name)
         self.home = self.gains.home
-        model = layout.skin_model()
+        model = self.layout.skin_model()
         self.transport = UdpTransport(len(unit_descriptions(layout))) if link == "udp" else None
         self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport)
         bind, units = (("127.0.0.1", 0), self.transport.addresses) if self.transport else (None, [])
         self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)
-        self.skin = SkinState(len(layout))
+        self.skin = SkinState(len(self.layout))
         self.cycle = self.gains.cycle(robot.core, model, self.home)
         self.joints = JointState(robot.joint_count)
         self.command = JointCommand(CommandMode.position, robot.joint_count)
@@ -185,7 +190,13 @@ class Session:
 
     def cell_position(self, cell: int) -> NDArray[np.float64]:
         """(3,) metres, base frame: where the simulated cell truly is."""
-        return self.world.base_from_cell(cell)[:3, 3]
+        return self.world.base_from_cell(self.in_world(cell))[:3, 3]
+
+    def in_world(self, cell: int) -> int:
+        """The world's index of a cell of `layout`; raises SessionError if there is no such cell."""
+        if not 0 <= cell < len(self.layout):
+            raise SessionError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
+        return int(self.world_cells[cell])
 
     def felt_force_n(self, threshold_n: float = 0.1) -> float:
         """Newton at the driver: the sum over the cells that feel more than the threshold."""
@@ -197,3 +208,22 @@ class Session:
     def frames_lost(self) -> int:
         """Sample frames that left a cell and did not reach the driver: gaps in the cells' own numbering."""
         return int(self.driver.statistics()["frames_missing"])
+
+
+def cells_in(worn: Layout, believed: Layout) -> NDArray[np.int64]:
+    """(N,) index in the worn layout of each cell of the believed one, by key.
+
+    Raises:
+        SessionError: a cell that the robot does not wear, or a layout of another robot.
+    """
+    if worn.robot != believed.robot:
+        raise SessionError(f"layout of {believed.robot}: the robot is {worn.robot}")
+    row = {
+        (int(group), int(cell)): index
+        for index, (group, cell) in enumerate(zip(worn.section_unit, worn.id, strict=True))
+    }
+    keys = [(int(group), int(cell)) for group, cell in zip(believed.section_unit, believed.id, strict=True)]
+    strangers = [key for key in keys if key not in row]
+    if strangers:
+        raise SessionError(f"cell {strangers[0][1]} of section unit {strangers[0][0]}: the robot wears no such cell")
+    return np.array([row[key] for key in keys], dtype=np.int64)

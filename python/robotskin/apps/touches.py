@@ -53,7 +53,7 @@ def push_and_release(
     """
     start = session.cell_position(cell)
     joints = np.array(session.joints.position)
-    session.world.push(cell, force_n, at_m)
+    session.world.push(session.in_world(cell), force_n, at_m)
     _come_to_force(session, force_n)
     peak = 0.0
     for _ in range(round(hold_s / PERIOD_S)):
@@ -67,7 +67,7 @@ def push_and_release(
 
 def press(session: Session, cell: int, force_n: float, at_m: tuple[float, float], seconds: float = 0.5) -> Press:
     """Press on a point of a cell's plane and compare what the skin feels with the contact force."""
-    session.world.push(cell, force_n, at_m)
+    session.world.push(session.in_world(cell), force_n, at_m)
     _come_to_force(session, force_n)
     session.run(0.5)
     felt, contact = [], []
@@ -101,7 +101,7 @@ def pushed_cell(session: Session, link: str) -> int:
     on_link = layout.link == layout.links.index(link)
     neighbours = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
     inside = neighbours == neighbours[on_link].max()
-    sideways = 1.0 - np.abs(session.world.base_from_cell()[:, 2, 2])
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
     return int(np.argmax(np.where(on_link & inside, sideways, -1.0)))
 
 
@@ -119,7 +119,7 @@ def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]
     # Two free ports on one side: nothing but the bare link lies beyond that side.
     sides = np.stack([free[:, 0] & free[:, 1], free[:, 2] & free[:, 3]], axis=1)
     on_link = layout.link == layout.links.index(link)
-    sideways = 1.0 - np.abs(session.world.base_from_cell()[:, 2, 2])
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
     cell = int(np.argmax(np.where(on_link & sides.any(axis=1), sideways, -1.0)))
     direction = 1.0 if sides[cell, 0] else -1.0
     return cell, (direction * 0.008, 0.0)

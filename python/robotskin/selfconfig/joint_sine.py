@@ -53,6 +53,23 @@ class JointSine:
         return result
 
 
+@dataclass(frozen=True, eq=False)
+class VelocitySine(JointSine):
+    """The paper's exploration pattern (IV-A1): one period of a velocity sine, q(t) = centre + A (1 - cos(2π f t)) / 2.
+
+    It returns to where it began, but its acceleration starts and ends at its largest value at once, and its two
+    extrema of that sign are equally high.
+    """
+
+    def displacement(self, time_s: Array, derivative: int = 0) -> Array:
+        """Displacement of the joint at times (M,) s, or its first, second, third... derivative."""
+        rate = 2 * np.pi * self.frequency_hz
+        time_s = np.asarray(time_s, dtype=float)
+        constant = 1.0 if derivative == 0 else 0.0
+        wave = rate**derivative * np.cos(rate * time_s + derivative * np.pi / 2)
+        return 0.5 * self.amplitude * (constant - wave)
+
+
 def plan_joint_sine(
     space: FreeSpace,
     joint: int,

@@ -1,0 +1,81 @@
+"""The self-configuration as an application: a robot in an unknown skin in, what the skin felt, or its layout, out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.apps.exploration import Exploration, Progress
+from robotskin.layout import Layout, finished
+from robotskin.layout.mounting import read_for
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet, robots_with_gains
+from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.configuration import Configuration, configure
+from robotskin.selfconfig.free_space import FreeSpace
+from robotskin.selfconfig.recording import BabblingRecording
+
+Array = NDArray[np.float64]
+
+
+def worn_layout(robot: Robot, path: Path | None = None) -> Layout:
+    """The layout that a simulated robot wears: that of a file, or its finished one."""
+    return finished(robot.name) if path is None else read_for(robot, path)
+
+
+def home_posture(robot: Robot) -> Array:
+    """(n) rad or m where an exploration begins: the home of the robot's gain file, else its neutral posture."""
+    return GainSet.load(robot.name).home if robot.name in robots_with_gains() else robot.neutral
+
+
+def babble(
+    robot: Robot,
+    layout: Layout,
+    seed: int = 1,
+    *,
+    start: Array | None = None,
+    postures: int = 8,
+    swing_postures: int = 3,
+    floor_m: float | None = None,
+    progress: Progress | None = None,
+) -> BabblingRecording:
+    """Wake the skin of a simulated robot and let it babble.
+
+    Args:
+        robot: that wears it.
+        layout: of the simulated world; nothing else looks at it.
+        seed: of world and plan.
+        start: (n) where the robot stands; by default `home_posture`.
+        postures: to rest in; swing_postures: in how many of them every joint swings.
+        swing_postures: see postures.
+        floor_m: height of the floor in the base frame; None: none.
+        progress: told what is done.
+
+    Raises:
+        BabblingError: nowhere to move; ExplorationError: a silent skin or a stopped robot.
+    """
+    start = home_posture(robot) if start is None else start
+    if progress:
+        progress("planning", 0.0)
+    random = np.random.default_rng(seed)
+    plan = plan_babbling(
+        FreeSpace(robot, floor_m=floor_m), start, random, postures=postures, swing_postures=swing_postures
+    )
+    if progress:
+        progress("waking the skin", 0.0)
+    exploration = Exploration(robot, layout, seed, start)
+    try:
+        return exploration.babble(plan, progress=progress)
+    finally:
+        exploration.stop()
+
+
+def configured(
+    robot: Robot, layout: Layout, seed: int = 1, progress: Progress | None = None
+) -> tuple[Layout, Configuration, BabblingRecording]:
+    """Babble and configure on the spot: the layout that the skin found, how, and from what."""
+    recording = babble(robot, layout, seed, progress=progress)
+    found = configure(robot, recording, progress=progress)
+    return found.layout(), found, recording

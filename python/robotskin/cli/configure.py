@@ -1,0 +1,128 @@
+"""Let an unconfigured skin find itself, and write the layout that it found."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    robot: Annotated[str, typer.Argument(help="A robot by name, or the path of its URDF.")] = "ur5",
+    layout: Annotated[
+        Path | None,
+        typer.Option(
+            help="The layout that the simulated robot wears; by default its finished layout.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Layout that was found; ROBOT-configured.json by default.")
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write a report with plots, one HTML file.", dir_okay=False)
+    ] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option(help="Write what the cells felt here (.npz), to configure from again.", dir_okay=False),
+    ] = None,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", help="Configure from this recording; nothing moves.", exists=True, dir_okay=False),
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", help="Write the sensory-motor map (.npz).", dir_okay=False)
+    ] = None,
+    map_picture: Annotated[
+        Path | None, typer.Option(help="Draw the sensory-motor map (.png, .svg).", dir_okay=False)
+    ] = None,
+    steps: Annotated[
+        str, typer.Option(help="Which steps, with commas between, from the first on.")
+    ] = "topology,activity,reconstruction,localisation,map",
+    postures: Annotated[int, typer.Option(help="To rest in.", min=2)] = 8,
+    swing_postures: Annotated[int, typer.Option(help="In how many of them every joint swings.", min=1)] = 3,
+    floor_m: Annotated[float | None, typer.Option(help="Height of the floor under the base; none by default.")] = None,
+) -> None:
+    """Let an unconfigured skin find itself, and write the layout that it found.
+
+    The steps of figure 4 of the paper: explore the running network, babble safely, reconstruct the shape of every
+    patch, find its place on the limbs; then the sensory-motor map. Cells, network, driver and guard are the real ones.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.table import Table
+
+    from robotskin import robots
+    from robotskin.apps.configuring import babble, home_posture, worn_layout
+    from robotskin.selfconfig.configuration import STEPS, configure, learn_map
+    from robotskin.selfconfig.recording import BabblingRecording
+
+    console = Console()
+    model = robots.load(robot)
+    chosen = tuple(steps.split(","))
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    truth = worn_layout(model, layout) if source is None or layout is not None else None
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("waking the skin", total=1.0)
+
+        def tell(what: str, share: float) -> None:
+            bar.update(task, description=what, completed=share)
+
+        if source is not None:
+            recorded = BabblingRecording.load(source)
+        else:
+            assert truth is not None
+            recorded = babble(
+                model,
+                truth,
+                seed,
+                start=home_posture(model),
+                postures=postures,
+                swing_postures=swing_postures,
+                floor_m=floor_m,
+                progress=tell,
+            )
+        if recording is not None:
+            recorded.save(recording)
+        found = configure(
+            model, recorded, steps=[step for step in STEPS if step in chosen or step not in STEPS], progress=tell
+        )
+        learned = None
+        if "map" in chosen:
+            tell("map", 0.0)
+            learned = learn_map(model, recorded, found)
+    table = Table(title=f"{model.name}: {len(recorded)} cells heard, {int(found.placed().sum())} placed")
+    for heading in ("patch", "cells", "link", "σ °", "σ mm", "open"):
+        table.add_column(heading, justify="right" if heading in ("patch", "cells", "σ °", "σ mm") else "left")
+    for number, patch in enumerate(found.patches):
+        place = patch.localisation
+        deviation = place.deviation() if place else None
+        table.add_row(
+            str(number),
+            str(len(patch.cells)),
+            place.link if place else "—",
+            f"{57.2958 * deviation[0]:.2f}" if deviation else "—",
+            f"{1e3 * deviation[1]:.2f}" if deviation else "—",
+            patch.problem or "nothing",
+        )
+    console.print(table)
+    spent = ", ".join(f"{step} {seconds:.1f} s" for step, seconds in found.seconds.items())
+    console.print(f"{recorded.duration_s:.0f} s of motion; computing: {spent}")
+    if "localisation" in chosen:
+        target = output or Path(f"{model.name}-configured.json")
+        found.layout().save(target)
+        console.print(f"layout written to {target}")
+    if learned is not None and map_file is not None:
+        learned.save(map_file)
+        console.print(f"sensory-motor map written to {map_file}")
+    if learned is not None and map_picture is not None:
+        from robotskin.selfconfig.map_picture import save_map_picture
+
+        save_map_picture(learned, map_picture)
+    if report is not None:
+        from robotskin.apps.configuration_report import write_report
+
+        with console.status("drawing the report"):
+            write_report(report, model, recorded, found, learned, truth)
+        console.print(f"report written to {report}")

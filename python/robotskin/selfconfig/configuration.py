@@ -1,0 +1,350 @@
+"""The whole self-configuration on recorded data (paper, figure 4): from a babbling to a skin model.
+
+In: a recording and the robot's kinematic model. Out: `Configuration`, and from it the layout of every cell whose place
+is known. Each step is a function of its own; this file only calls them in the paper's order and keeps their times.
+What can go wrong: nothing is guessed, so a patch whose shape or place the motion leaves open is not placed, and
+says why.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.layout import Layout, Patch, SectionUnitPort
+from robotskin.robots import Robot
+from robotskin.selfconfig.activity import KinematicTree, activity_matrix, kinematic_tree
+from robotskin.selfconfig.expected_motion import gravity_while_swinging
+from robotskin.selfconfig.gravity_samples import GravitySamples
+from robotskin.selfconfig.localisation import Localisation, LocalisationError
+from robotskin.selfconfig.motion_localisation import localise_by_motion, motion_signals
+from robotskin.selfconfig.neighbours import NeighbourLists
+from robotskin.selfconfig.observability import UnobservableRotationError
+from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
+from robotskin.selfconfig.recording import BabblingRecording
+from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap, SignRule, build_map
+from robotskin.selfconfig.topology import Topology, explore
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+"""Told the step and the share of it that is done, 0 to 1."""
+
+STEPS = ("topology", "activity", "reconstruction", "localisation", "map")
+
+
+class ConfigurationError(RobotskinError):
+    """A configuration of which nothing can be used."""
+
+
+@dataclass(frozen=True, eq=False)
+class ConfiguredPatch:
+    """What is known of one patch.
+
+    cells: (n,) rows of the topology; reconstruction: its shape; localisation: its place; None where the data cannot
+    tell, and `problem` says why.
+    """
+
+    cells: NDArray[np.int64]
+    reconstruction: Reconstruction | None = None
+    localisation: Localisation | None = None
+    problem: str = ""
+
+    @property
+    def placed(self) -> bool:
+        """Whether shape and place are known in every direction."""
+        return self.reconstruction is not None and self.localisation is not None and not self.localisation.open
+
+    def link_from_cell(self) -> Array:
+        """(n, 4, 4) metres, of a placed patch. Raises ConfigurationError for another."""
+        if self.reconstruction is None or self.localisation is None:
+            raise ConfigurationError(f"patch of {len(self.cells)} cells: {self.problem}")
+        return self.localisation.link_from_patch @ self.reconstruction.root_from_cell
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """What the skin found out about itself; N cells in the order of `topology.cell`.
+
+    activity: (n, N) which joint moves which cell; tree: of the rigid segments, None if the matrix makes none.
+    swung: (n,) whether a joint swung at all; the rows of others are empty, not measured.
+    seconds: time that each step computed.
+    """
+
+    robot: str
+    topology: Topology
+    activity: NDArray[np.bool_]
+    swung: NDArray[np.bool_]
+    tree: KinematicTree | None
+    patches: tuple[ConfiguredPatch, ...]
+    unit_ports: NDArray[np.int64]
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def placed(self) -> NDArray[np.bool_]:
+        """(N,) whether a cell's place is known."""
+        mask = np.zeros(len(self.topology.cell), dtype=bool)
+        for patch in self.patches:
+            mask[patch.cells] = patch.placed
+        return mask
+
+    def layout(self) -> Layout:
+        """The layout of all placed cells, in the order of their keys.
+
+        Raises:
+            ConfigurationError: no cell is placed.
+        """
+        return layout_of(self)
+
+
+def configure(
+    robot: Robot,
+    recording: BabblingRecording,
+    *,
+    steps: Sequence[str] = STEPS,
+    progress: Progress | None = None,
+) -> Configuration:
+    """All steps from a recording to placed cells.
+
+    Args:
+        robot: kinematic model, z of the base frame up, with the recording's joints.
+        recording: of the babbling.
+        steps: which to take, a beginning of `STEPS` ("map" is taken by `learn_map`).
+        progress: told what is done.
+
+    Raises:
+        ConfigurationError: a recording of other joints.
+        UnknownNameError: no such step.
+    """
+    for step in steps:
+        if step not in STEPS:
+            raise UnknownNameError("step", step, STEPS)
+    if recording.joint_names != robot.joint_names:
+        raise ConfigurationError(
+            f"recording of {recording.robot} with joints {', '.join(recording.joint_names)}; "
+            f"{robot.name} has {', '.join(robot.joint_names)}"
+        )
+    tell = progress or (lambda _step, _share: None)
+    seconds: dict[str, float] = {}
+    start = time.perf_counter()
+
+    def lap(step: str) -> None:
+        nonlocal start
+        now = time.perf_counter()
+        seconds[step], start = now - start, now
+
+    tell("activity", 0.0)
+    activity, swung = measure_activity(recording)
+    lap("activity")
+    tell("topology", 0.0)
+    topology = rigid_topology(recording.lists, activity)
+    order = rows_of(recording, topology)
+    activity = activity[:, order]
+    try:
+        tree = kinematic_tree(activity)
+    except ValueError:
+        tree = None
+    lap("topology")
+    patches = tuple(ConfiguredPatch(topology.cells_of(patch)) for patch in range(len(topology.root)))
+    if "reconstruction" in steps:
+        patches = reconstruct_patches(topology, samples_in(recording, order), progress)
+        lap("reconstruction")
+    if "localisation" in steps:
+        patches = localise_patches(robot, recording, order, patches, progress)
+        lap("localisation")
+    return Configuration(robot.name, topology, activity, swung, tree, patches, ports_in(recording, order), seconds)
+
+
+def measure_activity(recording: BabblingRecording) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(n, N) which joint moves which cell, in the recording's order, and (n,) which joints swung at all."""
+    swung = np.zeros(len(recording.joint_names), dtype=bool)
+    activity = np.zeros((len(swung), len(recording)), dtype=bool)
+    if recording.swings:
+        order = list(dict.fromkeys(swing.swing.joint for swing in recording.swings))
+        activity[order] = activity_matrix(recording.swings)
+        swung[order] = True
+    return activity, swung
+
+
+def rigid_topology(lists: NeighbourLists, activity: NDArray[np.bool_]) -> Topology:
+    """The topology of what is rigid: a cable between cells that do not move alike is no hinge.
+
+    Args:
+        lists: N neighbour reports.
+        activity: (n, N) in their order.
+    """
+    row = {int(key): number for number, key in enumerate(lists.cell)}
+    facing = np.vectorize(lambda key: row.get(int(key), -1), otypes=[np.int64])(lists.neighbour)
+    silent = np.asarray(~activity.any(axis=0), dtype=bool)
+    apart = (activity[:, :, None] != activity[:, facing]).any(axis=0) & (facing >= 0)
+    # A cell that gave no reading moves with whatever it hangs on.
+    apart &= ~silent[:, None] & ~silent[facing]
+    return explore(NeighbourLists(lists.cell, np.where(apart, 0, lists.neighbour), lists.port))
+
+
+def rows_of(recording: BabblingRecording, topology: Topology) -> NDArray[np.int64]:
+    """(N,) row of the recording for each cell of the topology."""
+    row = {int(key): number for number, key in enumerate(recording.lists.cell)}
+    return np.array([row[int(key)] for key in topology.cell], dtype=np.int64)
+
+
+def samples_in(recording: BabblingRecording, order: NDArray[np.integer]) -> GravitySamples:
+    """The rests, averaged, in the order of the topology."""
+    samples = recording.gravity_samples()
+    return GravitySamples(samples.mean[order], samples.deviation[order])
+
+
+def ports_in(recording: BabblingRecording, order: NDArray[np.integer]) -> NDArray[np.int64]:
+    """(P, 4) the cables, with rows of the topology."""
+    ports = recording.unit_ports.copy()
+    back = np.empty(len(order), dtype=np.int64)
+    back[order] = np.arange(len(order))
+    ports[:, 2] = back[ports[:, 2]]
+    return ports
+
+
+def reconstruct_patches(
+    topology: Topology, samples: GravitySamples, progress: Progress | None = None
+) -> tuple[ConfiguredPatch, ...]:
+    """The shape of every patch; where gravity cannot tell it, the reason.
+
+    Args:
+        topology: of the cells; samples: of the same cells, in its order.
+        samples: see topology.
+        progress: told what is done.
+    """
+    found = []
+    for patch in range(len(topology.root)):
+        if progress:
+            progress("reconstruction", patch / len(topology.root))
+        cells = topology.cells_of(patch)
+        try:
+            found.append(ConfiguredPatch(cells, reconstruct(topology, samples, patch)))
+        except (UnobservableRotationError, ReconstructionError) as error:
+            found.append(ConfiguredPatch(cells, problem=str(error)))
+    return tuple(found)
+
+
+def localise_patches(
+    robot: Robot,
+    recording: BabblingRecording,
+    order: NDArray[np.integer],
+    patches: Sequence[ConfiguredPatch],
+    progress: Progress | None = None,
+) -> tuple[ConfiguredPatch, ...]:
+    """The place of every patch whose shape is known, from motion alone.
+
+    Args:
+        robot: kinematic model.
+        recording: of the babbling.
+        order: (N,) row of the recording for each row that the patches speak of.
+        patches: as `reconstruct_patches` leaves them.
+        progress: told what is done.
+    """
+    if not any(patch.reconstruction for patch in patches):
+        return tuple(patches)
+    samples = recording.gravity_samples()
+    signals = motion_signals(robot, recording.swings, recording.rest_posture)
+    found = []
+    for number, patch in enumerate(patches):
+        if progress:
+            progress("localisation", number / len(patches))
+        if patch.reconstruction is None:
+            found.append(patch)
+            continue
+        try:
+            place = localise_by_motion(
+                robot,
+                recording.swings,
+                patch.reconstruction.root_from_cell,
+                cells=order[patch.cells],
+                shape_covariance=patch.reconstruction.covariance,
+                rest_posture=recording.rest_posture,
+                rest=samples,
+                signals=signals,
+            )
+        except LocalisationError as error:
+            found.append(replace(patch, problem=str(error)))
+            continue
+        open_ = ", ".join(direction.name for direction in place.open)
+        found.append(replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else ""))
+    return tuple(found)
+
+
+def layout_of(configuration: Configuration) -> Layout:
+    """See `Configuration.layout`."""
+    topology = configuration.topology
+    placed = [patch for patch in configuration.patches if patch.placed]
+    if not placed:
+        reasons = "; ".join(patch.problem for patch in configuration.patches if patch.problem)
+        raise ConfigurationError(f"no patch of {len(configuration.patches)} is placed: {reasons[:500]}")
+    rows = np.sort(np.concatenate([patch.cells for patch in placed]))
+    new = np.full(len(topology.cell), -1)
+    new[rows] = np.arange(len(rows))
+    links = tuple(dict.fromkeys(patch.localisation.link for patch in placed if patch.localisation))
+    pose, link = np.tile(np.eye(4), (len(rows), 1, 1)), np.zeros(len(rows), dtype=np.int32)
+    patch_number = np.zeros(len(rows), dtype=np.int32)
+    records: list[Patch] = []
+    for number, patch in enumerate(placed):
+        assert patch.localisation is not None
+        assert patch.reconstruction is not None
+        here, name = new[patch.cells], patch.localisation.link
+        pose[here], link[here], patch_number[here] = patch.link_from_cell(), links.index(name), number
+        root = int(here[patch.reconstruction.root])
+        records.append(Patch(f"{name}_{sum(one.link == name for one in records) + 1}", name, root))
+    neighbours = np.full((len(rows), 4, 2), (-1, 0), dtype=np.int32)
+    for cell, port, other, other_port in topology.edges:
+        if new[cell] >= 0 and new[other] >= 0:
+            neighbours[new[cell], port] = new[other], other_port + 1
+            neighbours[new[other], other_port] = new[cell], port + 1
+    ports = [
+        SectionUnitPort(int(group), int(port), int(new[cell]), int(cell_port))
+        for group, port, cell, cell_port in configuration.unit_ports
+        if new[cell] >= 0 and neighbours[new[cell], cell_port - 1, 0] < 0
+    ]
+    key = topology.cell[rows]
+    return Layout(
+        configuration.robot,
+        links,
+        (key & 0xFFFF).astype(np.uint16),
+        (key >> 16).astype(np.uint16),
+        link,
+        pose,
+        neighbours,
+        patch_number,
+        tuple(records),
+        tuple(ports),
+        source="self-configuration",
+    )
+
+
+def learn_map(
+    robot: Robot, recording: BabblingRecording, configuration: Configuration, sign: SignRule = "correlation"
+) -> SensoryMotorMap:
+    """The sensory-motor map of all cells; gravity is removed from those whose orientation is known.
+
+    Args:
+        robot: kinematic model.
+        recording: of the babbling.
+        configuration: made from it.
+        sign: rule of `sensory_motor_map.weights`.
+    """
+    order = rows_of(recording, configuration.topology)
+    count = len(order)
+    link, pose, known = np.zeros(count, dtype=np.int64), np.tile(np.eye(4), (count, 1, 1)), configuration.placed()
+    for patch in configuration.patches:
+        if patch.placed and patch.localisation is not None:
+            pose[patch.cells] = patch.link_from_cell()
+            link[patch.cells] = robot.link_index(patch.localisation.link)
+    swings = [replace(swing, acceleration=swing.acceleration[order]) for swing in recording.swings]
+    gravity = []
+    for swing in swings:
+        felt = np.zeros((count, len(swing.time_s), 3))
+        felt[known] = gravity_while_swinging(robot, link[known], pose[known], swing.swing, swing.time_s)
+        gravity.append(felt)
+    return build_map(
+        robot.name, robot.joint_names, configuration.topology.cell, swings, configuration.activity, gravity, sign=sign
+    )

@@ -1,0 +1,103 @@
+"""An unknown skin on a moving robot: real firmware, network and driver, the guard before every command."""
+
+import numpy as np
+import pytest
+
+from robotskin import layout, robots
+from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
+from robotskin.apps.session import Session, SessionError, cells_in
+from robotskin.selfconfig.accuracy import mean_errors
+from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.configuration import configure
+from robotskin.selfconfig.free_space import FreeSpace
+from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.topology import explore
+
+START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
+
+
+@pytest.fixture(scope="module")
+def ur5() -> robots.Robot:
+    return robots.load("ur5")
+
+
+@pytest.fixture(scope="module")
+def skin() -> layout.Layout:
+    return layout.finished("ur5")
+
+
+def test_an_unknown_skin_is_heard_moved_and_found(ur5, skin, seed) -> None:
+    random = np.random.default_rng(7)
+    plan = plan_babbling(
+        FreeSpace(ur5, floor_m=0.0), START, random, postures=4, swing_postures=1, cycles=2, candidates=80
+    )
+    dead = (100, 200)
+    exploration = Exploration(ur5, skin, seed, START, dead_cells=dead)
+    recording = exploration.babble(plan)
+    exploration.stop()
+    assert exploration.guard.report.violations == 0
+    assert exploration.guard.report.interventions == 0
+    keys = skin.section_unit.astype(np.int64) << 16 | skin.id
+    assert set(recording.lists.cell.tolist()) == set(np.delete(keys, dead).tolist())
+    known = explore(recording.lists)
+    whole = {frozenset({int(keys[a]), int(keys[b])}) for a, _, b, _ in skin.edges() if not {a, b} & set(dead)}
+    assert {frozenset({int(known.cell[a]), int(known.cell[b])}) for a, _, b, _ in known.edges} == whole
+    assert np.isfinite(recording.rest_acceleration).mean() > 0.9
+    for swing in recording.swings:
+        assert np.isfinite(swing.acceleration).mean() > 0.98
+    found = configure(ur5, recording).layout()
+    rows = cells_in(skin, found)
+    assert len(found) > 200
+    assert [found.links[i] for i in found.link] == [skin.links[skin.link[row]] for row in rows]
+    rotation_deg, position_mm = mean_errors(found.link_from_cell, skin.link_from_cell[rows])
+    assert rotation_deg < 2.0
+    assert position_mm < 5.0
+
+
+def test_a_skin_without_power_is_an_error(ur5, skin, seed) -> None:
+    from robotskin.world import World
+
+    world = World(skin, ur5, seed, hands=(), powered=False, unasked=True)
+    with pytest.raises(ExplorationError, match="no cell was heard"):
+        Exploration(ur5, skin, seed, world=world)
+
+
+def test_the_motion_that_a_servo_made_is_found_with_its_delay(seed) -> None:
+    random = np.random.default_rng(seed)
+    swing = JointSine(1, np.array([0.3, -0.4]), 0.2, 1.0, 3.0)
+    time_s = np.arange(3100) * 1e-3
+    late = np.clip(time_s - 0.0137, 0.0, 3.0)
+    posture = np.tile(swing.centre, (len(time_s), 1))
+    posture[:, 1] += 0.97 * swing.displacement(late) + 1e-4 * random.standard_normal(len(time_s))
+    found, delay_s = measured_swing(swing, time_s, posture)
+    assert abs(delay_s - 0.0137) < 2e-4
+    assert abs(found.amplitude - 0.97 * 0.2) < 2e-4
+
+
+def test_a_session_runs_on_a_believed_layout_and_refuses_a_foreign_one(ur5, skin, seed) -> None:
+    cells = np.random.default_rng(seed).permutation(np.flatnonzero(skin.link == skin.links.index("forearm_link")))
+    believed = layout.Layout(
+        skin.robot,
+        skin.links,
+        skin.id[cells],
+        skin.section_unit[cells],
+        skin.link[cells],
+        skin.link_from_cell[cells],
+        np.full((len(cells), 4, 2), (-1, 0)),
+        np.full(len(cells), -1),
+    )
+    session = Session(ur5, skin, seed, link="in process", believed=believed)
+    session.boot()
+    assert session.alive == len(cells)
+    assert session.in_world(3) == cells[3]
+    session.world.push(session.in_world(3), 10.0)
+    session.run(0.5)
+    assert np.asarray(session.skin.normal_force).sum(axis=1).argmax() == 3
+    session.shut_down()
+    with pytest.raises(SessionError, match="there are cells 0 to"):
+        session.in_world(len(cells))
+    stranger = layout.Layout(
+        skin.robot, skin.links, [9999], [1], [0], np.eye(4)[None], np.full((1, 4, 2), (-1, 0)), [-1]
+    )
+    with pytest.raises(SessionError, match="wears no such cell"):
+        Session(ur5, skin, seed, believed=stranger)
