@@ -131,27 +131,25 @@ def covariance_of(
 
 
 def _named(open_basis: Array, robot: Robot, link: str, pose: Array) -> tuple[OpenDirection, ...]:
-    """Names for the columns of a basis (6, k): turning about and sliding along the link's joint first."""
-    left = open_basis.copy()
-    found = []
+    """Names for the columns of an orthonormal basis (6, k): the joint's screw first, then turns of the patch itself."""
+    known: list[tuple[str, Array]] = []
     joint = robot.core.link_joints[robot.link_index(link)]
-    if joint >= 0 and left.shape[1]:
+    if joint >= 0:
         axis, point = joint_axis(robot, joint, link)
-        turn = np.concatenate([pose[:3, :3].T @ axis, np.cross(axis, pose[:3, 3] - point) / LEVER_M])
-        slide = np.concatenate([np.zeros(3), axis])
         name = robot.joint_names[joint]
-        for text, direction in ((f"angle about {name}", turn), (f"place along {name}", slide)):
-            unit = direction / np.linalg.norm(direction)
-            inside = left @ (left.T @ unit)
-            if left.shape[1] and np.linalg.norm(inside) > 0.95:
-                found.append(OpenDirection(text, unit))
-                inside /= np.linalg.norm(inside)
-                rest = left - np.outer(inside, inside @ left)
-                basis, size, _ = np.linalg.svd(rest, full_matrices=False)
-                left = basis[:, size > 0.5]
-    for direction in left.T:
-        found.append(OpenDirection(_screw_name(direction, link, pose), direction))
-    return tuple(found)
+        turn = np.concatenate([pose[:3, :3].T @ axis, np.cross(axis, pose[:3, 3] - point) / LEVER_M])
+        known += [(f"angle about {name}", turn), (f"place along {name}", np.concatenate([np.zeros(3), axis]))]
+    known += [(f"turn about its own {name}", axis) for name, axis in zip("xyz", np.eye(6), strict=False)]
+    left, found = open_basis, []
+    for text, direction in known:
+        unit = direction / np.linalg.norm(direction)
+        inside = left @ (left.T @ unit)
+        if np.linalg.norm(inside) > 0.95:
+            found.append(OpenDirection(text, unit))
+            inside /= np.linalg.norm(inside)
+            basis, size, _ = np.linalg.svd(left - np.outer(inside, inside @ left), full_matrices=False)
+            left = basis[:, size > 0.5]
+    return (*found, *(OpenDirection(_screw_name(direction, link, pose), direction) for direction in left.T))
 
 
 def joint_axis(robot: Robot, joint: int, link: str) -> tuple[Array, Array]:
