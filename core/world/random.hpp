@@ -35,6 +35,17 @@ constexpr double random_symmetric(std::uint64_t key, std::uint64_t counter, doub
   return (2 * random_unit(key, counter) - 1) * half_width;
 }
 
+// One sequence drawn in order.
+class RandomStream {
+ public:
+  explicit RandomStream(std::uint64_t key) : key_(key) {}
+  std::uint64_t bits() { return random_bits(key_, counter_++); }
+  std::uint64_t below(std::uint64_t limit) { return bits() % limit; }
+
+ private:
+  std::uint64_t key_, counter_ = 0;
+};
+
 // Quantiles of the standard normal distribution at (i + 1/2) / 4096: a draw of 12 bits is one look-up.
 inline constexpr int normal_bits = 12;
 const std::array<float, 1U << normal_bits>& normal_quantiles();

@@ -10,9 +10,6 @@
 namespace robotskin::world {
 namespace {
 
-// What an event is about; else a cell wakes.
-constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U, letter_event = 0x20000000U;
-
 bool due(std::uint32_t now_us, std::uint32_t at_us) {
   return static_cast<std::int32_t>(now_us - at_us) >= 0;
 }
@@ -29,6 +26,8 @@ void Network::log(std::uint64_t word) {
 void Network::boot(std::size_t index) {
   Cell& cell = cells_[index];
   cell.power = Cell::Power::on;
+  cell.booted_ns = now_ns_;
+  ++topology_revision_;
   rs_boot boot{};
   boot.uid = static_cast<std::uint32_t>(index) + 1;
   boot.random = static_cast<std::uint32_t>(random_bits(cell.boot_key, cell.boots++));
@@ -57,14 +56,26 @@ void Network::step_cell(std::size_t index, const rs_input& input) {
       std::max<std::uint32_t>(cell.queue_peak, queues.urgent.count + queues.data.count + queues.slow.count);
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
-  wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1);
+  wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1 + cell.slow_ns);
+  tell([&](Observer& observer) { observer.cell_stepped(*this, index, input, output); });
+}
+
+void Network::boot_unit(std::size_t index) {
+  Unit& unit = units_[index];
+  unit.stopped = false;
+  const auto drawn = static_cast<std::uint32_t>(stream_key(options_.seed, purpose_session, index)) | 1U;
+  unit.config.session = drawn + 2 * unit.starts++;
+  rs_unit_input input{};
+  input.kind = RS_UNIT_INPUT_BOOT;
+  input.config = &unit.config;
+  step_unit(index, input);
 }
 
 void Network::step_unit(std::size_t index, const rs_unit_input& input) {
   Unit& unit = units_[index];
   rs_unit_output output;
-  rs_section_unit_step(unit.state.get(), &input, static_cast<std::uint64_t>(options_.epoch_ns + now_ns_), &output);
-  const auto first_wire = static_cast<std::uint32_t>(RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * index);
+  rs_section_unit_step(unit.state.get(), &input, static_cast<std::uint64_t>(unit.clock_ns(now_ns_)), &output);
+  const auto first_wire = static_cast<std::uint32_t>(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * index);
   for (std::uint32_t p = 0; p < unit.config.ports; ++p)
     if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p]);
   if (output.datagram != nullptr && output.to_peers) {
@@ -77,29 +88,18 @@ void Network::step_unit(std::size_t index, const rs_unit_input& input) {
         header.kind == RS_DATAGRAM_KIND_frames)
       counts_.records += header.count;
     log(static_cast<std::uint64_t>(now_ns_) ^ output.datagram_bytes);
-    sink_.send(index, {output.datagram, output.datagram_bytes});
+    const std::span<const std::uint8_t> datagram(output.datagram, output.datagram_bytes);
+    sink_.send(index, datagram);
+    tell([&](Observer& observer) { observer.datagram_to_host(*this, index, datagram); });
   }
   const auto timer_ns =
       static_cast<std::int64_t>(std::min<std::uint64_t>(output.timer_ns, static_cast<std::uint64_t>(never)));
-  wake_unit(index, timer_ns == never ? never : std::max(timer_ns - options_.epoch_ns, now_ns_));
+  wake_unit(index, timer_ns == never ? never : std::max(unit.time_ns(timer_ns), now_ns_));
   if (output.power != unit.power) {
     unit.power = output.power;
     supply();
   }
-}
-
-void Network::post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram) {
-  log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 32) ^ from);
-  for (std::size_t to = 0; to < units_.size(); ++to) {
-    if (to == from || units_[to].config.section_unit != units_[from].config.section_unit) continue;
-    auto place = std::find_if(letters_.begin(), letters_.end(), [](const Letter& l) { return l.due_ns == never; });
-    if (place == letters_.end()) place = letters_.emplace(letters_.end());
-    place->due_ns = now_ns_ + ethernet_ns;
-    place->to = static_cast<std::uint32_t>(to);
-    place->bytes = static_cast<std::uint32_t>(datagram.size());
-    std::copy(datagram.begin(), datagram.end(), place->datagram.begin());
-    queue_.push(place->due_ns, letter_event | static_cast<std::uint32_t>(place - letters_.begin()));
-  }
+  tell([&](Observer& observer) { observer.unit_stepped(*this, index, input, output); });
 }
 
 void Network::wake_cell(std::size_t index, std::int64_t time_ns) {
@@ -126,7 +126,9 @@ void Network::start(std::uint32_t index, const std::uint8_t* frame) {
   ++wire.frames;
   if (wire.to >= 0) ++counts_.frames_sent;
   wire.end_ns = now_ns_ + static_cast<std::int64_t>(duration_ns);
+  if (wire.troubled && index < cell_wires()) wire.end_ns += cells_[index / RS_PORTS].slow_ns;
   queue_.push(wire.end_ns, wire_event | index);
+  tell([&](Observer& observer) { observer.frame_sent(*this, end_of(index), frame); });
 }
 
 void Network::finish(std::uint32_t index) {
@@ -135,14 +137,19 @@ void Network::finish(std::uint32_t index) {
   const std::uint8_t* frame = wire.frame;
   wire.frame = nullptr;
   std::uint8_t damaged[RS_FRAME_BYTES];
-  const auto cell_wires = static_cast<std::uint32_t>(RS_PORTS * cells_.size());
+  const auto cells_end = static_cast<std::uint32_t>(cell_wires());
 
   if (wire.to >= 0) {
-    const LineQuality& line = options_.line;
+    double lost_share = options_.line.lost_share, bit_error_rate = options_.line.bit_error_rate;
+    if (wire.troubled) {
+      lost_share += troubles_[index].lost_share;
+      bit_error_rate += troubles_[index].bit_error_rate;
+    }
     const std::uint64_t draw = 4 * (wire.frames - 1);
-    bool lost = wire.cut || (line.lost_share > 0 && random_unit(wire.key, draw + 1) < line.lost_share);
-    if (line.bit_error_rate > 0 && !lost) {
-      const double intact = std::exp(double{RS_FRAME_BITS} * std::log1p(-line.bit_error_rate));
+    bool damage = false;
+    bool lost = wire.severed != 0 || wire.torn || (lost_share > 0 && random_unit(wire.key, draw + 1) < lost_share);
+    if (bit_error_rate > 0 && !lost) {
+      const double intact = std::exp(double{RS_FRAME_BITS} * std::log1p(-bit_error_rate));
       if (random_unit(wire.key, draw + 2) >= intact) {
         std::memcpy(damaged, frame, RS_FRAME_BYTES);
         const std::uint64_t bits = random_bits(wire.key, draw + 3);
@@ -152,17 +159,25 @@ void Network::finish(std::uint32_t index) {
           damaged[at / 8] ^= static_cast<std::uint8_t>(1U << (at % 8));
         }
         frame = damaged;
+        damage = true;
         ++counts_.frames_damaged;
       }
     }
     const auto to = static_cast<std::uint32_t>(wire.to);
-    lost = lost || (to < cell_wires && cells_[to / RS_PORTS].power != Cell::Power::on);
+    lost = lost || (to < cells_end ? cells_[to / RS_PORTS].power != Cell::Power::on
+                                   : units_[(to - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped);
     log(static_cast<std::uint64_t>(now_ns_) ^ (static_cast<std::uint64_t>(index) << 40) ^ (lost ? 1U : 0U));
     log((static_cast<std::uint64_t>(rs_load32(frame)) << 32) | rs_load32(frame + 16));
     log((static_cast<std::uint64_t>(rs_load32(frame + 4)) << 32) | (rs_load32(frame + 8) ^ rs_load32(frame + 12)));
+    tell([&](Observer& observer) {
+      observer.frame_ended(*this, end_of(index), end_of(to), frame,
+                           lost     ? FrameFate::lost
+                           : damage ? FrameFate::damaged
+                                    : FrameFate::delivered);
+    });
     if (lost) {
       ++counts_.frames_lost;
-    } else if (to < cell_wires) {
+    } else if (to < cells_end) {
       ++counts_.frames_delivered;
       rs_input input{};
       input.kind = RS_INPUT_FRAME;
@@ -173,23 +188,64 @@ void Network::finish(std::uint32_t index) {
       ++counts_.frames_delivered;
       rs_unit_input input{};
       input.kind = RS_UNIT_INPUT_FRAME;
-      input.port = static_cast<std::uint8_t>((to - cell_wires) % RS_SECTION_UNIT_PORTS_MAX + 1);
+      input.port = static_cast<std::uint8_t>((to - cells_end) % RS_SECTION_UNIT_PORTS_MAX + 1);
       input.bytes = frame;
-      step_unit((to - cell_wires) / RS_SECTION_UNIT_PORTS_MAX, input);
+      step_unit((to - cells_end) / RS_SECTION_UNIT_PORTS_MAX, input);
     }
   }
 
-  if (index < cell_wires) {
+  wire.torn = false;
+  if (index < cells_end) {
     if (cells_[index / RS_PORTS].power != Cell::Power::on) return;
     rs_input input{};
     input.kind = RS_INPUT_SENT;
     input.port = static_cast<std::uint8_t>(index % RS_PORTS + 1);
     step_cell(index / RS_PORTS, input);
   } else {
+    if (units_[(index - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped) return;
     rs_unit_input input{};
     input.kind = RS_UNIT_INPUT_SENT;
-    input.port = static_cast<std::uint8_t>((index - cell_wires) % RS_SECTION_UNIT_PORTS_MAX + 1);
-    step_unit((index - cell_wires) / RS_SECTION_UNIT_PORTS_MAX, input);
+    input.port = static_cast<std::uint8_t>((index - cells_end) % RS_SECTION_UNIT_PORTS_MAX + 1);
+    step_unit((index - cells_end) / RS_SECTION_UNIT_PORTS_MAX, input);
+  }
+}
+
+void Network::wake_unit_now(std::size_t index) {
+  Unit& unit = units_[index];
+  if (unit.scheduled_ns != now_ns_) return;
+  unit.scheduled_ns = never;
+  if (unit.due_ns > now_ns_) {
+    if (unit.due_ns != never) wake_unit(index, unit.due_ns);
+    return;
+  }
+  if (unit.stopped) return;
+  rs_unit_input input{};
+  input.kind = RS_UNIT_INPUT_TIMER;
+  step_unit(index, input);
+}
+
+void Network::wake(std::size_t index) {
+  Cell& cell = cells_[index];
+  if (cell.scheduled_ns != now_ns_) return;
+  cell.scheduled_ns = never;
+  if (cell.due_ns > now_ns_) {
+    if (cell.due_ns != never) wake_cell(index, cell.due_ns);
+    return;
+  }
+  if (cell.power == Cell::Power::on) {
+    const std::uint32_t now_us = cell.clock_us(now_ns_);
+    rs_input input{};
+    input.kind = RS_INPUT_TIMER;
+    if (cell.sampling && due(now_us, cell.sample_us)) {
+      input.kind = RS_INPUT_SAMPLE;
+      input.fault = source_.sample(index, now_ns_, cell.sample);
+      input.sample = &cell.sample;
+    }
+    step_cell(index, input);
+  } else if (cell.power == Cell::Power::starting) {
+    boot(index);
+  } else if (cell.power == Cell::Power::zombie) {
+    haunt(index);
   }
 }
 
@@ -201,45 +257,14 @@ void Network::run_until(std::int64_t end_ns) {
     if ((event.what & wire_event) != 0) {
       const std::uint32_t wire = event.what & ~wire_event;
       if (wires_[wire].end_ns == now_ns_) finish(wire);
-    } else if ((event.what & letter_event) != 0) {
-      Letter& place = letters_[event.what & ~letter_event];
-      const Letter letter = place;
-      place.due_ns = never;
-      receive(letter.to, {letter.datagram.data(), letter.bytes});
     } else if ((event.what & unit_event) != 0) {
-      const std::size_t index = event.what & ~unit_event;
-      Unit& unit = units_[index];
-      if (unit.scheduled_ns != now_ns_) continue;
-      unit.scheduled_ns = never;
-      if (unit.due_ns > now_ns_) {
-        if (unit.due_ns != never) wake_unit(index, unit.due_ns);
-        continue;
-      }
-      rs_unit_input input{};
-      input.kind = RS_UNIT_INPUT_TIMER;
-      step_unit(index, input);
+      wake_unit_now(event.what & ~unit_event);
+    } else if ((event.what & letter_event) != 0) {
+      deliver_letter(event.what & ~letter_event);
+    } else if ((event.what & act_event) != 0) {
+      act(event.what & ~act_event);
     } else {
-      const std::size_t index = event.what;
-      Cell& cell = cells_[index];
-      if (cell.scheduled_ns != now_ns_) continue;
-      cell.scheduled_ns = never;
-      if (cell.due_ns > now_ns_) {
-        if (cell.due_ns != never) wake_cell(index, cell.due_ns);
-        continue;
-      }
-      if (cell.power == Cell::Power::starting) {
-        boot(index);
-      } else if (cell.power == Cell::Power::on) {
-        const std::uint32_t now_us = cell.clock_us(now_ns_);
-        rs_input input{};
-        input.kind = RS_INPUT_TIMER;
-        if (cell.sampling && due(now_us, cell.sample_us)) {
-          input.kind = RS_INPUT_SAMPLE;
-          input.fault = source_.sample(index, now_ns_, cell.sample);
-          input.sample = &cell.sample;
-        }
-        step_cell(index, input);
-      }
+      wake(event.what);
     }
   }
   now_ns_ = std::max(now_ns_, end_ns);
@@ -251,6 +276,8 @@ void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) 
   input.bytes = datagram.data();
   input.count = static_cast<std::uint32_t>(datagram.size());
   log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 48) ^ unit);
+  tell([&](Observer& observer) { observer.datagram_from_host(*this, unit, datagram); });
+  if (units_.at(unit).stopped) return;
   step_unit(unit, input);
 }
 

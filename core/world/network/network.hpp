@@ -16,6 +16,8 @@
 #include "robotskin/cell.h"
 #include "robotskin/section_unit.h"
 #include "world/network/event_queue.hpp"
+#include "world/network/fault.hpp"
+#include "world/network/observer.hpp"
 #include "world/network/wiring.hpp"
 
 namespace robotskin::world {
@@ -42,6 +44,8 @@ struct NetworkOptions {
   bool powered = true;            // ports are on from the start
   std::int64_t epoch_ns = 0;      // the section units' clock at virtual time 0
   std::uint64_t seed = 1;
+  std::uint8_t clock_rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;  // kept in the cells' flash
+  std::vector<Fault> faults;                              // that strike during the run; see `inject`
   std::optional<driver::Key> key;  // of datagrams; none: not authenticated
   std::optional<std::array<std::uint8_t, RS_CELL_KEY_BYTES>>
       cell_key;  // of ticks and commands; none: not authenticated
@@ -80,8 +84,23 @@ class Network {
   void kill(std::size_t cell);
   // Starts a cell, after `off_ns` without power if it runs.
   void reboot(std::size_t cell, std::int64_t off_ns);
+  // Lets a fault strike at its time, which must not be over. Throws FaultError for a target that does not exist, and
+  // for one that had to be known at the start.
+  void inject(const Fault& fault);
+
+  // The observer is told of every event from now on, and must live as long.
+  void observe(Observer& observer) { observers_.push_back(&observer); }
 
   // ---- What is so ----
+  const Wiring& wiring() const { return wiring_; }  // as it was built
+  // What is at the other end of a wire now.
+  WireEnd other_end(WireEnd end) const;
+  // Whether frames out of this end arrive somewhere that runs.
+  bool carries(WireEnd from) const;
+  bool unit_runs(std::size_t unit) const;
+  bool port_powered(std::size_t unit, int port) const;
+  std::int64_t booted_ns(std::size_t cell) const;  // when it last started, -1: never
+  std::uint64_t topology_revision() const { return topology_revision_; }  // counts changes of wires and of who runs
   std::size_t cell_count() const;
   std::size_t unit_count() const;
   const rs_cell& cell(std::size_t index) const;
@@ -100,18 +119,52 @@ class Network {
   struct Letter;
   struct Wire;  // one direction
 
+  struct Trouble;  // of a wire
+  struct Act;      // a fault or its end, to come
+
   void boot(std::size_t cell);
+  void boot_unit(std::size_t unit);
+  void wake(std::size_t cell);
+  void wake_unit_now(std::size_t unit);
   void supply();  // gives or takes power after a change of ports, wires or cells
   void step_cell(std::size_t cell, const rs_input& input);
   void step_unit(std::size_t unit, const rs_unit_input& input);
   void start(std::uint32_t wire, const std::uint8_t* frame);
   void finish(std::uint32_t wire);
-  void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
   void wake_cell(std::size_t cell, std::int64_t time_ns);
   void wake_unit(std::size_t unit, std::int64_t time_ns);
   const std::uint8_t* cell_key() const;
   void log(std::uint64_t word);
 
+  std::size_t cell_wires() const { return RS_PORTS * wiring_.cell_count(); }
+  std::size_t wire_of(WireEnd end) const;
+  WireEnd end_of(std::size_t wire) const;
+  // Wires of a fault's port, or of all its ports, or all wires; as indices of the wires that lead out of it.
+  std::vector<std::size_t> wires_of(const Fault& fault) const;
+  void act(std::size_t index);
+  void begin(Act& act);
+  void end(Act& act);
+  void sever(std::size_t wire, std::uint8_t why, bool out, bool in);
+  void join(std::size_t a, std::size_t b);
+  void part(std::size_t wire);
+  void wrap_at(const Fault& fault);
+  void trouble(const Fault& fault, bool begins);
+  void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
+  void deliver_letter(std::size_t index);
+  void trouble_ethernet(const Fault& fault, bool begins);
+  void set_drift(std::size_t cell, double ppm);
+  void stuff(const Fault& fault);
+  void corrupt(const Fault& fault, std::uint64_t key);
+  void rename(std::size_t cell, std::uint16_t id);
+  void haunt(std::size_t cell);
+  void report_idle_wires(std::size_t cell);
+  std::vector<std::size_t> wires_around(std::size_t cell, std::size_t size) const;
+  template <typename Tell>
+  void tell(const Tell& what) {
+    for (Observer* observer : observers_) what(*observer);
+  }
+
+  Wiring wiring_;
   NetworkOptions options_;
   std::optional<driver::KeyedHash> hash_;
   SampleSource& source_;
@@ -120,8 +173,14 @@ class Network {
   std::vector<Cell> cells_;
   std::vector<Unit> units_;
   std::vector<Wire> wires_;
+  std::vector<Trouble> troubles_;  // by wire, once there are any
+  std::vector<Act> acts_;
+  std::vector<Fault> ethernet_faults_;  // in force
   std::vector<Letter> letters_;
+  std::uint64_t letters_posted_ = 0;
+  std::vector<Observer*> observers_;
   NetworkCounts counts_;
+  std::uint64_t topology_revision_ = 0;
   std::int64_t now_ns_ = 0;
   std::uint64_t log_hash_ = 0;
 };

@@ -14,10 +14,25 @@ inline constexpr std::int64_t ethernet_ns = 200'000;  // between two section uni
 inline constexpr double frame_us = 1e6 * double{RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE} / double{RS_LINK_BAUD};
 
 // Streams of random numbers, each of its own for a cell, wire or unit.
-enum NetworkPurpose : std::uint64_t { purpose_clock = 11, purpose_wire = 12, purpose_boot = 13, purpose_session = 14 };
+enum NetworkPurpose : std::uint64_t {
+  purpose_clock = 11,
+  purpose_wire = 12,
+  purpose_boot = 13,
+  purpose_session = 14,
+  purpose_unit_clock = 15,
+  purpose_act = 16,
+  purpose_ethernet = 17
+};
+
+// Kinds of events; the other bits say which one. Else: a cell wakes.
+inline constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U, letter_event = 0x20000000U,
+                               act_event = 0x10000000U;
+
+// Why a wire carries nothing in one direction.
+enum : std::uint8_t { severed_by_cut = 1, severed_as_late = 2 };
 
 struct Network::Cell {
-  enum class Power : std::uint8_t { off, starting, on, dead };
+  enum class Power : std::uint8_t { off, starting, on, dead, zombie };
 
   Power power = Power::off;
   bool sampling = false;
@@ -25,6 +40,8 @@ struct Network::Cell {
   std::uint32_t clock_start_us = 0;
   double us_per_ns = 1e-3, ns_per_us = 1e3;
   std::int64_t due_ns = never, scheduled_ns = never;
+  std::int64_t slow_ns = 0;  // each wake-up and frame comes so much later
+  std::int64_t booted_ns = -1;
   std::uint64_t boot_key = 0, boots = 0;
   std::uint32_t queue_peak = 0;
   rs_sample sample{};
@@ -41,13 +58,35 @@ struct Network::Unit {
   std::unique_ptr<rs_section_unit> state = std::make_unique<rs_section_unit>();
   rs_section_unit_config config{};
   std::uint16_t power = 0;
+  std::uint16_t unfed = 0;  // bit p - 1: port p feeds no power whatever the unit wants
+  bool stopped = false;
+  std::uint32_t starts = 0;
   std::int64_t due_ns = never, scheduled_ns = never;
+
+  // Its clock is virtual time, ahead by `ahead_ns`, and by `drift` of the time since `drifting_ns`.
+  std::int64_t ahead_ns = 0, drifting_ns = 0;
+  double drift = 0;
+
+  std::int64_t clock_ns(std::int64_t time_ns) const {
+    return time_ns + ahead_ns + static_cast<std::int64_t>(drift * static_cast<double>(time_ns - drifting_ns));
+  }
+  // The virtual time at which the clock shows at least `clock`.
+  std::int64_t time_ns(std::int64_t clock) const {
+    const std::int64_t since_ns = clock - ahead_ns - drifting_ns;
+    if (drift == 0) return drifting_ns + since_ns;
+    return drifting_ns + static_cast<std::int64_t>(static_cast<double>(since_ns) / (1 + drift)) + 1;
+  }
+  void set_drift(std::int64_t now_ns, double share) {
+    ahead_ns = clock_ns(now_ns) - now_ns;
+    drifting_ns = now_ns;
+    drift = share;
+  }
 };
 
 // A datagram on its way between section units.
 struct Network::Letter {
   std::int64_t due_ns = never;  // never: the place is free
-  std::uint32_t to = 0, bytes = 0;
+  std::uint32_t from = 0, to = 0, bytes = 0;
   std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> datagram;
 };
 
@@ -55,9 +94,21 @@ struct Network::Wire {
   const std::uint8_t* frame = nullptr;  // in the sender's state while it is sent
   std::int64_t end_ns = never;
   std::int32_t to = -1;  // the wire that leads back, whose sender is this one's receiver; -1: open end
-  bool cut = false;
+  std::uint8_t severed = 0;  // why frames into it do not arrive; 0: they do
+  bool torn = false;         // something happened to it under way: the frame on it is lost
+  bool troubled = false;     // see troubles_
   double frame_ns = 1e3 * frame_us;
   std::uint64_t key = 0, frames = 0;
+};
+
+struct Network::Trouble {
+  double bit_error_rate = 0, lost_share = 0;
+};
+
+struct Network::Act {
+  Fault fault;
+  int phase = 0;
+  std::vector<std::size_t> wires;  // that a late patch will have; the two that a plug had before
 };
 
 }  // namespace robotskin::world

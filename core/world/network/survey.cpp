@@ -23,6 +23,18 @@ bool Network::alive(std::size_t cell) const {
   return cells_.at(cell).power == Cell::Power::on;
 }
 
+bool Network::unit_runs(std::size_t unit) const {
+  return !units_.at(unit).stopped;
+}
+
+bool Network::port_powered(std::size_t unit, int port) const {
+  return (units_.at(unit).power >> (port - 1) & 1) != 0;
+}
+
+std::int64_t Network::booted_ns(std::size_t cell) const {
+  return cells_.at(cell).booted_ns;
+}
+
 const rs_section_unit& Network::unit(std::size_t index) const {
   return *units_.at(index).state;
 }
@@ -45,7 +57,7 @@ std::vector<std::int32_t> Network::depths() const {
   std::deque<std::size_t> next;
   const auto reach = [&](const Wire& wire, std::int32_t hops) {
     if (wire.to < 0 || static_cast<std::size_t>(wire.to) >= RS_PORTS * cells_.size()) return;
-    if (wire.cut || wires_[wire.to].cut) return;
+    if (wire.severed != 0 || wires_[wire.to].severed != 0) return;
     const std::size_t cell = static_cast<std::size_t>(wire.to) / RS_PORTS;
     if (!alive(cell) || depth[cell] >= 0) return;
     depth[cell] = hops;
@@ -53,7 +65,7 @@ std::vector<std::int32_t> Network::depths() const {
   };
   for (std::size_t u = 0; u < units_.size(); ++u)
     for (std::size_t p = 0; p < units_[u].config.ports; ++p)
-      if ((units_[u].power >> p & 1) != 0)
+      if (port_powered(u, static_cast<int>(p) + 1) && unit_runs(u))
         reach(wires_[RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * u + p], 1);
   while (!next.empty()) {
     const std::size_t cell = next.front();

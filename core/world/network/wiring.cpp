@@ -1,17 +1,18 @@
 // The network as it is built: wires joined, clocks started, ids stored, section units configured.
+#include "robotskin/timing.h"
 #include "world/network/parts.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {
 
 Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSource& source, DatagramSink& sink)
-    : options_(options), source_(source), sink_(sink), cells_(wiring.cell_count()), units_(wiring.units.size()) {
-  const std::size_t cell_wires = RS_PORTS * cells_.size();
-  wires_.resize(cell_wires + RS_SECTION_UNIT_PORTS_MAX * units_.size());
-  const auto join = [this](std::size_t a, std::size_t b) {
-    wires_[a].to = static_cast<std::int32_t>(b);
-    wires_[b].to = static_cast<std::int32_t>(a);
-  };
+    : wiring_(wiring),
+      options_(options),
+      source_(source),
+      sink_(sink),
+      cells_(wiring.cell_count()),
+      units_(wiring.units.size()) {
+  wires_.resize(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * units_.size());
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     for (int p = 0; p < RS_PORTS; ++p) {
       const CellEnd end = wiring.neighbours[i][p];
@@ -24,7 +25,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
   for (std::size_t u = 0; u < units_.size(); ++u) {
     for (std::size_t p = 0; p < wiring.units[u].ports.size(); ++p) {
       const CellEnd end = wiring.units[u].ports[p];
-      if (end.cell >= 0) join(cell_wires + RS_SECTION_UNIT_PORTS_MAX * u + p, RS_PORTS * end.cell + end.port - 1);
+      if (end.cell >= 0) join(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * u + p, RS_PORTS * end.cell + end.port - 1);
     }
   }
   for (std::size_t w = 0; w < wires_.size(); ++w) wires_[w].key = stream_key(options.seed, purpose_wire, w);
@@ -38,15 +39,18 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     cell.clock_start_us = static_cast<std::uint32_t>(random_bits(key, 1));
     cell.boot_key = stream_key(options.seed, purpose_boot, i);
     for (int p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * i + p].frame_ns = frame_us * cell.ns_per_us;
-    if (wiring.id[i] != RS_ID_NONE) {
+    if (wiring.id[i] != RS_ID_NONE || options.clock_rate_hz != RS_CLOCK_RATE_DEFAULT_HZ) {
       rs_settings settings;
       rs_settings_default(&settings);
       settings.id = wiring.id[i];
+      settings.clock_rate_hz = options.clock_rate_hz;
       rs_settings_store(&settings, cell.flash);
     }
   }
   if (options.key) hash_.emplace(*options.key);
   queue_.reserve(4 * wires_.size() + 64);
+  for (const Fault& fault : options.faults)
+    if (fault.kind == FaultKind::wrap) wrap_at(fault);
 
   for (std::size_t u = 0; u < units_.size(); ++u) {
     const UnitDescription& description = wiring.units[u];
@@ -72,11 +76,61 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
       config.tag = &driver::KeyedHash::hook;
       config.tag_context = &*hash_;
     }
-    rs_unit_input boot{};
-    boot.kind = RS_UNIT_INPUT_BOOT;
-    boot.config = &config;
-    step_unit(u, boot);
+    Unit& unit = units_[u];
+    const std::uint64_t clock = stream_key(options.seed, purpose_unit_clock, u);
+    unit.ahead_ns = options_.epoch_ns + description.skew_ns +
+                    static_cast<std::int64_t>(1e3 * random_symmetric(clock, 0, options.line.unit_skew_us));
+    unit.drift = 1e-6 * (description.drift_ppm + random_symmetric(clock, 1, options.line.unit_drift_ppm));
   }
+  for (const Fault& fault : options.faults)
+    if (fault.kind != FaultKind::wrap) inject(fault);
+  for (std::size_t u = 0; u < units_.size(); ++u) boot_unit(u);
+}
+
+void Network::wrap_at(const Fault& fault) {
+  constexpr std::int64_t turn_ns = 65536LL * RS_TICK_US * 1000;
+  options_.epoch_ns += turn_ns - (options_.epoch_ns + fault.time_ns) % turn_ns;
+}
+
+// ---- Wires ----
+
+void Network::join(std::size_t a, std::size_t b) {
+  wires_[a].to = static_cast<std::int32_t>(b);
+  wires_[b].to = static_cast<std::int32_t>(a);
+}
+
+void Network::part(std::size_t wire) {
+  if (wires_[wire].to < 0) return;
+  for (const std::size_t w : {wire, static_cast<std::size_t>(wires_[wire].to)}) {
+    wires_[w].to = -1;
+    wires_[w].torn = wires_[w].end_ns != never;
+  }
+}
+
+std::size_t Network::wire_of(WireEnd end) const {
+  return end.at == WireEnd::At::cell ? RS_PORTS * end.index + end.port - 1
+                                     : cell_wires() + RS_SECTION_UNIT_PORTS_MAX * end.index + end.port - 1;
+}
+
+WireEnd Network::end_of(std::size_t wire) const {
+  const auto place = [wire](WireEnd::At at, std::size_t first, std::size_t ports) {
+    return WireEnd{at, static_cast<std::uint8_t>((wire - first) % ports + 1),
+                   static_cast<std::uint32_t>((wire - first) / ports)};
+  };
+  return wire < cell_wires() ? place(WireEnd::At::cell, 0, RS_PORTS)
+                             : place(WireEnd::At::unit, cell_wires(), RS_SECTION_UNIT_PORTS_MAX);
+}
+
+WireEnd Network::other_end(WireEnd end) const {
+  const std::int32_t to = wires_.at(wire_of(end)).to;
+  return to < 0 ? WireEnd{} : end_of(static_cast<std::size_t>(to));
+}
+
+bool Network::carries(WireEnd from) const {
+  const Wire& wire = wires_.at(wire_of(from));
+  if (wire.to < 0 || wire.severed != 0) return false;
+  const WireEnd to = end_of(static_cast<std::size_t>(wire.to));
+  return to.at == WireEnd::At::cell ? alive(to.index) : unit_runs(to.index);
 }
 
 Network::~Network() = default;

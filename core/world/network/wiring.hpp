@@ -17,6 +17,8 @@ struct UnitDescription {
   std::uint16_t section_unit = 0;  // group: the name space of cell ids
   std::uint8_t unit = 0;           // within the group
   std::vector<CellEnd> ports;      // the cell at port p at index p - 1; at most 15
+  std::int64_t skew_ns = 0;        // of its clock against virtual time, at the start
+  double drift_ppm = 0;
 };
 
 struct Wiring {
@@ -34,6 +36,8 @@ struct LineQuality {
   double bit_error_rate = 0;        // bits that flip before the checksum is seen
   double clock_drift_ppm = 100;     // drawn evenly within +-
   double power_up_spread_us = 500;  // cells start within this time after they get power
+  double unit_skew_us = 0;          // section units' clocks at the start, drawn evenly within +-
+  double unit_drift_ppm = 0;        // and how fast they go, within +-
 };
 
 }  // namespace robotskin::world

@@ -1,0 +1,63 @@
+// Datagrams between the section units of a group: a fixed delay, and what faults do to them.
+#include <algorithm>
+
+#include "world/network/parts.hpp"
+#include "world/random.hpp"
+
+namespace robotskin::world {
+
+void Network::post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram) {
+  log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 32) ^ from);
+  for (std::size_t to = 0; to < units_.size(); ++to) {
+    if (to == from || units_[to].config.section_unit != units_[from].config.section_unit) continue;
+    std::int64_t delay_ns = ethernet_ns;
+    bool lost = false;
+    for (const Fault& fault : ethernet_faults_) {
+      const auto unit = static_cast<std::size_t>(fault.unit);
+      if (fault.kind == FaultKind::partition) {
+        lost = lost || from == unit || to == unit;
+      } else if (from == unit && (fault.to < 0 || to == static_cast<std::size_t>(fault.to))) {
+        delay_ns += fault.by_ns;
+        const std::uint64_t key = stream_key(options_.seed, purpose_ethernet, 0);
+        lost = lost || random_unit(key, letters_posted_) < fault.amount;
+      }
+    }
+    ++letters_posted_;
+    if (lost) {
+      tell([&](Observer& observer) { observer.datagram_to_peer(*this, from, to, datagram, false); });
+      continue;
+    }
+    auto place = std::ranges::find(letters_, never, &Letter::due_ns);
+    if (place == letters_.end()) place = letters_.emplace(letters_.end());
+    place->due_ns = now_ns_ + delay_ns;
+    place->from = static_cast<std::uint32_t>(from);
+    place->to = static_cast<std::uint32_t>(to);
+    place->bytes = static_cast<std::uint32_t>(datagram.size());
+    std::ranges::copy(datagram, place->datagram.begin());
+    queue_.push(place->due_ns, letter_event | static_cast<std::uint32_t>(place - letters_.begin()));
+  }
+}
+
+void Network::deliver_letter(std::size_t index) {
+  const Letter letter = letters_[index];
+  letters_[index].due_ns = never;
+  const std::span<const std::uint8_t> datagram(letter.datagram.data(), letter.bytes);
+  log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 48) ^ letter.to);
+  tell([&](Observer& observer) { observer.datagram_to_peer(*this, letter.from, letter.to, datagram, true); });
+  if (units_[letter.to].stopped) return;
+  rs_unit_input input{};
+  input.kind = RS_UNIT_INPUT_DATAGRAM;
+  input.bytes = datagram.data();
+  input.count = letter.bytes;
+  step_unit(letter.to, input);
+}
+
+void Network::trouble_ethernet(const Fault& fault, bool begins) {
+  if (begins) {
+    ethernet_faults_.push_back(fault);
+  } else if (const auto at = std::ranges::find(ethernet_faults_, fault); at != ethernet_faults_.end()) {
+    ethernet_faults_.erase(at);
+  }
+}
+
+}  // namespace robotskin::world
