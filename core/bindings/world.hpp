@@ -1,4 +1,4 @@
-// The world stage is bound in three files: the body, the network with what steps both, and the network's survey.
+// The world stage is bound in five files: the body, faults, the network with what steps both, its survey, its trials.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -8,7 +8,9 @@
 namespace robotskin::bindings {
 
 void bind_world_body(nanobind::module_& module);
+void bind_world_faults(nanobind::module_& module);
 void bind_world_network(nanobind::module_& module);
 void bind_world_survey(nanobind::class_<world::Network>& network);
+void bind_world_trial(nanobind::module_& module);
 
 }  // namespace robotskin::bindings

@@ -35,6 +35,7 @@ using world::World;
 using Neighbours = nb::ndarray<const std::int32_t, nb::shape<-1, 4, 2>, nb::c_contig, nb::device::cpu>;
 using Bytes = nb::bytes;
 
+// Checks what it takes.
 Wiring wiring_of(const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
                  std::vector<UnitDescription> units) {
   Wiring wiring;
@@ -72,17 +73,32 @@ void bind_options(nb::module_& module) {
       .def_rw("lost_share", &LineQuality::lost_share, "of frames, on each wire")
       .def_rw("bit_error_rate", &LineQuality::bit_error_rate, "before the checksum is seen")
       .def_rw("clock_drift_ppm", &LineQuality::clock_drift_ppm, "each cell's clock, within +-")
-      .def_rw("power_up_spread_us", &LineQuality::power_up_spread_us, "cells start within this time");
+      .def_rw("power_up_spread_us", &LineQuality::power_up_spread_us, "cells start within this time")
+      .def_rw("unit_skew_us", &LineQuality::unit_skew_us, "section units' clocks at the start, within +-")
+      .def_rw("unit_drift_ppm", &LineQuality::unit_drift_ppm, "section units' clocks, within +-");
+
+  nb::class_<Wiring>(module, "Wiring", "Who is plugged into whom.")
+      .def(
+          "__init__",
+          [](Wiring* self, const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
+             const std::vector<UnitDescription>& units) { new (self) Wiring(wiring_of(neighbours, id, units)); },
+          "neighbours"_a, "id"_a, "units"_a,
+          "neighbours: (N, 4, 2) int32, for own port p at row p - 1 the neighbour's index or -1, and its port; "
+          "id: (N) kept in the cells' flash, 0: named by the network.")
+      .def("__len__", &Wiring::cell_count);
 
   nb::class_<UnitDescription>(module, "UnitDescription", "A section unit and the cells at its ports.")
       .def(
           "__init__",
           [](UnitDescription* self, std::uint16_t section_unit, std::uint8_t unit,
-             const std::vector<std::tuple<int, int>>& ports) {
-            new (self) UnitDescription{section_unit, unit, {}};
+             const std::vector<std::tuple<int, int>>& ports, std::int64_t skew_ns, double drift_ppm) {
+            new (self) UnitDescription{section_unit, unit, {}, skew_ns, drift_ppm};
             for (const auto& [cell, port] : ports) self->ports.push_back({cell, static_cast<std::uint8_t>(port)});
           },
-          "section_unit"_a, "unit"_a, "ports"_a)
+          "section_unit"_a, "unit"_a, "ports"_a, "skew_ns"_a = 0, "drift_ppm"_a = 0.0,
+          "ports: (cell, cell port) of port p at index p - 1; skew and drift of its clock against virtual time.")
+      .def_rw("skew_ns", &UnitDescription::skew_ns)
+      .def_rw("drift_ppm", &UnitDescription::drift_ppm)
       .def_ro("section_unit", &UnitDescription::section_unit)
       .def_ro("unit", &UnitDescription::unit);
 
@@ -94,6 +110,8 @@ void bind_options(nb::module_& module) {
       .def_rw("powered", &NetworkOptions::powered, "ports have power from the start")
       .def_rw("epoch_ns", &NetworkOptions::epoch_ns, "the section units' clock at virtual time 0")
       .def_rw("seed", &NetworkOptions::seed)
+      .def_rw("clock_rate_hz", &NetworkOptions::clock_rate_hz, "kept in the cells' flash: 0, 63, 125 or 250")
+      .def_rw("faults", &NetworkOptions::faults, "that strike during the run")
       .def(
           "set_key", [](NetworkOptions& self, const nb::bytes& key) { self.key = key_from(key); }, "key"_a,
           "32 bytes that host and section units share: datagrams are authenticated in both directions.")
@@ -187,14 +205,18 @@ void bind_network(nb::module_& module) {
             check(self, cell);
             self.reboot(cell, off_ns);
           },
-          "cell"_a, "off_ns"_a = 0, "Starts a cell, after this time without power.");
+          "cell"_a, "off_ns"_a = 0, "Starts a cell, after this time without power.")
+      .def("inject", &Network::inject, "fault"_a,
+           "Lets a fault strike at its time, which must not be over. Raises FaultError.");
 }
 
 }  // namespace
 
 void bind_world_network(nb::module_& module) {
+  bind_world_faults(module);
   bind_options(module);
   bind_network(module);
+  bind_world_trial(module);
   nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");
   nb::class_<Mailbox, Transport>(module, "Mailbox", "In process: datagrams wait until they are taken.")
       .def(nb::init<>())

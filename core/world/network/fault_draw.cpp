@@ -122,8 +122,8 @@ std::vector<Fault> draw_faults(const Wiring& wiring, std::int32_t count, std::in
           fault.port = draw_port(fault.cell);
         }
         fault.lasts_ns = kind == FaultKind::noise ? time_between(ms, 40 * ms) : time_between(ms / 10, 6 * ms);
-        fault.amount = kind == FaultKind::noise ? 1e-4 * static_cast<double>(1 + draw.below(50))
-                                                : 0.05 * static_cast<double>(1 + draw.below(20));
+        fault.amount = kind == FaultKind::noise ? static_cast<double>(1 + draw.below(50)) / 10000
+                                                : static_cast<double>(1 + draw.below(20)) / 20;
         break;
       case FaultKind::slow:
         fault.cell = draw_cell();
@@ -194,7 +194,7 @@ std::vector<Fault> draw_faults(const Wiring& wiring, std::int32_t count, std::in
       case FaultKind::partition:
         fault.unit = draw_unit();
         fault.by_ns = kind == FaultKind::delay ? time_between(ms / 10, 40 * ms) : 0;
-        fault.amount = kind == FaultKind::loss ? 0.05 * static_cast<double>(1 + draw.below(20)) : 0;
+        fault.amount = kind == FaultKind::loss ? static_cast<double>(1 + draw.below(20)) / 20 : 0;
         fault.lasts_ns = while_ns(10 * ms, 100 * ms);
         break;
       case FaultKind::wrap:

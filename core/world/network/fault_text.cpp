@@ -117,7 +117,8 @@ std::optional<std::int64_t> time_of(std::string_view text) {
   const std::optional<double> value = number_of<double>(text.substr(0, suffix));
   if (!value) return std::nullopt;
   const auto* unit = std::ranges::find(time_units, text.substr(suffix), &TimeUnit::name);
-  if (unit == time_units.end()) return *value == 0 && suffix == text.size() ? std::optional<std::int64_t>(0) : std::nullopt;
+  if (unit == time_units.end())
+    return *value == 0 && suffix == text.size() ? std::optional<std::int64_t>(0) : std::nullopt;
   const double ns = *value * static_cast<double>(unit->ns);
   if (!(std::abs(ns) <= hour_ns)) return std::nullopt;
   return std::llround(ns);
@@ -147,17 +148,17 @@ void set(Fault& fault, const Key& key, std::string_view text, std::string_view w
   if (const auto* integer = std::get_if<std::int32_t Fault::*>(&key.member)) {
     const auto value = number_of<std::int32_t>(text);
     if (!value || !within(*value)) refuse(range("a whole number"));
-    fault.**integer = *value;
+    fault.** integer = *value;
   } else if (const auto* time = std::get_if<std::int64_t Fault::*>(&key.member)) {
     const auto value = time_of(text);
     if (!value || !within(static_cast<double>(*value)))
       refuse("a time such as 500us, 2ms or 1.5s, from " + time_text(std::llround(key.low)) + " to " +
              time_text(std::llround(key.high)));
-    fault.**time = *value;
+    fault.** time = *value;
   } else if (const auto* real = std::get_if<double Fault::*>(&key.member)) {
     const auto value = number_of<double>(text);
     if (!value || !within(*value)) refuse(range("a number"));
-    fault.**real = *value;
+    fault.** real = *value;
   } else if (std::holds_alternative<FaultWay Fault::*>(key.member)) {
     const auto* at = std::ranges::find(ways, text);
     if (at == ways.end()) refuse("choose from " + list_of(ways));

@@ -156,14 +156,14 @@ void Network::begin(Act& act) {
       if (cells_[cell].power != Cell::Power::off) reboot(cell, fault.lasts_ns);
       break;
     case FaultKind::plug: {
-      const std::size_t wire = wire_of({WireEnd::At::cell, static_cast<std::uint8_t>(fault.port),
-                                        static_cast<std::uint32_t>(fault.cell)});
+      const std::size_t wire =
+          wire_of({WireEnd::At::cell, static_cast<std::uint8_t>(fault.port), static_cast<std::uint32_t>(fault.cell)});
       act.wires = {wire};
       if (wires_[wire].to >= 0) act.wires.push_back(static_cast<std::size_t>(wires_[wire].to));
       part(wire);
       if (fault.to >= 0) {
-        const std::size_t to = wire_of({WireEnd::At::cell, static_cast<std::uint8_t>(fault.to_port),
-                                        static_cast<std::uint32_t>(fault.to)});
+        const std::size_t to = wire_of(
+            {WireEnd::At::cell, static_cast<std::uint8_t>(fault.to_port), static_cast<std::uint32_t>(fault.to)});
         part(to);
         if (to != wire) join(wire, to);
       }
@@ -300,7 +300,8 @@ void Network::trouble(const Fault& fault, bool begins) {
   const double by = begins ? fault.amount : -fault.amount;
   const auto change = [&](std::size_t wire) {
     wires_[wire].troubled = true;
-    if (fault.kind == FaultKind::noise) troubles_[wire].bit_error_rate = std::max(0.0, troubles_[wire].bit_error_rate + by);
+    if (fault.kind == FaultKind::noise)
+      troubles_[wire].bit_error_rate = std::max(0.0, troubles_[wire].bit_error_rate + by);
     if (fault.kind == FaultKind::burst) troubles_[wire].lost_share = std::max(0.0, troubles_[wire].lost_share + by);
   };
   const bool everywhere = fault.cell < 0 && fault.unit < 0;
@@ -331,7 +332,8 @@ std::vector<std::size_t> Network::wires_around(std::size_t cell, std::size_t siz
   for (const std::size_t i : group)
     for (std::size_t p = 0; p < RS_PORTS; ++p) {
       const std::size_t next = neighbour(i, p);
-      if (wires_[RS_PORTS * i + p].to >= 0 && (next == cells_.size() || !inside[next])) wires.push_back(RS_PORTS * i + p);
+      if (wires_[RS_PORTS * i + p].to >= 0 && (next == cells_.size() || !inside[next]))
+        wires.push_back(RS_PORTS * i + p);
     }
   return wires;
 }

@@ -46,7 +46,7 @@ struct NetworkOptions {
   std::uint64_t seed = 1;
   std::uint8_t clock_rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;  // kept in the cells' flash
   std::vector<Fault> faults;                              // that strike during the run; see `inject`
-  std::optional<driver::Key> key;  // of datagrams; none: not authenticated
+  std::optional<driver::Key> key;                         // of datagrams; none: not authenticated
   std::optional<std::array<std::uint8_t, RS_CELL_KEY_BYTES>>
       cell_key;  // of ticks and commands; none: not authenticated
 };
@@ -99,12 +99,13 @@ class Network {
   bool carries(WireEnd from) const;
   bool unit_runs(std::size_t unit) const;
   bool port_powered(std::size_t unit, int port) const;
-  std::int64_t booted_ns(std::size_t cell) const;  // when it last started, -1: never
+  std::int64_t booted_ns(std::size_t cell) const;                         // when it last started, -1: never
   std::uint64_t topology_revision() const { return topology_revision_; }  // counts changes of wires and of who runs
   std::size_t cell_count() const;
   std::size_t unit_count() const;
   const rs_cell& cell(std::size_t index) const;
   bool alive(std::size_t cell) const;
+  bool starting(std::size_t cell) const;  // has power, and has not started yet
   const rs_section_unit& unit(std::size_t index) const;
   const NetworkCounts& counts() const { return counts_; }
   std::uint64_t frames_dropped() const;            // by full queues of cells and section units

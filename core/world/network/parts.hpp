@@ -93,7 +93,7 @@ struct Network::Letter {
 struct Network::Wire {
   const std::uint8_t* frame = nullptr;  // in the sender's state while it is sent
   std::int64_t end_ns = never;
-  std::int32_t to = -1;  // the wire that leads back, whose sender is this one's receiver; -1: open end
+  std::int32_t to = -1;      // the wire that leads back, whose sender is this one's receiver; -1: open end
   std::uint8_t severed = 0;  // why frames into it do not arrive; 0: they do
   bool torn = false;         // something happened to it under way: the frame on it is lost
   bool troubled = false;     // see troubles_

@@ -23,6 +23,10 @@ bool Network::alive(std::size_t cell) const {
   return cells_.at(cell).power == Cell::Power::on;
 }
 
+bool Network::starting(std::size_t cell) const {
+  return cells_.at(cell).power == Cell::Power::starting;
+}
+
 bool Network::unit_runs(std::size_t unit) const {
   return !units_.at(unit).stopped;
 }
