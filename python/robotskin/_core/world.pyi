@@ -8,6 +8,7 @@ import numpy
 from numpy.typing import NDArray
 
 import robotskin._core.model
+import robotskin.errors
 
 class Imperfections:
     """
@@ -197,6 +198,57 @@ class Body:
     def hand_task(self, arg: int, /) -> HandTask: ...
     def hand_cell(self, arg: int, /) -> int: ...
 
+class FaultError(robotskin.errors.RobotskinError):
+    pass
+
+class Fault:
+    """
+    Something that goes wrong in a network at a time; its text can be read again.
+    """
+
+    def __init__(self, text: str) -> None:
+        """For instance 'cut:cell=12,port=3@120ms'. Raises FaultError."""
+
+    def __str__(self) -> str: ...
+    def __repr__(self) -> str: ...
+    def __eq__(self, arg: Fault, /) -> bool: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def time_ns(self) -> int:
+        """virtual time at which it strikes"""
+
+    @property
+    def cell(self) -> int:
+        """-1: none"""
+
+    @property
+    def unit(self) -> int:
+        """-1: none"""
+
+    @property
+    def port(self) -> int:
+        """0: all"""
+
+    @property
+    def lasts_ns(self) -> int:
+        """0: for good"""
+
+def fault_kinds() -> list[str]: ...
+def fault_help() -> str:
+    """A line a kind: its keys, their values if left out, what happens."""
+
+def parse_faults(text: str, wiring: Wiring, seed: int) -> list[Fault]:
+    """
+    The faults of a specification in order of time; 'random:N@TIME' is drawn from the seed. Raises FaultError, also for targets that the wiring does not have.
+    """
+
+def draw_faults(wiring: Wiring, count: int, from_ns: int, seed: int) -> list[Fault]:
+    """Faults of any kind, half of them within 10 ms of the one before."""
+
+def faults_text(faults: Sequence[Fault]) -> str:
+    """One line that parse_faults reads as the same faults."""
+
 class LineQuality:
     """How good wires and clocks are; the faults of a run come from its seed."""
 
@@ -231,11 +283,52 @@ class LineQuality:
 
     @power_up_spread_us.setter
     def power_up_spread_us(self, arg: float, /) -> None: ...
+    @property
+    def unit_skew_us(self) -> float:
+        """section units' clocks at the start, within +-"""
+
+    @unit_skew_us.setter
+    def unit_skew_us(self, arg: float, /) -> None: ...
+    @property
+    def unit_drift_ppm(self) -> float:
+        """section units' clocks, within +-"""
+
+    @unit_drift_ppm.setter
+    def unit_drift_ppm(self, arg: float, /) -> None: ...
+
+class Wiring:
+    """Who is plugged into whom."""
+
+    def __init__(
+        self,
+        neighbours: Annotated[NDArray[numpy.int32], dict(shape=(None, 4, 2), order="C", device="cpu", writable=False)],
+        id: Sequence[int],
+        units: Sequence[UnitDescription],
+    ) -> None:
+        """
+        neighbours: (N, 4, 2) int32, for own port p at row p - 1 the neighbour's index or -1, and its port; id: (N) kept in the cells' flash, 0: named by the network.
+        """
+
+    def __len__(self) -> int: ...
 
 class UnitDescription:
     """A section unit and the cells at its ports."""
 
-    def __init__(self, section_unit: int, unit: int, ports: Sequence[tuple[int, int]]) -> None: ...
+    def __init__(
+        self, section_unit: int, unit: int, ports: Sequence[tuple[int, int]], skew_ns: int = 0, drift_ppm: float = 0.0
+    ) -> None:
+        """
+        ports: (cell, cell port) of port p at index p - 1; skew and drift of its clock against virtual time.
+        """
+
+    @property
+    def skew_ns(self) -> int: ...
+    @skew_ns.setter
+    def skew_ns(self, arg: int, /) -> None: ...
+    @property
+    def drift_ppm(self) -> float: ...
+    @drift_ppm.setter
+    def drift_ppm(self, arg: float, /) -> None: ...
     @property
     def section_unit(self) -> int: ...
     @property
@@ -277,6 +370,18 @@ class NetworkOptions:
     def seed(self) -> int: ...
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
+    @property
+    def clock_rate_hz(self) -> int:
+        """kept in the cells' flash: 0, 63, 125 or 250"""
+
+    @clock_rate_hz.setter
+    def clock_rate_hz(self, arg: int, /) -> None: ...
+    @property
+    def faults(self) -> list[Fault]:
+        """that strike during the run"""
+
+    @faults.setter
+    def faults(self, arg: Sequence[Fault], /) -> None: ...
     def set_key(self, key: bytes) -> None:
         """
         32 bytes that host and section units share: datagrams are authenticated in both directions.
@@ -364,6 +469,151 @@ class Network:
     def kill(self, cell: int) -> None: ...
     def reboot(self, cell: int, off_ns: int = 0) -> None:
         """Starts a cell, after this time without power."""
+
+    def inject(self, fault: Fault) -> None:
+        """
+        Lets a fault strike at its time, which must not be over. Raises FaultError.
+        """
+
+class FaultOutcome:
+    """
+    What a fault did, until the next one struck. Cells that did not run, or were out of reach, at some time since it struck count for `rejoin_ms` and `healed` only.
+    """
+
+    @property
+    def fault(self) -> Fault: ...
+    @property
+    def recovery_ms(self) -> float:
+        """until every cell in reach had a way again, for good"""
+
+    @property
+    def outage_ms(self) -> float:
+        """longest time during which a cell had none"""
+
+    @property
+    def rejoin_ms(self) -> float:
+        """until every cell in reach had one, restarted ones too"""
+
+    @property
+    def cells_cut_off(self) -> int:
+        """cells without a way at once, at most"""
+
+    @property
+    def healed(self) -> bool:
+        """every cell in reach had a way at the end"""
+
+class TrialReport:
+    """How a network formed, healed and served the host in one run."""
+
+    @property
+    def seconds(self) -> float:
+        """of virtual time"""
+
+    @property
+    def formation_ms(self) -> float:
+        """until every cell first had its shortest way; -1: never"""
+
+    @property
+    def named_ms(self) -> float:
+        """and an id"""
+
+    @property
+    def outcomes(self) -> list[FaultOutcome]:
+        """by fault, in the order they struck"""
+
+    @property
+    def recovery_max_ms(self) -> float: ...
+    @property
+    def whole(self) -> bool:
+        """every cell in reach has a way at the end"""
+
+    @property
+    def depth_max(self) -> int:
+        """hops at the end, the cable counted"""
+
+    @property
+    def extra_depth_mean(self) -> float:
+        """hops over the fewest possible"""
+
+    @property
+    def extra_depth_max(self) -> int: ...
+    @property
+    def port_loads(self) -> list[list[int]]:
+        """cells that report through each port, by unit"""
+
+    @property
+    def cells_in_reach(self) -> int: ...
+    @property
+    def samples_sent(self) -> int:
+        """since every cell had an id"""
+
+    @property
+    def samples_heard(self) -> int:
+        """of these by the host, each counted once"""
+
+    @property
+    def samples_lost(self) -> int: ...
+    @property
+    def samples_twice(self) -> int:
+        """duplicates that left the section units"""
+
+    @property
+    def host_gap_ms(self) -> float:
+        """
+        longest silence at the host of a cell that ran and was in reach all the time
+        """
+
+    @property
+    def cell_gap_ms(self) -> list[float]:
+        """(N) longest silence of every cell; -1: never heard"""
+
+    @property
+    def steady(self) -> list[int]:
+        """(N) 1 if it ran and was in reach all the time"""
+
+    @property
+    def latency_mean_ms(self) -> float:
+        """from sampling to the section unit's port"""
+
+    @property
+    def latency_p99_ms(self) -> float: ...
+    @property
+    def latency_max_ms(self) -> float: ...
+    @property
+    def frames_lost(self) -> int:
+        """on wires"""
+
+    @property
+    def frames_dropped(self) -> int:
+        """by full queues"""
+
+    @property
+    def queue_peak(self) -> int:
+        """frames waiting in a cell at once, at most"""
+
+    @property
+    def counts(self) -> NetworkCounts: ...
+    @property
+    def log_hash(self) -> int: ...
+
+class NetworkTrial:
+    """
+    A network without a body, run with its faults and measured; the cells lie still.
+    """
+
+    def __init__(self, wiring: Wiring, options: NetworkOptions) -> None:
+        """Raises FaultError."""
+
+    def run_until(self, time_s: float) -> None:
+        """Up to this virtual time."""
+
+    def report(self) -> TrialReport:
+        """All that was measured so far."""
+
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def network(self) -> Network: ...
 
 class Transport:
     """Carries datagrams between section units and host."""
