@@ -27,6 +27,7 @@
 namespace robotskin::bindings {
 
 void bind_firmware_cell(nanobind::module_& module);
+void bind_firmware_torque(nanobind::module_& module);
 void bind_firmware_section_unit(nanobind::module_& module);
 
 namespace {
@@ -318,6 +319,7 @@ void bind_firmware(nb::module_ module) {
   bind_frames(module);
   bind_receiver(module);
   bind_firmware_cell(module);
+  bind_firmware_torque(module);
   bind_firmware_section_unit(module);
 }
 

@@ -239,6 +239,61 @@ class Cell:
     def state(self) -> bytes:
         """the whole state, to compare two runs"""
 
+UNIT_BITS: int = 15
+
+MATRIX_BITS: int = 14
+
+LENGTH_BITS: int = 15
+
+FORCE_BITS: int = 12
+
+TORQUE_BITS: int = 16
+
+TURN: int = 65536
+
+CHAIN_JOINTS: int = 12
+
+CHAIN_REACH: int = 58982
+
+LENGTH_EXPONENT_MIN: int = -8
+
+LENGTH_EXPONENT_MAX: int = 3
+
+TOUCH_FORCE_LIMIT: int = 520192
+
+def sine(angle: int) -> int:
+    """Of an angle in 2 pi / TURN rad, times 2^UNIT_BITS."""
+
+class Chain:
+    """The joints below a cell in the integers that a cell keeps (chain.h)."""
+
+    def __init__(
+        self,
+        places: Sequence[tuple[Sequence[int], Sequence[int]]],
+        prismatic: Sequence[bool],
+        length_exponent: int,
+        point: Sequence[int],
+        direction: Sequence[int],
+    ) -> None:
+        """
+        `places`: (rotation, offset) of each joint but the first. Raises ValueError for what does not fit.
+        """
+
+    def valid(self, slide: int = 0) -> bool:
+        """Whether no posture leaves the range of its integers."""
+
+    def torque(self, position: Sequence[int], force: int) -> list[int]:
+        """
+        Nm (N where a joint slides) times 2^TORQUE_BITS, for a force in N 2^FORCE_BITS.
+        """
+
+class TouchGains:
+    """Silent, full, weight and weight bits of force and proximity."""
+
+    def __init__(self, force: Sequence[int], proximity: Sequence[int]) -> None: ...
+    def force(self, sample: Sequence[int]) -> int:
+        """Newton times 2^FORCE_BITS that a sample asks for."""
+
 class SectionUnitOutput:
     """What a section unit asks for (section_unit.h)."""
 

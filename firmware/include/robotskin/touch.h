@@ -1,0 +1,41 @@
+/* From what a cell senses to the force it asks for along its -z (eq. 14 of Cheng et al. 2019), with smooth activation.
+ */
+#ifndef ROBOTSKIN_TOUCH_H
+#define ROBOTSKIN_TOUCH_H
+
+#include <stdint.h>
+
+#include "robotskin/channels.h"
+#include "robotskin/fixed_point.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* One of the two senses. Below `silent` it contributes nothing, from `full` on all of it, between them a share x^2
+ * (3 - 2 x) of it, which grows without a step or a kink. */
+typedef struct {
+  uint16_t silent; /* counts */
+  uint16_t full;   /* counts, greater than `silent` */
+  uint16_t weight; /* newton asked for, a count: weight / 2^weight_bits */
+  uint8_t weight_bits;
+} rs_sense;
+
+typedef struct {
+  rs_sense force; /* of the sum of the three sensors */
+  rs_sense proximity;
+} rs_touch_gains;
+
+enum {
+  RS_TOUCH_FORCE_COUNTS = 3 * 1023, /* the three sensors at the ends of their ranges */
+  RS_TOUCH_FORCE_LIMIT = 127 << RS_FORCE_BITS
+};
+
+/* Newton with RS_FORCE_BITS, 0 to RS_TOUCH_FORCE_LIMIT; 0 for gains out of order. */
+int32_t rs_touch_force(const rs_touch_gains* gains, const rs_sample* sample);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
