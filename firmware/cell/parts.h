@@ -31,7 +31,7 @@ uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave);
 void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick);
 void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave);
 bool rs_waves_equal(const rs_wave* a, const rs_wave* b);
-/* The tag of a command frame sent in an era. */
+/* The tag of a command or grant frame sent in an era. */
 uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t era);
 
 /* ---- network/links.c: which neighbours are there (R1) ---- */
@@ -44,13 +44,31 @@ void rs_links_check(rs_cell* cell, uint32_t now_us);
 void rs_route_boot(rs_cell* cell, uint32_t now_us);
 void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
 void rs_route_lose(rs_cell* cell, uint32_t now_us);
+void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us); /* R3; only what is feasible */
+void rs_route_advertise(rs_cell* cell, uint32_t now_us);            /* to every neighbour, now */
+bool rs_route_feasible(const rs_route* route, unsigned port);       /* R2 */
 void rs_route_check(rs_cell* cell, uint32_t now_us);
 uint32_t rs_tick_time(const rs_cell* cell, uint32_t now_us); /* milliseconds, RS_TICK_TIME_BITS bits */
 
+/* ---- network/moves.c: planned changes of parent (R10) ---- */
+void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us); /* a grant frame */
+/* Leaves a parent that is about to leave the tree for an equally near one that stays; false if there is none. */
+bool rs_move_shed(rs_cell* cell, uint32_t now_us);
+/* What an advert of another neighbour than the parent means for a move; true if the cell has moved. */
+bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us);
+void rs_move_check(rs_cell* cell, uint32_t now_us);
+
+/* ---- network/offers.c: which cell of the subtree could move to another tree ---- */
+bool rs_wants_open(const rs_route* route);
+/* The better of a subtree's best offer and the own one; `lean_*` of what would move with this cell. */
+void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height, rs_offer* best);
+void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best);
+
 /* ---- network/subtree.c: status frames ---- */
 void rs_subtree_update(rs_cell* cell);
+void rs_subtree_forget(rs_neighbour* neighbour); /* a new child has not reported yet */
 void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame);
-void rs_subtree_pack(const rs_cell* cell, uint8_t* frame);
+void rs_subtree_pack(rs_cell* cell, uint8_t* frame);
 
 /* ---- network/identity.c: naming and topology reports ---- */
 void rs_identity_boot(rs_cell* cell, uint32_t random, uint32_t now_us);

@@ -32,24 +32,26 @@ void rs_route_boot(rs_cell* cell, uint32_t now_us) {
   rs_subtree_update(cell);
 }
 
-static void advertise(rs_cell* cell, uint32_t now_us) {
+void rs_route_advertise(rs_cell* cell, uint32_t now_us) {
   cell->queues.advert_due = RS_ALL_PORTS;
   cell->route.advertised_us = now_us;
   rs_timer_set(cell, now_us);
 }
 
 /* R2 */
-static bool feasible(const rs_route* route, const rs_neighbour* neighbour) {
+bool rs_route_feasible(const rs_route* route, unsigned port) {
+  const rs_neighbour* neighbour = &route->neighbour[port];
   const rs_distance bound = {route->feasible_sequence, route->feasible_hops};
   const rs_distance offer = {neighbour->wave.sequence, neighbour->hops};
   return rs_feasible(route->unbound, bound, offer);
 }
 
 /* R3 */
-static void adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
+void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   const rs_neighbour* neighbour = &route->neighbour[port];
   const bool moved = route->parent_port != port + 1U;
+  const bool elsewhere = moved || route->wave.root != neighbour->wave.root || route->hops != neighbour->hops + 1U;
   if (moved) {
     if (route->parent_port == RS_NO_PARENT && now_us - route->orphaned_us > RS_ORPHAN_KEEP_US) {
       rs_queues_forget_samples(cell);
@@ -76,8 +78,9 @@ static void adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     route->timed = true;
     rs_sampling_restart(cell, now_us);
   }
-  if (moved) rs_subtree_update(cell);
-  advertise(cell, now_us);
+  if (moved) route->hold = false;
+  if (elsewhere) rs_subtree_update(cell);
+  rs_route_advertise(cell, now_us);
 }
 
 /* The best neighbour to adopt: fewest hops, the own root first, then the lowest port; RS_PORTS if none is feasible. */
@@ -87,7 +90,7 @@ static unsigned best_feasible(const rs_route* route) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
-    if (!feasible(route, neighbour)) continue;
+    if (!rs_route_feasible(route, port)) continue;
     const uint32_t cost = 2U * neighbour->hops + (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {
       best = port;
@@ -102,16 +105,17 @@ void rs_route_lose(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
   const unsigned best = best_feasible(route);
   if (best < RS_PORTS) {
-    adopt(cell, best, now_us);
+    rs_route_adopt(cell, best, now_us);
     return;
   }
   route->parent_port = RS_NO_PARENT;
   route->hops = RS_HOPS_POISON;
+  route->hold = false;
   route->orphaned_us = now_us;
   ++cell->counts.orphanings;
   rs_identity_changed(cell, now_us);
   rs_subtree_update(cell);
-  advertise(cell, now_us);
+  rs_route_advertise(cell, now_us);
 }
 
 /* Whether a root made this wave: always, without a key. With one, the tag must be right and, once the time is known,
@@ -133,37 +137,40 @@ static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
   const rs_neighbour* parent = &route->neighbour[port];
   if (parent->child || parent->hops == RS_HOPS_POISON) {
     rs_route_lose(cell, now_us);
+  } else if (parent->leaving && rs_move_shed(cell, now_us)) {
+    return;
   } else if (rs_newer(parent->wave.sequence, route->wave.sequence)) {
-    adopt(cell, port, now_us);
+    rs_move_check(cell, now_us);
+    if (!route->hold) rs_route_adopt(cell, port, now_us);
   } else if (parent->wave.sequence != route->wave.sequence) {
     rs_route_lose(cell, now_us);
   } else if (parent->hops + 1U != route->hops || parent->wave.root != route->wave.root) {
-    if (feasible(route, parent)) {
-      adopt(cell, port, now_us);
+    if (rs_route_feasible(route, port)) {
+      rs_route_adopt(cell, port, now_us);
     } else {
       rs_route_lose(cell, now_us);
     }
   }
 }
 
-/* R6, R7 and R9 */
+/* R6, R7, R9 and R10 */
 static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   const rs_neighbour* neighbour = &route->neighbour[port];
-  if (neighbour->child || !feasible(route, neighbour)) return;
+  if (neighbour->child || rs_move_advance(cell, port, now_us) || !rs_route_feasible(route, port)) return;
   if (route->parent_port == RS_NO_PARENT) {
-    adopt(cell, port, now_us);
+    rs_route_adopt(cell, port, now_us);
     return;
   }
   const int gain = (int)route->hops - (int)neighbour->hops - 1;
   const int wanted = neighbour->wave.root == route->wave.root ? 1 : (int)route->wave.gain_threshold;
   if (gain >= 1 && gain >= wanted) {
-    adopt(cell, port, now_us);
+    rs_route_adopt(cell, port, now_us);
     return;
   }
   const uint16_t ahead = (uint16_t)(neighbour->wave.sequence - route->wave.sequence);
   if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {
-    adopt(cell, port, now_us);
+    rs_route_adopt(cell, port, now_us);
   }
 }
 
@@ -185,12 +192,13 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     neighbour->port = (uint8_t)(tick.sender_port + 1U);
     rs_identity_changed(cell, now_us);
   }
-  const bool was_child = neighbour->child;
+  const bool was_child = neighbour->child, was_leaving = neighbour->leaving;
+  const uint8_t old_hops = neighbour->hops, old_root = neighbour->wave.root;
   neighbour->hears_us = tick.heard != 0U;
   neighbour->child = tick.parent != 0U;
   neighbour->leaving = tick.leaving != 0U;
   if (neighbour->child != was_child) {
-    if (!was_child) neighbour->size = neighbour->lean_size = 1, neighbour->height = 0;
+    if (!was_child) rs_subtree_forget(neighbour);
     rs_subtree_update(cell);
   }
 
@@ -213,6 +221,10 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     neighbour->hops = (uint8_t)tick.hops;
     neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
   }
+  if (port + 1U != route->parent_port &&
+      (neighbour->hops != old_hops || neighbour->wave.root != old_root || neighbour->leaving != was_leaving)) {
+    rs_subtree_update(cell);
+  }
 
   if (route->in_quarantine) return;
   if (!rs_link_usable(neighbour)) {
@@ -234,6 +246,7 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
     if (left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
   }
   rs_links_check(cell, now_us);
+  rs_move_check(cell, now_us);
 
   const rs_neighbour* parent = parent_of(route);
   if (parent != 0) {
@@ -241,7 +254,7 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
   } else if (!route->in_quarantine) {
     const unsigned best = best_feasible(route);
     if (best < RS_PORTS) {
-      adopt(cell, best, now_us);
+      rs_route_adopt(cell, best, now_us);
     } else if (now_us - route->orphaned_us >= RS_ORPHAN_RESET_US) {
       /* Nobody hangs on this cell, so it may forget how near it was. */
       bool alone = true;
@@ -249,5 +262,5 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
       if (alone) route->unbound = true;
     }
   }
-  if (now_us - route->advertised_us >= RS_HEARTBEAT_US) advertise(cell, now_us);
+  if (now_us - route->advertised_us >= RS_HEARTBEAT_US) rs_route_advertise(cell, now_us);
 }

@@ -1,20 +1,62 @@
+/* What a cell tells its parent of its subtree: how many cells, how deep, which other trees are beside it, and which
+ * cell could best move to one. */
 #include "cell/parts.h"
+
+/* Roots seen, each once. */
+typedef struct {
+  uint8_t root[RS_PORTS * RS_FOREIGN_ROOTS];
+  unsigned count;
+} root_set;
+
+static void add_root(root_set* set, uint8_t root) {
+  if (root == 0U) return;
+  for (unsigned i = 0; i < set->count; ++i) {
+    if (set->root[i] == root) return;
+  }
+  set->root[set->count++] = root;
+}
+
+/* All of them, or as many as there is room for, in turn. */
+static void report_roots(rs_route* route, const root_set* set) {
+  unsigned at = 0;
+  if (set->count > RS_FOREIGN_ROOTS) {
+    if (++route->foreign_turn >= set->count) route->foreign_turn = 0;
+    at = route->foreign_turn;
+  }
+  for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
+    route->foreign[i] = i < set->count ? set->root[at] : 0U;
+    if (++at >= set->count) at = 0;
+  }
+}
+
+static bool offers_equal(const rs_offer* a, const rs_offer* b) {
+  return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root && a->round == b->round;
+}
 
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
-  uint32_t size = 1, lean_size = 1, height = 0;
+  const bool wanted = rs_wants_open(route);
+  uint32_t size = 1, lean_size = 1, height = 0, lean_height = 0;
   bool alternative = false;
-  uint8_t foreign_root = 0;
+  root_set foreign = {.count = 0};
+  rs_offer best = {.cell = RS_ID_NONE};
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port) continue;
     if (neighbour->child && neighbour->up) {
       size += neighbour->size;
-      if (!neighbour->alternative) lean_size += neighbour->lean_size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
+      if (!neighbour->alternative) {
+        lean_size += neighbour->lean_size;
+        if (neighbour->height >= lean_height) lean_height = neighbour->height + 1U;
+      }
+      for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
+        if (neighbour->foreign[i] != route->wave.root) add_root(&foreign, neighbour->foreign[i]);
+      }
+      if (wanted) rs_offer_better(route, &neighbour->offer, &best);
     } else if (rs_link_usable(neighbour) && neighbour->hops < RS_HOPS_POISON) {
       if (neighbour->wave.root != route->wave.root) {
-        foreign_root = neighbour->wave.root;
+        add_root(&foreign, neighbour->wave.root);
       } else if (neighbour->hops < route->hops && !neighbour->leaving) {
         alternative = true;
       }
@@ -23,12 +65,24 @@ void rs_subtree_update(rs_cell* cell) {
   if (size > 0xFFFFU) size = 0xFFFFU;
   if (lean_size > 0xFFFFU) lean_size = 0xFFFFU;
   if (height > 0xFFU) height = 0xFFU;
-  if (size != route->subtree_size || height != route->subtree_height) cell->queues.status_due = true;
+  if (wanted) rs_offer_own(cell, lean_size, lean_height, &best);
+  if (size != route->subtree_size || height != route->subtree_height || !offers_equal(&best, &route->offer)) {
+    cell->queues.status_due = true;
+  }
   route->subtree_size = (uint16_t)size;
   route->subtree_lean_size = (uint16_t)lean_size;
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
-  route->foreign_root = foreign_root;
+  route->offer = best;
+  report_roots(route, &foreign);
+}
+
+void rs_subtree_forget(rs_neighbour* neighbour) {
+  neighbour->size = neighbour->lean_size = 1;
+  neighbour->height = 0;
+  neighbour->alternative = false;
+  neighbour->offer = (rs_offer){.cell = RS_ID_NONE};
+  for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) neighbour->foreign[i] = 0;
 }
 
 void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
@@ -39,10 +93,20 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
   neighbour->lean_size = (uint16_t)status.lean_size;
   neighbour->height = (uint8_t)status.height;
   neighbour->alternative = status.alternative != 0U;
+  neighbour->foreign[0] = (uint8_t)status.foreign_1;
+  neighbour->foreign[1] = (uint8_t)status.foreign_2;
+  neighbour->foreign[2] = (uint8_t)status.foreign_3;
+  neighbour->offer = (rs_offer){.cell = (uint16_t)status.candidate,
+                                .size = (uint16_t)status.candidate_size,
+                                .delta = (uint8_t)status.candidate_delta,
+                                .root = (uint8_t)status.candidate_root,
+                                .round = (uint8_t)status.candidate_round};
   rs_subtree_update(cell);
 }
 
-void rs_subtree_pack(const rs_cell* cell, uint8_t* frame) {
+void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
+  rs_subtree_update(cell);
+  cell->queues.status_due = false;
   const rs_route* route = &cell->route;
   const rs_status status = {.type = RS_TYPE_status,
                             .sender = cell->id,
@@ -50,7 +114,14 @@ void rs_subtree_pack(const rs_cell* cell, uint8_t* frame) {
                             .lean_size = route->subtree_lean_size,
                             .height = route->subtree_height,
                             .alternative = route->alternative,
-                            .foreign_root = route->foreign_root,
+                            .candidate = route->offer.cell,
+                            .candidate_size = route->offer.size,
+                            .candidate_delta = route->offer.delta,
+                            .candidate_root = route->offer.root,
+                            .candidate_round = route->offer.round,
+                            .foreign_1 = route->foreign[0],
+                            .foreign_2 = route->foreign[1],
+                            .foreign_3 = route->foreign[2],
                             .tick_echo = route->wave.sequence & 0xFFU};
   rs_status_pack(frame, &status);
   rs_frame_seal(frame);

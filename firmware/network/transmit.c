@@ -19,6 +19,7 @@ static void pack_advert(const rs_cell* cell, unsigned port, uint32_t now_us, uin
                   .nonce = cell->nonce,
                   .parent = route->parent_port == port + 1U,
                   .heard = heard,
+                  .leaving = route->hold,
                   .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
@@ -42,7 +43,6 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   if (queues->slow.count > 0U) ++queues->passed_over;
   if (take(&queues->urgent, queues->urgent_frame, RS_QUEUE_URGENT, frame)) return true;
   if (queues->status_due && now_us - cell->route.reported_us >= RS_STATUS_PAUSE_US) {
-    queues->status_due = false;
     cell->route.reported_us = now_us;
     rs_subtree_pack(cell, frame);
     return true;

@@ -78,10 +78,11 @@ uint64_t rs_peers_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* o
   const uint64_t period_us = starting(unit, now_ns) ? RS_PEER_STARTING_US / 6U : RS_PEER_US;
   unit->peers_due_ns = now_ns + period_us * NS_PER_US;
   uint8_t* record = unit->datagram + RS_DATAGRAM_HEADER_BYTES;
-  const rs_peer_unit self = {.unit = unit->config.unit,
-                             .flags = starting(unit, now_ns) ? RS_PEER_STARTING : 0,
-                             .session = unit->config.session,
-                             .sent_ns = (uint32_t)now_ns};
+  const rs_peer_unit self = {
+      .unit = unit->config.unit,
+      .flags = (uint8_t)((starting(unit, now_ns) ? RS_PEER_STARTING : 0U) | (unit->forming ? RS_PEER_FORMING : 0U)),
+      .session = unit->config.session,
+      .sent_ns = (uint32_t)now_ns};
   rs_peer_unit_pack(record, &self);
   uint32_t count = 1;
   for (unsigned u = 0; u < RS_UNITS_MAX; ++u) {
@@ -93,6 +94,7 @@ uint64_t rs_peers_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* o
     rs_peer_unit_pack(record + RS_DATAGRAM_RECORD_BYTES * count, &heard);
     ++count;
   }
+  count += rs_balance_pack(unit, record + RS_DATAGRAM_RECORD_BYTES * count, now_ns);
   output->to_peers = true;
   rs_datagram_finish(unit, RS_DATAGRAM_KIND_peer, count, now_ns, output);
   return unit->peers_due_ns;
@@ -117,11 +119,15 @@ bool rs_peers_receive(rs_section_unit* unit, const rs_datagram_header* header, c
   rs_unit_peer* peer = &unit->peer[header->unit];
   const uint8_t* record = bytes + RS_DATAGRAM_HEADER_BYTES;
   rs_peer_unit self, echo = {.session = 0};
+  uint16_t ports = 0;
   rs_peer_unit_unpack(&self, record);
   if (rs_record_port(record) != 0U || self.unit != header->unit || self.session != header->session) return false;
   for (uint32_t i = 1; i < header->count; ++i) {
     const uint8_t* next = record + RS_DATAGRAM_RECORD_BYTES * i;
-    if (rs_record_port(next) != 0U) continue;
+    if (rs_record_port(next) != 0U) {
+      ports |= (uint16_t)(1U << (rs_record_port(next) - 1U));
+      continue;
+    }
     rs_peer_unit heard;
     rs_peer_unit_unpack(&heard, next);
     if (heard.unit == unit->config.unit && heard.session == unit->config.session) echo = heard;
@@ -141,7 +147,13 @@ bool rs_peers_receive(rs_section_unit* unit, const rs_datagram_header* header, c
   peer->sent_ns = self.sent_ns;
   peer->flags = self.flags;
   peer->mutual = echo.session != 0U;
+  peer->ports = 0;
   if (!peer->mutual) return true;
+  peer->ports = ports;
+  for (uint32_t i = 1; i < header->count; ++i) {
+    const uint8_t* next = record + RS_DATAGRAM_RECORD_BYTES * i;
+    if (rs_record_port(next) != 0U) rs_peer_tree_unpack(&peer->tree[rs_record_port(next) - 1U], next);
+  }
   if ((peer->flags & RS_PEER_STARTING) == 0) peer->time_ns = header->time_ns;
   compare_clocks(peer, &echo, header->time_ns, now_ns);
   return true;

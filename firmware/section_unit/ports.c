@@ -2,15 +2,15 @@
 
 #include "section_unit/unit_parts.h"
 
-enum { DEPTH_CAP_DEFAULT = RS_TTL_START, GAIN_THRESHOLD_DEFAULT = 1 };
-
 static rs_wave wave_of(const rs_section_unit* unit, unsigned port) {
+  const uint8_t depth_cap = unit->port[port].balance.depth_cap;
   return (rs_wave){.tag = unit->port[port].tag,
                    .sequence = (uint16_t)unit->tick_time,
                    .era = (uint16_t)(unit->tick_time >> 16 & 0x3FFU),
-                   .root = (uint8_t)(((uint32_t)unit->config.unit << 4) | (port + 1U)),
-                   .depth_cap = DEPTH_CAP_DEFAULT,
-                   .gain_threshold = GAIN_THRESHOLD_DEFAULT};
+                   .root = rs_root_of(unit, port),
+                   .forming = unit->forming,
+                   .depth_cap = depth_cap == 0U ? RS_TTL_START : depth_cap,
+                   .gain_threshold = unit->forming ? RS_GAIN_FORMING : RS_GAIN_STEADY};
 }
 
 bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns) {
@@ -35,6 +35,7 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
   if (behind < RS_SEQUENCE_WINDOW) return;
   unit->tick_time -= behind;
   rs_peers_keep_time(unit, now_ns);
+  rs_balance_tick(unit, now_ns);
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     rs_unit_port* here = &unit->port[port];
     if (!rs_port_alive(here, now_ns)) {
@@ -61,7 +62,8 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
   }
   uint8_t* frame = here->queue[(here->queue_first + here->queue_count++) % RS_UNIT_QUEUE];
   memcpy(frame, content, RS_CONTENT_BYTES);
-  if (rs_frame_type_of(frame) == RS_TYPE_command) {
+  if (rs_frame_type_of(frame) == RS_TYPE_command || rs_frame_type_of(frame) == RS_TYPE_grant) {
+    RS_STATIC_ASSERT((int)RS_grant_tag_AT == (int)RS_command_tag_AT, "their tags cover as much");
     RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
     const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
     rs_store32(frame + RS_command_tag_AT / 8, unit->config.cell_key == 0 ? 0U : rs_command_tag(&unit->key, frame, era));
@@ -122,6 +124,7 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
       rs_status_unpack(&status, frame);
       here->size = (uint16_t)status.size;
       here->height = (uint8_t)status.height;
+      rs_balance_status(unit, port, &status);
       break;
     }
     case RS_TYPE_join:

@@ -21,6 +21,31 @@ bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns);
 /* Puts a command or another downward frame into a port's queue; commands get their tag. */
 void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content);
 
+/* ---- trees.c: all trees of the group, own and heard of ---- */
+enum { RS_TREES_MAX = RS_UNITS_MAX * RS_SECTION_UNIT_PORTS_MAX, RS_TREE_WORDS = (RS_TREES_MAX + 31) / 32 };
+typedef struct {
+  unsigned count;
+  uint8_t root[RS_TREES_MAX];
+  uint8_t port[RS_TREES_MAX]; /* own: index, else RS_TREE_FOREIGN */
+  uint16_t size[RS_TREES_MAX];
+  uint8_t height[RS_TREES_MAX]; /* hops of the deepest cell */
+  uint8_t depth_cap[RS_TREES_MAX];
+  uint8_t component[RS_TREES_MAX];              /* smallest index of those it hangs together with */
+  uint32_t beside[RS_TREES_MAX][RS_TREE_WORDS]; /* bit j: tree j is beside it */
+} rs_trees;
+enum { RS_TREE_FOREIGN = 255, RS_POTENTIAL_SCALE = 1024 };
+uint8_t rs_root_of(const rs_section_unit* unit, unsigned port);
+void rs_trees_gather(rs_trees* trees, const rs_section_unit* unit, uint64_t now_ns);
+bool rs_trees_beside(const rs_trees* trees, unsigned a, unsigned b);
+/* Brings the potentials nearer to where their differences along neighbouring trees are the flows that level all. */
+void rs_trees_relax(const rs_trees* trees, int64_t potential[256]);
+
+/* ---- balance.c: who gives how many cells to whom ---- */
+void rs_balance_tick(rs_section_unit* unit, uint64_t now_ns);
+void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* status);
+/* The own trees as records of a datagram; how many. */
+uint32_t rs_balance_pack(const rs_section_unit* unit, uint8_t* records, uint64_t now_ns);
+
 /* ---- datagrams.c ---- */
 void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
 void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns);

@@ -17,6 +17,7 @@ static void boot(rs_section_unit* unit, const rs_section_unit_config* config, ui
   unit->power = config->powered ? (uint16_t)((1U << config->ports) - 1U) : 0;
   unit->heartbeat_ns = unit->peers_due_ns = unit->booted_ns = now_ns;
   unit->leapt_ns = now_ns;
+  unit->forming = true;
 }
 
 void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uint64_t now_ns, rs_unit_output* output) {

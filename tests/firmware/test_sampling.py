@@ -131,10 +131,12 @@ def test_a_change_of_route_makes_a_cell_speak(seed: int) -> None:
     victim = next(index for index in range(20) if world.parent(index) is not None and world.parent(index) >= 0)
     world.cut_link((victim, world.cell(victim).parent_port))
     world.records.clear()
-    world.run_ms(30)  # loss noticed, 16 ms over which cells spread, and the way to the host
+    world.run_ms(10)  # loss noticed
+    moved = [index for index in range(20) if world.cell(index).counts["parent_changes"] > moved_before[index]]
+    world.run_ms(20)  # 16 ms over which cells spread, and the way to the host
     speakers = {fields["source"] for _, _, name, fields in world.records if name == "event"}
-    for index in range(20):
-        if world.cell(index).counts["parent_changes"] > moved_before[index] and world.parent(index) is not None:
+    for index in moved:
+        if world.parent(index) is not None:
             assert world.cell(index).id in speakers
 
 

@@ -86,6 +86,31 @@ typedef struct {
   uint8_t none[3]; /* named, so that equal states are equal in every byte */
 } rs_wave;
 
+enum {
+  RS_WANTS = 3,        /* trees a root can want to give cells to at once */
+  RS_FOREIGN_ROOTS = 3 /* roots beside its subtree that a cell reports at once */
+};
+
+/* What a root wants its tree to give away, from its grant frames. */
+typedef struct {
+  uint16_t sequence;        /* tick number of the last such frame */
+  uint16_t size[RS_WANTS];  /* most cells to move at once */
+  uint8_t target[RS_WANTS]; /* roots that may receive them, 0: none */
+  uint8_t root;
+  uint8_t round;
+  uint8_t open; /* 0: nothing is wanted */
+} rs_wants;
+
+/* A cell that could move to another tree; `cell` RS_ID_NONE: none. */
+typedef struct {
+  uint16_t cell;
+  uint16_t size; /* cells that would move */
+  uint8_t delta; /* hops the move costs */
+  uint8_t root;  /* where to */
+  uint8_t round; /* of the wants it answers */
+  uint8_t none;
+} rs_offer;
+
 /* What is known of the neighbour at one port. */
 typedef struct {
   rs_wave wave;       /* its last accepted advert */
@@ -97,6 +122,8 @@ typedef struct {
   uint16_t id;
   uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
   uint16_t lean_size;
+  rs_offer offer; /* the best of its subtree */
+  uint8_t foreign[RS_FOREIGN_ROOTS];
   uint8_t height; /* of its subtree */
   uint8_t hops;   /* as advertised */
   uint8_t nonce;
@@ -126,9 +153,20 @@ typedef struct {
   uint8_t hops;
   uint8_t parent_port; /* RS_NO_PARENT or 1 to 4 */
   bool in_quarantine;
-  bool unbound;         /* no feasible distance yet: any advert may be adopted */
-  bool timed;           /* a tick has been adopted since boot: wave and origin give the time */
-  uint8_t foreign_root; /* seen beside the own tree, 0: none */
+  bool unbound; /* no feasible distance yet: any advert may be adopted */
+  bool timed;   /* a tick has been adopted since boot: wave and origin give the time */
+
+  /* A planned move: while `hold`, no new tick of the old parent is adopted */
+  bool hold;
+  uint8_t target_port; /* 1 to 4: the parent to be */
+  uint8_t target_root;
+  uint32_t hold_us; /* since */
+
+  /* The subtree, for the parent's status */
+  rs_wants wants;
+  rs_offer offer;
+  uint8_t foreign[RS_FOREIGN_ROOTS]; /* roots seen beside it, 0: none */
+  uint8_t foreign_turn;              /* who is left out if there are more */
   uint16_t subtree_size, subtree_lean_size;
   uint8_t subtree_height;
   bool alternative; /* another parent of the same tree is in reach */

@@ -71,6 +71,34 @@ enum {
   RS_UNIT_SILENCE_MS = 10 * RS_KEEP_ALIVE_MS /* without word from the host the unit falls silent */
 };
 
+enum { RS_UNIT_BESIDE = RS_PEER_NEIGHBOURS };
+
+/* Balance at one port: which trees are beside its own, and what it is giving away. Times are ticks. */
+typedef struct {
+  uint8_t beside[RS_UNIT_BESIDE]; /* roots, 0: free */
+  uint64_t beside_seen[RS_UNIT_BESIDE];
+  rs_offer offer; /* last one heard */
+  uint16_t want_size[RS_WANTS];
+  uint8_t want_root[RS_WANTS]; /* 0: none */
+  uint8_t round;
+  uint8_t want_left;   /* frames still to send */
+  uint8_t grant_left;  /* frames still to send */
+  uint8_t grant_root;  /* where to */
+  uint16_t grant_cell; /* who */
+  uint16_t failed;     /* rounds in a row without an offer */
+  uint64_t decide_at;  /* offers are collected until then */
+  uint64_t busy_until; /* no new wants before */
+  uint8_t depth_cap;   /* 0: none yet */
+  uint8_t base_depth;  /* what the cap was raised from */
+  uint8_t steady;      /* rounds without a change of the trees' number and total size */
+  uint8_t stalled;     /* rounds without progress */
+  uint16_t trees;      /* of the component, and its total size and sum of squares at best */
+  uint32_t cells;
+  uint16_t base_trees;
+  uint32_t base_cells;
+  uint64_t best_squares;
+} rs_unit_balance;
+
 typedef struct {
   uint64_t heard_ns;
   uint32_t frames, lost, dropped; /* received whole, damaged; not sent down because the queue was full */
@@ -83,6 +111,7 @@ typedef struct {
   bool busy;
   bool tick_due;
   uint32_t tag; /* of the current tick */
+  rs_unit_balance balance;
   uint8_t queue_first, queue_count;
   uint8_t sending[RS_FRAME_BYTES];
   uint8_t queue[RS_UNIT_QUEUE][RS_FRAME_BYTES];
@@ -111,9 +140,11 @@ typedef struct {
   uint32_t sent_ns;       /* its clock in that datagram, to be echoed */
   uint32_t round_trip_ns; /* of the exchanges that count */
   uint8_t flags;
-  bool heard;  /* the fields above are valid */
-  bool mutual; /* it hears this unit too */
-  bool timed;  /* ahead_ns is valid */
+  bool heard;     /* the fields above are valid */
+  bool mutual;    /* it hears this unit too */
+  bool timed;     /* ahead_ns is valid */
+  uint16_t ports; /* bit p - 1: `tree[p - 1]` is valid */
+  rs_peer_tree tree[RS_SECTION_UNIT_PORTS_MAX];
 } rs_unit_peer;
 
 typedef struct {
@@ -135,6 +166,14 @@ typedef struct {
   uint32_t refused;         /* datagrams */
   uint16_t command_counter; /* last one flooded */
   bool host_heard;
+
+  /* Balance */
+  bool forming;
+  uint32_t cells;         /* in all trees at the last tick */
+  uint64_t cells_since;   /* tick of their last change */
+  uint64_t forming_since; /* tick of the first tree */
+  uint32_t grants;        /* so far */
+  int64_t potential[256]; /* by root, 1024ths of a cell */
 
   /* The other units of the group, by number */
   rs_unit_peer peer[RS_UNITS_MAX];

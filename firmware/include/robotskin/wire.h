@@ -111,28 +111,32 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(lean_size, 0, 16, "those without another parent in reach")        \
   X(height, 0, 8, "hops to the deepest cell")                         \
   X(alternative, 0, 1, "another parent of the same tree is in reach") \
-  X(candidate, 0, 14, "cell that offers to move")                     \
+  X(candidate, 0, 14, "cell that offers to move, 0: none")            \
   X(candidate_size, 0, 16, "cells that would move")                   \
   X(candidate_delta, 0, 4, "hops the move costs")                     \
   X(candidate_root, 0, 8, "where to")                                 \
-  X(foreign_root, 0, 8, "a root seen next to the subtree")            \
+  X(candidate_round, 0, 3, "of the wants it answers")                 \
+  X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
+  X(foreign_2, 0, 8, "another one")                                   \
+  X(foreign_3, 0, 8, "another one")                                   \
   X(echo, 0, 8, "sequence of the last event heard on this link")      \
-  X(tick_echo, 0, 8, "low bits of the tick number answered")          \
-  X(spare, 0, 19, "")
+  X(tick_echo, 0, 8, "low bits of the tick number answered")
 
-#define RS_GRANT_FIELDS(X)                                        \
-  X(type, 0, 4, "frame type")                                     \
-  X(sequence, 0, 16, "tick number")                               \
-  X(root, 0, 8, "root that grants")                               \
-  X(cell, 0, 14, "cell that may move")                            \
-  X(target_root, 0, 8, "where to")                                \
-  X(want_1_root, 0, 8, "root that may receive cells")             \
-  X(want_1_size, 0, 16, "how many")                               \
-  X(want_2_root, 0, 8, "second such root")                        \
-  X(want_2_size, 0, 16, "how many")                               \
-  X(depth_cap, 0, 8, "deepest hops a move may reach")             \
-  X(gain_threshold, 0, 6, "hops to gain before a change of root") \
-  X(tag, 0, 32, "of all before it")
+#define RS_GRANT_FIELDS(X)                                       \
+  X(type, 0, 4, "frame type")                                    \
+  X(sequence, 0, 16, "tick number")                              \
+  X(root, 0, 8, "root that grants")                              \
+  X(round, 0, 3, "counts changes of the wants")                  \
+  X(cell, 0, 14, "cell that may move, 0: none")                  \
+  X(target_root, 0, 8, "where to")                               \
+  X(want_1_root, 0, 8, "root that may receive cells, 0: none")   \
+  X(want_1_size, 0, 11, "how many at once")                      \
+  X(want_2_root, 0, 8, "another one")                            \
+  X(want_2_size, 0, 11, "how many at once")                      \
+  X(want_3_root, 0, 8, "another one")                            \
+  X(want_3_size, 0, 11, "how many at once")                      \
+  X(spare, 0, 2, "")                                             \
+  X(tag, 0, 32, "of all before it and the era")
 
 #define RS_JOINTS_FIELDS(X)                         \
   X(type, 0, 4, "frame type")                       \

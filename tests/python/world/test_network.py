@@ -21,11 +21,15 @@ def heard(world, seconds: float) -> dict[int, int]:
     return counts
 
 
+def whole(network) -> bool:
+    """Whether every cell that can be reached has a parent."""
+    return all(network.cell_parent_port(cell) > 0 for cell, depth in enumerate(network.depths) if depth >= 0)
+
+
 def test_the_network_forms_with_every_cell_at_its_shortest_path(make_world, skin):
     world = make_world(unasked=True)
-    world.step(0.1)
+    world.step(0.04)  # later, balance makes some paths longer
     assert world.formation_s is not None
-    assert world.formation_s < 0.1
     hops = [world.network.cell_hops(cell) for cell in range(len(skin))]
     assert hops == world.network.depths
     assert [world.network.cell_id(cell) for cell in range(len(skin))] == skin.id.tolist()
@@ -69,7 +73,7 @@ def test_a_cut_link_loses_nothing_that_has_another_path(make_world, skin, genera
         world.network.cut(int(cell), int(port) + 1)
     reachable = np.array(world.network.depths) >= 0
     world.step(0.1)
-    assert world.network.formed
+    assert whole(world.network)
     counts = heard(world, 0.5)
     for index in np.flatnonzero(reachable):
         assert counts.get(int(skin.id[index]), 0) >= 122, f"cell {index}"
@@ -94,7 +98,7 @@ def test_a_rebooted_cell_comes_back(make_world, skin, generator):
     assert not world.network.alive(cell)
     world.step(0.1)
     assert world.network.alive(cell)
-    assert world.network.formed
+    assert whole(world.network)
     assert heard(world, 0.2).get(int(skin.id[cell]), 0) > 40
 
 
@@ -104,7 +108,7 @@ def test_bit_errors_are_noticed_by_the_checksum(make_world):
     world = make_world(unasked=True, line=line)
     world.step(0.3)
     assert world.network.counts.frames_damaged > 100
-    assert world.network.formed
+    assert whole(world.network)
 
 
 def test_section_units_are_silent_until_asked(make_world):

@@ -1,0 +1,84 @@
+/* Planned moves (R10): a granted cell changes its tree without losing a frame.
+ *
+ * It cannot simply adopt a neighbour in the other tree, because that must come strictly before its feasible distance.
+ * So it stops adopting ticks of its old parent, keeps forwarding through it, says that it is leaving, and adopts the
+ * target at its next tick, which is newer. Feasibility remains the only law, and the old path stays whole until the new
+ * one is. Children that have an equally near parent which stays in the tree change over to it meanwhile. */
+#include "cell/parts.h"
+
+static void leave(rs_cell* cell, uint32_t target_root, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
+  unsigned best = RS_PORTS;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
+    if (neighbour->wave.root != target_root || neighbour->leaving) continue;
+    if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->hops + 1U > route->wave.depth_cap) continue;
+    if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
+  }
+  if (best == RS_PORTS) return;
+  route->hold = true;
+  route->target_port = (uint8_t)(best + 1U);
+  route->target_root = (uint8_t)target_root;
+  route->hold_us = now_us;
+  rs_route_advertise(cell, now_us);
+}
+
+void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  rs_grant grant;
+  rs_grant_unpack(&grant, frame);
+  const uint16_t age = (uint16_t)(route->wave.sequence - grant.sequence + RS_SEQUENCE_WINDOW);
+  if (port + 1U != route->parent_port || age > 2U * RS_SEQUENCE_WINDOW || grant.root != route->wave.root) return;
+  if (cell->keyed && !rs_tags_equal(rs_command_tag(&cell->key, frame, route->wave.era), grant.tag)) {
+    ++cell->counts.tags_refused;
+    return;
+  }
+  rs_queue_down(cell, frame);
+  route->wants =
+      (rs_wants){.sequence = (uint16_t)grant.sequence,
+                 .size = {(uint16_t)grant.want_1_size, (uint16_t)grant.want_2_size, (uint16_t)grant.want_3_size},
+                 .target = {(uint8_t)grant.want_1_root, (uint8_t)grant.want_2_root, (uint8_t)grant.want_3_root},
+                 .root = (uint8_t)grant.root,
+                 .round = (uint8_t)grant.round,
+                 .open = grant.want_1_root != 0U};
+  if (grant.cell != RS_ID_NONE && grant.cell == cell->id) leave(cell, grant.target_root, now_us);
+  rs_subtree_update(cell);
+}
+
+bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
+  const rs_route* route = &cell->route;
+  unsigned best = RS_PORTS;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (port + 1U == route->parent_port || neighbour->child || neighbour->leaving || !rs_link_usable(neighbour))
+      continue;
+    if (neighbour->wave.root != route->wave.root || neighbour->hops >= route->hops) continue;
+    if (!rs_route_feasible(route, port)) continue;
+    if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
+  }
+  if (best == RS_PORTS) return false;
+  rs_route_adopt(cell, best, now_us);
+  return true;
+}
+
+bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  if (route->hold && port + 1U == route->target_port) {
+    const rs_neighbour* target = &route->neighbour[port];
+    if (target->wave.root != route->target_root || target->leaving) {
+      route->hold = false;
+    } else if (now_us - route->hold_us >= RS_HOLD_LEAVE_US && rs_route_feasible(route, port)) {
+      rs_route_adopt(cell, port, now_us);
+      return true;
+    }
+  }
+  const unsigned parent = route->parent_port - 1U;
+  return parent < RS_PORTS && route->neighbour[parent].leaving && rs_move_shed(cell, now_us);
+}
+
+void rs_move_check(rs_cell* cell, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  if (route->hold && now_us - route->hold_us >= RS_HOLD_US) route->hold = false;
+}

@@ -1,0 +1,44 @@
+/* A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
+ * offer of its subtree: the one that costs fewest hops, then the one that moves most cells. */
+#include "cell/parts.h"
+
+bool rs_wants_open(const rs_route* route) {
+  const rs_wants* wants = &route->wants;
+  return wants->open != 0U && route->parent_port != RS_NO_PARENT && wants->root == route->wave.root &&
+         (uint16_t)(route->wave.sequence - wants->sequence + 1U) <= RS_WANTS_TICKS;
+}
+
+void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best) {
+  if (offer->cell == RS_ID_NONE || offer->round != route->wants.round) return;
+  if (best->cell != RS_ID_NONE) {
+    if (offer->delta > best->delta) return;
+    if (offer->delta == best->delta) {
+      if (offer->size < best->size) return;
+      if (offer->size == best->size && offer->cell >= best->cell) return;
+    }
+  }
+  *best = *offer;
+}
+
+void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height, rs_offer* best) {
+  const rs_route* route = &cell->route;
+  /* A root cell stays: without it the port would have no tree. */
+  if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold) return;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
+    if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->leaving) continue;
+    const uint32_t hops = neighbour->hops + 1U;
+    const uint32_t delta = hops > route->hops ? hops - route->hops : 0U;
+    if (hops + lean_height > route->wave.depth_cap || delta >= route->wave.gain_threshold || delta > 15U) continue;
+    for (unsigned w = 0; w < RS_WANTS; ++w) {
+      if (route->wants.target[w] != neighbour->wave.root || lean_size > route->wants.size[w]) continue;
+      const rs_offer own = {.cell = cell->id,
+                            .size = (uint16_t)lean_size,
+                            .delta = (uint8_t)delta,
+                            .root = neighbour->wave.root,
+                            .round = route->wants.round};
+      rs_offer_better(route, &own, best);
+    }
+  }
+}

@@ -1,0 +1,310 @@
+/* Levels the trees: each round a port whose tree is too large asks its cells for offers to move to trees that are too
+ * small, and grants one of them. Only the flows of trees.c make a port want to give, and only one move of a tree is
+ * under way at a time, so nothing swings.
+ *
+ * A tree may grow deeper than it was formed only if there is no other way: the cap on the hops of moved cells starts at
+ * the depth of the deepest cell and is raised by one when several rounds have brought no progress. */
+#include "section_unit/unit_parts.h"
+
+enum {
+  BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */
+  DECIDE_TICKS = 2,
+  FAILED_ROUNDS = 2,
+  STALLED_ROUNDS = 8,
+  STEADY_ROUNDS = 3,
+  FLOW_LEAST = RS_POTENTIAL_SCALE / 50,
+  FLOW_WHOLE = RS_POTENTIAL_SCALE * 15 / 16
+};
+
+/* ---- Forming ---- */
+
+static void watch_forming(rs_section_unit* unit, uint64_t now_ns) {
+  const uint64_t tick = unit->tick_time;
+  uint32_t cells = 0;
+  for (unsigned port = 0; port < unit->config.ports; ++port) cells += unit->port[port].size;
+  bool others = false, others_formed = false;
+  for (unsigned u = 0; u < RS_UNITS_MAX; ++u) {
+    const rs_unit_peer* peer = &unit->peer[u];
+    if (!rs_peer_counts(peer, now_ns) || (peer->flags & RS_PEER_STARTING) != 0) continue;
+    for (unsigned port = 0; port < RS_SECTION_UNIT_PORTS_MAX; ++port) {
+      if ((peer->ports >> port & 1U) != 0U && peer->tree[port].size > 0U) others = true;
+    }
+    if ((peer->flags & RS_PEER_FORMING) == 0) others_formed = true;
+  }
+  if (cells != unit->cells) {
+    if (unit->cells == 0U) unit->forming_since = tick;
+    unit->cells = cells;
+    unit->cells_since = tick;
+  }
+  if (unit->forming) {
+    const bool formed = cells > 0U && tick - unit->cells_since >= RS_FORMING_TICKS &&
+                        tick - unit->forming_since >= RS_FORMING_MIN_TICKS;
+    unit->forming = !(formed || (others && others_formed));
+  } else if (cells == 0U && !others && tick - unit->cells_since >= RS_FORMING_TICKS) {
+    unit->forming = true;
+    for (unsigned port = 0; port < unit->config.ports; ++port) unit->port[port].balance = (rs_unit_balance){.round = 0};
+  }
+}
+
+/* ---- What is heard of a tree ---- */
+
+static void see_beside(rs_unit_balance* balance, uint8_t root, uint64_t tick) {
+  unsigned place = RS_UNIT_BESIDE;
+  for (unsigned i = 0; i < RS_UNIT_BESIDE; ++i) {
+    if (balance->beside[i] == root) {
+      balance->beside_seen[i] = tick;
+      return;
+    }
+    if (balance->beside[i] == 0U) place = i;
+  }
+  if (place == RS_UNIT_BESIDE) return;
+  balance->beside[place] = root;
+  balance->beside_seen[place] = tick;
+}
+
+void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* status) {
+  rs_unit_balance* balance = &unit->port[port].balance;
+  const uint32_t foreign[RS_FOREIGN_ROOTS] = {status->foreign_1, status->foreign_2, status->foreign_3};
+  for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
+    if (foreign[i] != 0U && foreign[i] != rs_root_of(unit, port)) {
+      see_beside(balance, (uint8_t)foreign[i], unit->tick_time);
+    }
+  }
+  balance->offer = (rs_offer){.cell = (uint16_t)status->candidate,
+                              .size = (uint16_t)status->candidate_size,
+                              .delta = (uint8_t)status->candidate_delta,
+                              .root = (uint8_t)status->candidate_root,
+                              .round = (uint8_t)status->candidate_round};
+}
+
+static void forget_beside(rs_section_unit* unit) {
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    rs_unit_balance* balance = &unit->port[port].balance;
+    for (unsigned i = 0; i < RS_UNIT_BESIDE; ++i) {
+      if (unit->tick_time - balance->beside_seen[i] > BESIDE_TICKS) balance->beside[i] = 0;
+    }
+  }
+}
+
+uint32_t rs_balance_pack(const rs_section_unit* unit, uint8_t* records, uint64_t now_ns) {
+  uint32_t count = 0;
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    const rs_unit_port* here = &unit->port[port];
+    if (!rs_port_alive(here, now_ns)) continue;
+    rs_peer_tree tree = {.size = here->size,
+                         .height = (uint8_t)(here->root ? here->height + 1U : 0U),
+                         .depth_cap = here->balance.depth_cap};
+    for (unsigned i = 0; i < RS_PEER_NEIGHBOURS; ++i) tree.neighbour[i] = here->balance.beside[i];
+    rs_peer_tree_pack(records + RS_DATAGRAM_RECORD_BYTES * count++, port + 1U, &tree);
+  }
+  return count;
+}
+
+/* ---- Wants and grants ---- */
+
+/* Down and up a tree so deep takes about so many ticks. */
+static uint64_t there_and_back(const rs_unit_port* port) {
+  return (3U * (uint32_t)port->height) / 8U;
+}
+
+static void send_grant(rs_section_unit* unit, unsigned port) {
+  const rs_unit_balance* balance = &unit->port[port].balance;
+  const bool granted = balance->grant_left > 0U;
+  const rs_grant grant = {.type = RS_TYPE_grant,
+                          .sequence = (uint32_t)unit->tick_time & 0xFFFFU,
+                          .root = rs_root_of(unit, port),
+                          .round = balance->round,
+                          .cell = granted ? balance->grant_cell : RS_ID_NONE,
+                          .target_root = granted ? balance->grant_root : 0U,
+                          .want_1_root = balance->want_root[0],
+                          .want_1_size = balance->want_size[0],
+                          .want_2_root = balance->want_root[1],
+                          .want_2_size = balance->want_size[1],
+                          .want_3_root = balance->want_root[2],
+                          .want_3_size = balance->want_size[2]};
+  uint8_t content[RS_CONTENT_BYTES];
+  rs_grant_pack(content, &grant);
+  rs_ports_send(unit, port, content);
+}
+
+static void close_wants(rs_unit_balance* balance) {
+  for (unsigned w = 0; w < RS_WANTS; ++w) balance->want_root[w] = 0, balance->want_size[w] = 0;
+}
+
+static void serve(rs_section_unit* unit, unsigned port) {
+  rs_unit_port* here = &unit->port[port];
+  rs_unit_balance* balance = &here->balance;
+  const rs_offer* offer = &balance->offer;
+  if (!here->root) {
+    close_wants(balance);
+    balance->want_left = balance->grant_left = 0;
+    return;
+  }
+  if (balance->want_root[0] != 0U && offer->cell != RS_ID_NONE && offer->round == balance->round &&
+      unit->tick_time >= balance->decide_at) {
+    balance->grant_cell = offer->cell;
+    balance->grant_root = offer->root;
+    balance->grant_left = RS_GRANT_TICKS;
+    balance->failed = 0;
+    balance->want_left = 0;
+    balance->busy_until = unit->tick_time + RS_SETTLE_TICKS + there_and_back(here);
+    balance->offer.cell = RS_ID_NONE;
+    close_wants(balance);
+    ++unit->grants;
+  }
+  if (balance->grant_left > 0U) {
+    send_grant(unit, port);
+    --balance->grant_left;
+  } else if (balance->want_left > 0U) {
+    send_grant(unit, port);
+    --balance->want_left;
+  }
+}
+
+/* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
+static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count) {
+  const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
+  rs_unit_port* here = &unit->port[trees->port[k]];
+  rs_unit_balance* balance = &here->balance;
+  const bool asked = balance->want_root[0] != 0U;
+  close_wants(balance);
+  int64_t taken[RS_WANTS] = {0, 0, 0};
+  const uint32_t excess = trees->size[k] > mean ? trees->size[k] - mean : 1U;
+  for (unsigned j = 0; j < trees->count; ++j) {
+    if (!rs_trees_beside(trees, k, j)) continue;
+    int64_t flow = unit->potential[trees->root[k]] - unit->potential[trees->root[j]];
+    const int64_t whole = (flow + RS_POTENTIAL_SCALE / 2) / RS_POTENTIAL_SCALE;
+    /* A flow of less than a cell is worth a move only if it levels, or if the tree is too large: not from 11 to 10. */
+    const bool levels = trees->size[k] > trees->size[j] + 1U;
+    if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
+    uint32_t size = whole < 1 ? 1U : whole > 2047 ? 2047U : (uint32_t)whole;
+    if (size > excess) size = excess;
+    uint8_t root = trees->root[j];
+    for (unsigned w = 0; w < RS_WANTS; ++w) {
+      if (balance->want_root[w] != 0U && taken[w] >= flow) continue;
+      const int64_t other_flow = taken[w];
+      const uint8_t other_root = balance->want_root[w];
+      const uint16_t other_size = balance->want_size[w];
+      taken[w] = flow;
+      balance->want_root[w] = root;
+      balance->want_size[w] = (uint16_t)size;
+      flow = other_flow;
+      root = other_root;
+      size = other_size;
+      if (root == 0U) break;
+    }
+  }
+  if (balance->want_root[0] == 0U) {
+    if (asked) {
+      balance->round = (balance->round + 1U) & 7U;
+      balance->want_left = 1;
+    }
+    balance->failed = 0;
+    return;
+  }
+  if (asked && balance->failed < 1000U) ++balance->failed;
+  if (!asked) balance->failed = 0;
+  balance->round = (balance->round + 1U) & 7U;
+  balance->want_left = 2;
+  balance->decide_at = unit->tick_time + DECIDE_TICKS + there_and_back(here);
+  balance->busy_until = balance->decide_at + 2U;
+}
+
+/* ---- The depth cap ---- */
+
+static void set_cap(rs_section_unit* unit, const rs_trees* trees, unsigned first, uint8_t base, uint8_t cap) {
+  for (unsigned k = first; k < trees->count; ++k) {
+    if (trees->component[k] != first || trees->port[k] == RS_TREE_FOREIGN) continue;
+    rs_unit_balance* balance = &unit->port[trees->port[k]].balance;
+    balance->base_depth = base;
+    balance->depth_cap = cap;
+    balance->stalled = 0;
+    balance->failed = 0;
+  }
+}
+
+/* Sees whether a component with own trees has come nearer to level, and raises its cap if it has not for long. `lead`
+ * is the port that keeps its record. */
+static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigned first, rs_unit_balance* lead) {
+  uint32_t cells = 0, most = 0;
+  uint16_t count = 0;
+  uint64_t squares = 0;
+  uint8_t depth = 0, cap = 0;
+  unsigned wanting = 0, failing = 0;
+  for (unsigned k = first; k < trees->count; ++k) {
+    if (trees->component[k] != first) continue;
+    ++count;
+    cells += trees->size[k];
+    squares += (uint64_t)trees->size[k] * trees->size[k];
+    if (trees->size[k] > most) most = trees->size[k];
+    if (trees->height[k] > depth) depth = trees->height[k];
+    if (trees->depth_cap[k] > cap) cap = trees->depth_cap[k];
+    if (trees->port[k] == RS_TREE_FOREIGN) continue;
+    const rs_unit_balance* balance = &unit->port[trees->port[k]].balance;
+    if (balance->want_root[0] == 0U) continue;
+    ++wanting;
+    if (balance->failed >= FAILED_ROUNDS) ++failing;
+  }
+  lead->steady = count != lead->trees || cells != lead->cells ? 0U : lead->steady < 100U ? lead->steady + 1U : 100U;
+  lead->trees = count;
+  lead->cells = cells;
+  if (lead->steady >= STEADY_ROUNDS && (count != lead->base_trees || cells != lead->base_cells)) {
+    lead->base_trees = count;
+    lead->base_cells = cells;
+    lead->best_squares = squares;
+    set_cap(unit, trees, first, depth, depth);
+    return;
+  }
+  if (lead->base_trees == 0U) return;
+  if (cap > lead->depth_cap && cap <= lead->base_depth + RS_DEPTH_RAISE_MAX) {
+    set_cap(unit, trees, first, lead->base_depth, cap);
+    return;
+  }
+  if (cells != lead->base_cells) return;
+  if (squares < lead->best_squares) {
+    lead->best_squares = squares;
+    lead->stalled = 0;
+  } else if (wanting > 0U) {
+    ++lead->stalled;
+  }
+  const bool level = most <= (cells + count - 1U) / count;
+  if (wanting == 0U || level || lead->depth_cap >= lead->base_depth + RS_DEPTH_RAISE_MAX) return;
+  if (lead->depth_cap + 1U >= RS_TTL_START) return;
+  if (failing == wanting || lead->stalled >= STALLED_ROUNDS) {
+    set_cap(unit, trees, first, lead->base_depth, (uint8_t)(lead->depth_cap + 1U));
+  }
+}
+
+static void start_round(rs_section_unit* unit, uint64_t now_ns) {
+  forget_beside(unit);
+  rs_trees trees;
+  rs_trees_gather(&trees, unit, now_ns);
+  rs_trees_relax(&trees, unit->potential);
+  for (unsigned first = 0; first < trees.count; ++first) {
+    if (trees.component[first] != first) continue;
+    uint32_t cells = 0, count = 0;
+    unsigned lead = RS_TREE_FOREIGN;
+    for (unsigned k = first; k < trees.count; ++k) {
+      if (trees.component[k] != first) continue;
+      cells += trees.size[k];
+      ++count;
+      if (lead == RS_TREE_FOREIGN) lead = trees.port[k];
+    }
+    if (lead == RS_TREE_FOREIGN) continue;
+    for (unsigned k = first; k < trees.count; ++k) {
+      if (trees.component[k] != first || trees.port[k] == RS_TREE_FOREIGN) continue;
+      const rs_unit_port* here = &unit->port[trees.port[k]];
+      if (here->root && here->balance.depth_cap > 0U && unit->tick_time >= here->balance.busy_until) {
+        want(unit, &trees, k, cells, count);
+      }
+    }
+    watch_progress(unit, &trees, first, &unit->port[lead].balance);
+  }
+}
+
+void rs_balance_tick(rs_section_unit* unit, uint64_t now_ns) {
+  watch_forming(unit, now_ns);
+  if (unit->forming) return;
+  if (unit->tick_time % RS_BALANCE_TICKS == 0U) start_round(unit, now_ns);
+  for (unsigned port = 0; port < unit->config.ports; ++port) serve(unit, port);
+}
