@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.layout.layout import Layout
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
@@ -19,6 +19,7 @@ from robotskin.selfconfig.reconstruction import Reconstruction, reconstruct
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, forearm_patch
 from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, swing_readings
+from robotskin.selfconfig.simulated_recording import rest_readings
 from robotskin.selfconfig.topology import Topology, explore
 
 Array = NDArray[np.float64]
@@ -94,10 +95,10 @@ class SimulatedSkin:
         samples: int = 16,
     ) -> GravitySamples:
         """What the cells feel at rest in each of the postures (K, n)."""
-        up = np.stack([self.base_from_cell(posture)[:, 2, :3] for posture in postures], axis=1)
-        ideal = GRAVITY_MPS2 * up * faults.scale[:, None] + faults.offset[:, None]
-        raw = ideal[:, :, None] + random.standard_normal((*up.shape[:2], samples, 3)) * imperfections.noise_mps2
-        return GravitySamples.from_raw(np.round(raw / imperfections.step_mps2) * imperfections.step_mps2)
+        raw = rest_readings(
+            self.robot, self.link, self.link_from_cell, postures, faults, random, imperfections, samples
+        )
+        return GravitySamples.from_raw(raw)
 
     def swings(
         self,
