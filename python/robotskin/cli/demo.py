@@ -12,7 +12,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from robotskin.apps.session import Session
+    from robotskin.layout import Layout
+    from robotskin.robots import Robot
 
 DEFAULT_LINK = "forearm_link"
 
@@ -41,6 +45,14 @@ def command(
     interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
     mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    believed: Annotated[
+        str,
+        typer.Option(
+            "--model",
+            help="Where the controller takes the cells to be: true, configured (the skin finds itself first, which "
+            "takes a minute), or a layout file such as robotskin configure writes.",
+        ),
+    ] = "true",
 ) -> None:
     """Run a skinned robot: cells, network, UDP, driver and controller are the real ones, links and body simulated.
 
@@ -62,11 +74,36 @@ def command(
         model = robots.load(robot)
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
         require_cells_on(skin, link)
-        key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
-        session = Session(model, skin, seed, key=key, interface=interface, mode=mode)
+    believed_skin = believed_layout(console, believed, model, skin, seed)
+    if believed_skin is not None:
+        require_cells_on(believed_skin, link)
+    key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
+    session = Session(model, skin, seed, key=key, interface=interface, mode=mode, believed=believed_skin)
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))
     show(session, port)
+
+
+def believed_layout(console: Console, believed: str, model: Robot, skin: Layout, seed: int) -> Layout | None:
+    """The layout that --model asks for, None for the true one; a skin that is to find itself does so here."""
+    if believed == "true":
+        return None
+    if believed != "configured":
+        from robotskin.layout import Layout
+
+        return Layout.load(believed)
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from robotskin.apps.configuring import configured
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("waking the skin", total=1.0)
+        found, how, _ = configured(
+            model, skin, seed, lambda what, share: bar.update(task, description=what, completed=share)
+        )
+    console.print(f"the skin found {len(found)} of its {len(how.topology.cell)} cells")
+    return found
 
 
 def run_script(session: Session, link: str, seconds: float, json_file: Path | None) -> int:

@@ -60,11 +60,11 @@ def _moved(recording: MotionRecording, false_alarm: float) -> NDArray[np.bool_]:
         if count < 10:
             continue
         basis = np.linalg.qr(signals[pattern])[0]
-        readings = recording.acceleration[cells][:, pattern]
-        centred = readings - readings.mean(axis=1, keepdims=True)
-        # The first column is the constant, so the others explain what they span of the centred readings.
-        explained = (np.einsum("mb,nma->nba", basis[:, 1:], centred) ** 2).sum(axis=(1, 2))
-        left = (centred**2).sum(axis=(1, 2)) - explained
+        readings = recording.acceleration[cells] if count == len(pattern) else recording.acceleration[cells][:, pattern]
+        # The first column is the constant; the others explain what they span of the readings less their mean.
+        along = np.matmul(basis.T, readings)
+        explained = (along[:, 1:] ** 2).sum(axis=(1, 2))
+        left = np.einsum("nma,nma->n", readings, readings) - (along**2).sum(axis=(1, 2))
         used, freedom = 3 * (signals.shape[1] - 1), 3 * (count - signals.shape[1])
         ratio = (explained / used) / np.maximum(left / freedom, 1e-12)
         moved[cells] = f_distribution.sf(ratio, used, freedom) < false_alarm
@@ -73,9 +73,11 @@ def _moved(recording: MotionRecording, false_alarm: float) -> NDArray[np.bool_]:
 
 def _alike(valid: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64]]]:
     """Each pattern (M,) of instants with readings, and the cells (n,) that have it."""
-    patterns, which = np.unique(valid, axis=0, return_inverse=True)
-    for number, pattern in enumerate(patterns):
-        yield pattern, np.flatnonzero(which.reshape(-1) == number)
+    cells: dict[bytes, list[int]] = {}
+    for cell, row in enumerate(valid):
+        cells.setdefault(row.tobytes(), []).append(cell)
+    for same in cells.values():
+        yield valid[same[0]], np.array(same)
 
 
 @dataclass(frozen=True, eq=False)

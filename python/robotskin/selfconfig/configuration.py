@@ -9,7 +9,7 @@ says why.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from robotskin.selfconfig.activity import KinematicTree, activity_matrix, kinema
 from robotskin.selfconfig.expected_motion import gravity_while_swinging
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.localisation import Localisation, LocalisationError
-from robotskin.selfconfig.motion_localisation import localise_by_motion, motion_signals
+from robotskin.selfconfig.motion_localisation import MotionSignals, localise_by_motion, motion_signals
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
@@ -153,7 +153,7 @@ def configure(
         patches = reconstruct_patches(topology, samples_in(recording, order), progress)
         lap("reconstruction")
     if "localisation" in steps:
-        patches = localise_patches(robot, recording, order, patches, progress)
+        patches = localise_patches(robot, recording, order, patches, activity, swung, progress)
         lap("localisation")
     return Configuration(robot.name, topology, activity, swung, tree, patches, ports_in(recording, order), seconds)
 
@@ -207,7 +207,10 @@ def ports_in(recording: BabblingRecording, order: NDArray[np.integer]) -> NDArra
 
 
 def reconstruct_patches(
-    topology: Topology, samples: GravitySamples, progress: Progress | None = None
+    topology: Topology,
+    samples: GravitySamples,
+    progress: Progress | None = None,
+    only: Collection[int] | None = None,
 ) -> tuple[ConfiguredPatch, ...]:
     """The shape of every patch; where gravity cannot tell it, the reason.
 
@@ -215,12 +218,16 @@ def reconstruct_patches(
         topology: of the cells; samples: of the same cells, in its order.
         samples: see topology.
         progress: told what is done.
+        only: numbers of the patches to reconstruct; the others come back with nothing known. By default all.
     """
     found = []
     for patch in range(len(topology.root)):
         if progress:
             progress("reconstruction", patch / len(topology.root))
         cells = topology.cells_of(patch)
+        if only is not None and patch not in only:
+            found.append(ConfiguredPatch(cells))
+            continue
         try:
             found.append(ConfiguredPatch(cells, reconstruct(topology, samples, patch)))
         except (UnobservableRotationError, ReconstructionError) as error:
@@ -233,6 +240,8 @@ def localise_patches(
     recording: BabblingRecording,
     order: NDArray[np.integer],
     patches: Sequence[ConfiguredPatch],
+    activity: NDArray[np.bool_],
+    swung: NDArray[np.bool_],
     progress: Progress | None = None,
 ) -> tuple[ConfiguredPatch, ...]:
     """The place of every patch whose shape is known, from motion alone.
@@ -242,12 +251,18 @@ def localise_patches(
         recording: of the babbling.
         order: (N,) row of the recording for each row that the patches speak of.
         patches: as `reconstruct_patches` leaves them.
+        activity: (n, N) which joint moves which cell, in the order of the patches' rows; it names the candidates.
+        swung: (n,) which joints swung.
         progress: told what is done.
     """
-    if not any(patch.reconstruction for patch in patches):
+    if all(patch.reconstruction is None for patch in patches):
         return tuple(patches)
     samples = recording.gravity_samples()
-    signals = motion_signals(robot, recording.swings, recording.rest_posture)
+    carriers = [carriers_of(robot, activity[:, patch.cells], swung) for patch in patches]
+    names = sorted(
+        {name for links in carriers for name in links if robot.core.link_joints[robot.link_index(name)] >= 0}
+    )
+    signals = motion_signals(robot, recording.swings, recording.rest_posture, names or None)
     found = []
     for number, patch in enumerate(patches):
         if progress:
@@ -264,7 +279,7 @@ def localise_patches(
                 shape_covariance=patch.reconstruction.covariance,
                 rest_posture=recording.rest_posture,
                 rest=samples,
-                signals=signals,
+                signals=_only(signals, carriers[number]),
             )
         except LocalisationError as error:
             found.append(replace(patch, problem=str(error)))
@@ -272,6 +287,38 @@ def localise_patches(
         open_ = ", ".join(direction.name for direction in place.open)
         found.append(replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else ""))
     return tuple(found)
+
+
+def carriers_of(robot: Robot, activity: NDArray[np.bool_], swung: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Links that the same joints move as most cells of a patch; all links if none are moved so.
+
+    Args:
+        robot: kinematic model.
+        activity: (n, c) of the patch's cells.
+        swung: (n,) which joints swung at all.
+    """
+    moving = np.asarray(activity.mean(axis=1) > 0.5, dtype=bool)
+    parents = robot.core.joint_parents
+    found = []
+    for name, carrier in zip(robot.link_names, robot.core.link_joints, strict=True):
+        support, above = np.zeros(len(moving), dtype=bool), int(carrier)
+        while above >= 0:
+            support[above], above = True, int(parents[above])
+        if np.array_equal(support & swung, moving):
+            found.append(name)
+    return tuple(found)
+
+
+def _only(signals: MotionSignals, links: Sequence[str]) -> MotionSignals:
+    """The signals of those joints that carry one of the links; all of them if none does."""
+    joints = [joint for joint, names in signals.links.items() if set(names) & set(links)]
+    if not joints:
+        return signals
+    return MotionSignals(
+        {joint: signals.links[joint] for joint in joints},
+        {joint: signals.of_joint[joint] for joint in joints},
+        signals.rests,
+    )
 
 
 def layout_of(configuration: Configuration) -> Layout:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from robotskin._core.model import RobotDynamics
 from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
@@ -46,23 +47,42 @@ def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
     Raises:
         UnknownNameError: no such link.
     """
-    posture = swing.posture(time_s)
-    rate, acceleration = np.zeros_like(posture), np.zeros_like(posture)
-    rate[:, swing.joint] = swing.displacement(time_s, 1)
-    acceleration[:, swing.joint] = swing.displacement(time_s, 2)
-    model, data = robot.model, robot.model.createData()
-    frames = [model.getBodyId(robot.link_names[robot.link_index(link)]) for link in links]
-    force, spin, turning = (np.empty((len(links), len(time_s), 3)) for _ in range(3))
-    up = np.array([0.0, 0.0, GRAVITY_MPS2])
-    for instant in range(len(time_s)):
-        pinocchio.forwardKinematics(model, data, posture[instant], rate[instant], acceleration[instant])
-        for number, frame in enumerate(frames):
-            placement = pinocchio.updateFramePlacement(model, data, frame)
-            motion = pinocchio.getFrameClassicalAcceleration(model, data, frame, pinocchio.LOCAL)
-            force[number, instant] = motion.linear + placement.rotation.T @ up
-            turning[number, instant] = motion.angular
-            spin[number, instant] = pinocchio.getFrameVelocity(model, data, frame, pinocchio.LOCAL).angular
-    return {link: LinkMotion(*of_link) for link, *of_link in zip(links, force, spin, turning, strict=True)}
+    dynamics = RobotDynamics(robot.core)
+    centre = np.ascontiguousarray(swing.centre, dtype=float)
+    dynamics.update(centre, np.zeros_like(centre))
+    linear, axis = np.split(dynamics.joint_motions[swing.joint], 2)
+    moved = _moved_by(robot, swing.joint)
+    angle, rate, turn_rate = (swing.displacement(time_s, derivative) for derivative in range(3))
+    up, motions = np.array([0.0, 0.0, GRAVITY_MPS2]), {}
+    for link in links:
+        index = robot.link_index(link)
+        pose = dynamics.base_from_link(index)
+        still = np.zeros((len(time_s), 3))
+        felt, own_axis = still + pose[:3, :3].T @ up, pose[:3, :3].T @ axis
+        if not moved[index]:
+            motions[link] = LinkMotion(felt, still, still)
+        elif not axis.any():
+            motions[link] = LinkMotion(felt + turn_rate[:, None] * (pose[:3, :3].T @ linear), still, still)
+        else:
+            # The axis stands still in the base and in the link; in the link's frame gravity turns backwards about it.
+            arm = pose[:3, :3].T @ (pose[:3, 3] - np.cross(axis, linear))
+            gravity = Rotation.from_rotvec(-angle[:, None] * own_axis).apply(pose[:3, :3].T @ up)
+            tangential, centripetal = np.cross(own_axis, arm), np.cross(own_axis, np.cross(own_axis, arm))
+            force = gravity + turn_rate[:, None] * tangential + rate[:, None] ** 2 * centripetal
+            motions[link] = LinkMotion(force, rate[:, None] * own_axis, turn_rate[:, None] * own_axis)
+    return motions
+
+
+def _moved_by(robot: Robot, joint: int) -> list[bool]:
+    """(l) whether a joint moves each link."""
+    parents = robot.core.joint_parents
+    found = []
+    for carrier in robot.core.link_joints:
+        above = int(carrier)
+        while above > joint:
+            above = int(parents[above])
+        found.append(above == joint)
+    return found
 
 
 def _cross(vector: Array) -> Array:
