@@ -103,6 +103,10 @@ void bind_limits(nb::module_& module) {
   LIMIT(REFRESH_US)
   LIMIT(REFRESH_JITTER_US)
   LIMIT(FRESH_US)
+  LIMIT(RETENTION_US)
+  LIMIT(TORQUE_RETRY_US)
+  LIMIT(TORQUE_END_US)
+  LIMIT(EPOCH_TICKS)
 #undef LIMIT
   module.attr("CELL_STATE_BYTES") = sizeof(rs_cell);
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bindings/bindings.hpp"
+#include "bindings/contribution.hpp"
 #include "bindings/firmware_bytes.hpp"
 #include "robotskin/cell.h"
 
@@ -70,6 +71,11 @@ class Cell {
     rs_input input{};
     input.kind = RS_INPUT_TIMER;
     return step(input, now_us);
+  }
+
+  void contribute(unsigned limb, const std::vector<std::int32_t>& torque, bool active, unsigned age) {
+    const rs_contribution contribution = contribution_of(limb, torque, active, age);
+    rs_cell_contribute(&state_, &contribution);
   }
 
   const rs_cell& state() const { return state_; }
@@ -137,6 +143,8 @@ void bind_firmware_cell(nb::module_& module) {
       .def("sent", &Cell::sent, "port"_a, "now_us"_a)
       .def("sample", &Cell::sample, "values"_a, "now_us"_a, "fault"_a = false)
       .def("timer", &Cell::timer, "now_us"_a)
+      .def("contribute", &Cell::contribute, "limb"_a, "torque"_a, "active"_a = false, "age"_a = 0,
+           "What the cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.")
       .def_prop_ro("id", [](const Cell& cell) { return cell.state().id; })
       .def_prop_ro("uid", [](const Cell& cell) { return cell.state().uid; })
       .def_prop_ro("challenge", [](const Cell& cell) { return cell.state().challenge; })
@@ -161,9 +169,10 @@ void bind_firmware_cell(nb::module_& module) {
           "waiting",
           [](const Cell& cell) {
             const rs_queues& queues = cell.state().queues;
-            return nb::make_tuple(queues.urgent.count, queues.data.count, queues.slow.count, queues.down.count);
+            const rs_retained& events = cell.state().retention.event;
+            return nb::make_tuple(events.count - events.sent, queues.data.count, queues.slow.count, queues.down.count);
           },
-          "frames in the queues: urgent, data, slow, down")
+          "frames that wait: events, clock samples, slow ones, downward ones")
       .def_prop_ro(
           "state",
           [](const Cell& cell) {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "bindings/bytes.hpp"
+#include "bindings/contribution.hpp"
 #include "bindings/world.hpp"
 #include "world/network/mailbox.hpp"
 #include "world/network/udp_transport.hpp"
@@ -173,6 +174,28 @@ void bind_network(nb::module_& module) {
              check(self, cell);
              return self.cell(cell).route.parent_port;
            })
+      .def(
+          "contribute",
+          [](Network& self, std::size_t cell, unsigned limb, const std::vector<std::int32_t>& torque, bool active,
+             unsigned age) { self.contribute(cell, contribution_of(limb, torque, active, age)); },
+          "cell"_a, "limb"_a, "torque"_a, "active"_a = false, "age"_a = 0,
+          "What a cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.")
+      .def(
+          "torque_epochs",
+          [](const Network& self, std::size_t unit) {
+            const rs_unit_torque& torque = self.unit(unit).torque;
+            return nb::make_tuple(torque.complete, torque.incomplete, torque.late);
+          },
+          "unit"_a, "epochs handed over with all that was expected, and without; frames that came after that")
+      .def(
+          "rate_divisors",
+          [](const Network& self, std::size_t unit) {
+            std::vector<int> divisors;
+            for (unsigned p = 0; p < self.unit(unit).config.ports; ++p)
+              divisors.push_back(self.unit(unit).port[p].rate.divisor);
+            return divisors;
+          },
+          "unit"_a, "of each port")
       .def("cell_led",
            [check](const Network& self, std::size_t cell) {
              check(self, cell);

@@ -138,7 +138,7 @@ static void answer(rs_cell* cell, const rs_command* command, uint32_t now_us) {
   if (!commanding->replied) return;
   rs_reply_pack(commanding->reply, &reply);
   rs_frame_seal(commanding->reply);
-  rs_queue_up(cell, commanding->reply);
+  rs_queue_up(cell, commanding->reply, now_us);
 }
 
 static void receive_counted(rs_cell* cell, const rs_command* command, const uint8_t* frame, uint32_t now_us) {
@@ -150,7 +150,7 @@ static void receive_counted(rs_cell* cell, const rs_command* command, const uint
     if (command->counter == commanding->counter) {
       /* Sent again because a reply was missed: pass on, answer, but do nothing twice. */
       rs_queue_down(cell, frame);
-      if (for_us && commanding->replied) rs_queue_up(cell, commanding->reply);
+      if (for_us && commanding->replied) rs_queue_up(cell, commanding->reply, now_us);
       return;
     }
     if (!rs_newer((uint16_t)command->counter, commanding->counter)) {

@@ -77,9 +77,28 @@ void rs_identity_check(rs_cell* cell, uint32_t now_us);
 void rs_identity_assign(rs_cell* cell, uint16_t id, uint32_t now_us);
 void rs_identity_rejoin(rs_cell* cell, uint32_t now_us);
 
+/* ---- network/retention.c ---- */
+/* Take a frame to be sent to the parent and kept for a while; false: no room. An event that is here already counts as
+ * taken; a torque sum gets its serial. */
+bool rs_retention_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us);
+bool rs_retention_torque(rs_cell* cell, const rs_torque* torque, uint32_t now_us);
+bool rs_retention_torque_waits(const rs_cell* cell);
+bool rs_retention_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us);
+bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us);
+/* A tick has come: of the parent, or of a child (`was_child`: that was one before). */
+void rs_retention_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us);
+uint32_t rs_retention_announce(rs_cell* cell); /* `echo` of the next tick to the parent */
+void rs_retention_follow(rs_cell* cell);       /* after the parent may have changed */
+void rs_retention_check(rs_cell* cell, uint32_t now_us);
+
+/* ---- network/torque_epoch.c ---- */
+void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+void rs_torque_follow(rs_cell* cell, uint32_t now_us); /* begins epochs and ends them */
+void rs_torque_check(rs_cell* cell);
+
 /* ---- network/queues.c ---- */
-bool rs_queue_up(rs_cell* cell, const uint8_t* frame);   /* by its type; false: no room */
-void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
+bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us); /* by its type; false: no room */
+void rs_queue_down(rs_cell* cell, const uint8_t* frame);                /* to every child */
 void rs_queues_forget_samples(rs_cell* cell);
 void rs_queues_check(rs_cell* cell);
 

@@ -8,6 +8,8 @@
 #define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits) - 1)) : 0,
 #define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
   (1 << ((is_signed) != 0 ? (bits) - 1 : (bits))) - 1,
+enum { CLOCK_ROUND_US = 65536 * RS_TICK_US }; /* added so that no difference of times is negative */
+
 static const int32_t channel_low[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_LOW)};
 static const int32_t channel_high[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_HIGH)};
 
@@ -26,6 +28,12 @@ uint32_t rs_sampling_period_us(const rs_settings* settings) {
 #undef RATE_CASE
 }
 
+/* Where in the period a cell samples. Multiples of the golden ratio divide a circle more evenly than chance, whichever
+ * stretch of consecutive ids a tree has (Knuth 6.4, three-distance theorem). */
+static uint32_t phase_us(const rs_cell* cell, uint32_t period_us) {
+  return (((cell->id * 40503U) & 0xFFFFU) * period_us) >> 16;
+}
+
 /* The next sample after one at `now_us` (or the first, if nothing was sampled). Periods that divide the tick numbers
  * are locked to the section unit's time, each cell at a phase of its own, so that the cells of a tree neither sample at
  * once nor drift into each other. */
@@ -34,8 +42,7 @@ static uint32_t next_sample_us(const rs_cell* cell, uint32_t period_us, bool sam
   if (period_ticks * RS_TICK_US != period_us || 65536U % period_ticks != 0U) return now_us + period_us;
   const uint32_t in_period_us = (cell->route.wave.sequence % period_ticks) * RS_TICK_US;
   const uint32_t position_us = (in_period_us + (now_us - cell->route.origin_us)) % period_us;
-  const uint32_t phase_us = rs_spread(cell->id) % period_us;
-  uint32_t wait_us = (phase_us + period_us - position_us) % period_us;
+  uint32_t wait_us = (phase_us(cell, period_us) + period_us - position_us) % period_us;
   if (wait_us == 0U || (sampled && wait_us < period_us / 2U)) wait_us += period_us;
   return now_us + wait_us;
 }
@@ -50,7 +57,6 @@ void rs_sampling_restart(rs_cell* cell, uint32_t now_us) {
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
   sampling->running = period_us != 0U && cell->id != RS_ID_NONE && cell->route.timed;
   rs_sampling_refresh(cell, now_us);
-  sampling->divided = (uint8_t)(rs_spread(cell->id) >> 24);
   if (sampling->running) sampling->due_us = next_sample_us(cell, period_us, false, now_us);
 }
 
@@ -70,11 +76,14 @@ static bool changed(const rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT]) 
   return false;
 }
 
-static bool divided_away(rs_cell* cell) {
-  const uint8_t divisor = cell->route.wave.rate_divisor;
+/* Whether the rate divisor leaves this sample out. Samples are counted by the section unit's time, so that the cells of
+ * a tree, whose ids follow each other, take turns. */
+static bool divided_away(const rs_cell* cell, uint32_t period_us, uint32_t now_us) {
+  const uint32_t divisor = cell->route.wave.rate_divisor;
   if (divisor < 2U) return false;
-  cell->sampling.divided = (uint8_t)((cell->sampling.divided + 1U) % divisor);
-  return cell->sampling.divided != 0U;
+  const uint32_t time_us = cell->route.wave.sequence * RS_TICK_US + (now_us - cell->route.origin_us);
+  const uint32_t number = (time_us + CLOCK_ROUND_US + period_us / 2U - phase_us(cell, period_us)) / period_us;
+  return (number + cell->id) % divisor != 0U;
 }
 
 static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refresh, bool fault, uint32_t now_us) {
@@ -98,7 +107,7 @@ static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refr
   rs_clock_pack(frame, &sample);
   rs_frame_seal(frame);
   /* What found no room counts as not sent: the next sample tries again. */
-  if (!rs_queue_up(cell, frame)) return;
+  if (!rs_queue_up(cell, frame, now_us)) return;
   memcpy(sampling->sent_value, value, sizeof sampling->sent_value);
   sampling->sent_us = now_us;
   sampling->refresh_due = false;
@@ -126,7 +135,7 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
     const bool due = sampling->refresh_due && (int32_t)(now_us - sampling->refresh_us) >= 0;
     const bool refresh = due || now_us - sampling->sent_us + period_us >= silence_us(cell);
     if (event || refresh) send(cell, value, !event, fault, now_us);
-  } else if (!divided_away(cell)) {
+  } else if (!divided_away(cell, period_us, now_us)) {
     send(cell, value, sampling->refresh_due, fault, now_us);
   }
 }

@@ -44,7 +44,7 @@ static uint32_t logarithm(uint32_t count) {
   return result;
 }
 
-static void report_topology(rs_cell* cell) {
+static void report_topology(rs_cell* cell, uint32_t now_us) {
   const rs_neighbour* neighbour = cell->route.neighbour;
   uint32_t id[RS_PORTS], port[RS_PORTS];
   for (unsigned p = 0; p < RS_PORTS; ++p) {
@@ -72,10 +72,10 @@ static void report_topology(rs_cell* cell) {
   uint8_t frame[RS_FRAME_BYTES];
   rs_topology_pack(frame, &topology);
   rs_frame_seal(frame);
-  rs_queue_up(cell, frame);
+  rs_queue_up(cell, frame, now_us);
 }
 
-static void ask_for_id(rs_cell* cell) {
+static void ask_for_id(rs_cell* cell, uint32_t now_us) {
   const rs_join join = {.type = RS_TYPE_join,
                         .uid = cell->uid,
                         .ttl = RS_TTL_START,
@@ -85,7 +85,7 @@ static void ask_for_id(rs_cell* cell) {
   uint8_t frame[RS_FRAME_BYTES];
   rs_join_pack(frame, &join);
   rs_frame_seal(frame);
-  rs_queue_up(cell, frame);
+  rs_queue_up(cell, frame, now_us);
 }
 
 void rs_identity_check(rs_cell* cell, uint32_t now_us) {
@@ -97,10 +97,10 @@ void rs_identity_check(rs_cell* cell, uint32_t now_us) {
   if (cell->id == RS_ID_NONE) {
     if (rs_reached(now_us, cell->join_us) || cell->join_us - now_us > RS_JOIN_US) {
       cell->join_us = now_us + RS_JOIN_US;
-      ask_for_id(cell);
+      ask_for_id(cell, now_us);
     }
   } else if (rs_reached(now_us, cell->topology_us) || cell->topology_us - now_us > RS_TOPOLOGY_US) {
     cell->topology_us = now_us + RS_TOPOLOGY_US;
-    report_topology(cell);
+    report_topology(cell, now_us);
   }
 }

@@ -10,12 +10,28 @@ static uint8_t* append(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigne
   return frames[(ring->first + ring->count++) & (size - 1U)];
 }
 
-bool rs_queue_up(rs_cell* cell, const uint8_t* frame) {
+/* A report or request that waits is replaced by a newer one of the same cell. */
+static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
+  const rs_frame_type type = rs_frame_type_of(frame);
+  if (type != RS_TYPE_topology && type != RS_TYPE_join) return 0;
+  const uint32_t mask = type == RS_TYPE_join ? 0xFFFFFFFFU : ~0U << (32U - RS_topology_uid_AT);
+  const uint8_t mask_5 = type == RS_TYPE_join ? 0xF0U : 0U; /* the last bits of a serial number */
+  for (unsigned i = 0; i < queues->slow.count; ++i) {
+    uint8_t* waiting = queues->slow_frame[(queues->slow.first + i) & (RS_QUEUE_SLOW - 1U)];
+    if (((rs_load32(waiting) ^ rs_load32(frame)) & mask) == 0U && ((waiting[4] ^ frame[4]) & mask_5) == 0U) {
+      return waiting;
+    }
+  }
+  return 0;
+}
+
+bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   uint8_t* place = 0;
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_event:
-      place = append(&queues->urgent, queues->urgent_frame, RS_QUEUE_URGENT);
+      if (rs_retention_event(cell, frame, now_us)) return true;
+      cell->sampling.dropped = true;
       break;
     case RS_TYPE_clock:
       if (queues->data.count >= RS_QUEUE_DATA) {
@@ -28,12 +44,17 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame) {
       place = append(&queues->data, queues->data_frame, RS_QUEUE_DATA);
       break;
     default:
-      place = append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      place = replaceable(queues, frame);
+      if (place == 0) place = append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
       break;
   }
   if (place == 0) {
-    ++cell->counts.frames_dropped;
-    cell->sampling.dropped = true;
+    const rs_frame_type type = rs_frame_type_of(frame);
+    if (type == RS_TYPE_topology || type == RS_TYPE_join) {
+      ++cell->counts.repeats_dropped;
+    } else {
+      ++cell->counts.frames_dropped;
+    }
     return false;
   }
   memcpy(place, frame, RS_FRAME_BYTES);
@@ -59,16 +80,15 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
 
 void rs_queues_forget_samples(rs_cell* cell) {
   rs_queues* queues = &cell->queues;
-  const uint32_t forgotten = (uint32_t)queues->urgent.count + queues->data.count;
+  const uint32_t forgotten = queues->data.count;
   if (forgotten == 0U) return;
   cell->counts.frames_dropped += forgotten;
   cell->sampling.dropped = true;
-  queues->urgent.count = queues->data.count = 0;
+  queues->data.count = 0;
 }
 
 void rs_queues_check(rs_cell* cell) {
   rs_queues* queues = &cell->queues;
-  if (queues->urgent.count > RS_QUEUE_URGENT) queues->urgent.count = 0;
   if (queues->data.count > RS_QUEUE_DATA) queues->data.count = 0;
   if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;
   if (queues->down.count > RS_QUEUE_DOWN) queues->down.count = 0;

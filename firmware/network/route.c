@@ -201,6 +201,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     if (!was_child) rs_subtree_forget(neighbour);
     rs_subtree_update(cell);
   }
+  rs_retention_tick(cell, port, &tick, was_child, now_us);
 
   if (tick.hops == RS_HOPS_POISON) {
     neighbour->hops = RS_HOPS_POISON;

@@ -7,6 +7,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   uint32_t wait_us = RS_HEARTBEAT_US;
   const uint32_t limit_us[] = {
       route->advertised_us + RS_HEARTBEAT_US - now_us,
+      cell->torque.open ? cell->torque.deadline_us - now_us : RS_HEARTBEAT_US,
       route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
       route->parent_port == RS_NO_PARENT
           ? RS_HEARTBEAT_US
@@ -25,6 +26,8 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
 
 static void check(rs_cell* cell, uint32_t now_us) {
   rs_queues_check(cell);
+  rs_retention_check(cell, now_us);
+  rs_torque_check(cell);
   rs_route_check(cell, now_us);
   rs_identity_check(cell, now_us);
   if (cell->route.parent_port != RS_NO_PARENT && now_us - cell->route.reported_us >= RS_STATUS_US) {
@@ -46,7 +49,7 @@ static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   rs_timer_set(cell, now_us);
 }
 
-static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received) {
+static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, uint32_t now_us) {
   uint8_t frame[RS_FRAME_BYTES];
   memcpy(frame, received, RS_FRAME_BYTES);
   /* The order of distances forbids this; should it happen all the same, the time to live ends it. */
@@ -55,7 +58,7 @@ static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received) {
     ++cell->counts.hops_exhausted;
     return;
   }
-  rs_queue_up(cell, frame);
+  rs_queue_up(cell, frame, now_us);
 }
 
 static void receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -67,12 +70,19 @@ static void receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
   }
   rs_link_heard(cell, port, now_us);
   switch (rs_frame_type_of(frame)) {
-    case RS_TYPE_clock:
     case RS_TYPE_event:
+      rs_hearing_count(&neighbour->hearing);
+      forward_up(cell, port, frame, now_us);
+      break;
+    case RS_TYPE_torque:
+      rs_hearing_count(&neighbour->hearing);
+      rs_torque_receive(cell, port, frame, now_us);
+      break;
+    case RS_TYPE_clock:
     case RS_TYPE_topology:
     case RS_TYPE_reply:
     case RS_TYPE_join:
-      forward_up(cell, port, frame);
+      forward_up(cell, port, frame, now_us);
       break;
     case RS_TYPE_tick:
       rs_route_tick(cell, port, frame, now_us);
@@ -122,6 +132,8 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
       break;
   }
   if (rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US) check(cell, now_us);
+  rs_retention_follow(cell);
+  rs_torque_follow(cell, now_us);
   rs_transmit(cell, now_us, output);
 
   output->timer_us = cell->timer_us;

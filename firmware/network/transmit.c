@@ -1,26 +1,32 @@
 /* Which frame an idle port sends next: adverts first, because recovery waits for them; then, towards the parent,
- * events, status, samples and reports; towards children, commands. Nothing is interrupted. */
+ * torque sums, status, events, samples and reports; towards children, commands and joint states. Nothing is
+ * interrupted, and nothing waits for ever: samples and reports have a share of their own. */
 #include <string.h>
 
 #include "cell/parts.h"
 
-enum { SLOW_SHARE = 8 }; /* one slow frame is sent for every so many others, if any waits */
+enum {
+  SLOW_SHARE = 8, /* one slow frame is sent for every so many others, if any waits */
+  DATA_SHARE = 2  /* and one clock sample */
+};
 
-static void pack_advert(const rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
+static void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
   const rs_neighbour* neighbour = &route->neighbour[port];
   uint32_t age_us = now_us - route->origin_us;
   if (age_us > 0xFFFU) age_us = 0xFFFU;
   const bool heard = neighbour->good > 0U && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
-  rs_tick tick = {.type = RS_TYPE_tick,
-                  .hops = route->hops,
-                  .sender = cell->id,
-                  .sender_port = port,
-                  .nonce = cell->nonce,
-                  .parent = route->parent_port == port + 1U,
-                  .heard = heard,
-                  .leaving = route->hold,
-                  .age_us = age_us};
+  rs_tick tick = {
+      .type = RS_TYPE_tick,
+      .hops = route->hops,
+      .sender = cell->id,
+      .sender_port = port,
+      .nonce = cell->nonce,
+      .parent = route->parent_port == port + 1U,
+      .heard = heard,
+      .echo = route->parent_port == port + 1U ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing),
+      .leaving = route->hold,
+      .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
   rs_frame_seal(frame);
@@ -41,13 +47,18 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
     return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
   }
   if (queues->slow.count > 0U) ++queues->passed_over;
-  if (take(&queues->urgent, queues->urgent_frame, RS_QUEUE_URGENT, frame)) return true;
+  if (rs_retention_next_torque(cell, frame, now_us)) return true;
   if (queues->status_due && now_us - cell->route.reported_us >= RS_STATUS_PAUSE_US) {
     cell->route.reported_us = now_us;
     rs_subtree_pack(cell, frame);
     return true;
   }
+  if (queues->data.count > 0U && queues->data_passed_over < DATA_SHARE) {
+    if (rs_retention_next_event(cell, frame, now_us)) return ++queues->data_passed_over, true;
+  }
+  queues->data_passed_over = 0;
   if (take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)) return true;
+  if (rs_retention_next_event(cell, frame, now_us)) return true;
   queues->passed_over = 0;
   return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
 }
@@ -76,7 +87,11 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     if ((queues->busy & bit) != 0U) continue;
     uint8_t* frame = queues->sending[port];
     bool found;
-    if ((queues->advert_due & bit) != 0U) {
+    /* A torque sum before the advert that announces it, so that its loss shows at once. */
+    const bool torque_first = port + 1U == cell->route.parent_port && cell->retention.announcements > 0U;
+    if (torque_first && rs_retention_next_torque(cell, frame, now_us)) {
+      found = true;
+    } else if ((queues->advert_due & bit) != 0U) {
       queues->advert_due &= (uint8_t)~bit;
       pack_advert(cell, port, now_us, frame);
       found = true;

@@ -17,7 +17,7 @@ void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* fr
   }
   uint8_t* record = unit->record[unit->waiting];
   memcpy(record, frame, RS_CONTENT_BYTES);
-  rs_record_arrival_pack(record, port + 1U, 0);
+  rs_record_arrival_pack(record, port, 0);
   unit->arrival_ns[unit->waiting++] = now_ns;
 }
 
@@ -53,9 +53,11 @@ static void send_waiting(rs_section_unit* unit, uint64_t now_ns, rs_unit_output*
   }
   rs_datagram_finish(unit, RS_DATAGRAM_KIND_frames, unit->waiting, now_ns, output);
   unit->waiting = 0;
+  unit->hurry = false;
 }
 
-/* The state of the unit: last counter and tick time, then of each port the cell there and the size of its tree. */
+/* The state of the unit: last counter and tick time, then of each port the cell there, the size of its tree and what
+ * its ticks say. */
 static void send_heartbeat(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
   uint8_t* record = unit->datagram + RS_DATAGRAM_HEADER_BYTES;
   uint32_t count = 0;
@@ -83,7 +85,10 @@ static void send_heartbeat(rs_section_unit* unit, uint64_t now_ns, rs_unit_outpu
     record += RS_DATAGRAM_RECORD_BYTES;
     rs_status_pack(record, &status);
     rs_record_arrival_pack(record, port + 1U, 0);
-    count += 2;
+    record += RS_DATAGRAM_RECORD_BYTES;
+    rs_ports_pack_tick(unit, port, now_ns, record);
+    rs_record_arrival_pack(record, port + 1U, 0);
+    count += 3;
   }
   rs_datagram_finish(unit, RS_DATAGRAM_KIND_heartbeat, count, now_ns, output);
 }
@@ -95,7 +100,7 @@ uint64_t rs_datagrams_send(rs_section_unit* unit, uint64_t now_ns, rs_unit_outpu
   }
   const uint64_t batch_ns = (uint64_t)unit->config.batch_us * NS_PER_US;
   const bool full = unit->waiting == RS_DATAGRAM_RECORDS_MAX;
-  if (unit->waiting > 0U && (full || now_ns - unit->arrival_ns[0] >= batch_ns)) {
+  if (unit->waiting > 0U && (full || unit->hurry || now_ns - unit->arrival_ns[0] >= batch_ns)) {
     send_waiting(unit, now_ns, output);
   } else if (now_ns >= unit->heartbeat_ns) {
     unit->heartbeat_ns = now_ns + (uint64_t)RS_KEEP_ALIVE_MS * NS_PER_MS;
@@ -155,6 +160,9 @@ static void inject(rs_section_unit* unit, uint32_t to_port, const uint8_t* conte
     rs_command command;
     rs_command_unpack(&command, content);
     unit->command_counter = (uint16_t)command.counter;
+    if (command.operation == RS_OPERATION_clock_rate || command.operation == RS_OPERATION_mode) {
+      for (unsigned port = 0; port < unit->config.ports; ++port) rs_rate_forget(&unit->port[port].rate);
+    }
   }
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     if (to_port == 0U ? unit->port[port].root : to_port == port + 1U) rs_ports_send(unit, port, content);

@@ -10,6 +10,7 @@ static rs_wave wave_of(const rs_section_unit* unit, unsigned port) {
                    .root = rs_root_of(unit, port),
                    .forming = unit->forming,
                    .depth_cap = depth_cap == 0U ? RS_TTL_START : depth_cap,
+                   .rate_divisor = unit->port[port].rate.divisor,
                    .gain_threshold = unit->forming ? RS_GAIN_FORMING : RS_GAIN_STEADY};
 }
 
@@ -45,10 +46,16 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
       here->size = 0;
       here->height = 0;
     }
+    const bool changed = rs_rate_tick(&here->rate, here->root ? here->size : 0U);
     here->tick_due = (unit->power >> port & 1U) != 0U;
     if (unit->config.cell_key != 0) {
       const rs_wave wave = wave_of(unit, port);
       here->tag = rs_wave_tag(&unit->key, &wave);
+    }
+    if (changed) {
+      uint8_t tick[RS_FRAME_BYTES];
+      rs_ports_pack_tick(unit, port, now_ns, tick);
+      rs_datagrams_gather(unit, port + 1U, tick, now_ns);
     }
   }
 }
@@ -99,6 +106,16 @@ static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t
 static void receive_tick(rs_unit_port* here, const uint8_t* frame) {
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
+  const bool rebooted = !here->met || here->nonce != tick.nonce;
+  here->met = true;
+  here->nonce = (uint8_t)tick.nonce;
+  if (tick.parent != 0U) {
+    if (!here->root || rebooted) {
+      rs_hearing_start(&here->hearing, tick.echo);
+    } else if (rs_hearing_compare(&here->hearing, tick.echo)) {
+      here->tick_due = true;
+    }
+  }
   here->cell = (uint16_t)tick.sender;
   here->cell_port = (uint8_t)(tick.sender_port + 1U);
   here->root = tick.parent != 0U;
@@ -115,6 +132,7 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
   ++here->frames;
   here->heard_ns = now_ns;
   here->good = 1;
+  rs_rate_heard(&here->rate, frame);
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_tick:
       receive_tick(here, frame);
@@ -132,20 +150,26 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
       break;
     case RS_TYPE_topology:
       receive_topology(unit, port, frame);
-      rs_datagrams_gather(unit, port, frame, now_ns);
+      rs_datagrams_gather(unit, port + 1U, frame, now_ns);
+      break;
+    case RS_TYPE_torque:
+      rs_hearing_count(&here->hearing);
+      rs_unit_torque_receive(unit, port, frame, now_ns);
+      break;
+    case RS_TYPE_event:
+      rs_hearing_count(&here->hearing);
+      rs_datagrams_gather(unit, port + 1U, frame, now_ns);
       break;
     case RS_TYPE_clock:
-    case RS_TYPE_event:
-    case RS_TYPE_torque:
     case RS_TYPE_reply:
-      rs_datagrams_gather(unit, port, frame, now_ns);
+      rs_datagrams_gather(unit, port + 1U, frame, now_ns);
       break;
     default:
       break;
   }
 }
 
-static void pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {
+void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {
   const uint64_t time_ns = rs_unit_time(unit, now_ns), start_ns = unit->tick_time * RS_TICK_US * 1000U;
   const uint64_t age_us = time_ns < start_ns ? 0U : (time_ns - start_ns) / 1000U;
   rs_tick tick = {.type = RS_TYPE_tick,
@@ -154,6 +178,7 @@ static void pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_n
                   .sender_port = port & 3U,
                   .nonce = unit->config.session & 0xFFU,
                   .heard = rs_port_alive(&unit->port[port], now_ns),
+                  .echo = rs_hearing_echo(&unit->port[port].hearing),
                   .age_us = age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us};
   const rs_wave wave = wave_of(unit, port);
   rs_wave_into_tick(&tick, &wave);
@@ -167,7 +192,7 @@ void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* o
     if (here->busy || (unit->power >> port & 1U) == 0U) continue;
     if (here->tick_due) {
       here->tick_due = false;
-      pack_tick(unit, port, now_ns, here->sending);
+      rs_ports_pack_tick(unit, port, now_ns, here->sending);
     } else if (here->queue_count > 0U) {
       memcpy(here->sending, here->queue[here->queue_first % RS_UNIT_QUEUE], RS_FRAME_BYTES);
       here->queue_first = (uint8_t)((here->queue_first + 1U) % RS_UNIT_QUEUE);

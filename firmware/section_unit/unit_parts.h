@@ -17,6 +17,7 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns);
 void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
 void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
 void rs_ports_power(rs_section_unit* unit, unsigned port, bool on);
+void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame);
 bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns);
 /* Puts a command or another downward frame into a port's queue; commands get their tag. */
 void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content);
@@ -46,7 +47,23 @@ void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* st
 /* The own trees as records of a datagram; how many. */
 uint32_t rs_balance_pack(const rs_section_unit* unit, uint8_t* records, uint64_t now_ns);
 
+/* ---- rate.c ---- */
+void rs_rate_start(rs_unit_rate* rate);
+/* Notes a frame that came up. */
+void rs_rate_heard(rs_unit_rate* rate, const uint8_t* frame);
+/* The host may have changed the cells' rate: the highest one is assumed until it is measured. */
+void rs_rate_forget(rs_unit_rate* rate);
+/* Once a millisecond; true if the divisor has changed. */
+bool rs_rate_tick(rs_unit_rate* rate, uint32_t size);
+
+/* ---- torque.c ---- */
+void rs_unit_torque_tick(rs_section_unit* unit, uint64_t now_ns);
+void rs_unit_torque_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
+/* Hands over what is due; when the next is. */
+uint64_t rs_unit_torque_end(rs_section_unit* unit, uint64_t now_ns);
+
 /* ---- datagrams.c ---- */
+/* `port` is counted from 1 here, 0: the unit itself. */
 void rs_datagrams_gather(rs_section_unit* unit, unsigned port, const uint8_t* frame, uint64_t now_ns);
 void rs_datagrams_receive(rs_section_unit* unit, const uint8_t* bytes, uint32_t count, uint64_t now_ns);
 /* Writes at most one datagram; returns when the next one is due, if nothing comes before. */

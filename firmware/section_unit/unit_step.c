@@ -18,6 +18,7 @@ static void boot(rs_section_unit* unit, const rs_section_unit_config* config, ui
   unit->heartbeat_ns = unit->peers_due_ns = unit->booted_ns = now_ns;
   unit->leapt_ns = now_ns;
   unit->forming = true;
+  for (unsigned port = 0; port < unit->config.ports; ++port) rs_rate_start(&unit->port[port].rate);
 }
 
 void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uint64_t now_ns, rs_unit_output* output) {
@@ -28,6 +29,7 @@ void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uin
 
   const unsigned port = (unsigned)input->port - 1U;
   rs_ports_tick(unit, now_ns);
+  rs_unit_torque_tick(unit, now_ns);
   switch (input->kind) {
     case RS_UNIT_INPUT_FRAME:
       if (port < unit->config.ports) rs_ports_receive(unit, port, input->bytes, now_ns);
@@ -42,10 +44,12 @@ void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uin
       break;
   }
   rs_ports_transmit(unit, now_ns, output);
+  const uint64_t torque_ns = rs_unit_torque_end(unit, now_ns);
   const uint64_t peers_ns = rs_peers_send(unit, now_ns, output);
   const uint64_t host_ns = output->datagram != 0 ? now_ns : rs_datagrams_send(unit, now_ns, output);
   const uint64_t tick_ns = (unit->tick_time + 1U) * RS_TICK_US * 1000U - unit->ahead_ns;
   const uint64_t datagram_ns = peers_ns < host_ns ? peers_ns : host_ns;
   output->timer_ns = datagram_ns < tick_ns ? datagram_ns : tick_ns;
+  if (torque_ns < output->timer_ns) output->timer_ns = torque_ns;
   output->power = unit->power;
 }

@@ -64,7 +64,7 @@ static void check_cell(const rs_cell* cell, const rs_output* output, uint8_t bus
   require(!route->in_quarantine || route->parent_port == RS_NO_PARENT, "no parent in quarantine");
   require(route->parent_port == RS_NO_PARENT || !route->unbound, "a parent bounds the feasible distance");
   require(route->parent_port == RS_NO_PARENT || route->hops >= route->feasible_hops, "hops are not below the best");
-  require(queues->urgent.count <= RS_QUEUE_URGENT && queues->data.count <= RS_QUEUE_DATA, "queues are bounded");
+  require(queues->data.count <= RS_QUEUE_DATA, "queues are bounded");
   require(queues->slow.count <= RS_QUEUE_SLOW && queues->down.count <= RS_QUEUE_DOWN, "queues are bounded");
   require(output->timer_us - now_us <= RS_TOPOLOGY_US, "the timer comes");
   require(cell->id <= RS_ID_LAST, "an id is one");

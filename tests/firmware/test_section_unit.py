@@ -167,12 +167,15 @@ def test_the_heartbeat_tells_ports_trees_and_the_last_counter() -> None:
     assert [(port, name) for port, name, _ in parts[1:]] == [
         (1, "topology"),
         (1, "status"),
+        (1, "tick"),
         (2, "topology"),
         (2, "status"),
+        (2, "tick"),
     ]
     assert parts[1][2]["neighbour_1"] == 9
     assert (parts[2][2]["size"], parts[2][2]["height"]) == (40, 6)
-    assert parts[3][2]["neighbour_1"] == 0
+    assert parts[3][2]["rate_divisor"] == 1
+    assert parts[4][2]["neighbour_1"] == 0
 
 
 def commands_sent(bench: Bench) -> list[tuple[int, int]]:

@@ -37,6 +37,7 @@ void Network::boot(std::size_t index) {
   input.kind = RS_INPUT_BOOT;
   input.boot = &boot;
   step_cell(index, input);
+  rs_cell_contribute(&cell.state, &cell.contribution);
 }
 
 void Network::step_cell(std::size_t index, const rs_input& input) {
@@ -51,9 +52,7 @@ void Network::step_cell(std::size_t index, const rs_input& input) {
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
   if (output.flash_changed) std::memcpy(cell.flash, output.flash, RS_FLASH_BYTES);
-  const rs_queues& queues = cell.state.queues;
-  cell.queue_peak =
-      std::max<std::uint32_t>(cell.queue_peak, queues.urgent.count + queues.data.count + queues.slow.count);
+  cell.queue_peak = std::max<std::uint32_t>(cell.queue_peak, rs_cell_waiting(&cell.state));
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
   wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1 + cell.slow_ns);
@@ -268,6 +267,12 @@ void Network::run_until(std::int64_t end_ns) {
     }
   }
   now_ns_ = std::max(now_ns_, end_ns);
+}
+
+void Network::contribute(std::size_t index, const rs_contribution& contribution) {
+  Cell& cell = cells_.at(index);
+  cell.contribution = contribution;
+  if (cell.power == Cell::Power::on) rs_cell_contribute(&cell.state, &contribution);
 }
 
 void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) {

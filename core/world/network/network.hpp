@@ -91,6 +91,9 @@ class Network {
   // The observer is told of every event from now on, and must live as long.
   void observe(Observer& observer) { observers_.push_back(&observer); }
 
+  // What a cell adds to the torque of its limb, each epoch from the next on, over reboots too.
+  void contribute(std::size_t cell, const rs_contribution& contribution);
+
   // ---- What is so ----
   const Wiring& wiring() const { return wiring_; }  // as it was built
   // What is at the other end of a wire now.

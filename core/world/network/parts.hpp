@@ -45,6 +45,7 @@ struct Network::Cell {
   std::uint64_t boot_key = 0, boots = 0;
   std::uint32_t queue_peak = 0;
   rs_sample sample{};
+  rs_contribution contribution{};
   rs_cell state{};
   std::uint8_t flash[RS_FLASH_BYTES] = {};
 

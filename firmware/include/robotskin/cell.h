@@ -21,7 +21,10 @@
 #include "robotskin/channels.h"
 #include "robotskin/chaskey.h"
 #include "robotskin/geometry.h"
+#include "robotskin/hearing.h"
+#include "robotskin/retention.h"
 #include "robotskin/settings.h"
+#include "robotskin/torque.h"
 #include "robotskin/wire.h"
 
 #ifdef __cplusplus
@@ -66,11 +69,10 @@ typedef struct {
 /* ---- State: read by checkers and viewers, written by the cell alone ---- */
 
 enum {
-  RS_QUEUE_URGENT = 32, /* events of the subtree */
-  RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
-  RS_QUEUE_SLOW = 64,   /* replies, topology and join frames of the subtree */
-  RS_QUEUE_DOWN = 16,   /* commands on their way down */
-  RS_NO_PARENT = 0      /* parent_port */
+  RS_QUEUE_DATA = 64, /* clock frames of the subtree */
+  RS_QUEUE_SLOW = 64, /* replies, topology and join frames of the subtree */
+  RS_QUEUE_DOWN = 16, /* commands on their way down */
+  RS_NO_PARENT = 0    /* parent_port */
 };
 
 /* What the root fixed in a tick, passed on unchanged. */
@@ -114,6 +116,7 @@ typedef struct {
 /* What is known of the neighbour at one port. */
 typedef struct {
   rs_wave wave;       /* its last accepted advert */
+  rs_hearing hearing; /* of its events and torque sums; if it is a child */
   uint32_t origin_us; /* when the root sent that tick, cell's clock */
   uint32_t heard_us;  /* last valid frame */
   uint32_t up_us;     /* link up since */
@@ -178,14 +181,14 @@ typedef struct {
 } rs_ring;
 
 typedef struct {
-  rs_ring urgent, data, slow, down;
+  rs_ring data, slow, down;
   uint8_t busy;       /* bit p - 1: a frame is going out on port p */
   uint8_t advert_due; /* bit p - 1: port p is to get a tick frame */
   bool status_due;
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
+  uint8_t data_passed_over;          /* ... and while clock frames waited */
   uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
   uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
-  uint8_t urgent_frame[RS_QUEUE_URGENT][RS_FRAME_BYTES];
   uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
   uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
   uint8_t down_frame[RS_QUEUE_DOWN][RS_FRAME_BYTES];
@@ -196,7 +199,6 @@ typedef struct {
   uint32_t sent_us; /* last own frame */
   int32_t sent_value[RS_CHANNEL_COUNT];
   uint8_t sequence;
-  uint8_t divided; /* samples skipped for the rate divisor */
   bool running;
   bool refresh_due;
   uint32_t refresh_us; /* not before this time, so that a tree does not refresh all at once */
@@ -217,10 +219,12 @@ typedef struct {
   X(frames_damaged, "received with a wrong checksum")                       \
   X(frames_unknown, "received with a type that has no business there")      \
   X(frames_dropped, "not passed on: a queue was full or the route too long lost") \
+  X(repeats_dropped, "not passed on, of those that come again by themselves: topology and join")  \
   X(hops_exhausted, "not passed on: no hops left")                          \
   X(frames_from_parent, "samples that came down the tree")                  \
   X(tags_refused, "ticks and commands with a wrong tag or an old time")     \
   X(commands_stale, "commands with an old counter")                         \
+  X(torques_dropped, "torque sums that came from no child, too late, or found no room") \
   X(parent_changes, "changes of parent")                                    \
   X(orphanings, "times without any parent")
 // clang-format on
@@ -249,6 +253,8 @@ typedef struct {
   rs_cell_counts counts;
   rs_chaskey_key key;
   uint8_t flash[RS_FLASH_BYTES];
+  rs_torque_epoch torque;
+  rs_retention retention;
   rs_queues queues;
 } rs_cell;
 
@@ -257,6 +263,18 @@ RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a p
 /* One input at one time. `output` is filled completely. An input that names no port 1 to 4, or a frame that is no valid
  * frame, changes nothing but counters. */
 void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output);
+
+/* What the cell adds to its limb's torque from the next epoch on; a limb or a number of parts that there is not adds
+ * nothing. */
+void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution);
+
+/* Frames that wait for the parent. */
+RS_INLINE uint32_t rs_cell_waiting(const rs_cell* cell) {
+  const rs_retention* retention = &cell->retention;
+  return (uint32_t)(retention->event.count - retention->event.sent) +
+         (uint32_t)(retention->torque.count - retention->torque.sent) + cell->queues.data.count +
+         cell->queues.slow.count;
+}
 
 #ifdef __cplusplus
 }

@@ -99,6 +99,41 @@ typedef struct {
   uint64_t best_squares;
 } rs_unit_balance;
 
+/* The rate divisor of a port: what its cells would send, against what the port carries. */
+typedef struct {
+  uint32_t samples;    /* clock frames heard in this window */
+  uint32_t line;       /* frames of any kind in this short window */
+  uint16_t rate_hz;    /* samples a cell takes each second, as far as known; at most 250 */
+  uint16_t ticks;      /* of this window */
+  uint16_t size;       /* of the tree in this window, 0: it has changed */
+  uint16_t low_ticks;  /* for which a smaller divisor would have done */
+  uint16_t hold_ticks; /* after cells lost frames, until a smaller divisor is tried again */
+  uint16_t hold_next_ticks;
+  uint8_t floor;   /* least divisor until then */
+  uint8_t divisor; /* in force */
+  bool overflowed; /* cells lost frames in the last short window */
+  bool drops;      /* a cell has said in this short window that it lost frames */
+} rs_unit_rate;
+
+enum { RS_UNIT_TORQUE_SLOTS = 64 }; /* limbs and parts */
+
+/* One epoch of torque sums. */
+typedef struct {
+  rs_torque_sum slot[RS_UNIT_TORQUE_SLOTS];
+  uint64_t number;   /* tick time / 4 */
+  uint16_t reported; /* bit p - 1: port p has reported */
+  uint8_t used;
+  bool open;
+} rs_unit_epoch;
+
+typedef struct {
+  rs_unit_epoch epoch[2];                     /* by the lowest bit of the number */
+  uint16_t expected[16][4];                   /* cells, by limb and part */
+  uint8_t reports[RS_SECTION_UNIT_PORTS_MAX]; /* epochs for which the port is still waited for */
+  uint8_t missing;                            /* epochs handed over incomplete in a row */
+  uint32_t complete, incomplete, late;        /* epochs handed over; frames that came after that */
+} rs_unit_torque;
+
 typedef struct {
   uint64_t heard_ns;
   uint32_t frames, lost, dropped; /* received whole, damaged; not sent down because the queue was full */
@@ -112,6 +147,10 @@ typedef struct {
   bool tick_due;
   uint32_t tag; /* of the current tick */
   rs_unit_balance balance;
+  uint8_t nonce; /* of the cell there, by its ticks */
+  bool met;      /* nonce is valid */
+  rs_hearing hearing;
+  rs_unit_rate rate;
   uint8_t queue_first, queue_count;
   uint8_t sending[RS_FRAME_BYTES];
   uint8_t queue[RS_UNIT_QUEUE][RS_FRAME_BYTES];
@@ -166,6 +205,9 @@ typedef struct {
   uint32_t refused;         /* datagrams */
   uint16_t command_counter; /* last one flooded */
   bool host_heard;
+  bool hurry; /* the records do not wait for more */
+
+  rs_unit_torque torque;
 
   /* Balance */
   bool forming;

@@ -5,6 +5,7 @@
 #include "robotskin/wire.h"
 
 enum {
+  RS_TORQUE_FAITH = 2, /* epochs for which a child that has reported is waited for */
   RS_FRAME_US = RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE * 1000 / (RS_LINK_BAUD / 1000), /* 50: one frame on a link */
   RS_TICK_US = 1000,
   RS_HEARTBEAT_US = 1250,                          /* a cell that hears no new tick speaks up by itself */
@@ -39,6 +40,15 @@ enum {
   RS_PEER_TOGETHER_US = 16000, /* units apart by less are pulled together gently, others leap */
   RS_PEER_PULL_US = 50,        /* by so much a tick */
   RS_PEER_LEAP_MS = 30000,     /* longest leap: half the tick numbers are newer */
+  RS_ECHO_US = 250,             /* from going back to frames that were missed until the parent knows it */
+  RS_RETENTION_US = 12000,      /* an event is kept so long after its sample: longer, its time could not be told */
+  RS_TORQUE_RETRY_US = 3000,    /* a torque sum is sent again for so long: the parent cannot have forgotten it */
+  RS_TORQUE_LATE_US = 8000,     /* one that found no parent is given up after this */
+  RS_TORQUE_WAIT_US = 400,      /* a cell waits for its children's torque sums so long, */
+  RS_TORQUE_HOP_US = 100,       /* so much more for each hop below it */
+  RS_TORQUE_FRAME_US = 100,     /* and each frame of a report there, */
+  RS_TORQUE_WAIT_MAX_US = 3200, /* and at most so long */
+  RS_TORQUE_END_US = 3700,      /* after the epoch's tick a section unit hands over what it has */
   RS_TOPOLOGY_US = 1000000,
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
   RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */

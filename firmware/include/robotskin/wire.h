@@ -68,7 +68,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(refresh, 0, 1, "sent for freshness or after a change of route, not for an event") \
   X(fault, 0, 1, "a sensor is missing or saturated")                                  \
   X(replayed, 0, 1, "sent again after a change of route")                             \
-  X(dropped, 0, 1, "the cell had to drop frames since its last one")                  \
+  X(dropped, 0, 1, "the cell had to drop samples since its last one")                  \
   X(proximity, 0, 16, "counts")                                                       \
   X(force_1, 0, 10, "counts")                                                         \
   X(force_2, 0, 10, "counts")                                                         \
@@ -99,7 +99,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(depth_cap, 0, 8, "deepest hops a granted move may reach")          \
   X(rate_divisor, 0, 4, "cells send every n-th sample")                \
   X(gain_threshold, 0, 6, "hops to gain before a change of root")      \
-  X(echo, 0, 8, "sequence of the last event heard on this link")       \
+  X(echo, 0, 8, "to the parent: number of the next event or torque frame; to a child: hearing.h") \
   X(age_us, 0, 12, "from the root's start of sending to this frame's") \
   X(era, 0, 10, "wraps of sequence")                                   \
   X(tag, 0, 32, "of what the root fixed")
@@ -152,22 +152,25 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(spare, 0, 8, "")                                \
   X(tag, 0, 24, "of all before it")
 
-#define RS_TORQUE_FIELDS(X)                             \
-  X(type, 0, 4, "frame type")                           \
-  X(epoch, 0, 6, "low bits of tick number / 4")         \
-  X(limb, 0, 4, "")                                     \
-  X(part, 0, 2, "joints 6 part + 1 to 6 part + 6")      \
-  X(joint_1, 1, 16, "torque in the limb's step")        \
-  X(joint_2, 1, 16, "torque in the limb's step")        \
-  X(joint_3, 1, 16, "torque in the limb's step")        \
-  X(joint_4, 1, 16, "torque in the limb's step")        \
-  X(joint_5, 1, 16, "torque in the limb's step")        \
-  X(joint_6, 1, 16, "torque in the limb's step")        \
-  X(cells, 0, 14, "summed")                             \
-  X(active, 0, 12, "of them in contact")                \
-  X(age, 0, 4, "epochs of the oldest joint state used") \
-  X(saturated, 0, 1, "a sum left its range")            \
-  X(spare, 0, 1, "")
+/* `serial` and `last` are of one hop: a frame is sent again under its serial, and the last one of a report says that no
+ * more are to be waited for. */
+#define RS_TORQUE_FIELDS(X)                                        \
+  X(type, 0, 4, "frame type")                                      \
+  X(epoch, 0, 6, "low bits of tick number / 4")                    \
+  X(limb, 0, 4, "")                                                \
+  X(part, 0, 2, "joints 6 part + 1 to 6 part + 6")                 \
+  X(joint_1, 1, 16, "torque in the limb's step")                   \
+  X(joint_2, 1, 16, "torque in the limb's step")                   \
+  X(joint_3, 1, 16, "torque in the limb's step")                   \
+  X(joint_4, 1, 16, "torque in the limb's step")                   \
+  X(joint_5, 1, 16, "torque in the limb's step")                   \
+  X(joint_6, 1, 16, "torque in the limb's step")                   \
+  X(cells, 0, 12, "summed, at most 4095")                          \
+  X(active, 0, 10, "of them in contact, at most 1023")             \
+  X(age, 0, 3, "epochs of the oldest joint state used, at most 7") \
+  X(saturated, 0, 1, "a sum left its range")                       \
+  X(serial, 0, 5, "counts the sender's torque frames")             \
+  X(last, 0, 1, "the sender's report of this epoch is complete")
 
 /* Sent on change and once a second. A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port by a
  * record of that port with source 16383 and the cell there as neighbour 1. */

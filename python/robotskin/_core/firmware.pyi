@@ -116,7 +116,15 @@ REFRESH_JITTER_US: int = 40000
 
 FRESH_US: int = 250000
 
-CELL_STATE_BYTES: int = 4296
+RETENTION_US: int = 12000
+
+TORQUE_RETRY_US: int = 3000
+
+TORQUE_END_US: int = 3700
+
+EPOCH_TICKS: int = 4
+
+CELL_STATE_BYTES: int = 7096
 
 CHANNELS: tuple = ...
 
@@ -201,6 +209,11 @@ class Cell:
     def sent(self, port: int, now_us: int) -> CellOutput: ...
     def sample(self, values: Sequence[int], now_us: int, fault: bool = False) -> CellOutput: ...
     def timer(self, now_us: int) -> CellOutput: ...
+    def contribute(self, limb: int, torque: Sequence[int], active: bool = False, age: int = 0) -> None:
+        """
+        What the cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.
+        """
+
     @property
     def id(self) -> int: ...
     @property
@@ -233,7 +246,7 @@ class Cell:
     def counts(self) -> dict: ...
     @property
     def waiting(self) -> tuple:
-        """frames in the queues: urgent, data, slow, down"""
+        """frames that wait: events, clock samples, slow ones, downward ones"""
 
     @property
     def state(self) -> bytes:

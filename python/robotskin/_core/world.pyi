@@ -461,6 +461,19 @@ class Network:
     def cell_id(self, arg: int, /) -> int: ...
     def cell_hops(self, arg: int, /) -> int: ...
     def cell_parent_port(self, arg: int, /) -> int: ...
+    def contribute(self, cell: int, limb: int, torque: Sequence[int], active: bool = False, age: int = 0) -> None:
+        """
+        What a cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.
+        """
+
+    def torque_epochs(self, unit: int) -> tuple:
+        """
+        epochs handed over with all that was expected, and without; frames that came after that
+        """
+
+    def rate_divisors(self, unit: int) -> list[int]:
+        """of each port"""
+
     def cell_led(self, arg: int, /) -> int: ...
     def cut(self, cell: int, port: int, out: bool = True, in_: bool = True) -> None:
         """The wire at this port carries nothing any more."""

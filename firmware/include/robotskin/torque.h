@@ -1,0 +1,64 @@
+/* Torques summed on their way up the tree, once an epoch of four ticks.
+ *
+ * Each cell sends one report an epoch: its own contribution and those of the children that reported in time. A child
+ * counts on being waited for once it has reported; whoever comes too late is passed on as it is and added further up
+ * or in the section unit. Nothing is sent where nobody contributes. */
+#ifndef ROBOTSKIN_TORQUE_H
+#define ROBOTSKIN_TORQUE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "robotskin/geometry.h"
+#include "robotskin/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  RS_EPOCH_TICKS = 4,
+  RS_EPOCH_MASK = 0x3F, /* of an epoch's number on the wire */
+  RS_TORQUE_PARTS = 2,  /* of one cell's chain: 12 joints */
+  RS_TORQUE_SLOTS = 4   /* limbs and parts that a cell can sum; what is beyond is passed on unsummed */
+};
+
+/* What a cell adds in each epoch, until it is told otherwise: torque in the limb's step for joints 1 to 6 `parts`. */
+typedef struct {
+  int32_t joint[RS_TORQUE_PARTS * RS_JOINTS_PER_PART];
+  uint8_t limb;  /* 0 to 15 */
+  uint8_t parts; /* 0: nothing */
+  uint8_t age;   /* epochs of the joint state it was computed from */
+  bool active;   /* the cell is in contact */
+} rs_contribution;
+
+/* The sum of one part of one limb. */
+typedef struct {
+  int32_t joint[RS_JOINTS_PER_PART];
+  uint16_t cells, active;
+  uint8_t limb, part, age;
+  bool saturated;
+} rs_torque_sum;
+
+/* The epoch of a cell. */
+typedef struct {
+  rs_contribution own;
+  rs_torque_sum slot[RS_TORQUE_SLOTS];
+  uint32_t deadline_us;      /* the report leaves then, complete or not */
+  uint32_t epoch;            /* tick time / 4 */
+  uint8_t used;              /* slots */
+  uint8_t waiting;           /* bit p - 1: the child at port p has yet to report */
+  uint8_t reports[RS_PORTS]; /* epochs for which the child at port p is still waited for */
+  bool open;                 /* the report has not left */
+} rs_torque_epoch;
+
+void rs_torque_sum_start(rs_torque_sum* sum, uint32_t limb, uint32_t part);
+void rs_torque_sum_add(rs_torque_sum* sum, const rs_torque* torque);
+/* As it goes on the wire, held at the ends of its fields. */
+void rs_torque_sum_frame(const rs_torque_sum* sum, uint32_t epoch, bool last, rs_torque* torque);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,89 @@
+/* The rate divisor of a port. What the tree would send is its size, known within a few milliseconds of any change,
+ * times the rate of its cells, which is measured; the divisor is the least that brings it below what a port carries. It
+ * rises at once and falls when the load has been lower for a while. Should cells lose frames all the same, events being
+ * what no divisor thins out, it rises by one and stays there, longer each time. */
+#include "section_unit/unit_parts.h"
+
+enum {
+  LINE_WINDOW_TICKS = 8,
+  LINE_FULL = LINE_WINDOW_TICKS * RS_TICK_US / RS_FRAME_US * 19 / 20,
+  RATE_WINDOW_TICKS = 64,
+  FALL_TICKS = 100,
+  HOLD_TICKS = 1000,
+  HOLD_TICKS_MAX = 60000,
+  DIVISOR_MAX = 15,
+  /* Frames a line carries each second, and what it needs for ticks, status, torque sums, and the unforeseen. */
+  LINE_HZ = 1000000 / RS_FRAME_US,
+  RESERVED_HZ = 1100 + 250 + 250 + 900,
+  PORT_HZ = LINE_HZ - RESERVED_HZ /* samples: those of 70 cells at 250 Hz */
+};
+
+void rs_rate_start(rs_unit_rate* rate) {
+  *rate = (rs_unit_rate){.divisor = 1};
+  rs_rate_forget(rate);
+}
+
+void rs_rate_forget(rs_unit_rate* rate) {
+  rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+  rate->size = 0;
+}
+
+void rs_rate_heard(rs_unit_rate* rate, const uint8_t* frame) {
+  ++rate->line;
+  const rs_frame_type type = rs_frame_type_of(frame);
+  if (type != RS_TYPE_clock && type != RS_TYPE_event) return;
+  rate->samples += type == RS_TYPE_clock;
+  if ((frame[RS_clock_dropped_AT / 8] >> (7U - RS_clock_dropped_AT % 8) & 1U) != 0U) rate->drops = true;
+}
+
+static void measure(rs_unit_rate* rate, uint32_t size) {
+  if (rate->size == size && size > 0U) {
+    const uint32_t divisor = rate->divisor > 1U ? rate->divisor : 1U;
+    const uint32_t measured_hz = rate->samples * divisor * 1000U / (RATE_WINDOW_TICKS * size);
+    const uint32_t known_hz = measured_hz + measured_hz / 16U + 1U;
+    /* Rates are known in steps of two, so what lies near is the same. */
+    if (measured_hz > rate->rate_hz || known_hz * 5U < rate->rate_hz * 4U) rate->rate_hz = (uint16_t)known_hz;
+    if (rate->rate_hz > RS_CLOCK_RATE_DEFAULT_HZ) rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+  }
+  rate->samples = 0;
+  rate->ticks = 0;
+  rate->size = (uint16_t)size;
+}
+
+/* Cells lose frames although the divisor should do: events take the line. */
+static void thin_out(rs_unit_rate* rate, uint32_t least) {
+  rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+  if (least > rate->divisor) return;
+  rate->floor = (uint8_t)(rate->divisor < 2U ? 2 : rate->divisor < DIVISOR_MAX ? rate->divisor + 1U : DIVISOR_MAX);
+  const uint32_t hold = rate->hold_next_ticks > HOLD_TICKS ? rate->hold_next_ticks : HOLD_TICKS;
+  rate->hold_ticks = (uint16_t)hold;
+  rate->hold_next_ticks = (uint16_t)(2U * hold > HOLD_TICKS_MAX ? HOLD_TICKS_MAX : 2U * hold);
+}
+
+bool rs_rate_tick(rs_unit_rate* rate, uint32_t size) {
+  if (rate->size != size) rate->size = 0;
+  ++rate->ticks;
+  if (rate->ticks >= RATE_WINDOW_TICKS) measure(rate, size);
+  uint32_t least = (size * rate->rate_hz + PORT_HZ - 1U) / PORT_HZ;
+  if (rate->ticks % LINE_WINDOW_TICKS == 0U) {
+    const bool overflowing = rate->drops && rate->line >= LINE_FULL && size > 0U;
+    if (overflowing && rate->overflowed) thin_out(rate, least);
+    rate->overflowed = overflowing;
+    rate->drops = false;
+    rate->line = 0;
+  }
+  if (rate->hold_ticks > 0U && --rate->hold_ticks == 0U) rate->floor = 0;
+  if (least < rate->floor) least = rate->floor;
+  if (least < 1U) least = 1;
+  if (least > DIVISOR_MAX) least = DIVISOR_MAX;
+
+  const uint32_t before = rate->divisor;
+  if (least >= rate->divisor) {
+    rate->divisor = (uint8_t)least;
+    rate->low_ticks = 0;
+  } else if (++rate->low_ticks >= FALL_TICKS) {
+    rate->divisor = (uint8_t)least;
+    rate->low_ticks = 0;
+  }
+  return rate->divisor != before;
+}
