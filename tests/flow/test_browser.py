@@ -15,7 +15,12 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
+from robotskin.layout.cell import CELL_THICKNESS_M
+from robotskin.layout.moving import root_from_cell
+from robotskin.layout.snapping import stand_off
+from robotskin.layout.surface import LinkSurface
 from robotskin.viewer.camera import Camera
+from robotskin.viewer.placing import HANDLE_M
 from robotskin.viewer.scene import body_corners
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: the page cannot be opened")
@@ -57,13 +62,21 @@ def view(seed: int, tmp_path: Path) -> Iterator[str]:
     yield from running("view", seed, tmp_path)
 
 
-def running(verb: str, seed: int, tmp_path: Path) -> Iterator[str]:
+@pytest.fixture
+def placing(seed: int, tmp_path: Path) -> Iterator[tuple[str, Path]]:
+    """The address of a running `robotskin view --place`, and the file to which it saves."""
+    file = tmp_path / "placed.json"
+    for address in running("view", seed, tmp_path, "ur5", "--place", "--output", str(file)):
+        yield address, file
+
+
+def running(verb: str, seed: int, tmp_path: Path, *more: str) -> Iterator[str]:
     """A running page of the UR5; gives its address and demands that it ends well when interrupted."""
     output = tmp_path / f"{verb}.txt"
     command = [sys.executable, "-c", "from robotskin.cli.main import app; app()", verb]
     with output.open("w") as sink:
         process = subprocess.Popen(
-            [*command, "--port", str(free_port()), "--seed", str(seed)],
+            [*command, *more, "--port", str(free_port()), "--seed", str(seed)],
             stdout=sink,
             stderr=subprocess.STDOUT,
             env={**os.environ, "COLUMNS": "200", "PYTHONUNBUFFERED": "1"},
@@ -102,17 +115,28 @@ def place_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, f
     """Where on the screen the forearm's cell that faces the camera best is, and which cell that is."""
     robot, skin = robots.load("ur5"), layout.finished("ur5")
     poses = robot.base_from_link(posture)
-    bounds = {robot.link_index(link): robot.link_mesh(link, "visual").bounds for link in robot.links_with("visual")}
-    camera = Camera.around(body_corners(bounds, poses))
+    camera = opening_camera(robot, poses)
     base_from_cell = poses[[robot.link_index(skin.links[link]) for link in skin.link]] @ skin.link_from_cell
     towards = camera.position_m - base_from_cell[:, :3, 3]
     facing = np.einsum("ij,ij->i", base_from_cell[:, :3, 2], towards / np.linalg.norm(towards, axis=1, keepdims=True))
     candidates = skin.cells_on("forearm_link")
     cell = int(candidates[np.argmax(facing[candidates])])
+    x, y = on_screen(page, camera, base_from_cell[[cell], :3, 3])[0]
+    return x, y, cell
+
+
+def opening_camera(robot: robots.Robot, poses: np.ndarray) -> Camera:
+    """The camera with which a page opens."""
+    bounds = {robot.link_index(link): robot.link_mesh(link, "visual").bounds for link in robot.links_with("visual")}
+    return Camera.around(body_corners(bounds, poses))
+
+
+def on_screen(page: "sync_api.Page", camera: Camera, points: np.ndarray) -> np.ndarray:
+    """(K, 2) where points (K, 3) m of the base frame are on the page."""
     boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]
     canvas = max((box for box in boxes if box), key=lambda box: box["width"] * box["height"])
-    x, y = camera.pixels(base_from_cell[[cell], :3, 3], canvas["width"], canvas["height"])[0]
-    return canvas["x"] + x, canvas["y"] + y, cell
+    corner = np.array([canvas["x"], canvas["y"]])
+    return corner + camera.pixels(points, canvas["width"], canvas["height"])
 
 
 @pytest.mark.timeout(600)
@@ -168,3 +192,73 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     page.get_by_role("button", name="Mend everything").click()
     wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
     page.close()
+
+
+def place_of(page: "sync_api.Page") -> np.ndarray:
+    """(3,) m where the chosen patch's root is on its link, as the page says."""
+    text = page.locator("[data-place]").first.get_attribute("data-place")
+    return np.array([float(number) for number in text.split()])
+
+
+@pytest.mark.timeout(600)
+def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
+    browser: "sync_api.Browser", placing: tuple[str, Path]
+) -> None:
+    address, file = placing
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(PATIENCE_S * 1e3)
+    page.goto(address)
+    card = page.locator("[data-patch]").first
+    card.wait_for()
+    robot, skin = robots.load("ur5"), layout.finished("ur5")
+    x, y, cell = place_to_click(page, robot.neutral)
+    patch = int(skin.patch[cell])
+    page.mouse.click(x, y)
+    wait_for(lambda: int(card.get_attribute("data-patch")) == patch, f"a click on cell {cell} chooses no patch")
+    patch = 0
+    page.get_by_role("combobox", name="Patch").click()
+    page.get_by_role("option", name=skin.patches[patch].name, exact=True).click()
+    wait_for(lambda: int(card.get_attribute("data-patch")) == patch, "no patch is chosen by name")
+    before = place_of(page)
+    assert before == pytest.approx(skin.link_from_cell[skin.patches[patch].root, :3, 3], abs=1e-6)
+
+    # The arrow of the handle that is longest on the screen, pulled along itself.
+    root = (
+        robot.base_from_link(robot.neutral)[robot.link_index("shoulder_link")]
+        @ skin.link_from_cell[skin.patches[patch].root]
+    )
+    tips = np.stack([root[:3, 3] + 0.9 * HANDLE_M * root[:3, axis] for axis in range(3)] + [root[:3, 3]])
+    pixels = on_screen(page, opening_camera(robot, robot.base_from_link(robot.neutral)), tips)
+    axis = int(np.argmax(np.linalg.norm(pixels[:2] - pixels[3], axis=1)))
+    start, way = pixels[axis], pixels[axis] - pixels[3]
+    page.mouse.move(*start)
+    page.mouse.down()
+    for share in np.linspace(0.0, 1.0, 8):
+        page.mouse.move(*(start + share * 0.3 * way))
+    page.mouse.up()
+    wait_for(lambda: int(card.get_attribute("data-undo")) == 1, "the drag of a handle is no step")
+    placed = place_of(page)
+    assert 0.001 < np.linalg.norm(placed - before) < 0.2
+    assert card.get_attribute("data-unsaved") == "1"
+
+    page.get_by_role("button", name="Undo").click()
+    wait_for(lambda: int(card.get_attribute("data-redo")) == 1, "the step is not undone")
+    assert place_of(page) == pytest.approx(before, abs=1e-9)
+    page.get_by_role("button", name="Redo").click()
+    wait_for(lambda: int(card.get_attribute("data-undo")) == 1, "the step is not done again")
+    assert place_of(page) == pytest.approx(placed, abs=1e-9)
+    page.get_by_role("button", name="Save").click()
+    wait_for(lambda: card.get_attribute("data-unsaved") == "0", "the layout is not saved")
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "placing.png"))
+    page.close()
+
+    saved = layout.Layout.load(file)
+    mine = skin.patch == patch
+    assert saved.link_from_cell[skin.patches[patch].root, :3, 3] == pytest.approx(placed, abs=1e-6)
+    assert np.array_equal(saved.link_from_cell[~mine], skin.link_from_cell[~mine])
+    shape, shape_before = root_from_cell(saved, patch), root_from_cell(skin, patch)
+    assert shape == pytest.approx(shape_before, abs=1e-8)
+    surface = LinkSurface.of(robot.link_mesh("shoulder_link"), layout.Rules().foam + CELL_THICKNESS_M)
+    least, most = stand_off(surface, saved.link_from_cell[mine])
+    assert -0.003 < least < most < 0.025, "the patch does not lie on the link"

@@ -2,9 +2,13 @@
 
 import threading
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from robotskin.layout import Layout
+    from robotskin.robots import Robot
 
 
 def command(
@@ -15,6 +19,18 @@ def command(
     network: Annotated[
         bool, typer.Option(help="Run the firmware of all cells, and draw the network as it lives.")
     ] = True,
+    place: Annotated[
+        bool, typer.Option("--place", help="Drag patches to where they sit, snap them to their link, save the layout.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="With --place, the file to save; by default --layout, else ROBOT.json.",
+            dir_okay=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of the network's wires and clocks.")] = 1,
     port: Annotated[int, typer.Option(help="First port to try, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
@@ -25,6 +41,8 @@ def command(
     """
     from contextlib import ExitStack
 
+    if output is not None and not place:
+        raise typer.BadParameter("is for --place", param_hint="--output")
     from robotskin import robots
     from robotskin.apps.live_network import LiveNetwork
     from robotskin.layout import Layout, finished
@@ -32,6 +50,9 @@ def command(
 
     model = robots.load(robot)
     skin = finished(model.name) if layout is None else Layout.load(layout)
+    if place:
+        serve_placing(model, skin, output or layout or Path(f"{model.name}.json"), port)
+        return
     with ExitStack() as stack:
         living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
         exhibit = stack.enter_context(Exhibit(model, skin, port, living))
@@ -40,3 +61,15 @@ def command(
             threading.Event().wait()
         except KeyboardInterrupt:
             typer.echo("closed")
+
+
+def serve_placing(robot: "Robot", layout: "Layout", path: Path, port: int) -> None:
+    """Serve the page on which patches are placed until it is interrupted; what was not saved is told."""
+    from robotskin.viewer.placing import PlacingPage
+
+    with PlacingPage(robot, layout, path, port) as page:
+        typer.echo(f"{robot.name}, {len(layout.patches)} patches, saved to {path}: open {page.address} (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            typer.echo("closed; changes were not saved" if page.history.unsaved else "closed")

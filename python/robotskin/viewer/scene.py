@@ -184,6 +184,29 @@ class Scene:
                 frame.wxyz, frame.position = wxyz[index], position[index]
                 self._poses[index] = poses[index]
 
+    def lay(self, layout: Layout) -> None:
+        """Put every cell where another layout of the same cells has it."""
+        names = list(self.robot.link_names)
+        link = np.array([names.index(layout.links[index]) for index in layout.link], dtype=np.intp)
+        before, self.layout = self.layout, layout
+        if np.array_equal(link, self.cell_link):
+            for cells, batch in self.batches:
+                if not np.array_equal(layout.link_from_cell[cells], before.link_from_cell[cells]):
+                    wxyz, position = wxyz_position(layout.link_from_cell[cells])
+                    batch.batched_wxyzs, batch.batched_positions = wxyz.astype(np.float32), position.astype(np.float32)
+            return
+        for _, batch in self.batches:
+            batch.remove()
+        self.batches, self.cell_link = [], link
+        for index in sorted(set(link) - self.links.keys()):
+            wxyz, position = wxyz_position(self._poses[index])
+            name = f"/robot/{names[index]}"
+            self.links[index] = self.server.scene.add_frame(name, show_axes=False, wxyz=wxyz, position=position)
+        self._draw_cells()
+        colours, self.colours = self.colours, None
+        if colours is not None:
+            self.colour(colours)
+
     def colour(self, colours: Colours) -> None:
         """Give every cell its colour (N, 3)."""
         for cells, batch in self.batches:
