@@ -13,6 +13,7 @@ from robotskin.layout.cell import HEXAGON_M
 from robotskin.robots import Robot
 from robotskin.selfconfig.accuracy import pose_errors
 from robotskin.selfconfig.configuration import Configuration
+from robotskin.selfconfig.configured_kinematics import against_nominal
 from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
 from robotskin.selfconfig.reconstruction import Reconstruction
 
@@ -181,4 +182,17 @@ def activity_figure(activity: NDArray[np.bool_], swung: NDArray[np.bool_], joint
 
 def kinematics_figure(robot: Robot, configuration: Configuration) -> Figure | None:
     """Estimated against nominal joint axes; None where the kinematics was not estimated."""
-    return None
+    if configuration.kinematics is None:
+        return None
+    axes = against_nominal(configuration.kinematics, robot)
+    figure = _figure(11.0, 1.2 + 0.28 * len(axes))
+    left, right = figure.subplots(1, 2, sharey=True)
+    rows = np.arange(len(axes))
+    angle = np.degrees([axis.angle_rad for axis in axes])
+    left.barh(rows, angle, xerr=np.degrees([axis.deviation_rad for axis in axes]), color=BLUE, ecolor=ORANGE)
+    left.set_yticks(rows, [axis.joint for axis in axes], fontsize=8)
+    left.invert_yaxis()
+    left.set_xlabel("angle between axes (°), stated deviation in orange")
+    right.barh(rows, [1e3 * axis.distance_m for axis in axes], color=BLUE)
+    right.set_xlabel("distance between axes (mm)")
+    return figure

@@ -220,8 +220,29 @@ def _activity(recording: BabblingRecording, configuration: Configuration) -> str
 
 
 def _kinematics(robot: Robot, configuration: Configuration) -> str:
-    figure = kinematics_figure(robot, configuration)
-    return "" if figure is None else "<h2>Kinematics: estimated and nominal</h2>" + _picture(figure, "joint axes")
+    title = "<h2>Kinematics: estimated from the skin alone, against nominal</h2>"
+    figure, estimate = kinematics_figure(robot, configuration), configuration.kinematics
+    if figure is None or estimate is None:
+        return (
+            f"{title}<p>{html.escape(configuration.kinematics_problem)}</p>" if configuration.kinematics_problem else ""
+        )
+    rows = [
+        (
+            link.joint,
+            float(np.degrees(link.theta_rad)),
+            1e3 * link.d_m,
+            1e3 * link.a_m,
+            float(np.degrees(link.alpha_rad)),
+        )
+        for link in estimate.denavit_hartenberg
+    ]
+    open_ = "".join(f"<li>{html.escape(one.what)}</li>" for one in estimate.unobservable)
+    return (
+        title
+        + _picture(figure, "joint axes")
+        + _table(("joint", "theta °", "d mm", "a mm", "alpha °"), rows)
+        + f"<p>What no motion tells, of infinite variance:</p><ul>{open_}</ul>"
+    )
 
 
 def _map(sensory_motor_map: SensoryMotorMap | None) -> str:

@@ -37,9 +37,12 @@ def command(
     map_picture: Annotated[
         Path | None, typer.Option(help="Draw the sensory-motor map (.png, .svg).", dir_okay=False)
     ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help="Write the kinematics that the skin alone told as a URDF.", dir_okay=False)
+    ] = None,
     steps: Annotated[
-        str, typer.Option(help="Which steps, with commas between, from the first on.")
-    ] = "topology,activity,reconstruction,localisation,map",
+        str, typer.Option(help="Which steps, with commas between.")
+    ] = "topology,activity,reconstruction,kinematics,localisation,map",
     postures: Annotated[int, typer.Option(help="To rest in.", min=2)] = 8,
     swing_postures: Annotated[int, typer.Option(help="In how many of them every joint swings.", min=1)] = 3,
     floor_m: Annotated[float | None, typer.Option(help="Height of the floor under the base; none by default.")] = None,
@@ -55,7 +58,8 @@ def command(
 
     from robotskin import robots
     from robotskin.apps.configuring import babble, home_posture, worn_layout
-    from robotskin.selfconfig.configuration import STEPS, configure, learn_map
+    from robotskin.selfconfig.configuration import configure, learn_map
+    from robotskin.selfconfig.configured_kinematics import against_nominal
     from robotskin.selfconfig.recording import BabblingRecording
 
     console = Console()
@@ -85,9 +89,7 @@ def command(
             )
         if recording is not None:
             recorded.save(recording)
-        found = configure(
-            model, recorded, steps=[step for step in STEPS if step in chosen or step not in STEPS], progress=tell
-        )
+        found = configure(model, recorded, steps=chosen, progress=tell)
         learned = None
         if "map" in chosen:
             tell("map", 0.0)
@@ -113,6 +115,19 @@ def command(
         target = output or Path(f"{model.name}-configured.json")
         found.layout().save(target)
         console.print(f"layout written to {target}")
+    if found.kinematics is not None:
+        axes = Table(title="joint axes from the skin alone, against nominal")
+        for heading in ("joint", "angle °", "distance mm", "stated σ °"):
+            axes.add_column(heading, justify="left" if heading == "joint" else "right")
+        for axis in against_nominal(found.kinematics, model):
+            numbers = (57.2958 * axis.angle_rad, 1e3 * axis.distance_m, 57.2958 * axis.deviation_rad)
+            axes.add_row(axis.joint, *(f"{number:.3f}" for number in numbers))
+        console.print(axes)
+        if urdf is not None:
+            urdf.write_text(found.kinematics.urdf(model.name), encoding="utf-8")
+            console.print(f"kinematics written to {urdf}")
+    elif found.kinematics_problem:
+        console.print(f"no kinematics: {found.kinematics_problem}")
     if learned is not None and map_file is not None:
         learned.save(map_file)
         console.print(f"sensory-motor map written to {map_file}")

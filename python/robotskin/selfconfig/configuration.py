@@ -19,8 +19,11 @@ from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout, Patch, SectionUnitPort
 from robotskin.robots import Robot
 from robotskin.selfconfig.activity import KinematicTree, activity_matrix, kinematic_tree
+from robotskin.selfconfig.configured_kinematics import kinematics_from, refined
 from robotskin.selfconfig.expected_motion import gravity_while_swinging
 from robotskin.selfconfig.gravity_samples import GravitySamples
+from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
+from robotskin.selfconfig.kinematics import KinematicsError
 from robotskin.selfconfig.localisation import Localisation, LocalisationError
 from robotskin.selfconfig.motion_localisation import MotionSignals, localise_by_motion, motion_signals
 from robotskin.selfconfig.neighbours import NeighbourLists
@@ -34,7 +37,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Told the step and the share of it that is done, 0 to 1."""
 
-STEPS = ("topology", "activity", "reconstruction", "localisation", "map")
+STEPS = ("topology", "activity", "reconstruction", "kinematics", "localisation", "map")
 
 
 class ConfigurationError(RobotskinError):
@@ -72,6 +75,7 @@ class Configuration:
 
     activity: (n, N) which joint moves which cell; tree: of the rigid segments, None if the matrix makes none.
     swung: (n,) whether a joint swung at all; the rows of others are empty, not measured.
+    kinematics: from the skin alone, None where it was not asked for or, as `kinematics_problem` says, not found.
     seconds: time that each step computed.
     """
 
@@ -82,6 +86,8 @@ class Configuration:
     tree: KinematicTree | None
     patches: tuple[ConfiguredPatch, ...]
     unit_ports: NDArray[np.int64]
+    kinematics: KinematicEstimate | None = None
+    kinematics_problem: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
 
     def placed(self) -> NDArray[np.bool_]:
@@ -152,10 +158,28 @@ def configure(
     if "reconstruction" in steps:
         patches = reconstruct_patches(topology, samples_in(recording, order), progress)
         lap("reconstruction")
+    kinematics, trouble = None, ""
+    if "kinematics" in steps:
+        tell("kinematics", 0.0)
+        shapes = [patch.reconstruction for patch in patches if patch.reconstruction is not None]
+        try:
+            kinematics = kinematics_from(
+                robot, recording, order, samples_in(recording, order), topology, shapes, activity
+            )
+            patches = tuple(
+                replace(patch, reconstruction=refined(patch.reconstruction, kinematics))
+                if patch.reconstruction is not None
+                else patch
+                for patch in patches
+            )
+        except (KinematicsError, ValueError) as error:
+            trouble = str(error)
+        lap("kinematics")
     if "localisation" in steps:
         patches = localise_patches(robot, recording, order, patches, activity, swung, progress)
         lap("localisation")
-    return Configuration(robot.name, topology, activity, swung, tree, patches, ports_in(recording, order), seconds)
+    ports = ports_in(recording, order)
+    return Configuration(robot.name, topology, activity, swung, tree, patches, ports, kinematics, trouble, seconds)
 
 
 def measure_activity(recording: BabblingRecording) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

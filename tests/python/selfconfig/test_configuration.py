@@ -8,6 +8,7 @@ from robotskin.robots import load
 from robotskin.selfconfig.accuracy import mean_errors
 from robotskin.selfconfig.babbling_plan import BabblingPlan, plan_babbling
 from robotskin.selfconfig.configuration import ConfigurationError, configure, learn_map, rigid_topology
+from robotskin.selfconfig.configured_kinematics import against_nominal, limbs
 from robotskin.selfconfig.expected_motion import normal_jacobian
 from robotskin.selfconfig.free_space import FreeSpace
 from robotskin.selfconfig.neighbours import NeighbourLists
@@ -74,6 +75,12 @@ def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recordin
     assert len(unplaced) == 2
     assert all(patch.problem for patch in unplaced)
 
+    assert found.kinematics is not None
+    axes = against_nominal(found.kinematics, ur5)
+    assert [axis.joint for axis in axes] == list(ur5.joint_names[:5])
+    assert max(np.degrees(axis.angle_rad) for axis in axes) < 0.3
+    assert max(axis.distance_m for axis in axes) < 0.005
+
     learned = learn_map(ur5, recording, found)
     keys = worn.section_unit.astype(np.int64) << 16 | worn.id
     order = np.searchsorted(keys, learned.cell)
@@ -122,6 +129,12 @@ def test_a_cable_between_links_is_no_hinge() -> None:
     # A cell that gave no reading stays with its neighbours.
     activity[:, 3] = False
     assert rigid_topology(lists, activity).patch.tolist() == [0, 0, 1, 1]
+
+
+def test_limbs_part_where_a_joint_carries_several() -> None:
+    # Joint 0 carries two arms of two joints each; joint 5 stands for itself.
+    assert limbs(np.array([-1, 0, 1, 0, 3, -1])) == [[0], [1, 2], [3, 4], [5]]
+    assert limbs(np.array([-1, 0, 1])) == [[0, 1, 2]]
 
 
 def test_a_recording_of_other_joints_and_unknown_steps_are_refused(ur5, recording) -> None:
