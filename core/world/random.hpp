@@ -17,8 +17,11 @@ constexpr std::uint64_t scramble(std::uint64_t x) {
 }
 
 // Names one sequence of random numbers of a run: who draws (a cell, a link) and what for.
+constexpr std::uint64_t stream_family(std::uint64_t seed, std::uint64_t purpose) {
+  return scramble(scramble(seed + 0x9E3779B97F4A7C15U) + purpose);
+}
 constexpr std::uint64_t stream_key(std::uint64_t seed, std::uint64_t purpose, std::uint64_t index) {
-  return scramble(scramble(scramble(seed + 0x9E3779B97F4A7C15U) + purpose) + index);
+  return scramble(stream_family(seed, purpose) + index);
 }
 
 constexpr std::uint64_t random_bits(std::uint64_t key, std::uint64_t counter) {

@@ -82,9 +82,13 @@ static bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
 
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
   rs_queues* queues = &cell->queues;
-  for (unsigned port = 0; port < RS_PORTS; ++port) {
+  /* Most steps find nothing to send; ports without anything are passed over at once. */
+  unsigned wanted = queues->advert_due | (1U << cell->route.parent_port >> 1);
+  if (queues->down.count > 0U) wanted = RS_ALL_PORTS;
+  unsigned ready = wanted & ~(unsigned)queues->busy & RS_ALL_PORTS;
+  for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
+    if ((ready & 1U) == 0U) continue;
     const uint8_t bit = (uint8_t)(1U << port);
-    if ((queues->busy & bit) != 0U) continue;
     uint8_t* frame = queues->sending[port];
     bool found;
     /* A torque sum before the advert that announces it, so that its loss shows at once. */

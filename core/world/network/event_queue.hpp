@@ -1,7 +1,7 @@
 // The events to come, in order of time; equal times in the order they were put in.
 //
-// A timing wheel: 16384 buckets of 256 ns, each a short list in order of time, and a bitmap that finds the next bucket
-// with something in it. What lies further ahead than the wheel's 4.2 ms waits in a 4-ary heap. Nothing is allocated
+// A timing wheel: 32768 buckets of 64 ns, each a short list in order of time, and a bitmap that finds the next bucket
+// with something in it. What lies further ahead than the wheel's 2.1 ms waits in a 4-ary heap. Nothing is allocated
 // once as many events have been waiting as ever will.
 #pragma once
 
@@ -32,6 +32,11 @@ class EventQueue {
       push_near(time_ns, what);
   }
 
+  // What the next event is about, if it comes within the wheel's turn: to fetch ahead what it will need.
+  std::uint32_t next_what(std::uint32_t otherwise) const {
+    return near_ == 0 ? otherwise : nodes_[wheel_->head[slot(next_bucket())]].what;
+  }
+
   // Takes the first event if it lies before `end_ns`.
   bool pop_before(std::int64_t end_ns, Event& event) {
     if (near_ == 0) {
@@ -54,8 +59,8 @@ class EventQueue {
   }
 
  private:
-  static constexpr std::int64_t buckets = 16384;
-  static constexpr int bucket_shift = 8;  // 256 ns
+  static constexpr std::int64_t buckets = 32768;
+  static constexpr int bucket_shift = 6;  // 64 ns
   static constexpr std::int32_t none = -1;
 
   struct Node {

@@ -347,7 +347,6 @@ void Network::set_drift(std::size_t index, double ppm) {
   cell.us_per_ns = 1e-3 * rate;
   cell.ns_per_us = 1e3 / rate;
   cell.clock_start_us += shown_us - cell.clock_us(now_ns_);
-  for (std::size_t p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * index + p].frame_ns = frame_us * cell.ns_per_us;
 }
 
 // The stuck processor's link hardware sends the advert it was given last, again and again.

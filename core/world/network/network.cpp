@@ -48,7 +48,6 @@ void Network::step_cell(std::size_t index, const rs_input& input) {
   ++counts_.cell_steps;
   for (std::uint32_t p = 0; p < RS_PORTS; ++p)
     if (output.frame[p] != nullptr) start(static_cast<std::uint32_t>(RS_PORTS * index) + p, output.frame[p]);
-  cell.timer_us = output.timer_us;
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
   if (output.flash_changed) std::memcpy(cell.flash, output.flash, RS_FLASH_BYTES);
@@ -119,13 +118,16 @@ void Network::wake_unit(std::size_t index, std::int64_t time_ns) {
 void Network::start(std::uint32_t index, const std::uint8_t* frame) {
   Wire& wire = wires_[index];
   wire.frame = frame;
-  double duration_ns = wire.frame_ns;
-  if (options_.line.jitter_us > 0 && wire.to >= 0)
-    duration_ns += 1e3 * options_.line.jitter_us * random_unit(wire.key, 4 * wire.frames);
+  const bool of_cell = index < cell_wires();
+  double duration_ns = of_cell ? frame_us * cells_[index / RS_PORTS].ns_per_us : 1e3 * frame_us;
+  if (wire.to >= 0) {
+    ++counts_.frames_sent;
+    if (options_.line.jitter_us > 0)
+      duration_ns += 1e3 * options_.line.jitter_us * random_unit(scramble(wire_keys_ + index), 4ULL * wire.frames);
+  }
   ++wire.frames;
-  if (wire.to >= 0) ++counts_.frames_sent;
   wire.end_ns = now_ns_ + static_cast<std::int64_t>(duration_ns);
-  if (wire.troubled && index < cell_wires()) wire.end_ns += cells_[index / RS_PORTS].slow_ns;
+  if (wire.troubled && of_cell) wire.end_ns += cells_[index / RS_PORTS].slow_ns;
   queue_.push(wire.end_ns, wire_event | index);
   tell([&](Observer& observer) { observer.frame_sent(*this, end_of(index), frame); });
 }
@@ -144,14 +146,14 @@ void Network::finish(std::uint32_t index) {
       lost_share += troubles_[index].lost_share;
       bit_error_rate += troubles_[index].bit_error_rate;
     }
-    const std::uint64_t draw = 4 * (wire.frames - 1);
+    const std::uint64_t key = scramble(wire_keys_ + index), draw = 4 * (wire.frames - 1ULL);
     bool damage = false;
-    bool lost = wire.severed != 0 || wire.torn || (lost_share > 0 && random_unit(wire.key, draw + 1) < lost_share);
+    bool lost = wire.severed != 0 || wire.torn || (lost_share > 0 && random_unit(key, draw + 1) < lost_share);
     if (bit_error_rate > 0 && !lost) {
       const double intact = std::exp(double{RS_FRAME_BITS} * std::log1p(-bit_error_rate));
-      if (random_unit(wire.key, draw + 2) >= intact) {
+      if (random_unit(key, draw + 2) >= intact) {
         std::memcpy(damaged, frame, RS_FRAME_BYTES);
-        const std::uint64_t bits = random_bits(wire.key, draw + 3);
+        const std::uint64_t bits = random_bits(key, draw + 3);
         const std::uint64_t flips = 1 + ((bits >> 56) & 1) + ((bits >> 57) & (bits >> 58) & 1);
         for (std::uint64_t k = 0; k < flips; ++k) {
           const std::uint64_t at = ((bits >> (16 * k)) & 0xFFFF) % RS_FRAME_BITS;
@@ -248,10 +250,35 @@ void Network::wake(std::size_t index) {
   }
 }
 
+// Begins to load what the event will touch; thousands of cells do not fit the near caches.
+void Network::fetch(std::uint32_t what) const {
+  const auto fetch_cell = [this](std::size_t index) {
+    const Cell& cell = cells_[index];
+    __builtin_prefetch(&cell);
+    __builtin_prefetch(&cell.state);
+    __builtin_prefetch(&cell.state.queues);
+    __builtin_prefetch(&cell.state.route.parent_port);
+  };
+  if ((what & wire_event) != 0) {
+    const Wire& wire = wires_[what & ~wire_event];
+    const std::size_t from = what & ~wire_event, cells_end = cell_wires();
+    if (from < cells_end) fetch_cell(from / RS_PORTS);
+    __builtin_prefetch(wire.frame);
+    const auto to = static_cast<std::size_t>(wire.to);
+    if (wire.to >= 0 && to < cells_end) {
+      fetch_cell(to / RS_PORTS);
+      __builtin_prefetch(&cells_[to / RS_PORTS].state.route.neighbour[to % RS_PORTS]);
+    }
+  } else if (what < cells_.size()) {
+    fetch_cell(what);
+  }
+}
+
 void Network::run_until(std::int64_t end_ns) {
   Event event;
   while (queue_.pop_before(end_ns, event)) {
     now_ns_ = event.time_ns;
+    fetch(queue_.next_what(unit_event));
     ++counts_.events;
     if ((event.what & wire_event) != 0) {
       const std::uint32_t wire = event.what & ~wire_event;

@@ -129,6 +129,7 @@ class Network {
   void boot(std::size_t cell);
   void boot_unit(std::size_t unit);
   void wake(std::size_t cell);
+  void fetch(std::uint32_t what) const;
   void wake_unit_now(std::size_t unit);
   void supply();  // gives or takes power after a change of ports, wires or cells
   void step_cell(std::size_t cell, const rs_input& input);
@@ -173,6 +174,7 @@ class Network {
   std::optional<driver::KeyedHash> hash_;
   SampleSource& source_;
   DatagramSink& sink_;
+  std::uint64_t wire_keys_;
   EventQueue queue_;
   std::vector<Cell> cells_;
   std::vector<Unit> units_;

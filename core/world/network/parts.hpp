@@ -31,27 +31,29 @@ inline constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000
 // Why a wire carries nothing in one direction.
 enum : std::uint8_t { severed_by_cut = 1, severed_as_late = 2 };
 
-struct Network::Cell {
+struct alignas(64) Network::Cell {
   enum class Power : std::uint8_t { off, starting, on, dead, zombie };
 
+  // What every event needs, in one line of the cache.
   Power power = Power::off;
   bool sampling = false;
-  std::uint32_t timer_us = 0, sample_us = 0;
+  std::uint32_t sample_us = 0;
   std::uint32_t clock_start_us = 0;
+  std::uint32_t queue_peak = 0;
   double us_per_ns = 1e-3, ns_per_us = 1e3;
   std::int64_t due_ns = never, scheduled_ns = never;
   std::int64_t slow_ns = 0;  // each wake-up and frame comes so much later
+
+  alignas(64) rs_cell state{};
   std::int64_t booted_ns = -1;
   std::uint64_t boot_key = 0, boots = 0;
-  std::uint32_t queue_peak = 0;
   rs_sample sample{};
   rs_contribution contribution{};
-  rs_cell state{};
   std::uint8_t flash[RS_FLASH_BYTES] = {};
 
   std::uint32_t clock_us(std::int64_t time_ns) const {
     return clock_start_us +
-           static_cast<std::uint32_t>(static_cast<std::uint64_t>(static_cast<double>(time_ns) * us_per_ns));
+           static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(time_ns) * us_per_ns));
   }
 };
 
@@ -91,15 +93,14 @@ struct Network::Letter {
   std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> datagram;
 };
 
-struct Network::Wire {
+struct alignas(32) Network::Wire {
   const std::uint8_t* frame = nullptr;  // in the sender's state while it is sent
   std::int64_t end_ns = never;
-  std::int32_t to = -1;      // the wire that leads back, whose sender is this one's receiver; -1: open end
+  std::int32_t to = -1;  // the wire that leads back, whose sender is this one's receiver; -1: open end
+  std::uint32_t frames = 0;
   std::uint8_t severed = 0;  // why frames into it do not arrive; 0: they do
   bool torn = false;         // something happened to it under way: the frame on it is lost
   bool troubled = false;     // see troubles_
-  double frame_ns = 1e3 * frame_us;
-  std::uint64_t key = 0, frames = 0;
 };
 
 struct Network::Trouble {

@@ -10,6 +10,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
       options_(options),
       source_(source),
       sink_(sink),
+      wire_keys_(stream_family(options.seed, purpose_wire)),
       cells_(wiring.cell_count()),
       units_(wiring.units.size()) {
   wires_.resize(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * units_.size());
@@ -28,7 +29,6 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
       if (end.cell >= 0) join(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * u + p, RS_PORTS * end.cell + end.port - 1);
     }
   }
-  for (std::size_t w = 0; w < wires_.size(); ++w) wires_[w].key = stream_key(options.seed, purpose_wire, w);
 
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
@@ -38,7 +38,6 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     cell.ns_per_us = 1e3 / rate;
     cell.clock_start_us = static_cast<std::uint32_t>(random_bits(key, 1));
     cell.boot_key = stream_key(options.seed, purpose_boot, i);
-    for (int p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * i + p].frame_ns = frame_us * cell.ns_per_us;
     if (wiring.id[i] != RS_ID_NONE || options.clock_rate_hz != RS_CLOCK_RATE_DEFAULT_HZ) {
       rs_settings settings;
       rs_settings_default(&settings);
