@@ -628,6 +628,32 @@ class NetworkTrial:
     @property
     def network(self) -> Network: ...
 
+class PlainCounts:
+    """What happened in a plain network."""
+
+    @property
+    def made(self) -> int:
+        """frames"""
+
+    @property
+    def hops(self) -> int: ...
+    @property
+    def arrived(self) -> int:
+        """frames"""
+
+    @property
+    def queue_peak(self) -> int:
+        """frames in a node at once, at most"""
+
+    @property
+    def delay_mean_us(self) -> float:
+        """from making to arrival"""
+
+def run_plain_network(next: Sequence[int], period_s: float, duration_s: float, seed: int = 1) -> PlainCounts:
+    """
+    Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) whom each node sends to, -1: the host.
+    """
+
 class Transport:
     """Carries datagrams between section units and host."""
 
