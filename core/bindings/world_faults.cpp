@@ -25,7 +25,7 @@ void bind_world_faults(nb::module_& module) {
           "text"_a, "For instance 'cut:cell=12,port=3@120ms'. Raises FaultError.")
       .def("__str__", [](const Fault& self) { return world::to_string(self); })
       .def("__repr__", [](const Fault& self) { return "Fault('" + world::to_string(self) + "')"; })
-      .def(nb::self == nb::self)
+      .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"))
       .def_prop_ro("kind", [](const Fault& self) { return std::string(world::name_of(self.kind)); })
       .def_ro("time_ns", &Fault::time_ns, "virtual time at which it strikes")
       .def_ro("cell", &Fault::cell, "-1: none")

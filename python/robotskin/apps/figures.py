@@ -1,12 +1,17 @@
-"""Figures with the bounds they have to keep, and the table that shows both."""
+"""Figures with the bounds they have to keep, the table that shows both, and their file."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from rich.table import Table
+
+import robotskin
 
 
 @dataclass(frozen=True)
@@ -49,3 +54,16 @@ def table_of(title: str, figures: Mapping[str, float], bounds: Sequence[Bound]) 
         number = f"{value:.6g}" if isinstance(value, float) else str(value)
         table.add_row(name, number, str(bound or ""), verdict)
     return table
+
+
+def write_figures(file: Path, seed: int, figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Write figures with seed and version as one flat JSON object, whole or not at all; return what was written.
+
+    A folder that is not there is made.
+    """
+    whole = {"seed": seed, "version": robotskin.__version__, **figures}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = file.with_suffix(file.suffix + ".part")
+    unfinished.write_text(json.dumps(whole, indent=2) + "\n")
+    unfinished.replace(file)
+    return whole

@@ -7,7 +7,6 @@ docstring the help, its result one flat JSON object whose keys carry their unit.
 import functools
 import importlib
 import inspect
-import json
 import pkgutil
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +18,7 @@ from rich.table import Table
 
 import robotskin
 import robotskin.bench
+from robotskin.apps.figures import write_figures
 
 app = typer.Typer(no_args_is_help=True, help="Measure; each benchmark prints a table and writes flat JSON.")
 console = Console()
@@ -48,10 +48,7 @@ def measure(name: str, run: Callable[..., Figures], file: Path | None, **options
     figures = {"seed": seed, "version": robotskin.__version__, **run(**options)}
     show(name, figures)
     if file is not None:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = file.with_suffix(file.suffix + ".part")
-        unfinished.write_text(json.dumps(figures, indent=2) + "\n")
-        unfinished.replace(file)
+        write_figures(file, seed, figures)
     return figures
 
 

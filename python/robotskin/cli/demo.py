@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import secrets
 import signal
 import threading
@@ -111,9 +110,8 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    import robotskin
     from robotskin.apps import push_script
-    from robotskin.apps.figures import broken, table_of
+    from robotskin.apps.figures import broken, table_of, write_figures
 
     console = Console()
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -126,10 +124,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     bounds = push_script.bounds()
     console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
     if json_file is not None:
-        whole = {"seed": session.seed, "version": robotskin.__version__, **figures}
-        unfinished = json_file.with_suffix(json_file.suffix + ".part")
-        unfinished.write_text(json.dumps(whole, indent=2) + "\n")
-        unfinished.replace(json_file)
+        write_figures(json_file, session.seed, figures)
     missed = broken(bounds, figures)
     if missed:
         console.print(f"[bold red]{len(missed)} of {len(bounds)} bounds are broken[/]")

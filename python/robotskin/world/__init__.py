@@ -8,6 +8,7 @@ simulated. What can go wrong: a layout whose links the robot lacks, a cell that 
 from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains, UdpTransport
 from robotskin.world.hand import Hand
 from robotskin.world.scene import HandSpec, ObjectSpec
+from robotskin.world.trial import run_trial
 from robotskin.world.world import World, WorldError, unit_descriptions
 
 __all__ = [
@@ -22,5 +23,6 @@ __all__ = [
     "UdpTransport",
     "World",
     "WorldError",
+    "run_trial",
     "unit_descriptions",
 ]
