@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from robotskin.bench.selfconfig_kinematics import kinematic_figures
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.robots import load
@@ -54,6 +55,7 @@ def run(
     """Topology, 3-D reconstruction and loop closing of the self-configuration."""
     chosen = range(seed, seed + seeds)
     figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
+    figures |= kinematic_figures(chosen)
     folder = data or default_data()
     if folder is not None:
         figures |= tum_figures(folder)

@@ -56,8 +56,10 @@ class KinematicNormal:
 
     def step(self, damping: float) -> tuple[Array, Array]:
         """(U,) and (N, 9): a damped Gauss-Newton step. What the data leave open does not move."""
-        scale = np.sqrt(np.maximum(self.matrix.diagonal(), 1e-9))
-        scaled = self.matrix / scale / scale[:, None] + (damping + 1e-11) * np.eye(len(scale))
+        diagonal = self.matrix.diagonal()
+        # What no reading tells has only rounding errors on its diagonal; the floor keeps them small when scaled.
+        scale = np.sqrt(np.maximum(diagonal, 1e-7 * diagonal.max()))
+        scaled = self.matrix / scale / scale[:, None] + (damping + 1e-8) * np.eye(len(scale))
         common = cho_solve(cho_factor(scaled), self.right / scale) / scale
         own = np.linalg.solve(self.local, (self.local_right - np.einsum("nul,u->nl", self.coupling, common))[..., None])
         return common, own[..., 0]
@@ -79,7 +81,7 @@ class KinematicAdjustment:
         self.position = patches.root_from_cell[:, :3, 3]
         self.coefficient = np.stack([swing.coefficient for swing in swings])
         information = np.stack([swing.information for swing in swings])
-        self.heard = information[..., 0, 0] > 0
+        self.heard = np.trace(information, axis1=2, axis2=3) > 0
         ridge = 1e-12 * np.maximum(np.trace(information, axis1=2, axis2=3), 1e-9)
         root = np.linalg.cholesky(information + ridge[..., None, None] * np.eye(SIGNALS))
         self.root = np.where(self.heard[..., None, None], np.swapaxes(root, 2, 3), 0.0)

@@ -7,6 +7,7 @@ What can go wrong: too little motion (an error); what motion cannot tell is name
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -27,12 +28,14 @@ from robotskin.selfconfig.swing_statistics import SwingStatistics
 
 Array = NDArray[np.float64]
 
+GOOD_FIT = 2.0
+"""Noise factor up to which a start that was given is believed to have led to the best fit."""
 NO_FIT = 30.0
 """Noise factor above which nothing was found; a model that misses gravity by 5 degrees reaches it."""
 
 
 def estimate_kinematics(
-    recordings: Sequence[MotionRecording],
+    recordings: Sequence[MotionRecording | SwingStatistics],
     patches: RigidPatches,
     *,
     joint_names: Sequence[str],
@@ -50,14 +53,14 @@ def estimate_kinematics(
     Then all unknowns are refined at once (`kinematic_adjustment.py`), swings in which a cell was bumped losing weight.
 
     Args:
-        recordings: of the same N cells; joints are revolute, and count as `joint_names` does. Two postures a joint, in
-            which the joints further out differ, are the least for a robot of more than one joint; gravity should pull
-            along and against each cell's axes.
+        recordings: of the same N cells, or their statistics; joints are revolute, and count as `joint_names` does. Two
+            postures a joint, in which the joints further out differ, are the least for a robot of more than one joint;
+            gravity should pull along and against each cell's axes.
         patches: shapes of the patches of these cells.
         joint_names: (n) of the robot's joints, in the order of its posture vector.
         rests: postures (K, n) rad and what the cells felt in them.
         activity: by joint, (N,) which cells it moves; from `activity_matrix` of the recordings if not given.
-        start: a model to begin with, such as a nominal one; ours is computed too, and the better result kept.
+        start: a model to begin with, such as a nominal one; if it leads to no fit, ours is taken.
         offset: (N, 3) m/s² and scale: (N, 3), of the accelerometers, if the reconstruction found them.
         scale: see offset.
         prior: what is known of accelerometers.
@@ -77,14 +80,18 @@ def estimate_kinematics(
     corrected = [_corrected(swing, offset, scale) for swing in swings]
     tree, order = first_tree(corrected, patches, rows)
     problem = KinematicAdjustment(swings, patches, prior)
-    states = [SkinState(tree, patches.root_from_cell[:, :3, :3].copy(), offset, scale)]
+    own_start = SkinState(tree, patches.root_from_cell[:, :3, :3].copy(), offset, scale)
+    results = []
     if start is not None:
         if not np.array_equal(start.joints, tree.joints) or start.paths != tree.paths:
             raise ValueError(
                 f"start with joints {start.joints.tolist()} on paths {start.paths}: found were {tree.paths}"
             )
-        states.append(replace(states[0], tree=start))
-    results = [_settled(problem, state) for state in states]
+        # A start too far off to settle is no worse than none.
+        with suppress(KinematicsError):
+            results.append(settled(problem, replace(own_start, tree=start)))
+    if not results or results[0][1] > GOOD_FIT:
+        results.append(settled(problem, own_start))
     state, factor, weights, iterations = min(results, key=lambda result: result[1])
     new_from_base = base_convention(state.tree, state.tree.base_from_root[patches.patch] @ patches.root_from_cell)
     state = replace(state, tree=state.tree.seen_from(new_from_base))
@@ -111,7 +118,7 @@ def estimate_kinematics(
 
 
 def three_phase_tree(
-    recordings: Sequence[MotionRecording],
+    recordings: Sequence[MotionRecording | SwingStatistics],
     patches: RigidPatches,
     rests: tuple[Array, GravitySamples] | None = None,
     activity: Mapping[int, NDArray[np.bool_]] | None = None,
@@ -128,16 +135,17 @@ def three_phase_tree(
 
 
 def _statistics(
-    recordings: Sequence[MotionRecording], patches: RigidPatches, rests: tuple[Array, GravitySamples] | None
+    recordings: Sequence[MotionRecording | SwingStatistics],
+    patches: RigidPatches,
+    rests: tuple[Array, GravitySamples] | None,
 ) -> list[SwingStatistics]:
     if not recordings:
         raise KinematicsError("no recordings: every joint has to swing at least once")
     for number, recording in enumerate(recordings):
-        if len(recording.acceleration) != len(patches.patch):
-            raise ValueError(
-                f"recording {number} has {len(recording.acceleration)} cells, the patches {len(patches.patch)}"
-            )
-    swings = [SwingStatistics.of_recording(recording) for recording in recordings]
+        of = recording.coefficient if isinstance(recording, SwingStatistics) else recording.acceleration
+        if len(of) != len(patches.patch):
+            raise ValueError(f"recording {number} has {len(of)} cells, the patches {len(patches.patch)}")
+    swings = [one if isinstance(one, SwingStatistics) else SwingStatistics.of_recording(one) for one in recordings]
     if rests is not None:
         postures, samples = rests
         if samples.mean.shape[:2] != (len(patches.patch), len(postures)):
@@ -147,12 +155,17 @@ def _statistics(
 
 
 def _patch_activity(
-    recordings: Sequence[MotionRecording], patches: RigidPatches, activity: Mapping[int, NDArray[np.bool_]] | None
+    recordings: Sequence[MotionRecording | SwingStatistics],
+    patches: RigidPatches,
+    activity: Mapping[int, NDArray[np.bool_]] | None,
 ) -> dict[int, NDArray[np.bool_]]:
     """By joint, (P,) whether it moves a patch; a fifth of the cells must say so, as one may have been bumped."""
     if activity is None:
-        joints = list(dict.fromkeys(recording.swing.joint for recording in recordings))
-        activity = dict(zip(joints, activity_matrix(recordings), strict=True))
+        motions = [one for one in recordings if isinstance(one, MotionRecording)]
+        if len(motions) < len(recordings):
+            raise ValueError("activity: has to be given with statistics, which no longer tell it")
+        joints = list(dict.fromkeys(recording.swing.joint for recording in motions))
+        activity = dict(zip(joints, activity_matrix(motions), strict=True))
     sizes = np.bincount(patches.patch, minlength=patches.count)
     return {
         joint: np.bincount(patches.patch, weights=cells, minlength=patches.count) >= 0.2 * sizes
@@ -167,7 +180,7 @@ def _corrected(swing: SwingStatistics, offset: Array, scale: Array) -> SwingStat
     return replace(swing, coefficient=coefficient / scale[:, None])
 
 
-def _settled(
+def settled(
     problem: KinematicAdjustment, state: SkinState, least_gain: float = 0.02, passes: int = 60
 ) -> tuple[SkinState, float, Array, int]:
     """Levenberg-Marquardt until a step lowers the sum of squares by next to nothing.

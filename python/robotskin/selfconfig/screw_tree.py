@@ -65,8 +65,8 @@ class ScrewTree:
 
     def base_from_root_at(self, posture: Array) -> Array:
         """(P, 4, 4) metres, in a posture (n) of the robot."""
-        moved = [self.prefixes(path, posture[None])[-1, 0] for path in self.paths]
-        return np.asarray(np.array(moved) @ self.base_from_root)
+        moved = {path: self.prefixes(path, posture[None])[-1, 0] for path in set(self.paths)}
+        return np.asarray(np.array([moved[path] for path in self.paths]) @ self.base_from_root)
 
     def seen_from(self, new_from_base: Array) -> ScrewTree:
         """The same in another base frame; (4, 4)."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -17,6 +18,7 @@ from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, reconstruct
 from robotskin.selfconfig.rigid_patches import RigidPatches
+from robotskin.selfconfig.screw_tree import ScrewTree
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, forearm_patch
 from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, swing_readings
 from robotskin.selfconfig.simulated_recording import rest_readings
@@ -85,6 +87,23 @@ class SimulatedSkin:
     def base_from_cell(self, posture: Array) -> Array:
         """(N, 4, 4) metres, true poses in a posture (n)."""
         return np.asarray(self.robot.base_from_link(posture)[self.link] @ self.link_from_cell)
+
+    def true_tree(self, paths: Sequence[Sequence[int]], patches: RigidPatches) -> ScrewTree:
+        """The robot's own axes and the true places of the patches, in its base frame.
+
+        Args:
+            paths: of every patch, indices of the robot's joints, inner first.
+            patches: of these cells.
+        """
+        model, data = self.robot.model, self.robot.model.createData()
+        columns = pinocchio.computeJointJacobians(model, data, np.zeros(model.nq)).T
+        joints = np.array(sorted({joint for path in paths for joint in path}), dtype=np.int64)
+        direction = columns[joints, 3:]
+        rows = {int(joint): row for row, joint in enumerate(joints)}
+        lead = [int(np.argmax(patches.patch == patch)) for patch in range(patches.count)]
+        root = self.base_from_cell(np.zeros(model.nq))[lead] @ np.linalg.inv(patches.root_from_cell[lead])
+        paths_in_rows = tuple(tuple(rows[joint] for joint in path) for path in paths)
+        return ScrewTree(joints, direction, np.cross(direction, columns[joints, :3]), paths_in_rows, root)
 
     def rest_readings(
         self,
