@@ -145,6 +145,13 @@ void bind_firmware_cell(nb::module_& module) {
       .def("timer", &Cell::timer, "now_us"_a)
       .def("contribute", &Cell::contribute, "limb"_a, "torque"_a, "active"_a = false, "age"_a = 0,
            "What the cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.")
+      .def_prop_ro(
+          "joint_positions",
+          [](const Cell& cell) {
+            const rs_joints_state& joints = cell.state().joints;
+            return std::vector<int>(std::begin(joints.position), std::end(joints.position));
+          },
+          "of the limb that the cell contributes to, as last broadcast, in 2 pi / 65536 rad")
       .def_prop_ro("id", [](const Cell& cell) { return cell.state().id; })
       .def_prop_ro("uid", [](const Cell& cell) { return cell.state().uid; })
       .def_prop_ro("challenge", [](const Cell& cell) { return cell.state().challenge; })

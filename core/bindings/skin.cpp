@@ -181,8 +181,9 @@ void bind_skin(nb::module_ module) {
             options.tare_limit_n = tare_limit_n;
             new (self) SkinReader(host.driver.samples(), model, options);
           },
-          "driver"_a, "model"_a, nb::kw_only(), "clock_fresh_s"_a = 0.02, "event_fresh_s"_a = 0.3,
-          "stuck_after_s"_a = 5.0, "tare_limit_n"_a = 0.5, nb::keep_alive<1, 2>(),
+          "driver"_a, "model"_a, nb::kw_only(), "clock_fresh_s"_a = 0.02,
+          "event_fresh_s"_a = 1e-9 * static_cast<double>(skin::ReaderOptions{}.event_fresh_ns), "stuck_after_s"_a = 5.0,
+          "tare_limit_n"_a = 0.5, nb::keep_alive<1, 2>(),
           R"(`model` must list the driver's cells in its order (ValueError). A cell in event mode is stale when its sample
 is older than `event_fresh_s`; one in clock mode when it is older than five of its periods, at least `clock_fresh_s` and
 at most `event_fresh_s`; stuck when its acceleration has not changed for `stuck_after_s` while

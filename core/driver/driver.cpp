@@ -26,6 +26,8 @@ Driver::Driver(const Options& options)
       topology_(index_.capacity()),
       units_(units_max),
       references_(index_.capacity(), 0),
+      heard_(index_.capacity(), 0),
+      way_(index_.capacity(), 0),
       links_(units_max),
       unit_names_(units_max),
       random_(options.session_seed),
@@ -194,7 +196,7 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
   statistics_.frames.add(header.count);
   const std::uint8_t* record = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
   for (unsigned i = 0; i < header.count; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
-    take_record(header, *group, link, unit, record);
+    take_record(header, *group, unit_row, record);
   }
   if (departures_ns_.size() < departures_max) {
     departures_ns_.push_back(std::clamp(link.clock.host_ns(header.time_ns), now_ns - oldest_ns, now_ns));
@@ -203,14 +205,16 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
   return verdict(Verdict::accepted);
 }
 
-void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& group, Link& link, UnitRow& unit,
+void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& group, std::size_t unit_row,
                          const std::uint8_t* record) {
+  const Link& link = links_[unit_row];
+  UnitRow& unit = units_.change(unit_row);
   const std::uint64_t unit_ns = header.time_ns - rs_record_age_us(record) * std::uint64_t{1000};
   const std::int64_t arrival_ns = std::clamp(link.clock.host_ns(unit_ns), unit.heard_ns - oldest_ns, unit.heard_ns);
   switch (rs_frame_type_of(record)) {
     case RS_TYPE_clock:
     case RS_TYPE_event:
-      return take_sample(group, record, unit_ns, arrival_ns);
+      return take_sample(group, unit_row, record, unit_ns, arrival_ns);
     case RS_TYPE_topology:
       return take_topology(group, unit, record, arrival_ns);
     case RS_TYPE_reply:
@@ -226,6 +230,8 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
       port.height = static_cast<std::uint8_t>(frame.height);
       return;
     }
+    case RS_TYPE_tick:
+      return take_rate_divisor(unit_row, record);
     case RS_TYPE_join:
       return statistics_.join_frames.add();
     case RS_TYPE_torque:
@@ -260,21 +266,58 @@ void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std
   if (!replies_.push(reply)) statistics_.replies_dropped.add();
 }
 
-void Driver::take_sample(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns,
-                         std::int64_t arrival_ns) {
+// The cells of a port send every n-th sample from now on: those last heard there are given time to do so.
+void Driver::take_rate_divisor(std::size_t unit_row, const std::uint8_t* record) {
+  const std::uint32_t port = rs_record_port(record);
+  if (port == 0) return statistics_.frames_invalid.add();
+  rs_tick frame;
+  rs_tick_unpack(&frame, record);
+  UnitPortRow& row = units_.change(unit_row).ports[port];
+  const auto divisor = static_cast<std::uint8_t>(std::max(frame.rate_divisor, 1U));
+  if (row.rate_divisor == divisor) return;
+  row.rate_divisor = divisor;
+  const std::size_t way = unit_row << 4 | port;
+  for (std::size_t cell = 0; cell < way_.size(); ++cell) {
+    if (way_[cell] == way && samples_.row(cell).seen) samples_.change(cell).rate_divisor = divisor & 0xF;
+  }
+}
+
+// Whether a sample is newer than all before it. One that is not has been overtaken, or has come before: after a failure
+// cells send again what may have been lost, and say so (`replayed`), no more than 16 ms after it was sampled.
+bool Driver::is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns) {
+  const Sample& before = samples_.row(row);
+  std::uint32_t& heard = heard_[row];
+  if (!before.seen) {
+    heard = 1;
+    return true;
+  }
+  const auto ahead = static_cast<std::int8_t>(static_cast<std::uint8_t>(frame.sequence) - before.sequence);
+  const std::int64_t later_ns = arrival_ns - before.arrival_ns;
+  const bool close = std::abs(later_ns) < sequence_ordered_ns;
+  const bool known = ahead <= 0 && ahead > -32 && (heard >> -ahead & 1U) != 0;
+  if (known && (close || frame.replayed != 0)) {
+    statistics_.frames_duplicated.add();
+    return false;
+  }
+  if (close ? ahead <= 0 : later_ns <= 0) {
+    if (close && ahead > -32) heard |= 1U << -ahead;
+    statistics_.frames_late.add();
+    return false;
+  }
+  heard = close && ahead < 32 ? heard << ahead | 1U : 1U;
+  statistics_.frames_missing.add(static_cast<std::uint8_t>(frame.sequence - before.sequence - 1U));
+  return true;
+}
+
+void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const std::uint8_t* record,
+                         std::uint64_t unit_ns, std::int64_t arrival_ns) {
   rs_clock frame;  // an event frame has the same fields
   rs_clock_unpack(&frame, record);
   if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
   const std::int32_t row = index_.row(group, frame.source);
   if (row == CellIndex::nobody) return statistics_.frames_unknown_cell.add();
   const Sample& before = samples_.row(static_cast<std::size_t>(row));
-  if (before.seen) {
-    const auto ahead = static_cast<std::int8_t>(static_cast<std::uint8_t>(frame.sequence) - before.sequence);
-    const std::int64_t later_ns = arrival_ns - before.arrival_ns;
-    const bool close = std::abs(later_ns) < sequence_ordered_ns;
-    if (close ? ahead <= 0 : later_ns <= 0) return statistics_.frames_late.add();
-    statistics_.frames_missing.add(static_cast<std::uint8_t>(frame.sequence - before.sequence - 1U));
-  }
+  if (!is_new(static_cast<std::size_t>(row), frame, arrival_ns)) return;
   const bool event = frame.type == RS_TYPE_event;
   if (event) {
     statistics_.event_frames.add();
@@ -300,6 +343,9 @@ void Driver::take_sample(CellIndex::Group& group, const std::uint8_t* record, st
   sample.event = event;
   sample.fault = frame.fault != 0;
   sample.refresh = frame.refresh != 0;
+  const std::uint32_t port = rs_record_port(record);
+  sample.rate_divisor = units_.row(unit_row).ports[port].rate_divisor & 0xF;
+  way_[static_cast<std::size_t>(row)] = static_cast<std::uint16_t>(unit_row << 4 | port);
 }
 
 void Driver::count_events(const Sample& before, const rs_clock& frame) {

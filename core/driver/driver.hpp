@@ -109,9 +109,12 @@ class Driver {
   void prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram);
   Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
   std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
-  void take_record(const rs_datagram_header& header, CellIndex::Group& group, Link& link, UnitRow& unit,
+  void take_record(const rs_datagram_header& header, CellIndex::Group& group, std::size_t unit_row,
                    const std::uint8_t* record);
-  void take_sample(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns, std::int64_t arrival_ns);
+  void take_sample(CellIndex::Group& group, std::size_t unit_row, const std::uint8_t* record, std::uint64_t unit_ns,
+                   std::int64_t arrival_ns);
+  bool is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns);
+  void take_rate_divisor(std::size_t unit_row, const std::uint8_t* record);
   void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
   void count_events(const Sample& before, const rs_clock& frame);
   void reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns);
@@ -125,6 +128,8 @@ class Driver {
   SnapshotTable<TopologyRow> topology_;
   SnapshotTable<UnitRow> units_;
   std::vector<std::uint8_t> references_;  // by row: neighbours that report the cell
+  std::vector<std::uint32_t> heard_;      // by row: bit i: the sample i before the newest has been heard
+  std::vector<std::uint16_t> way_;        // by row: unit's row * 16 + port of the newest sample
   std::vector<Link> links_;               // by row of units_
   std::size_t unit_count_ = 0;
   std::vector<std::uint32_t> unit_names_;  // by row of units_: section-unit group << 8 | unit

@@ -23,10 +23,11 @@ struct alignas(64) Sample {
   std::array<std::int16_t, 3> acceleration{};
   std::array<std::int16_t, 2> temperature{};
   std::uint8_t sequence = 0;
-  bool seen : 1 = false;     // a sample has come
-  bool event : 1 = false;    // in event mode
-  bool fault : 1 = false;    // the cell says that a sensor is missing or saturated
-  bool refresh : 1 = false;  // sent for freshness
+  bool seen : 1 = false;              // a sample has come
+  bool event : 1 = false;             // in event mode
+  bool fault : 1 = false;             // the cell says that a sensor is missing or saturated
+  bool refresh : 1 = false;           // sent for freshness
+  std::uint8_t rate_divisor : 4 = 1;  // in clock mode every n-th sample is sent, by order of the section unit
 };
 static_assert(sizeof(Sample) == 64);
 

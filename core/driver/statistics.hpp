@@ -48,7 +48,8 @@ class Counter {
   X(torque_frames, "torque sums")                                                                   \
   X(frames_invalid, "of a type or id that no cell sends upward")                                    \
   X(frames_unknown_cell, "of cells that are not in the model")                                      \
-  X(frames_late, "overtaken by a newer sample of the same cell, or the same one again")             \
+  X(frames_late, "overtaken by a newer sample of the same cell")                                    \
+  X(frames_duplicated, "samples that had come before: sent again after a failure")                  \
   X(frames_missing, "gaps in the cells' sequences, less what came late")                            \
   X(frames_dropped_by_units, "that section units say they had to drop")                             \
   X(events_proximity, "event frames in which proximity changed")                                    \

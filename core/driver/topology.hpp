@@ -28,8 +28,9 @@ struct UnitPortRow {
   std::int64_t heard_ns = 0;
   std::uint16_t cell = RS_ID_NONE;  // who is plugged in
   std::uint8_t cell_port = 0;
-  std::uint16_t size = 0;   // cells of the tree below
-  std::uint8_t height = 0;  // hops to its deepest cell
+  std::uint16_t size = 0;         // cells of the tree below
+  std::uint8_t height = 0;        // hops to its deepest cell
+  std::uint8_t rate_divisor = 1;  // its cells send every n-th sample
 };
 
 // One section unit.

@@ -93,7 +93,8 @@ void SkinReader::observe_period(std::size_t cell, const Sample& sample) {
 std::int64_t SkinReader::fresh_ns(std::size_t cell, const Sample& sample) const {
   if (sample.event) return options_.event_fresh_ns;
   const std::int64_t longest_ns = std::max(options_.clock_fresh_ns, options_.event_fresh_ns);
-  return std::clamp(fresh_periods * cadence_[cell].period_ns, options_.clock_fresh_ns, longest_ns);
+  const std::int64_t least_ns = std::min(options_.clock_fresh_ns * std::max<int>(sample.rate_divisor, 1), longest_ns);
+  return std::clamp(fresh_periods * cadence_[cell].period_ns, least_ns, longest_ns);
 }
 
 void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) {

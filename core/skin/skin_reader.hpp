@@ -8,16 +8,18 @@
 
 #include "driver/sample.hpp"
 #include "driver/snapshot_table.hpp"
+#include "robotskin/timing.h"
 #include "skin/skin_model.hpp"
 #include "skin/skin_state.hpp"
 
 namespace robotskin::skin {
 
 struct ReaderOptions {
-  // A cell in clock mode is stale beyond five of its own periods, but not before `clock_fresh_ns` (five at 250 Hz) nor
-  // after `event_fresh_ns`.
+  // A cell in clock mode is stale beyond five of its own periods, but not before `clock_fresh_ns` (five at 250 Hz)
+  // times the rate divisor in force, nor after `event_fresh_ns`.
   std::int64_t clock_fresh_ns = 20'000'000;
-  std::int64_t event_fresh_ns = 300'000'000;    // event mode: a full frame comes at least every 250 ms
+  // Event mode: a full frame comes within RS_FRESH_US even if one is lost, and may take a while on the host's side.
+  std::int64_t event_fresh_ns = (RS_FRESH_US + 50'000) * std::int64_t{1000};
   std::int64_t stuck_after_ns = 5'000'000'000;  // acceleration unchanged for so long, while that of others changes
   std::int64_t moving_within_ns = 1'000'000'000;
   float tare_limit_n = 0.5F;  // an offset beyond it is a touch or a broken sensor, and is left in

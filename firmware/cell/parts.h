@@ -31,6 +31,8 @@ uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave);
 void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick);
 void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave);
 bool rs_waves_equal(const rs_wave* a, const rs_wave* b);
+/* The tag of a joints frame of an epoch, whose number the frame tells modulo 64. */
+uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch);
 /* The tag of a command or grant frame sent in an era. */
 uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t era);
 
@@ -110,6 +112,9 @@ uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
 void rs_sampling_restart(rs_cell* cell, uint32_t now_us);    /* after a change of settings or id, or the first tick */
 void rs_sampling_refresh(rs_cell* cell, uint32_t now_us);    /* a frame for freshness is due, soon */
 void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us);
+
+/* ---- cell/joints.c ---- */
+void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us);
 
 /* ---- cell/commands.c ---- */
 void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);

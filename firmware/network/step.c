@@ -97,6 +97,13 @@ static void receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
     case RS_TYPE_grant:
       rs_move_grant(cell, port, frame, now_us);
       break;
+    case RS_TYPE_joints:
+      if (port + 1U == cell->route.parent_port) {
+        rs_joints_receive(cell, frame, now_us);
+      } else {
+        ++cell->counts.frames_unknown;
+      }
+      break;
     case RS_TYPE_command:
       if (port + 1U == cell->route.parent_port) {
         rs_command_receive(cell, port, frame, now_us);

@@ -55,3 +55,16 @@ uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_
   block[COVERED + 1] = (uint8_t)era;
   return rs_chaskey_tag32(key, block);
 }
+
+uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch) {
+  enum { COVERED = RS_joints_tag_AT / 8 };
+  uint8_t message[COVERED + 3];
+  uint8_t tag[RS_CHASKEY_TAG_BYTES];
+  for (unsigned i = 0; i < COVERED; ++i) message[i] = frame[i];
+  const uint32_t high = (epoch & ((1U << RS_TICK_TIME_BITS) / RS_EPOCH_TICKS - 1U)) / (RS_EPOCH_MASK + 1U);
+  message[COVERED] = (uint8_t)(high >> 16);
+  message[COVERED + 1] = (uint8_t)(high >> 8);
+  message[COVERED + 2] = (uint8_t)high;
+  rs_chaskey(key, message, sizeof message, tag);
+  return rs_load32(tag) >> 8;
+}

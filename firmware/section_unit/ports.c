@@ -75,6 +75,15 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
     const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
     rs_store32(frame + RS_command_tag_AT / 8, unit->config.cell_key == 0 ? 0U : rs_command_tag(&unit->key, frame, era));
   }
+  if (rs_frame_type_of(frame) == RS_TYPE_joints) {
+    const uint32_t epoch = (uint32_t)(unit->tick_time / RS_EPOCH_TICKS);
+    rs_joints joints;
+    rs_joints_unpack(&joints, frame);
+    joints.epoch = epoch & RS_EPOCH_MASK;
+    rs_joints_pack(frame, &joints);
+    joints.tag = unit->config.cell_key == 0 ? 0U : rs_joints_tag(&unit->key, frame, epoch);
+    rs_joints_pack(frame, &joints);
+  }
   rs_frame_seal(frame);
 }
 

@@ -52,8 +52,33 @@ static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, cons
     if (draw() % 2U == 0U) command.value_low = draw() % 2U == 0U ? cell->uid : draw() % 300U;
     if (draw() % 2U == 0U) command.value_high = cell->challenge;
     rs_command_pack(frame, &command);
+  } else if (kind == 5U) {
+    rs_torque torque;
+    rs_torque_unpack(&torque, frame);
+    torque.type = RS_TYPE_torque;
+    torque.epoch = (sequence / RS_EPOCH_TICKS + draw() % 4U - 2U) & RS_EPOCH_MASK;
+    torque.limb = draw() % 4U;
+    rs_torque_pack(frame, &torque);
+  } else if (kind == 6U) {
+    rs_event event;
+    rs_event_unpack(&event, frame);
+    event.type = RS_TYPE_event;
+    event.source = draw() % 4U + 1U;
+    rs_event_pack(frame, &event);
+  } else if (draw() % 2U == 0U) {
+    rs_joints joints;
+    rs_joints_unpack(&joints, frame);
+    joints.type = RS_TYPE_joints;
+    joints.epoch = (sequence / RS_EPOCH_TICKS) & RS_EPOCH_MASK;
+    rs_joints_pack(frame, &joints);
   }
   if (draw() % 16U != 0U) rs_frame_seal(frame);
+}
+
+static void check_ring(const rs_retained* ring, unsigned size) {
+  require(
+      ring->confirmed <= ring->sent && ring->sent <= ring->tried && ring->tried <= ring->count && ring->count <= size,
+      "what is retained is in order");
 }
 
 static void check_cell(const rs_cell* cell, const rs_output* output, uint8_t busy_before, uint32_t now_us) {
@@ -65,6 +90,10 @@ static void check_cell(const rs_cell* cell, const rs_output* output, uint8_t bus
   require(route->parent_port == RS_NO_PARENT || !route->unbound, "a parent bounds the feasible distance");
   require(route->parent_port == RS_NO_PARENT || route->hops >= route->feasible_hops, "hops are not below the best");
   require(queues->data.count <= RS_QUEUE_DATA, "queues are bounded");
+  check_ring(&cell->retention.event, RS_RETAINED_EVENTS);
+  check_ring(&cell->retention.torque, RS_RETAINED_TORQUES);
+  require(cell->retention.announcements <= RS_ANNOUNCEMENTS, "announcements are bounded");
+  require(cell->torque.used <= RS_TORQUE_SLOTS, "slots are bounded");
   require(queues->slow.count <= RS_QUEUE_SLOW && queues->down.count <= RS_QUEUE_DOWN, "queues are bounded");
   require(output->timer_us - now_us <= RS_TOPOLOGY_US, "the timer comes");
   require(cell->id <= RS_ID_LAST, "an id is one");
@@ -111,6 +140,12 @@ static void fuzz_cell(uint32_t steps, bool keyed) {
         hostile_frame(frame, (uint16_t)(now_us / 1000U), cell);
         input = (rs_input){.kind = RS_INPUT_FRAME, .port = (uint8_t)(draw() % 6U), .frame = frame};
         break;
+    }
+    if (draw() % 50000U == 0U) {
+      rs_contribution contribution = {
+          .limb = (uint8_t)(draw() % 18U), .parts = (uint8_t)(draw() % 4U), .age = (uint8_t)draw()};
+      for (unsigned i = 0; i < RS_TORQUE_PARTS * RS_JOINTS_PER_PART; ++i) contribution.joint[i] = (int32_t)draw();
+      rs_cell_contribute(cell, &contribution);
     }
     if (draw() % 100000U == 0U) {
       input = (rs_input){.kind = RS_INPUT_BOOT, .boot = &boot};
@@ -200,7 +235,8 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
     rs_section_unit_step(unit, &input, now_ns, &output);
     if (input.kind == RS_UNIT_INPUT_DATAGRAM) accepted += unit->refused == refused;
     named += unit->names.count > 0U;
-    require(output.timer_ns - now_ns <= RS_SEQUENCE_WINDOW * 1000000U, "the timer comes");
+    /* After a leap of the group's time it is due at once. */
+    require((int64_t)(output.timer_ns - now_ns) <= RS_SEQUENCE_WINDOW * 1000000, "the timer comes");
     require(output.datagram == NULL || output.datagram_bytes <= RS_DATAGRAM_BYTES_MAX, "datagrams fit");
     require((output.power >> config.ports) == 0U, "only ports that are there have power");
     if (output.datagram != NULL) {
@@ -210,6 +246,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
     }
     for (unsigned port = 0; port < config.ports; ++port) {
       require(unit->port[port].queue_count <= RS_UNIT_QUEUE, "queues are bounded");
+      require(unit->port[port].rate.divisor >= 1U && unit->port[port].rate.divisor <= 15U, "a rate divisor is one");
       if (output.frame[port] != NULL) require(rs_frame_intact(output.frame[port]), "frames have a right checksum");
     }
     for (unsigned port = config.ports; port < RS_SECTION_UNIT_PORTS_MAX; ++port) {

@@ -222,8 +222,8 @@ typedef struct {
   X(repeats_dropped, "not passed on, of those that come again by themselves: topology and join")  \
   X(hops_exhausted, "not passed on: no hops left")                          \
   X(frames_from_parent, "samples that came down the tree")                  \
-  X(tags_refused, "ticks and commands with a wrong tag or an old time")     \
-  X(commands_stale, "commands with an old counter")                         \
+  X(tags_refused, "ticks, commands and joints with a wrong tag or an old time")     \
+  X(commands_stale, "commands and joints that had come before")                         \
   X(torques_dropped, "torque sums that came from no child, too late, or found no room") \
   X(parent_changes, "changes of parent")                                    \
   X(orphanings, "times without any parent")
@@ -254,6 +254,7 @@ typedef struct {
   rs_chaskey_key key;
   uint8_t flash[RS_FLASH_BYTES];
   rs_torque_epoch torque;
+  rs_joints_state joints;
   rs_retention retention;
   rs_queues queues;
 } rs_cell;

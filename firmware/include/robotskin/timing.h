@@ -20,26 +20,26 @@ enum {
   RS_SEQUENCE_WINDOW = 16,    /* ticks a neighbour may be ahead of a living parent */
   RS_HOLD_DOWN_US = 8000,     /* after a second loss of a link, doubling with each further one */
   RS_HOLD_DOWN_MAX_US = 2000000,
-  RS_FLAP_FORGET_US = 1000000, /* a link that held so long starts anew */
-  RS_STATUS_US = 8000,         /* to the parent, at least so often */
-  RS_STATUS_PAUSE_US = 300,    /* and at most so often */
-  RS_HOLD_US = 6000,           /* a planned move not done by then is given up */
-  RS_HOLD_LEAVE_US = 400,      /* before it is done, so that children who can stay in the tree learn of it and do */
-  RS_WANTS_TICKS = 24,         /* wants so old are forgotten */
-  RS_GRANT_TICKS = 3,          /* a grant is sent so often, one a tick */
-  RS_BALANCE_TICKS = 8,        /* a round of wants */
-  RS_SETTLE_TICKS = 6,         /* after a grant, until sizes are right again */
-  RS_FORMING_TICKS = 20,       /* without a change of the trees' sizes: they are formed */
-  RS_FORMING_MIN_TICKS = 40,   /* from the first tree on, at least */
-  RS_GAIN_FORMING = 1,         /* hops to gain before a change of root */
-  RS_GAIN_STEADY = 12,         /* more than any granted move costs, so that nobody is pulled back */
-  RS_DEPTH_RAISE_MAX = 4,      /* hops that balance may cost */
-  RS_PEER_US = 4000,           /* between two datagrams to the other units of a group */
-  RS_PEER_SILENCE_US = 30000,  /* without one, a unit counts no more */
-  RS_PEER_STARTING_US = 3000,  /* a unit that ticks for less takes the group's time, and none takes its */
-  RS_PEER_TOGETHER_US = 16000, /* units apart by less are pulled together gently, others leap */
-  RS_PEER_PULL_US = 50,        /* by so much a tick */
-  RS_PEER_LEAP_MS = 30000,     /* longest leap: half the tick numbers are newer */
+  RS_FLAP_FORGET_US = 1000000,  /* a link that held so long starts anew */
+  RS_STATUS_US = 8000,          /* to the parent, at least so often */
+  RS_STATUS_PAUSE_US = 300,     /* and at most so often */
+  RS_HOLD_US = 6000,            /* a planned move not done by then is given up */
+  RS_HOLD_LEAVE_US = 400,       /* before it is done, so that children who can stay in the tree learn of it and do */
+  RS_WANTS_TICKS = 24,          /* wants so old are forgotten */
+  RS_GRANT_TICKS = 3,           /* a grant is sent so often, one a tick */
+  RS_BALANCE_TICKS = 8,         /* a round of wants */
+  RS_SETTLE_TICKS = 6,          /* after a grant, until sizes are right again */
+  RS_FORMING_TICKS = 20,        /* without a change of the trees' sizes: they are formed */
+  RS_FORMING_MIN_TICKS = 40,    /* from the first tree on, at least */
+  RS_GAIN_FORMING = 1,          /* hops to gain before a change of root */
+  RS_GAIN_STEADY = 12,          /* more than any granted move costs, so that nobody is pulled back */
+  RS_DEPTH_RAISE_MAX = 4,       /* hops that balance may cost */
+  RS_PEER_US = 4000,            /* between two datagrams to the other units of a group */
+  RS_PEER_SILENCE_US = 30000,   /* without one, a unit counts no more */
+  RS_PEER_STARTING_US = 3000,   /* a unit that ticks for less takes the group's time, and none takes its */
+  RS_PEER_TOGETHER_US = 16000,  /* units apart by less are pulled together gently, others leap */
+  RS_PEER_PULL_US = 50,         /* by so much a tick */
+  RS_PEER_LEAP_MS = 30000,      /* longest leap: half the tick numbers are newer */
   RS_ECHO_US = 250,             /* from going back to frames that were missed until the parent knows it */
   RS_RETENTION_US = 12000,      /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,    /* a torque sum is sent again for so long: the parent cannot have forgotten it */
@@ -54,10 +54,12 @@ enum {
   RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */
   RS_JOIN_SPREAD_US = 3000,      /* over which cells first ask for an id */
   RS_JOIN_US = 10000,            /* between two requests for an id */
-  RS_REFRESH_US = 200000,        /* a cell is silent at most so long, and a jitter by cell and frame */
-  RS_REFRESH_JITTER_US = 40000,
+  RS_REFRESH_US = 100000,        /* a cell is silent at most so long, and a jitter by cell and frame */
+  RS_REFRESH_JITTER_US = 20000,
   RS_REFRESH_SPREAD_US = 16000, /* over which the cells of a tree refresh that have reason to at once */
-  RS_FRESH_US = 250000          /* promised to the host: refresh, jitter and the way through the network */
+  RS_FRESH_US = 250000          /* promised to the host: two refreshes, one of them lost, and the way */
 };
+
+RS_STATIC_ASSERT(2 * ((int)RS_REFRESH_US + (int)RS_REFRESH_JITTER_US) < (int)RS_FRESH_US, "one refresh may be lost");
 
 #endif

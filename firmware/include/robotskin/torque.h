@@ -32,6 +32,14 @@ typedef struct {
   bool active;   /* the cell is in contact */
 } rs_contribution;
 
+/* Joint positions as broadcast, in 2 pi / 65536 rad: those of the limb that the cell contributes to. */
+typedef struct {
+  int16_t position[RS_TORQUE_PARTS * RS_JOINTS_PER_PART];
+  uint32_t epoch[RS_TORQUE_PARTS]; /* of each part */
+  uint8_t newest[16][4];           /* low bits of the newest epoch heard, by limb and part */
+  uint8_t known[16];               /* by limb; bit p: part p has been heard */
+} rs_joints_state;
+
 /* The sum of one part of one limb. */
 typedef struct {
   int32_t joint[RS_JOINTS_PER_PART];

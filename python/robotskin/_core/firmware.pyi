@@ -110,9 +110,9 @@ TOPOLOGY_US: int = 1000000
 
 JOIN_US: int = 10000
 
-REFRESH_US: int = 200000
+REFRESH_US: int = 100000
 
-REFRESH_JITTER_US: int = 40000
+REFRESH_JITTER_US: int = 20000
 
 FRESH_US: int = 250000
 
@@ -124,7 +124,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 7096
+CELL_STATE_BYTES: int = 7208
 
 CHANNELS: tuple = ...
 
@@ -212,6 +212,12 @@ class Cell:
     def contribute(self, limb: int, torque: Sequence[int], active: bool = False, age: int = 0) -> None:
         """
         What the cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.
+        """
+
+    @property
+    def joint_positions(self) -> list[int]:
+        """
+        of the limb that the cell contributes to, as last broadcast, in 2 pi / 65536 rad
         """
 
     @property

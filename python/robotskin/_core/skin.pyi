@@ -112,7 +112,7 @@ class SkinReader:
         model: SkinModel,
         *,
         clock_fresh_s: float = 0.02,
-        event_fresh_s: float = 0.3,
+        event_fresh_s: float = 0.30000000000000004,
         stuck_after_s: float = 5.0,
         tare_limit_n: float = 0.5,
     ) -> None:

@@ -1,0 +1,71 @@
+"""Laws of the rate divisor: a port with too many cells loses nothing, all its cells decimate alike, and it returns."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from large_world import LargeWorld, sheet
+
+
+def rates(world: LargeWorld, milliseconds: float) -> dict[int, float]:
+    """Samples a second that the host has of each cell."""
+    world.take()
+    world.run_ms(milliseconds)
+    counts = Counter(heard.fields["source"] for heard in world.take("clock"))
+    return {source: 1000 * count / milliseconds for source, count in counts.items()}
+
+
+@pytest.mark.parametrize(("columns", "rows", "divisor"), [(11, 6, 1), (11, 9, 2), (12, 11, 2), (14, 12, 3)])
+def test_overload_loses_nothing_and_thins_all_cells_alike(columns: int, rows: int, divisor: int, seed: int) -> None:
+    world = LargeWorld(sheet(columns, rows), [(columns // 2, 4)], seed)
+    world.run_ms(150)
+    heard = rates(world, 240)
+    assert world.network.frames_dropped == 0
+    assert world.network.rate_divisors(0) == [divisor]
+    assert len(heard) == columns * rows
+    assert all(abs(rate - 250 / divisor) < 10 for rate in heard.values())
+
+
+def test_the_host_is_told_at_once(seed: int) -> None:
+    world = LargeWorld(sheet(12, 11), [(6, 4)], seed)
+    world.run_ms(60)
+    told = [(heard.time_ns, heard.fields["rate_divisor"]) for heard in world.take("tick")]
+    assert told[0][1] == 1  # with the first heartbeat
+    assert told[1][1] == 2
+    assert told[1][0] < 20_000_000
+
+
+def test_it_follows_the_load_without_swinging(seed: int) -> None:
+    world = LargeWorld(sheet(12, 11), [(3, 4), (9, 4)], seed)
+    world.run_ms(300)
+    assert world.network.rate_divisors(0) == [1, 1]
+    changes = []
+    for cut in (True, False):
+        (world.network.cut if cut else world.network.mend)(3, 4)
+        for _ in range(400):
+            before = world.network.rate_divisors(0)
+            world.run_ms(1)
+            if world.network.rate_divisors(0) != before:
+                changes.append(world.network.rate_divisors(0))
+        assert world.network.rate_divisors(0)[1] == (2 if cut else 1)
+    assert len(changes) <= 4
+
+
+def test_cells_of_a_full_port_wait_little(seed: int) -> None:
+    """Figures of the paper's largest port: 66 cells at 250 Hz, here with three such ports and everything on."""
+    world = LargeWorld(sheet(11, 6, 3), [(5, 4), (71, 4), (137, 4)], seed)
+    for cell in range(world.cells):
+        world.network.contribute(cell, cell // 66, [1] * 6)
+    world.run_ms(150)
+    dropped = world.network.frames_dropped
+    world.take()
+    world.run_ms(300)
+    waits_ms = []
+    for heard in world.take("clock"):
+        sampled = heard.fields["sample_tick"] * 64 + heard.fields["sample_phase"]
+        waits_ms.append(((heard.arrival_ns * 64 // 1_000_000 - sampled + 32) % 1024 - 32) / 64)
+    assert world.network.frames_dropped == dropped
+    assert len(waits_ms) == pytest.approx(198 * 75, abs=198)
+    assert np.mean(waits_ms) <= 0.7
+    assert np.percentile(waits_ms, 99) <= 1.3
+    assert max(waits_ms) < 8

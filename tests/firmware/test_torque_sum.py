@@ -1,0 +1,137 @@
+"""Laws of torque sums: each cell counts at most once in an epoch, all count when nothing fails, and in time."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from large_world import MS, LargeWorld, sheet
+
+from robotskin._core import firmware
+
+EPOCH_NS = firmware.EPOCH_TICKS * MS
+BITS = 15  # of a joint's 16, the sign apart
+OF_LIMB = 6 * BITS
+
+
+class OneHot:
+    """Cells that add one bit each, a bit that no other cell of their limb has: a sum tells who is in it."""
+
+    def __init__(self, world: LargeWorld, limb_size: int) -> None:
+        assert limb_size <= OF_LIMB
+        self.world = world
+        for cell in range(world.cells):
+            limb, bit = divmod(cell, limb_size)
+            torque = [0] * 6
+            torque[bit // BITS] = 1 << bit % BITS
+            world.network.contribute(cell, limb, torque, active=cell % 3 == 0)
+
+    def epochs(self) -> dict[int, dict[int, dict[str, int]]]:
+        """The vectors by start of their epoch and limb; each is checked to have every cell once."""
+        result: dict[int, dict[int, dict[str, int]]] = defaultdict(dict)
+        for heard in self.world.take("torque"):
+            assert heard.port == 0
+            start_ns = heard.time_ns // EPOCH_NS * EPOCH_NS
+            fields = heard.fields
+            assert start_ns // EPOCH_NS % 64 == fields["epoch"], "handed over in its own epoch"
+            assert fields["limb"] not in result[start_ns], "one vector a limb and epoch"
+            bits = sum((fields[f"joint_{joint}"] & 0xFFFF).bit_count() for joint in range(1, 7))
+            # A cell counted twice carries into another bit, and leaves fewer bits than cells.
+            assert bits == fields["cells"]
+            assert fields["saturated"] == 0
+            result[start_ns][fields["limb"]] = fields | {"late_ns": heard.time_ns - start_ns}
+        return result
+
+
+def cells_in(epoch: dict[int, dict[str, int]]) -> int:
+    return sum(vector["cells"] for vector in epoch.values())
+
+
+def three_ports(cells: int, seed: int, **options: object) -> tuple[LargeWorld, OneHot]:
+    if cells == 198:
+        world = LargeWorld(sheet(11, 6, 3), [(5, 4), (71, 4), (137, 4)], seed, **options)
+    else:
+        world = LargeWorld(sheet(13, 10), [(0, 4), (6, 4), (12, 4)], seed, **options)
+    torques = OneHot(world, cells // (3 if cells == 198 else 2))
+    world.run_ms(150)
+    world.take()
+    return world, torques
+
+
+@pytest.mark.parametrize("cells", [130, 198])
+def test_without_faults_every_cell_is_in_every_epoch_within_4_ms(cells: int, seed: int) -> None:
+    world, torques = three_ports(cells, seed)
+    world.run_ms(400)
+    epochs = torques.epochs()
+    assert len(epochs) in (99, 100, 101)
+    assert {cells_in(epoch) for epoch in epochs.values()} == {cells}
+    late_ms = [vector["late_ns"] / MS for epoch in epochs.values() for vector in epoch.values()]
+    assert np.median(late_ms) <= 2
+    assert max(late_ms) <= 4
+    active = {sum(vector["active"] for vector in epoch.values()) for epoch in epochs.values()}
+    assert active == {len(range(0, cells, 3))}
+
+
+def test_a_hop_sends_again_what_was_lost(seed: int) -> None:
+    world, torques = three_ports(130, seed, lost_share=1e-4)
+    world.run_ms(1200)
+    epochs = torques.epochs()
+    whole = sum(cells_in(epoch) == 130 for epoch in epochs.values())
+    assert whole >= len(epochs) - 1
+    assert world.network.counts.frames_lost > 50
+
+
+@pytest.mark.parametrize("fault", ["cut", "flap", "reboot", "noise"])
+def test_no_cell_counts_twice_whatever_fails(fault: str, seed: int) -> None:
+    world, torques = three_ports(130, seed * 10 + len(fault), lost_share=5e-3 if fault == "noise" else 0.0)
+    draw = np.random.default_rng(seed)
+    for _ in range(25):
+        cell, port = int(draw.integers(130)), int(draw.integers(1, 5))
+        world.run_ms(float(draw.uniform(2, 10)))
+        if fault == "reboot":
+            world.network.reboot(cell, int(draw.uniform(0.05, 10) * MS))
+        else:
+            world.network.cut(cell, port)
+            world.run_ms(float(draw.uniform(0.2, 12) if fault == "cut" else draw.uniform(3, 5)))
+            world.network.mend(cell, port)
+    world.run_ms(60)
+    epochs = torques.epochs()
+    assert len(epochs) > 50
+    last = [cells_in(epochs[start]) for start in sorted(epochs)[-4:]]
+    if fault != "noise":
+        assert last == [130] * 4
+
+
+def test_a_dead_cell_costs_an_epoch_or_two(seed: int) -> None:
+    world, torques = three_ports(130, seed)
+    world.network.kill(60)
+    world.run_ms(200)
+    counts = [cells_in(epoch) for _, epoch in sorted(torques.epochs().items())]
+    assert sum(count < 129 for count in counts) <= 3
+    assert counts[-1] == 129
+
+
+def test_long_chains_travel_in_parts_and_saturation_is_said(seed: int) -> None:
+    world = LargeWorld(sheet(4, 4), [(1, 4)], seed)
+    for cell in range(16):
+        world.network.contribute(cell, 3, [cell, -cell, 3000, 0, 0, 0, 7 * cell], age=cell % 5)
+    world.run_ms(100)
+    world.take()
+    world.run_ms(40)
+    vectors = world.take("torque")
+    assert len(vectors) in (18, 20, 22)
+    for vector in vectors:
+        fields = vector.fields
+        assert fields["limb"] == 3
+        assert fields["cells"] == 16
+        assert fields["age"] == 4
+        if fields["part"] == 0:
+            assert (fields["joint_1"], fields["joint_2"], fields["joint_3"]) == (120, -120, 32767)
+            assert fields["saturated"] == 1
+        else:
+            assert (fields["joint_1"], fields["joint_2"], fields["saturated"]) == (840, 0, 0)
+
+
+def test_where_nobody_contributes_nothing_is_sent(seed: int) -> None:
+    world = LargeWorld(sheet(4, 4), [(1, 4)], seed)
+    world.run_ms(100)
+    assert world.take("torque") == []
