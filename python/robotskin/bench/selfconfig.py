@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from robotskin.bench.selfconfig_configure import configure_figures, displacement_figures
 from robotskin.bench.selfconfig_kinematics import kinematic_figures
+from robotskin.bench.selfconfig_map import map_figures
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.robots import load
@@ -55,7 +57,8 @@ def run(
     """Topology, 3-D reconstruction and loop closing of the self-configuration."""
     chosen = range(seed, seed + seeds)
     figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
-    figures |= kinematic_figures(chosen)
+    figures |= kinematic_figures(chosen) | map_figures(chosen)
+    figures |= configure_figures(seed) | displacement_figures(seed)
     folder = data or default_data()
     if folder is not None:
         figures |= tum_figures(folder)

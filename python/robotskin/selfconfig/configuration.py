@@ -31,6 +31,7 @@ from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap, SignRule, build_map
+from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.topology import Topology, explore
 
 Array = NDArray[np.float64]
@@ -164,7 +165,13 @@ def configure(
         shapes = [patch.reconstruction for patch in patches if patch.reconstruction is not None]
         try:
             kinematics = kinematics_from(
-                robot, recording, order, samples_in(recording, order), topology, shapes, activity
+                robot,
+                swings_in(recording, order),
+                recording.rest_posture,
+                samples_in(recording, order),
+                topology,
+                shapes,
+                activity,
             )
             patches = tuple(
                 replace(patch, reconstruction=refined(patch.reconstruction, kinematics))
@@ -219,6 +226,13 @@ def samples_in(recording: BabblingRecording, order: NDArray[np.integer]) -> Grav
     """The rests, averaged, in the order of the topology."""
     samples = recording.gravity_samples()
     return GravitySamples(samples.mean[order], samples.deviation[order])
+
+
+def swings_in(recording: BabblingRecording, order: NDArray[np.integer]) -> list[MotionRecording]:
+    """The swings in the order of the topology; nothing is copied where that is the recording's own."""
+    if np.array_equal(order, np.arange(len(recording))):
+        return list(recording.swings)
+    return [replace(swing, acceleration=swing.acceleration[order]) for swing in recording.swings]
 
 
 def ports_in(recording: BabblingRecording, order: NDArray[np.integer]) -> NDArray[np.int64]:
@@ -393,7 +407,12 @@ def layout_of(configuration: Configuration) -> Layout:
 
 
 def learn_map(
-    robot: Robot, recording: BabblingRecording, configuration: Configuration, sign: SignRule = "correlation"
+    robot: Robot,
+    recording: BabblingRecording,
+    configuration: Configuration,
+    sign: SignRule = "correlation",
+    suppression: float = 0.1,
+    normalise: bool = True,
 ) -> SensoryMotorMap:
     """The sensory-motor map of all cells; gravity is removed from those whose orientation is known.
 
@@ -401,7 +420,9 @@ def learn_map(
         robot: kinematic model.
         recording: of the babbling.
         configuration: made from it.
-        sign: rule of `sensory_motor_map.weights`.
+        sign: rule of `sensory_motor_map.weights`; suppression, normalise: of `build_map`.
+        suppression: see sign.
+        normalise: see sign.
     """
     order = rows_of(recording, configuration.topology)
     count = len(order)
@@ -410,12 +431,22 @@ def learn_map(
         if patch.placed and patch.localisation is not None:
             pose[patch.cells] = patch.link_from_cell()
             link[patch.cells] = robot.link_index(patch.localisation.link)
-    swings = [replace(swing, acceleration=swing.acceleration[order]) for swing in recording.swings]
-    gravity = []
-    for swing in swings:
+    swings = swings_in(recording, order)
+
+    def gravity_in(swing: MotionRecording) -> Array:
         felt = np.zeros((count, len(swing.time_s), 3))
         felt[known] = gravity_while_swinging(robot, link[known], pose[known], swing.swing, swing.time_s)
-        gravity.append(felt)
+        return felt
+
+    gravity = (gravity_in(swing) for swing in swings)
     return build_map(
-        robot.name, robot.joint_names, configuration.topology.cell, swings, configuration.activity, gravity, sign=sign
+        robot.name,
+        robot.joint_names,
+        configuration.topology.cell,
+        swings,
+        configuration.activity,
+        gravity,
+        sign=sign,
+        suppression=suppression,
+        normalise=normalise,
     )

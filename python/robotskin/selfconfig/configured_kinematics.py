@@ -20,7 +20,6 @@ from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics import estimate_kinematics
 from robotskin.selfconfig.reconstruction import Reconstruction
-from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.topology import Topology
@@ -30,8 +29,8 @@ Array = NDArray[np.float64]
 
 def kinematics_from(
     robot: Robot,
-    recording: BabblingRecording,
-    order: NDArray[np.integer],
+    recordings: Sequence[MotionRecording],
+    rest_posture: Array,
     samples: GravitySamples,
     topology: Topology,
     shapes: Sequence[Reconstruction],
@@ -43,9 +42,9 @@ def kinematics_from(
 
     Args:
         robot: whose joints swung.
-        recording: of the babbling.
-        order: (N,) row of the recording for each row of the topology.
-        samples: rests in the topology's order.
+        recordings: swings of the N cells of the topology, in its order.
+        rest_posture: (K, n) of the rests; samples: what was felt in them.
+        samples: see rest_posture.
         topology: of N cells.
         shapes: of patches; cells of other patches count as lone, held by their hinges.
         activity: (n, N) which joint moves which cell.
@@ -55,21 +54,17 @@ def kinematics_from(
         ValueError: an activity that no open chain has.
     """
     revolute = np.array([kind is JointKind.revolute for kind in robot.core.joint_kinds], dtype=bool)
-    count = len(order)
+    count = len(topology.cell)
     offset, scale = np.zeros((count, 3)), np.ones((count, 3))
     for shape in shapes:
         offset[shape.cells], scale[shape.cells] = shape.offset, shape.scale
-    swings = [
-        MotionRecording(one.swing, one.time_s, one.acceleration[order])
-        for one in recording.swings
-        if revolute[one.swing.joint]
-    ]
+    swings = [one for one in recordings if revolute[one.swing.joint]]
     swung = {one.swing.joint for one in swings}
     return estimate_kinematics(
         swings,
         RigidPatches.of(topology, shapes),
-        joint_names=recording.joint_names,
-        rests=(recording.rest_posture, samples),
+        joint_names=robot.joint_names,
+        rests=(rest_posture, samples),
         activity={joint: activity[joint] for joint in sorted(swung)},
         offset=offset,
         scale=scale,

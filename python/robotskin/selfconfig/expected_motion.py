@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from robotskin._core.model import BASE, RobotDynamics
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.link_motion import link_gravity
 
 Array = NDArray[np.float64]
 
@@ -38,12 +38,9 @@ def normal_jacobian(robot: Robot, link: NDArray[np.integer], link_from_cell: Arr
 
 
 def gravity_while_swinging(
-    robot: Robot, link: NDArray[np.integer], link_from_cell: Array, swing: JointSine, time_s: Array, nodes: int = 33
+    robot: Robot, link: NDArray[np.integer], link_from_cell: Array, swing: JointSine, time_s: Array
 ) -> Array:
     """(N, M, 3) m/s², cell frame: what gravity alone makes cells feel during a swing.
-
-    Gravity turns by a smooth function of the joint's displacement, which is evaluated at `nodes` and interpolated (to
-    1e-5 of g for swings below half a radian).
 
     Args:
         robot: whose kinematics hold.
@@ -51,22 +48,11 @@ def gravity_while_swinging(
         link_from_cell: see link.
         swing: the motion; time_s: (M,) since its start.
         time_s: see swing.
-        nodes: displacements at which the model is asked.
     """
-    moved = swing.displacement(time_s)
-    ladder = np.linspace(moved.min(), moved.max() + 1e-12, nodes)
-    up = []
-    for displacement in ladder:
-        posture = swing.centre.copy()
-        posture[swing.joint] += displacement
-        up.append(robot.base_from_link(posture)[:, 2, :3])
-    at = np.clip((moved - ladder[0]) / (ladder[1] - ladder[0]), 0, nodes - 1.000001)
-    low = at.astype(int)
-    share = (at - low)[:, None]
-    table = np.array(up)
+    names = [robot.link_names[number] for number in np.unique(link)]
+    gravity = link_gravity(robot, names, swing, time_s)
     result = np.empty((len(link), len(time_s), 3))
-    for number in np.unique(link):
-        cells = np.flatnonzero(link == number)
-        there = table[low, number] * (1 - share) + table[low + 1, number] * share
-        result[cells] = GRAVITY_MPS2 * np.einsum("nji,mj->nmi", link_from_cell[cells, :3, :3], there)
+    for name, felt in gravity.items():
+        cells = np.flatnonzero(link == robot.link_index(name))
+        result[cells] = felt @ link_from_cell[cells, :3, :3]
     return result

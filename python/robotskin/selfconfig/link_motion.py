@@ -73,6 +73,32 @@ def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
     return motions
 
 
+def link_gravity(robot: Robot, links: Sequence[str], swing: JointSine, time_s: Array) -> dict[str, Array]:
+    """(M, 3) m/s² of each link, in its own frame: gravity's part of its specific force during a swing.
+
+    Args:
+        robot: whose z axis of the base frame points up.
+        links: their names.
+        swing: the motion.
+        time_s: (M,) since its start.
+    """
+    dynamics = RobotDynamics(robot.core)
+    centre = np.ascontiguousarray(swing.centre, dtype=float)
+    dynamics.update(centre, np.zeros_like(centre))
+    axis, moved = dynamics.joint_motions[swing.joint, 3:], _moved_by(robot, swing.joint)
+    turn = -swing.displacement(time_s)[:, None]
+    found = {}
+    for link in links:
+        rotation = dynamics.base_from_link(robot.link_index(link))[:3, :3]
+        up = rotation.T @ np.array([0.0, 0.0, GRAVITY_MPS2])
+        found[link] = (
+            Rotation.from_rotvec(turn * (rotation.T @ axis)).apply(up)
+            if moved[robot.link_index(link)]
+            else np.tile(up, (len(time_s), 1))
+        )
+    return found
+
+
 def _moved_by(robot: Robot, joint: int) -> list[bool]:
     """(l) whether a joint moves each link."""
     parents = robot.core.joint_parents

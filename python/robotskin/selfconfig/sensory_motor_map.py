@@ -6,8 +6,9 @@ nearest. What can go wrong: a joint that did not swing in a posture (its weights
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -78,7 +79,9 @@ def weights(
 
 def _present(acceleration: Array) -> NDArray[np.bool_]:
     """(N, M) whether a reading came."""
-    return np.asarray(np.isfinite(acceleration).all(axis=2), dtype=bool)
+    # Axis by axis: a reduction over three numbers takes several times longer.
+    finite = np.isfinite(acceleration)
+    return np.asarray(finite[..., 0] & finite[..., 1] & finite[..., 2], dtype=bool)
 
 
 def _filled(acceleration: Array) -> Array:
@@ -179,7 +182,7 @@ def build_map(
     cell: NDArray[np.integer],
     recordings: Sequence[MotionRecording],
     activity: NDArray[np.bool_],
-    gravity: Sequence[Array] | None = None,
+    gravity: Iterable[Array] | None = None,
     *,
     sign: SignRule = "correlation",
     suppression: float = 0.1,
@@ -210,13 +213,13 @@ def build_map(
     if activity.shape != (joints, cells):
         raise SensoryMotorMapError(f"activity {activity.shape}: must be ({joints}, {cells})")
     tiles: list[tuple[Array, Array]] = []
-    for number, recording in enumerate(recordings):
+    removed: Iterable[Array | None] = itertools.repeat(None) if gravity is None else gravity
+    for recording, felt_gravity in zip(recordings, removed, strict=False):
         centre = recording.swing.centre
         tile = next((one for one in tiles if np.abs(one[0] - centre).max() < same_posture), None)
         if tile is None:
             tile = (np.array(centre), np.zeros((cells, joints)))
             tiles.append(tile)
-        felt_gravity = None if gravity is None else gravity[number]
         tile[1][:, recording.swing.joint] = weights(recording, felt_gravity, sign)
     weight = np.stack([tile for _, tile in tiles]) * activity.T
     length = np.linalg.norm(weight, axis=2, keepdims=True)

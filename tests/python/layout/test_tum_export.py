@@ -31,8 +31,7 @@ def test_published_patches_come_back_from_both_dialects(shared_data: Path, tmp_p
     assert len(files) >= 5
     for file in files:
         skin = read(file)
-        if skin.defects:
-            continue
+        assert not skin.defects, file
         (again,) = write_json(skin, tmp_path, [file.stem])
         assert_same(skin, read(again))
         write_xml(skin, tmp_path / "skin.xml")
