@@ -16,7 +16,14 @@ from scipy import optimize
 
 from robotskin.robots import Robot
 from robotskin.selfconfig.led_camera import LED_POINT_M, Camera, CameraView
-from robotskin.selfconfig.localisation import Localisation, LocalisationError, covariance_of, moved, segments
+from robotskin.selfconfig.localisation import (
+    Localisation,
+    LocalisationError,
+    covariance_of,
+    moved,
+    moving_joints,
+    segments,
+)
 
 Array = NDArray[np.float64]
 
@@ -70,7 +77,10 @@ def localise_by_leds(
     count = len(root_from_cell)
     shape = np.zeros((count, 6, 6)) if shape_covariance is None else np.asarray(shape_covariance, dtype=float)
     points = root_from_cell[:, :3, 3] + root_from_cell[:, :3, :3] @ LED_POINT_M
-    candidates = {joint: names for joint, names in segments(robot, links).items() if joint >= 0 or links is not None}
+    # One view tells no link from another, but it shall not be taken for one that stands still.
+    postures = [sighting.view.posture for sighting in seen]
+    moving = moving_joints(postures) if len(seen) > 1 else set(range(robot.joint_count))
+    candidates = {joint: names for joint, names in segments(robot, moving, links).items() if joint >= 0 or links}
     problems = [(names, _Problem(robot, names[0], camera, seen, points, shape)) for names in candidates.values()]
     first = {names: problem.first_guess() for names, problem in problems}
     closest = min((guess[0] for guess in first.values()), default=np.inf)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,8 +78,12 @@ class Localisation:
 
         best = error(np.zeros(len(self.open)))
         # A turn may be off by any angle, so several are tried; a slide needs one start.
-        turns = [np.arange(8) * np.pi / 4 if np.linalg.norm(part.direction[:3]) > 0.1 else [0.0] for part in self.open]
-        for start in itertools.product(*turns) if self.open else ():
+        turning = [np.linalg.norm(part.direction[:3]) > 0.1 for part in self.open]
+        tries = 8 if sum(turning) < 2 else 3
+        angles = [2 * np.pi * np.arange(tries) / tries if turn else np.zeros(1) for turn in turning]
+        for start in itertools.product(*angles) if self.open else ():
+            if np.linalg.norm(best / scale) < 1e-9:
+                break
             found = optimize.least_squares(lambda amounts: error(amounts) / scale, np.array(start))
             if np.linalg.norm(found.fun) < np.linalg.norm(best / scale):
                 best = found.fun * scale
@@ -187,8 +191,13 @@ def _screwed(pose: Array, direction: Array, amount: float, at: Array) -> Array:
     return pinocchio.exp6(twist).homogeneous @ pose
 
 
-def segments(robot: Robot, links: Sequence[str] | None = None) -> dict[int, tuple[str, ...]]:
-    """Links by the joint that moves them (-1 for those fixed to the base); those with a surface come first.
+def segments(robot: Robot, moving: Collection[int], links: Sequence[str] | None = None) -> dict[int, tuple[str, ...]]:
+    """Links that move as one, by the moving joint nearest to them (-1: none moves them); those with a surface first.
+
+    Args:
+        robot: that carries them.
+        moving: indices of the joints that ever move; links between which only others lie cannot be told apart.
+        links: to sort; by default all.
 
     Raises:
         UnknownNameError: a link in `links` that the robot does not have.
@@ -196,7 +205,17 @@ def segments(robot: Robot, links: Sequence[str] | None = None) -> dict[int, tupl
     surfaces = set(robot.links_with("collision")) | set(robot.links_with("visual"))
     names = list(robot.link_names if links is None else links)
     names.sort(key=lambda name: name not in surfaces)
+    model = robot.model
+    number = {model.getJointId(robot.joint_names[joint]): joint for joint in moving}
     found: dict[int, list[str]] = {}
     for name in names:
-        found.setdefault(int(robot.core.link_joints[robot.link_index(name)]), []).append(name)
+        carrier = int(robot.core.link_joints[robot.link_index(name)])
+        path = [] if carrier < 0 else list(model.supports[model.getJointId(robot.joint_names[carrier])])
+        nearest = next((number[joint] for joint in reversed(path) if joint in number), -1)
+        found.setdefault(nearest, []).append(name)
     return {joint: tuple(found[joint]) for joint in sorted(found)}
+
+
+def moving_joints(postures: Sequence[Array]) -> set[int]:
+    """Indices of the joints that stand differently in some of the postures (n) rad or m."""
+    return set(np.flatnonzero(np.ptp(np.array(postures), axis=0) > 1e-3).tolist())

@@ -17,7 +17,7 @@ from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
 from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GRAVITY_MPS2, GravitySamples
 from robotskin.selfconfig.link_motion import link_motions
-from robotskin.selfconfig.localisation import Localisation, LocalisationError, covariance_of, segments
+from robotskin.selfconfig.localisation import Localisation, LocalisationError, covariance_of, moving_joints, segments
 from robotskin.selfconfig.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced
 from robotskin.selfconfig.simulated_motion import MotionRecording
 
@@ -60,11 +60,14 @@ def motion_signals(
     if not recordings:
         raise LocalisationError("no swings: a rest tells nothing about place")
     model = robot.model
-    swung = {model.getJointId(robot.joint_names[recording.swing.joint]) for recording in recordings}
+    swung = {recording.swing.joint for recording in recordings}
+    stood = [recording.swing.centre for recording in recordings]
+    moving = swung | moving_joints(stood if rest_posture is None else [*stood, *rest_posture])
+    numbers = {model.getJointId(robot.joint_names[joint]) for joint in swung}
     candidates = {
         joint: names
-        for joint, names in segments(robot, links).items()
-        if joint >= 0 and swung & set(model.supports[model.getJointId(robot.joint_names[joint])])
+        for joint, names in segments(robot, moving, links).items()
+        if joint >= 0 and numbers & set(model.supports[model.getJointId(robot.joint_names[joint])])
     }
     if not candidates:
         moving = ", ".join(sorted(robot.joint_names[recording.swing.joint] for recording in recordings))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.robots import Robot
+from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.link_motion import link_motions
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
@@ -79,3 +80,21 @@ def swing_readings(
     felt = felt * faults.scale[:, None] + faults.offset[:, None]
     felt += random.standard_normal(felt.shape) * imperfections.noise_mps2
     return MotionRecording(swing, time_s, np.round(felt / imperfections.step_mps2) * imperfections.step_mps2)
+
+
+def rest_readings(
+    robot: Robot,
+    link: NDArray[np.integer],
+    link_from_cell: Array,
+    postures: Array,
+    faults: AccelerometerFaults,
+    random: np.random.Generator,
+    imperfections: AccelerometerImperfections = AccelerometerImperfections(),  # noqa: B008 - frozen
+    samples: int = 16,
+) -> Array:
+    """(N, K, samples, 3) m/s² what cells report while the robot rests in postures (K, n); else as `swing_readings`."""
+    up = np.array([robot.base_from_link(posture)[link, 2, :3] for posture in postures])
+    felt = GRAVITY_MPS2 * np.einsum("nji,knj->nki", link_from_cell[:, :3, :3], up)
+    felt = (felt * faults.scale[:, None] + faults.offset[:, None])[:, :, None]
+    felt = felt + random.standard_normal((len(link), len(postures), samples, 3)) * imperfections.noise_mps2
+    return np.round(felt / imperfections.step_mps2) * imperfections.step_mps2
