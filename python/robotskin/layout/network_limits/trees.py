@@ -59,20 +59,11 @@ class Forest:
 def best_forest(network: CellNetwork, part: int, seed: int = 0, steps_per_cell: int = STEPS_PER_CELL) -> Forest | None:
     """The best forest found for a connected part; None without a cable. The same seed gives the same forest."""
     cells = np.flatnonzero(network.part == part)
-    place = {int(cell): index for index, cell in enumerate(cells)}
-    cables, roots = [], []
-    for number, root in enumerate(network.roots):
-        # A second cable at one cell cannot relieve the first: the cell has one parent.
-        if int(root) in place and place[int(root)] not in roots:
-            cables.append(number)
-            roots.append(place[int(root)])
-    if not cables:
+    near, roots = roots_and_neighbours(network, part)
+    if not roots:
         return None
-    near: list[list[int]] = [[] for _ in cells]
-    for first, _, second, _ in network.links:
-        if int(first) in place:
-            near[place[int(first)]].append(place[int(second)])
-            near[place[int(second)]].append(place[int(first)])
+    cable_at = {int(root): number for number, root in reversed(list(enumerate(network.roots)))}
+    cables = [cable_at[int(cells[root])] for root in roots]
     bound = least_fullest(near, roots)
     search = Search(near, roots, Random(seed))
     search.anneal(bound, steps_per_cell * len(cells))
@@ -83,6 +74,21 @@ def best_forest(network: CellNetwork, part: int, seed: int = 0, steps_per_cell: 
         owner, bound = exact_forest(near, roots, forest.bound, forest.fullest)
         forest = Forest(cells, np.array(cables), forest.owner if owner is None else np.array(owner), bound)
     return forest
+
+
+def roots_and_neighbours(network: CellNetwork, part: int) -> tuple[list[list[int]], list[int]]:
+    """The neighbours of each cell of a connected part and its cells with a cable, as indices into the part's cells."""
+    cells = np.flatnonzero(network.part == part)
+    place = np.full(len(network), -1)
+    place[cells] = np.arange(len(cells))
+    near: list[list[int]] = [[] for _ in cells]
+    links = network.links[place[network.links[:, 0]] >= 0]
+    for first, second in zip(place[links[:, 0]].tolist(), place[links[:, 2]].tolist(), strict=True):
+        near[first].append(second)
+        near[second].append(first)
+    # A second cable at one cell cannot relieve the first: the cell has one parent.
+    roots = dict.fromkeys(int(place[root]) for root in network.roots if place[root] >= 0)
+    return near, list(roots)
 
 
 def least_fullest(near: list[list[int]], roots: list[int]) -> int:

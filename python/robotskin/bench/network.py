@@ -1,0 +1,131 @@
+"""The self-organising network: forming, healing, balance, size, loss, latency, speed and scale."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+PARTS = ("balance", "size", "recovery", "speed", "scale")
+FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
+
+
+def tell(text: str) -> None:
+    """Progress on one line of the terminal, if there is one."""
+    if sys.stderr.isatty():
+        print(f"\r\033[K{text}", end="" if text else "\r", file=sys.stderr, flush=True)
+
+
+def run(
+    *,
+    seed: int = 1,
+    seeds: Annotated[int, typer.Option(help="Seeds of the set, from 0; 100 is the whole set.", min=1, max=100)] = 100,
+    quick: Annotated[bool, typer.Option(help="Three seeds of each skin: an impression in two minutes.")] = False,
+    parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
+    processes: Annotated[int, typer.Option(help="Worker processes.", min=1)] = 2,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
+    ] = None,
+) -> dict[str, float | int | str]:
+    """Measure the network on the fixed set of skins (`robotskin.bench.network_set`).
+
+    The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
+    with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
+    every fourth of those seeds at two, four and five. A run ends once its loads have settled.
+    docs/network.md says what each figure means.
+    """
+    wanted = parts.split(",")
+    unknown = [part for part in wanted if part not in PARTS]
+    if unknown:
+        raise typer.BadParameter(f"{unknown[0]!r}: the parts are {', '.join(PARTS)}")
+    if quick:
+        seeds = min(seeds, 3)
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+    figures: dict[str, Any] = {"set_seeds": seeds}
+    if "balance" in wanted:
+        figures |= balance_part(seeds, quick, processes, pictures)
+    if "size" in wanted:
+        figures |= size_part(seeds, quick, processes, pictures)
+    if "recovery" in wanted:
+        figures |= recovery_part(seeds, quick, processes, pictures)
+    if "speed" in wanted:
+        from robotskin.bench.network_speed import speed_figures
+
+        tell("speed")
+        figures |= speed_figures(seed, quick)
+    if "scale" in wanted:
+        from robotskin.bench.network_speed import scale_figures
+
+        tell("scale")
+        figures |= scale_figures(seed, quick)
+    tell("")
+    return figures
+
+
+def set_jobs(seeds: int) -> list[tuple[str, int, int]]:
+    """(kind, cables, seed) of the skins that are run."""
+    from robotskin.bench.network_set import BRIDGED, COMPACT, PORTS, ROBOTS
+
+    jobs = [(kind, ports, which) for kind in COMPACT for ports in PORTS for which in range(seeds)]
+    for kind in (*BRIDGED, *ROBOTS):
+        step = 10 if kind in ("robot_1260", "talos", "dual_arm") else 1
+        for ports in PORTS:
+            jobs += [(kind, ports, which) for which in range(0, seeds, step if ports == 3 else 4 * step)]
+    return jobs
+
+
+def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+    """Forming, balance, depth, loss and latency."""
+    from robotskin.bench.network_balance import balance, balance_figures, misses
+    from robotskin.bench.network_pictures import draw_balance
+    from robotskin.bench.network_runs import spread
+    from robotskin.bench.network_service import service_figures
+
+    jobs = set_jobs(seeds)
+    if quick:
+        jobs = [job for job in jobs if job[0] not in ("talos", "dual_arm")]
+    balances = list(spread(balance, jobs, processes, tell, "balance"))
+    for miss in misses(balances):
+        print(f"beyond 1.10: {miss}", file=sys.stderr)
+    if pictures is not None:
+        draw_balance(balances, pictures / "network_balance.png")
+    return balance_figures(balances) | service_figures(balances)
+
+
+def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+    """The growing cylinder."""
+    from robotskin.bench.network_naive import PLACEMENTS
+    from robotskin.bench.network_pictures import draw_size
+    from robotskin.bench.network_runs import spread
+    from robotskin.bench.network_set import PORTS
+    from robotskin.bench.network_size import grow, size_figures
+
+    jobs = [
+        (ports, placement, which) for ports in PORTS for placement in PLACEMENTS for which in range(max(2, seeds // 4))
+    ]
+    growths = list(spread(grow, jobs, processes, tell, "growing cylinder"))
+    if pictures is not None:
+        draw_size(growths, pictures / "network_size.png")
+    return {"size_runs": len(growths)} | size_figures(growths)
+
+
+def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+    """One fault a run."""
+    from robotskin.bench.network_faults import KINDS, heal, recovery_figures
+    from robotskin.bench.network_pictures import draw_recovery
+    from robotskin.bench.network_runs import spread
+
+    each = max(2, seeds // 5)
+    jobs = [(kind, skin, which) for kind in KINDS for skin in FAULT_SKINS for which in range(each)]
+    if not quick:
+        jobs += [(kind, "robot_1260", which) for kind in KINDS for which in range(2)]
+    healings = list(spread(heal, jobs, processes, tell, "recovery"))
+    for healing in healings:
+        if healing.recovery_ms > 10 and healing.kind != "flap":
+            print(f"beyond 10 ms: {healing}", file=sys.stderr)
+    if pictures is not None:
+        draw_recovery(healings, pictures / "network_recovery.png")
+    return recovery_figures(healings)

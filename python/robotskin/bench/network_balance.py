@@ -1,0 +1,148 @@
+"""How even the cables become, how soon and how deep: skins of the set, formed and settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import mean, median
+
+import numpy as np
+
+from robotskin.bench.network_naive import first_arrival_fullest
+from robotskin.bench.network_runs import LONGEST_S, PartLoads, Settled, settle_network
+from robotskin.bench.network_set import BRIDGED, COMPACT, ROBOTS, skins
+from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.network_limits import best_forest, bottleneck, hops_to_cables, least_depth_of_even_loads
+from robotskin.layout.network_limits.trees import least_fullest, roots_and_neighbours
+
+SERVED_S = 0.2
+"""After a compact skin has settled, to count losses."""
+BEST_STEPS_PER_CELL = 100
+"""Of the search for the best known tree of bridged skins and robots."""
+
+
+EVEN = 1.02
+"""Fullest cable over the least possible at which a skin counts as balanced."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A settled run beside what is possible.
+
+    naive: cells of the fullest first-arrival tree (skins of one part). best: by part, the fullest cable of the best
+    known forest; even_depth: a depth that no forest with such loads undercuts; cut: cells a line at the minimum cut.
+    """
+
+    run: Settled
+    naive: float
+    best: tuple[int, ...]
+    even_depth: int
+    cut: float
+
+    def ratios(self, least: int = 1) -> list[float]:
+        """Fullest cable over best known, by part of more than `least` cells a cable."""
+        return [
+            part.fullest / best
+            for part, best in zip(self.run.parts, self.best, strict=True)
+            if part.cells > least * part.cables
+        ]
+
+    def time_s(self, ratio: float) -> float:
+        """Seconds from power-on to this ratio, of a skin of one part; LONGEST_S if it never came there."""
+        least = ratio * self.best[0]
+        return self.run.balanced_s(least) if self.run.parts[0].fullest <= least else LONGEST_S
+
+    def worst_part(self) -> PartLoads:
+        """The part farthest from its best known."""
+        return max(zip(self.run.parts, self.best, strict=True), key=lambda pair: pair[0].fullest / pair[1])[0]
+
+
+def balance(kind: str, ports: int, seed: int) -> Balance:
+    """Form and settle a skin of the set, and find what would have been possible."""
+    network = skins(kind, ports, seed)
+    run = settle_network(network, kind, ports, seed, serve_s=SERVED_S if kind in COMPACT else 0.0)
+    hops = hops_to_cables(network)
+    best = []
+    even_depth = 0
+    for part in run.parts:
+        load = known_best(network, part, compact=kind in COMPACT, found=part.fullest)
+        cells, cables = np.flatnonzero(network.part == part.part), network.part[network.roots] == part.part
+        best.append(load)
+        even_depth = max(even_depth, least_depth_of_even_loads(hops[np.ix_(cables, cells)], load) or 0)
+    naive = first_arrival_fullest(network, seed) if len(run.parts) == 1 else 0.0
+    return Balance(run, naive, tuple(best), even_depth, float(bottleneck(network).cells_per_line))
+
+
+def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int) -> int:
+    """The fullest cable of the best known forest; of compact skins the bound itself, which is proven and no less.
+
+    A network that comes to the bound needs no search.
+    """
+    near, roots = roots_and_neighbours(network, part.part)
+    bound = least_fullest(near, roots)
+    if compact or found <= bound:
+        return bound
+    forest = best_forest(network, part.part, steps_per_cell=BEST_STEPS_PER_CELL)
+    return found if forest is None else min(forest.fullest, found)
+
+
+def balance_figures(balances: list[Balance]) -> dict[str, float | int]:
+    """The figures of the issue."""
+    runs = [one.run for one in balances]
+    compact = [one for one in balances if one.run.kind in COMPACT]
+    formed = [run.formation_ms for run in runs if run.kind != "sheet_10k"]
+    large = [run.formation_ms for run in runs if run.kind == "robot_1260"]
+    figures: dict[str, float | int] = {
+        "balance_runs": len(runs),
+        "formation_max_ms": max(formed),
+        "formation_depth_exact": int(min(formed) >= 0),
+    }
+    if large:
+        figures["formation_1260_ms"] = max(large)
+    if compact:
+        ratios = [one.run.parts[0].fullest / one.run.parts[0].ideal for one in compact]
+        possible = [ratio for ratio, one in zip(ratios, compact, strict=True) if one.best[0] == one.run.parts[0].ideal]
+        known = [one.ratios()[0] for one in compact]
+        extra = [one.run.depth - one.run.least_depth for one in compact]
+        figures |= {
+            "balance_ratio_p95": float(np.quantile(known, 0.95)),
+            "balance_ratio_max": max(known),
+            "balance_exact_share": mean(ratio <= 1 for ratio in known),
+            "balance_walled_in": len(ratios) - len(possible),
+            "balance_ratio_plain_max": max(ratios),
+            "balance_time_p50_s": float(np.median([one.time_s(EVEN) for one in compact])),
+            "balance_time_p95_s": float(np.quantile([one.time_s(EVEN) for one in compact], 0.95)),
+            "balance_time_exact_p50_s": float(np.median([one.time_s(1.0) for one in compact])),
+            "extra_depth_mean": float(np.mean(extra)),
+            "extra_depth_max": max(extra),
+            "extra_depth_bound_mean": float(np.mean([one.even_depth - one.run.least_depth for one in compact])),
+        }
+        headline = [one for one in compact if one.run.ports == 3]
+        if headline:
+            figures["load_gain_median"] = median(one.naive / one.run.parts[0].fullest - 1 for one in headline)
+            figures["load_gain_min"] = min(one.naive / one.run.parts[0].fullest - 1 for one in headline)
+            figures["load_gain_bound_median"] = median(one.naive / one.best[0] - 1 for one in headline)
+    bridged = [one for one in balances if one.run.kind in BRIDGED]
+    if bridged:
+        figures["bridged_ratio_max"] = max(max(one.ratios()) for one in bridged)
+        figures["bridged_ratio_p95"] = float(np.quantile([max(one.ratios()) for one in bridged], 0.95))
+        figures["bridged_min_cut_cells_per_line_max"] = max(one.cut for one in bridged)
+    robots = [one for one in balances if one.run.kind in ROBOTS]
+    if robots:
+        figures["robots_ratio_max"] = max(max(one.ratios(), default=1.0) for one in robots)
+        figures["robots_ratio_p95"] = float(np.quantile([max(one.ratios(), default=1.0) for one in robots], 0.95))
+        figures["robots_min_cut_cells_per_line_max"] = max(one.cut for one in robots)
+    return figures
+
+
+def misses(balances: list[Balance], ratio: float = 1.10) -> list[str]:
+    """The runs beyond a ratio, or that never formed, as a person repeats them."""
+    told = []
+    for one in balances:
+        run = one.run
+        name = f"skins({run.kind!r}, {run.ports}, {run.seed})"
+        if run.formation_ms < 0:
+            told.append(f"{name}: not formed")
+        if max(one.ratios(), default=0.0) > ratio:
+            part = one.worst_part()
+            told.append(f"{name}: part {part.part}: fullest {part.fullest}, best known {one.best[part.part]}")
+    return told

@@ -1,0 +1,120 @@
+"""How fast the network heals: one fault a run, of every kind, at a drawn place and time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+
+from robotskin._core.world import parse_faults
+from robotskin.bench.network_runs import trial_of, wiring_of
+from robotskin.bench.network_set import draw, skins
+from robotskin.layout.cell_network import CellNetwork
+
+KINDS = (
+    "link",
+    "cable",
+    "one way out",
+    "one way in",
+    "cell",
+    "cell with cable",
+    "reboot",
+    "zombie",
+    "memory",
+    "slow",
+    "noise",
+    "burst",
+    "stuffed queue",
+    "twin id",
+    "section unit",
+    "flap",
+)
+"""Kinds of single faults; the last is reported apart."""
+SETTLED_S = 0.4
+"""Before the fault: nearly every skin is even by then."""
+WATCHED_S = 0.15
+"""After the fault."""
+
+
+@dataclass(frozen=True)
+class Healing:
+    """A fault and what it did, milliseconds; see `FaultOutcome` and `TrialReport` of the world.
+
+    healed: every cell in reach had a way at the end. host_gap_ms: longest silence of a cell, fault included.
+    """
+
+    kind: str
+    skin: str
+    seed: int
+    text: str
+    recovery_ms: float
+    cells_cut_off: int
+    healed: bool
+    host_gap_ms: float
+
+
+def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) -> str:
+    """A fault of a kind at drawn places, as the world reads it."""
+    link = network.links[draw(random, len(network.links))]
+    cell, port = (int(link[0]), int(link[1])) if random.random() < 0.5 else (int(link[2]), int(link[3]))
+    cable = network.cables[draw(random, len(network.cables))]
+    units = sorted({(end.section_unit, end.unit) for end in network.cables})
+    unit = units.index((cable.section_unit, cable.unit))
+    at = f"@{time_ms:.3f}ms"
+    texts = {
+        "link": f"cut:cell={cell},port={port}",
+        "cable": f"cut:unit={unit},port={cable.port}",
+        "one way out": f"oneway:cell={cell},port={port},way=out",
+        "one way in": f"oneway:cell={cell},port={port},way=in",
+        "cell": f"crash:cell={cell}",
+        "cell with cable": f"crash:cell={cable.cell}",
+        "reboot": f"reboot:cell={cell},off={0.1 + 9.9 * random.random():.3f}ms",
+        "zombie": f"zombie:cell={cell}",
+        "memory": f"ram:cell={cell},bytes=16,part=route",
+        "slow": f"slow:cell={cell},by=200us,for=20ms",
+        "noise": f"noise:cell={cell},port={port},rate=0.01,for=20ms",
+        "burst": f"burst:cell={cell},port={port},share=1,for=5ms",
+        "stuffed queue": f"stuff:cell={cell},port={port},frames=100",
+        "twin id": f"twin:cell={cell},to={draw(random, len(network))}",
+        "section unit": f"stop:unit={unit}",
+        "flap": f"flap:cell={cell},port={port},times=5,period=2ms",
+    }
+    return texts[kind] + at
+
+
+def heal(kind: str, skin: str, seed: int) -> Healing:
+    """One run with one fault on a skin of the set with three cables (two section units where one of them stops)."""
+    random = Random(f"fault {kind} {skin} {seed}")
+    # Seeds 3, 7, ... of the set have two section units, so that what hung on the one that stops can go to the other.
+    network = skins(skin, 3, (4 * seed + 3) % 100 if kind == "section unit" else seed)
+    text = fault_text(kind, network, random, 1e3 * SETTLED_S + 4 * random.random())
+    trial = trial_of(network, seed, faults=parse_faults(text, wiring_of(network), seed + 1))
+    trial.run_until(SETTLED_S + WATCHED_S)
+    report = trial.report()
+    (outcome,) = report.outcomes
+    return Healing(
+        kind, skin, seed, text, outcome.recovery_ms, outcome.cells_cut_off, outcome.healed, report.host_gap_ms
+    )
+
+
+def recovery_figures(healings: list[Healing]) -> dict[str, float | int]:
+    """The figures of the issue; half and worst over the runs in which a cell lost its way."""
+    single = [healing for healing in healings if healing.kind != "flap"]
+    hit = [healing.recovery_ms for healing in single if healing.cells_cut_off]
+    figures: dict[str, float | int] = {
+        "recovery_runs": len(single),
+        "recovery_runs_cut_off": len(hit),
+        "recovery_p50_ms": float(np.median(hit)),
+        "recovery_max_ms": float(max(healing.recovery_ms for healing in single)),
+        "recovery_unhealed": sum(not healing.healed for healing in healings),
+        "host_gap_max_ms": float(max(healing.host_gap_ms for healing in single)),
+    }
+    flaps = [healing for healing in healings if healing.kind == "flap"]
+    if flaps:
+        figures["recovery_flap_max_ms"] = float(max(healing.recovery_ms for healing in flaps))
+    for kind in KINDS:
+        worst = [healing.recovery_ms for healing in single if healing.kind == kind]
+        if worst:
+            figures[f"recovery_{kind.replace(' ', '_')}_max_ms"] = float(max(worst))
+    return figures
