@@ -66,6 +66,7 @@ void bind_world_trial(nb::module_& module) {
           "run_until",
           [](NetworkTrial& self, double time_s) { self.run_until(static_cast<std::int64_t>(1e9 * time_s)); },
           nb::call_guard<nb::gil_scoped_release>(), "time_s"_a, "Up to this virtual time.")
+      .def("measure_anew", &NetworkTrial::measure_anew, "Samples, gaps and latencies count from now on.")
       .def("report", &NetworkTrial::report, "All that was measured so far.")
       .def_prop_ro("time_s",
                    [](const NetworkTrial& self) { return 1e-9 * static_cast<double>(self.network().time_ns()); })

@@ -63,6 +63,16 @@ void NetworkTrial::run_until(std::int64_t end_ns) {
   network_.run_until(end_ns);
 }
 
+void NetworkTrial::measure_anew() {
+  report_.samples_sent = report_.samples_heard = report_.samples_lost = report_.samples_twice = 0;
+  report_.latency_max_ms = 0;
+  std::ranges::fill(latencies_, 0);
+  for (Listener& cell : cells_) {
+    cell.samples.fill({});
+    cell.gap_ns = -1;
+  }
+}
+
 // ---- What the network tells ----
 
 bool NetworkTrial::sample(std::size_t, std::int64_t, rs_sample& sample) {

@@ -56,6 +56,8 @@ class NetworkTrial : private SampleSource, private DatagramSink, private Observe
   NetworkTrial(const Wiring& wiring, NetworkOptions options);
 
   void run_until(std::int64_t end_ns);
+  // Samples, gaps and latencies count from now on: those of the settled network, say, without the time before.
+  void measure_anew();
   TrialReport report();
   Network& network() { return network_; }
   const Network& network() const { return network_; }

@@ -620,6 +620,9 @@ class NetworkTrial:
     def run_until(self, time_s: float) -> None:
         """Up to this virtual time."""
 
+    def measure_anew(self) -> None:
+        """Samples, gaps and latencies count from now on."""
+
     def report(self) -> TrialReport:
         """All that was measured so far."""
 

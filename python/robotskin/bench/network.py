@@ -81,8 +81,9 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
     """Forming, balance, depth, loss and latency."""
     from robotskin.bench.network_balance import balance, balance_figures, misses
     from robotskin.bench.network_pictures import draw_balance
-    from robotskin.bench.network_runs import spread
+    from robotskin.bench.network_runs import naive_service, spread
     from robotskin.bench.network_service import service_figures
+    from robotskin.bench.network_set import COMPACT
 
     jobs = set_jobs(seeds)
     if quick:
@@ -92,7 +93,9 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
         print(f"beyond 1.10: {miss}", file=sys.stderr)
     if pictures is not None:
         draw_balance(balances, pictures / "network_balance.png")
-    return balance_figures(balances) | service_figures(balances)
+    headline = [job for job in jobs if job[0] in COMPACT and job[1] == 3]
+    naive = list(spread(naive_service, headline, processes, tell, "first-arrival trees"))
+    return balance_figures(balances) | service_figures(balances, naive)
 
 
 def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from robotskin._core import firmware
+from robotskin._core.world import run_plain_network
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import hops_to_cables
 
@@ -74,6 +75,13 @@ def run_simpy(parents: Sequence[int], seconds: float, rate_hz: float = 250.0) ->
     start = time.perf_counter()
     environment.run(until=1e6 * seconds)
     return PlainRun(hops, time.perf_counter() - start)
+
+
+def run_plain(parents: Sequence[int], seconds: float, rate_hz: float = 250.0) -> PlainRun:
+    """The same by the clockwork of our world."""
+    start = time.perf_counter()
+    counts = run_plain_network(list(parents), 1 / rate_hz, seconds)
+    return PlainRun(counts.hops, time.perf_counter() - start)
 
 
 def expected_hops(network: CellNetwork, seconds: float, rate_hz: float = 250.0) -> float:

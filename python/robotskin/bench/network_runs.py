@@ -11,14 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from robotskin._core.world import NetworkOptions, NetworkTrial, Wiring
+from robotskin._core.world import NetworkOptions, NetworkTrial, TrialReport, Wiring
 from robotskin.bench.network_set import skins
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 
 STEP_S = 0.01
+RATE_HZ = 250
+RELEASE_S = 0.6
+"""After overload, section units thin out samples a while longer; then every cell sends at its full rate again."""
+EVEN_S = 0.05
 QUIET_S = 0.25
-"""Without a change of loads a network has settled."""
+"""Without a change of loads for so long, even loads or others, a network has settled."""
 LONGEST_S = 1.5
 
 
@@ -59,29 +63,48 @@ class PartLoads:
 
 
 @dataclass(frozen=True)
+class Service:
+    """What the host got over a time. sent, lost: samples; missing: share of 250 Hz from every cell that was not heard.
+
+    What is missing was lost, or thinned out by the rate divisor because a cable had too many cells.
+    """
+
+    sent: int
+    lost: int
+    missing: float
+    latency_mean_ms: float
+    latency_p99_ms: float
+
+    @classmethod
+    def of(cls, report: TrialReport, cells: int, seconds: float) -> Service:
+        """From a report that was begun anew `seconds` ago. The samples still on their way are no loss."""
+        missing = max(0.0, 1 - (report.samples_heard + 0.001 * RATE_HZ * cells) / (RATE_HZ * cells * seconds))
+        return cls(report.samples_sent, report.samples_lost, missing, report.latency_mean_ms, report.latency_p99_ms)
+
+
+@dataclass(frozen=True)
 class Settled:
     """How a skin formed and settled.
 
-    formation_ms: -1 if it never formed with every cell on a shortest path. formed, loads: (K,) cells on each cable when
-    it had formed, and at the end. history: (seconds since power-on, cells on the fullest cable of any part).
+    formation_ms: until every cell was on a shortest path, named_ms: and had an id; -1: never. formed, loads: (K,) cells
+    on each cable when it had formed, and at the end. history: (seconds since power-on, cells on the fullest cable of
+    any part).
     depth, least_depth: hops of the deepest cell at the end, and at the least.
-    sent, lost: samples in the time after it settled.
+    service: what the host got after that, if that was looked at.
     """
 
     kind: str
     ports: int
     seed: int
     formation_ms: float
+    named_ms: float
     formed: tuple[int, ...]
     loads: tuple[int, ...]
     parts: tuple[PartLoads, ...]
     depth: int
     least_depth: int
-    sent: int = 0
-    lost: int = 0
-    latency_mean_ms: float = 0.0
-    latency_p99_ms: float = 0.0
-    history: tuple[tuple[float, int], ...] = field(default=(), repr=False)
+    service: Service | None
+    history: tuple[tuple[float, int], ...] = field(repr=False)
 
     def balanced_s(self, fullest: float) -> float:
         """Seconds from power-on until the fullest cable first had no more cells; the whole run if it never had."""
@@ -99,21 +122,38 @@ def part_loads(network: CellNetwork, loads: Iterable[int]) -> tuple[PartLoads, .
     return tuple(found)
 
 
+NAIVE_FROM_S, NAIVE_TO_S = 0.035, 0.085
+"""When every cell has an id, and before the section units grant the first move."""
+
+
+def naive_service(kind: str, ports: int, seed: int) -> Service:
+    """What the host gets over trees of the first arrival: the same run, before the first move of balance."""
+    network = skins(kind, ports, seed)
+    trial = trial_of(network, seed)
+    trial.run_until(NAIVE_FROM_S)
+    trial.measure_anew()
+    trial.run_until(NAIVE_TO_S)
+    return Service.of(trial.report(), len(network), NAIVE_TO_S - NAIVE_FROM_S)
+
+
 def settle(kind: str, ports: int, seed: int) -> Settled:
     """Run a skin of the set until its loads stay as they are."""
     return settle_network(skins(kind, ports, seed), kind, ports, seed)
 
 
-def settle_network(network: CellNetwork, kind: str, ports: int, seed: int, serve_s: float = 0.0) -> Settled:
-    """Run a skin until its loads stay as they are, or for 1.5 s; then for `serve_s` more, over which losses count."""
-    trial = trial_of(network, seed)
+def run_to_balance(network: CellNetwork, trial: NetworkTrial) -> tuple[tuple[int, ...], tuple[tuple[float, int], ...]]:
+    """Run until the loads are even or stay as they are, for 1.5 s at most.
+
+    Returns:
+        (K,) loads of the first trees, and (seconds since power-on, cells on the fullest cable of any part) over time.
+    """
     formed: tuple[int, ...] = ()
     history: list[tuple[float, int]] = []
     loads: list[int] = []
     changed_s = now_s = 0.0
     while now_s < LONGEST_S:
         # Fine steps while it forms, so that the first trees are seen before they are balanced.
-        now_s += 0.001 if not formed else STEP_S
+        now_s += STEP_S if formed else 0.001
         trial.run_until(now_s)
         if not formed and trial.report().formation_ms < 0 and now_s < 0.1:
             continue
@@ -124,28 +164,34 @@ def settle_network(network: CellNetwork, kind: str, ports: int, seed: int, serve
         parts = part_loads(network, loads)
         history.append((now_s, max(part.fullest for part in parts)))
         even = all(part.fullest <= part.ideal for part in parts)
-        if now_s - changed_s >= (0.05 if even else QUIET_S):
+        if now_s - changed_s >= (EVEN_S if even else QUIET_S):
             break
-    report = trial.report()
-    served = (report.samples_sent, report.samples_lost)
+    return formed, tuple(history)
+
+
+def settle_network(network: CellNetwork, kind: str, ports: int, seed: int, serve_s: float = 0.0) -> Settled:
+    """Run a skin until its loads stay as they are, or for 1.5 s; then for `serve_s` more, over which losses count."""
+    trial = trial_of(network, seed)
+    formed, history = run_to_balance(network, trial)
+    loads = loads_of(network, trial)
     if serve_s:
-        trial.run_until(now_s + serve_s)
-        report = trial.report()
+        trial.run_until(history[-1][0] + RELEASE_S)
+        trial.measure_anew()
+        trial.run_until(history[-1][0] + RELEASE_S + serve_s)
+    report = trial.report()
     return Settled(
         kind,
         ports,
         seed,
         report.formation_ms,
+        report.named_ms,
         formed,
         tuple(loads),
         part_loads(network, loads),
         report.depth_max,
         int(least_depths(network).max()),
-        report.samples_sent - served[0],
-        report.samples_lost - served[1],
-        report.latency_mean_ms,
-        report.latency_p99_ms,
-        tuple(history),
+        Service.of(report, len(network), serve_s) if serve_s else None,
+        history,
     )
 
 

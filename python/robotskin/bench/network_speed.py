@@ -7,9 +7,10 @@ from typing import Any
 
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, World
-from robotskin.bench.network_peers import run_simpy, shortest_path_parents
+from robotskin.bench.network_peers import run_plain, run_simpy, shortest_path_parents
 from robotskin.bench.network_set import limbs, sheet_10k, skins
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.network_limits import least_depths
 
 PLAIN_CELLS_KIND = ("sheet", 3, 0)
 """The skin of the plain store-and-forward network: 198 cells, three cables."""
@@ -47,7 +48,9 @@ def speed_figures(seed: int, quick: bool = False) -> dict[str, float | int]:
     """The figures of speed and size of state."""
     figures: dict[str, float | int] = {"cell_state_bytes": int(firmware.CELL_STATE_BYTES)}
     parents = shortest_path_parents(skins(*PLAIN_CELLS_KIND))
+    figures["hops_per_s"] = run_plain(parents, 1.0 if quick else 10.0).hops_per_s
     figures["peer_simpy_hops_per_s"] = run_simpy(parents, 0.1 if quick else 0.5).hops_per_s
+    figures["hops_ratio_to_simpy"] = figures["hops_per_s"] / figures["peer_simpy_hops_per_s"]
     full = pace(skins("robot_1260", 3, 0), seed, 0.1, 0.1 if quick else 0.5)
     figures["realtime_factor_1260"] = full["realtime_factor"]
     figures["full_protocol_hops_per_s"] = full["hops_per_s"]
@@ -57,13 +60,14 @@ def speed_figures(seed: int, quick: bool = False) -> dict[str, float | int]:
 
 
 def formation_ms(network: CellNetwork, seed: int, longest_s: float) -> float:
-    """Virtual time until every cell had an id and its shortest path, to a tenth of a millisecond; -1: not so long."""
+    """Virtual time until every cell was on a shortest path, to a tenth of a millisecond; -1: not so soon."""
     world = world_of(network, seed)
+    least = least_depths(network).tolist()
     now_ns = 0
     while now_ns < 1e9 * longest_s:
         now_ns += 100_000
         world.run(100_000)
-        if now_ns > 2_000_000 and world.network.formed:
+        if now_ns > 4_000_000 and all(world.network.cell_hops(cell) == hops for cell, hops in enumerate(least)):
             return 1e-6 * now_ns
     return -1.0
 

@@ -1,0 +1,79 @@
+"""The network's benchmark at its smallest: every part runs, and its figures obey the laws behind them."""
+
+import pytest
+
+from robotskin.bench import network, network_naive, network_peers, network_runs
+from robotskin.bench.network_balance import balance, balance_figures, misses
+from robotskin.bench.network_faults import KINDS, heal, recovery_figures
+from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
+from robotskin.bench.network_set import skins
+from robotskin.bench.network_size import grow, size_figures
+
+
+def test_first_arrival_trees_hold_every_cell_once(seed):
+    skin = skins("cylinder", 3, seed % 100)
+    loads = network_naive.first_arrival_loads(skin, seed)
+    assert sum(loads) == len(skin)
+    assert min(loads) >= 1
+    assert loads == network_naive.first_arrival_loads(skin, seed)
+
+
+@pytest.mark.parametrize("placement", network_naive.PLACEMENTS)
+def test_no_routing_serves_more_than_66_cells_a_cable(placement, seed):
+    most, naive = (rows(3, placement, seed) for rows in (network_naive.most_rows, network_naive.naive_rows))
+    assert naive <= most <= 18
+
+
+def test_simpy_and_our_clockwork_carry_the_same_frames(seed):
+    """Both forward over the same tree; they may differ by the frames that are on their way at the end."""
+    skin = skins("ur5", 2, seed % 100)
+    parents = network_peers.shortest_path_parents(skin)
+    ours, simpy = (run(parents, 0.1) for run in (network_peers.run_plain, network_peers.run_simpy))
+    expected = network_peers.expected_hops(skin, 0.1)
+    assert ours.hops == pytest.approx(expected, rel=0.1)
+    assert simpy.hops == pytest.approx(expected, rel=0.1)
+
+
+def test_a_skin_forms_and_settles_better_than_it_formed(seed, tmp_path):
+    found = [balance("sheet", 3, seed % 100)]
+    run = found[0].run
+    assert 0 < run.formation_ms < 20
+    assert sum(run.formed) == sum(run.loads) == 198
+    assert max(run.loads) <= max(run.formed)
+    assert run.depth >= run.least_depth
+    assert run.service is not None
+    assert run.service.sent > 0
+    figures = balance_figures(found)
+    assert figures["balance_ratio_max"] >= 1
+    assert figures["load_gain_median"] <= figures["load_gain_bound_median"] + 1e-12
+    assert isinstance(misses(found), list)
+    draw_balance(found, tmp_path / "balance.png")
+    assert (tmp_path / "balance.png").exists()
+
+
+@pytest.mark.parametrize("kind", [KINDS[0], "cell with cable", "zombie", "flap"])
+def test_each_kind_of_fault_strikes_and_heals(kind, seed, tmp_path):
+    healing = heal(kind, "ur5" if kind == "link" else "sheet", seed % 20)
+    assert healing.healed
+    if kind == "link":
+        draw_recovery([healing], tmp_path / "recovery.png")
+        assert recovery_figures([healing, heal("cell with cable", "sheet", 0)])["recovery_runs"] == 2
+
+
+def test_the_network_serves_a_longer_cylinder_than_first_arrival_trees(seed, tmp_path):
+    growth = grow(2, "one end even", seed)
+    assert growth.naive <= growth.ours <= growth.most == 132
+    assert size_figures([growth])["size_gain_median_k2"] == growth.gain
+    draw_size([growth], tmp_path / "size.png")
+
+
+def test_work_in_two_processes_comes_back_in_order():
+    results = network_runs.spread(
+        network_naive.most_rows, [(2, "one end even", 0), (3, "one end even", 0)], 2, print, ""
+    )
+    assert list(results) == [12, 18]
+
+
+def test_an_unknown_part_is_named():
+    with pytest.raises(Exception, match=r"'size2'.*recovery"):
+        network.run(parts="size2")
