@@ -248,8 +248,8 @@ class KinematicAdjustment:
             right[at] += np.einsum("svu,snrv,snr->u", derivative, of_view, left, optimize=True)
             mixed = across_views @ of_cell
             coupling[cells[:, None], at] = np.einsum("svu,snvl->nul", derivative, mixed, optimize=True)
-            local[cells] += np.einsum("snrl,snrm->nlm", of_cell, of_cell, optimize=True)
-            local_right[cells] += np.einsum("snrl,snr->nl", of_cell, left, optimize=True)
+            local[cells] += (np.swapaxes(of_cell, 2, 3) @ of_cell).sum(axis=0)
+            local_right[cells] += (left[:, :, None] @ of_cell)[:, :, 0].sum(axis=0)
             gain = np.linalg.solve(local[cells], np.swapaxes(coupling[cells][:, at], 1, 2))
             matrix[np.ix_(at, at)] -= np.einsum("nul,nlw->uw", coupling[cells][:, at], gain, optimize=True)
             right[at] -= np.einsum("nlu,nl->u", gain, local_right[cells])

@@ -148,7 +148,22 @@ def _candidates(tree: ScrewTree, names: tuple[str, ...], groups: NDArray[np.int6
         if not path:
             for kind, twist in _rigid_motions(tree.base_from_root[members[0], :3, 3]):
                 found.append(Unobservable(f"{what}, which no joint moves: {kind}", (), members, twist))
+    for row, parent in enumerate(tree.parent):
+        if parent < 0:
+            continue
+        outer = tuple(int(tree.joints[other]) for other in _behind(tree, row))
+        carried = tuple(patch for patch, path in enumerate(tree.paths) if row in path)
+        what, joint = f"all that {names[tree.joints[row]]} carries, and itself", names[tree.joints[parent]]
+        shift = np.concatenate([tree.direction[parent], np.zeros(3)])
+        turn = line_twist(tree.direction[parent], tree.point[parent])
+        found.append(Unobservable(f"{what}: place along the axis of {joint}", outer, carried, shift))
+        found.append(Unobservable(f"{what}: angle about the axis of {joint}", outer, carried, turn))
     return found
+
+
+def _behind(tree: ScrewTree, row: int) -> list[int]:
+    """Rows of a joint and of all that it carries."""
+    return sorted({other for path in tree.paths if row in path for other in path[path.index(row) :]})
 
 
 def _rigid_motions(point: Array) -> list[tuple[str, Array]]:

@@ -6,7 +6,7 @@ What can go wrong: too little motion (an error); what motion cannot tell is name
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -41,6 +41,7 @@ def estimate_kinematics(
     joint_names: Sequence[str],
     rests: tuple[Array, GravitySamples] | None = None,
     activity: Mapping[int, NDArray[np.bool_]] | None = None,
+    sliding: Collection[int] = (),
     start: ScrewTree | None = None,
     offset: Array | None = None,
     scale: Array | None = None,
@@ -60,6 +61,8 @@ def estimate_kinematics(
         joint_names: (n) of the robot's joints, in the order of its posture vector.
         rests: postures (K, n) rad and what the cells felt in them.
         activity: by joint, (N,) which cells it moves; from `activity_matrix` of the recordings if not given.
+        sliding: indices of prismatic joints. Their swings are left out and their axes not estimated; they may move only
+            where no turning joint lies further in, such as a mobile base, which no reading notices.
         start: a model to begin with, such as a nominal one; if it leads to no fit, ours is taken.
         offset: (N, 3) m/s² and scale: (N, 3), of the accelerometers, if the reconstruction found them.
         scale: see offset.
@@ -69,8 +72,10 @@ def estimate_kinematics(
         KinematicsError: no joint moves anything, a patch gave nothing, or the refinement did not settle.
         ValueError: recordings of other cells or joints; an activity that no open chain has.
     """
-    swings = _statistics(recordings, patches, rests)
+    swings = _statistics([one for one in recordings if _joint(one) not in sliding], patches, rests)
     rows = _patch_activity(recordings, patches, activity)
+    _require_still(swings, rows, sliding, joint_names)
+    rows = {joint: moved for joint, moved in rows.items() if joint not in sliding}
     count = len(patches.patch)
     offset = np.zeros((count, 3)) if offset is None else offset
     scale = np.ones((count, 3)) if scale is None else scale
@@ -98,6 +103,7 @@ def estimate_kinematics(
     if factor > NO_FIT:
         raise KinematicsError(f"readings lie {factor:.0f} deviations off the best model: is the order of joints right?")
     normal = problem.linearise(state, weights)
+    # A sliding joint's swings told nothing here, so that it counts as one that never swung.
     still = {joint: joint in rows for joint in range(len(joint_names)) if joint not in state.tree.joints}
     knowledge = doubt(state.tree, normal, patches, factor, tuple(joint_names), still, order.open)
     return KinematicEstimate(
@@ -171,6 +177,31 @@ def _patch_activity(
         joint: np.bincount(patches.patch, weights=cells, minlength=patches.count) >= 0.2 * sizes
         for joint, cells in activity.items()
     }
+
+
+def _joint(recording: MotionRecording | SwingStatistics) -> int:
+    return recording.joint if isinstance(recording, SwingStatistics) else recording.swing.joint
+
+
+def _require_still(
+    swings: Sequence[SwingStatistics],
+    rows: Mapping[int, NDArray[np.bool_]],
+    sliding: Collection[int],
+    names: Sequence[str],
+) -> None:
+    """A slide behind a turning joint changes how far the cells are from its axis; it must not move between swings."""
+    for joint in sliding:
+        behind = joint in rows and any(
+            (moved & rows[joint]).any() and (moved & ~rows[joint]).any()
+            for other, moved in rows.items()
+            if other not in sliding
+        )
+        places = [float(swing.posture[joint]) for swing in swings]
+        if behind and max(places) - min(places) > 1e-3:
+            raise ValueError(
+                f"{names[joint]} slides behind a turning joint and stands from {min(places)} m to {max(places)} m: "
+                "it must stand still while others swing"
+            )
 
 
 def _corrected(swing: SwingStatistics, offset: Array, scale: Array) -> SwingStatistics:
