@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-PARTS = ("balance", "size", "recovery", "speed", "scale")
+PARTS = ("balance", "size", "recovery", "torque", "speed", "scale")
 FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
 
 
@@ -51,6 +51,8 @@ def run(
         figures |= size_part(seeds, quick, processes, pictures)
     if "recovery" in wanted:
         figures |= recovery_part(seeds, quick, processes, pictures)
+    if "torque" in wanted:
+        figures |= torque_part(seeds, processes)
     if "speed" in wanted:
         from robotskin.bench.network_speed import speed_figures
 
@@ -132,3 +134,12 @@ def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None
     if pictures is not None:
         draw_recovery(healings, pictures / "network_recovery.png")
     return recovery_figures(healings)
+
+
+def torque_part(seeds: int, processes: int) -> dict[str, Any]:
+    """Torque sums, with and without a fault."""
+    from robotskin.bench.network_runs import spread
+    from robotskin.bench.network_torque import torque_figures, torque_run
+
+    jobs = [(which, fault) for which in range(max(2, seeds // 5)) for fault in (False, True)]
+    return torque_figures(list(spread(torque_run, jobs, processes, tell, "torque sums")))

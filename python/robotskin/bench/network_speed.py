@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, World
@@ -16,15 +15,14 @@ PLAIN_CELLS_KIND = ("sheet", 3, 0)
 """The skin of the plain store-and-forward network: 198 cells, three cables."""
 
 
-def world_of(network: CellNetwork, seed: int, **options: Any) -> World:
-    """A network without body or measurements, at 250 Hz; its datagrams lie in a mailbox."""
+def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None) -> World:
+    """A network without body or measurements, at 250 Hz; its datagrams lie in a mailbox until they are taken."""
     chosen = NetworkOptions()
     chosen.seed = seed + 1
     chosen.unasked = True
     chosen.line = LineQuality()
-    for name, value in options.items():
-        setattr(chosen, name, value)
-    return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, Mailbox(), 0.001)
+    letters = Mailbox() if mailbox is None else mailbox
+    return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, letters, 0.001)
 
 
 def pace(network: CellNetwork, seed: int, warm_s: float, seconds: float) -> dict[str, float]:

@@ -8,6 +8,7 @@ from robotskin.bench.network_faults import KINDS, heal, recovery_figures
 from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
 from robotskin.bench.network_set import skins
 from robotskin.bench.network_size import grow, size_figures
+from robotskin.bench.network_torque import torque_figures, torque_run
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):
@@ -65,6 +66,14 @@ def test_the_network_serves_a_longer_cylinder_than_first_arrival_trees(seed, tmp
     assert growth.naive <= growth.ours <= growth.most == 132
     assert size_figures([growth])["size_gain_median_k2"] == growth.gain
     draw_size([growth], tmp_path / "size.png")
+
+
+def test_torque_sums_come_in_time_and_count_nobody_twice(seed):
+    runs = [torque_run(seed % 90, False), torque_run(seed % 90, True)]
+    figures = torque_figures(runs)
+    assert figures["torque_double_counts"] == 0
+    assert figures["torque_sum_max_ms"] <= 4
+    assert figures["torque_sums"] > 2 * 170
 
 
 def test_work_in_two_processes_comes_back_in_order():
