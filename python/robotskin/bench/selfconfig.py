@@ -18,6 +18,7 @@ from scipy.sparse import csgraph
 
 from robotskin.bench.selfconfig_configure import configure_figures, displacement_figures
 from robotskin.bench.selfconfig_kinematics import kinematic_figures
+from robotskin.bench.selfconfig_localise import localisation_figures
 from robotskin.bench.selfconfig_map import map_figures
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
@@ -59,6 +60,7 @@ def run(
     figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
     figures |= kinematic_figures(chosen) | map_figures(chosen)
     figures |= configure_figures(seed) | displacement_figures(seed)
+    figures |= localisation_figures(chosen)
     folder = data or default_data()
     if folder is not None:
         figures |= tum_figures(folder)

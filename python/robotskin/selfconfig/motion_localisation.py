@@ -70,8 +70,8 @@ def motion_signals(
         if joint >= 0 and numbers & set(model.supports[model.getJointId(robot.joint_names[joint])])
     }
     if not candidates:
-        moving = ", ".join(sorted(robot.joint_names[recording.swing.joint] for recording in recordings))
-        raise LocalisationError(f"none of the links {', '.join(links or robot.link_names)} moves with {moving}")
+        named = ", ".join(sorted(robot.joint_names[recording.swing.joint] for recording in recordings))
+        raise LocalisationError(f"none of the links {', '.join(links or robot.link_names)} moves with {named}")
     rows: dict[int, list[Array]] = {joint: [] for joint in candidates}
     for recording in recordings:
         first = [names[0] for names in candidates.values()]
