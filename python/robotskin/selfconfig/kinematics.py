@@ -212,7 +212,7 @@ def _corrected(swing: SwingStatistics, offset: Array, scale: Array) -> SwingStat
 
 
 def settled(
-    problem: KinematicAdjustment, state: SkinState, least_gain: float = 0.02, passes: int = 60
+    problem: KinematicAdjustment, state: SkinState, least_gain: float = 0.1, passes: int = 60
 ) -> tuple[SkinState, float, Array, int]:
     """Levenberg-Marquardt until a step lowers the sum of squares by next to nothing.
 
@@ -238,7 +238,7 @@ def settled(
             damping *= 10.0
             if damping > 1e8:
                 return state, factor, weights, number
-        state, residual, damping = tried, then, max(0.1 * damping, 1e-10)
+        state, residual, damping = tried, then, max(0.1 * damping, 1e-7)
         # What no reading tells may drift without end; it gains nothing.
         if gained < least_gain * factor**2 and damping < 1e-2:
             factor = problem.noise_factor(residual)
