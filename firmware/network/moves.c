@@ -6,7 +6,7 @@
  * one is. Children that have an equally near parent which stays in the tree change over to it meanwhile. */
 #include "cell/parts.h"
 
-static void leave(rs_cell* cell, uint32_t target_root, uint32_t now_us) {
+static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
   unsigned best = RS_PORTS;
@@ -19,6 +19,7 @@ static void leave(rs_cell* cell, uint32_t target_root, uint32_t now_us) {
   }
   if (best == RS_PORTS) return;
   route->hold = true;
+  route->hold_whole = whole;
   route->target_port = (uint8_t)(best + 1U);
   route->target_root = (uint8_t)target_root;
   route->hold_us = now_us;
@@ -43,7 +44,11 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
                  .root = (uint8_t)grant.root,
                  .round = (uint8_t)grant.round,
                  .open = grant.want_1_root != 0U};
-  if (grant.cell != RS_ID_NONE && grant.cell == cell->id) leave(cell, grant.target_root, now_us);
+  for (unsigned p = 0; p < RS_PORTS; ++p) {
+    rs_offer* offer = &route->neighbour[p].offer;
+    if (grant.cell != RS_ID_NONE && offer->cell == grant.cell) offer->cell = RS_ID_NONE;
+  }
+  if (grant.cell != RS_ID_NONE && grant.cell == cell->id) leave(cell, grant.target_root, grant.whole != 0U, now_us);
   rs_subtree_update(cell);
 }
 
@@ -71,6 +76,8 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
       route->hold = false;
     } else if (now_us - route->hold_us >= RS_HOLD_LEAVE_US && rs_route_feasible(route, port)) {
       rs_route_adopt(cell, port, now_us);
+      route->resting = true;
+      route->moved_sequence = route->wave.sequence;
       return true;
     }
   }
@@ -81,4 +88,5 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
 void rs_move_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold && now_us - route->hold_us >= RS_HOLD_US) route->hold = false;
+  if ((uint16_t)(route->wave.sequence - route->moved_sequence) >= RS_REST_TICKS) route->resting = false;
 }

@@ -11,11 +11,9 @@ bool rs_wants_open(const rs_route* route) {
 void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best) {
   if (offer->cell == RS_ID_NONE || offer->round != route->wants.round) return;
   if (best->cell != RS_ID_NONE) {
-    if (offer->delta > best->delta) return;
-    if (offer->delta == best->delta) {
-      if (offer->size < best->size) return;
-      if (offer->size == best->size && offer->cell >= best->cell) return;
-    }
+    const int32_t worth = (int32_t)offer->size - 1 * offer->delta;
+    const int32_t best_worth = (int32_t)best->size - 1 * best->delta;
+    if (worth < best_worth || (worth == best_worth && offer->cell >= best->cell)) return;
   }
   *best = *offer;
 }
@@ -23,21 +21,25 @@ void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* bes
 void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height, rs_offer* best) {
   const rs_route* route = &cell->route;
   /* A root cell stays: without it the port would have no tree. */
-  if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold) return;
+  if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold || route->resting) return;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
     if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->leaving) continue;
     const uint32_t hops = neighbour->hops + 1U;
     const uint32_t delta = hops > route->hops ? hops - route->hops : 0U;
-    if (hops + lean_height > route->wave.depth_cap || delta >= route->wave.gain_threshold || delta > 15U) continue;
+    if (delta >= route->wave.gain_threshold || delta > 15U) continue;
     for (unsigned w = 0; w < RS_WANTS; ++w) {
-      if (route->wants.target[w] != neighbour->wave.root || lean_size > route->wants.size[w]) continue;
+      if (route->wants.target[w] != neighbour->wave.root) continue;
+      const uint32_t wanted = route->wants.size[w], cap = route->wave.depth_cap;
+      const bool whole = route->subtree_size <= wanted && hops + route->subtree_height <= cap;
+      if (!whole && (lean_size > wanted || hops + lean_height > cap)) continue;
       const rs_offer own = {.cell = cell->id,
-                            .size = (uint16_t)lean_size,
+                            .size = whole ? route->subtree_size : (uint16_t)lean_size,
                             .delta = (uint8_t)delta,
                             .root = neighbour->wave.root,
-                            .round = route->wants.round};
+                            .round = route->wants.round,
+                            .whole = whole};
       rs_offer_better(route, &own, best);
     }
   }

@@ -65,14 +65,13 @@ void rs_subtree_update(rs_cell* cell) {
   if (size > 0xFFFFU) size = 0xFFFFU;
   if (lean_size > 0xFFFFU) lean_size = 0xFFFFU;
   if (height > 0xFFU) height = 0xFFU;
-  if (wanted) rs_offer_own(cell, lean_size, lean_height, &best);
-  if (size != route->subtree_size || height != route->subtree_height || !offers_equal(&best, &route->offer)) {
-    cell->queues.status_due = true;
-  }
+  if (size != route->subtree_size || height != route->subtree_height) cell->queues.status_due = true;
   route->subtree_size = (uint16_t)size;
   route->subtree_lean_size = (uint16_t)lean_size;
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
+  if (wanted) rs_offer_own(cell, lean_size, lean_height, &best);
+  if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;
   report_roots(route, &foreign);
 }
@@ -100,7 +99,8 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
                                 .size = (uint16_t)status.candidate_size,
                                 .delta = (uint8_t)status.candidate_delta,
                                 .root = (uint8_t)status.candidate_root,
-                                .round = (uint8_t)status.candidate_round};
+                                .round = (uint8_t)status.candidate_round,
+                                .whole = (uint8_t)status.candidate_whole};
   rs_subtree_update(cell);
 }
 
@@ -121,8 +121,8 @@ void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
                             .candidate_round = route->offer.round,
                             .foreign_1 = route->foreign[0],
                             .foreign_2 = route->foreign[1],
-                            .foreign_3 = route->foreign[2],
-                            .tick_echo = route->wave.sequence & 0xFFU};
+                            .candidate_whole = route->offer.whole,
+                            .foreign_3 = route->foreign[2]};
   rs_status_pack(frame, &status);
   rs_frame_seal(frame);
 }

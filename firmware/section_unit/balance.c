@@ -8,7 +8,9 @@
 
 enum {
   BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */
-  DECIDE_TICKS = 2,
+  DECIDE_TICKS = 2,   /* offers are collected so long, and while the tree is crossed */
+  OFFER_TICKS = 3,    /* without a further offer, and while the tree is crossed, a round is over */
+  WINDOW_TICKS = 64,  /* longest round */
   FAILED_ROUNDS = 2,
   STALLED_ROUNDS = 8,
   STEADY_ROUNDS = 3,
@@ -74,7 +76,8 @@ void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* st
                               .size = (uint16_t)status->candidate_size,
                               .delta = (uint8_t)status->candidate_delta,
                               .root = (uint8_t)status->candidate_root,
-                              .round = (uint8_t)status->candidate_round};
+                              .round = (uint8_t)status->candidate_round,
+                              .whole = (uint8_t)status->candidate_whole};
 }
 
 static void forget_beside(rs_section_unit* unit) {
@@ -107,15 +110,16 @@ static uint64_t there_and_back(const rs_unit_port* port) {
   return (3U * (uint32_t)port->height) / 8U;
 }
 
-static void send_grant(rs_section_unit* unit, unsigned port) {
+/* A grant frame: the wants as they are now, and leave for a cell to go, if any. */
+static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* offer) {
   const rs_unit_balance* balance = &unit->port[port].balance;
-  const bool granted = balance->grant_left > 0U;
   const rs_grant grant = {.type = RS_TYPE_grant,
                           .sequence = (uint32_t)unit->tick_time & 0xFFFFU,
                           .root = rs_root_of(unit, port),
                           .round = balance->round,
-                          .cell = granted ? balance->grant_cell : RS_ID_NONE,
-                          .target_root = granted ? balance->grant_root : 0U,
+                          .cell = offer->cell,
+                          .target_root = offer->cell == RS_ID_NONE ? 0U : offer->root,
+                          .whole = offer->cell == RS_ID_NONE ? 0U : offer->whole,
                           .want_1_root = balance->want_root[0],
                           .want_1_size = balance->want_size[0],
                           .want_2_root = balance->want_root[1],
@@ -127,38 +131,64 @@ static void send_grant(rs_section_unit* unit, unsigned port) {
   rs_ports_send(unit, port, content);
 }
 
+static void remove_want(rs_unit_balance* balance, unsigned w) {
+  for (; w + 1U < RS_WANTS; ++w) {
+    balance->want_root[w] = balance->want_root[w + 1U];
+    balance->want_size[w] = balance->want_size[w + 1U];
+  }
+  balance->want_root[w] = 0;
+  balance->want_size[w] = 0;
+}
+
 static void close_wants(rs_unit_balance* balance) {
-  for (unsigned w = 0; w < RS_WANTS; ++w) balance->want_root[w] = 0, balance->want_size[w] = 0;
+  for (unsigned w = 0; w < RS_WANTS; ++w) remove_want(balance, 0);
+}
+
+/* Whether the last offer is one of this round, not yet granted, that fits what is still wanted. */
+static bool take_offer(rs_unit_balance* balance) {
+  const rs_offer* offer = &balance->offer;
+  if (offer->cell == RS_ID_NONE || offer->size == 0U || offer->round != balance->round) return false;
+  for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) {
+    if (balance->granted[i] == offer->cell) return false;
+  }
+  for (unsigned w = 0; w < RS_WANTS; ++w) {
+    if (balance->want_root[w] != offer->root || balance->want_size[w] < offer->size) continue;
+    balance->want_size[w] = (uint16_t)(balance->want_size[w] - offer->size);
+    if (balance->want_size[w] == 0U) remove_want(balance, w);
+    return true;
+  }
+  return false;
 }
 
 static void serve(rs_section_unit* unit, unsigned port) {
   rs_unit_port* here = &unit->port[port];
   rs_unit_balance* balance = &here->balance;
-  const rs_offer* offer = &balance->offer;
+  static const rs_offer nobody = {.cell = RS_ID_NONE};
+  const uint64_t tick = unit->tick_time;
+  if (!balance->open) return;
   if (!here->root) {
     close_wants(balance);
-    balance->want_left = balance->grant_left = 0;
+    balance->open = false;
     return;
   }
-  if (balance->want_root[0] != 0U && offer->cell != RS_ID_NONE && offer->round == balance->round &&
-      unit->tick_time >= balance->decide_at) {
-    balance->grant_cell = offer->cell;
-    balance->grant_root = offer->root;
-    balance->grant_left = RS_GRANT_TICKS;
-    balance->failed = 0;
-    balance->want_left = 0;
-    balance->busy_until = unit->tick_time + RS_SETTLE_TICKS + there_and_back(here);
+  if (tick >= balance->decide_at && take_offer(balance)) {
+    send_grant(unit, port, &balance->offer);
+    balance->granted[balance->granted_next++ % RS_UNIT_GRANTED] = balance->offer.cell;
     balance->offer.cell = RS_ID_NONE;
-    close_wants(balance);
+    balance->decide_at = tick + RS_GRANT_TICKS;
+    balance->close_at = tick + OFFER_TICKS + there_and_back(here);
+    balance->failed = 0;
     ++unit->grants;
-  }
-  if (balance->grant_left > 0U) {
-    send_grant(unit, port);
-    --balance->grant_left;
   } else if (balance->want_left > 0U) {
-    send_grant(unit, port);
     --balance->want_left;
+    send_grant(unit, port, &nobody);
   }
+  if (balance->want_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
+  /* Now the sizes have to settle before anything new is wanted. */
+  close_wants(balance);
+  balance->open = false;
+  send_grant(unit, port, &nobody);
+  balance->busy_until = tick + (balance->failed > 0U ? 0U : RS_SETTLE_TICKS + there_and_back(here));
 }
 
 /* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
@@ -166,7 +196,6 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
   const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
-  const bool asked = balance->want_root[0] != 0U;
   close_wants(balance);
   int64_t taken[RS_WANTS] = {0, 0, 0};
   const uint32_t excess = trees->size[k] > mean ? trees->size[k] - mean : 1U;
@@ -178,7 +207,10 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     const bool levels = trees->size[k] > trees->size[j] + 1U;
     if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
     uint32_t size = whole < 1 ? 1U : whole > 2047 ? 2047U : (uint32_t)whole;
-    if (size > excess) size = excess;
+    /* Never more than the own excess, unless that still levels; all that levels, if nobody offered less. */
+    const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
+    if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
+    if (balance->failed >= FAILED_ROUNDS && levelling > size) size = levelling > 2047U ? 2047U : levelling;
     uint8_t root = trees->root[j];
     for (unsigned w = 0; w < RS_WANTS; ++w) {
       if (balance->want_root[w] != 0U && taken[w] >= flow) continue;
@@ -195,19 +227,17 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     }
   }
   if (balance->want_root[0] == 0U) {
-    if (asked) {
-      balance->round = (balance->round + 1U) & 7U;
-      balance->want_left = 1;
-    }
     balance->failed = 0;
     return;
   }
-  if (asked && balance->failed < 1000U) ++balance->failed;
-  if (!asked) balance->failed = 0;
+  balance->open = true;
   balance->round = (balance->round + 1U) & 7U;
   balance->want_left = 2;
+  balance->opened_at = unit->tick_time;
   balance->decide_at = unit->tick_time + DECIDE_TICKS + there_and_back(here);
-  balance->busy_until = balance->decide_at + 2U;
+  balance->close_at = balance->decide_at + OFFER_TICKS;
+  if (balance->failed < 1000U) ++balance->failed; /* until an offer comes */
+  for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) balance->granted[i] = RS_ID_NONE;
 }
 
 /* ---- The depth cap ---- */
@@ -241,9 +271,9 @@ static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigne
     if (trees->depth_cap[k] > cap) cap = trees->depth_cap[k];
     if (trees->port[k] == RS_TREE_FOREIGN) continue;
     const rs_unit_balance* balance = &unit->port[trees->port[k]].balance;
-    if (balance->want_root[0] == 0U) continue;
+    if (balance->failed == 0U && !balance->open) continue;
     ++wanting;
-    if (balance->failed >= FAILED_ROUNDS) ++failing;
+    if (balance->failed > FAILED_ROUNDS) ++failing;
   }
   lead->steady = count != lead->trees || cells != lead->cells ? 0U : lead->steady < 100U ? lead->steady + 1U : 100U;
   lead->trees = count;
@@ -294,7 +324,8 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
     for (unsigned k = first; k < trees.count; ++k) {
       if (trees.component[k] != first || trees.port[k] == RS_TREE_FOREIGN) continue;
       const rs_unit_port* here = &unit->port[trees.port[k]];
-      if (here->root && here->balance.depth_cap > 0U && unit->tick_time >= here->balance.busy_until) {
+      if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
+          unit->tick_time >= here->balance.busy_until) {
         want(unit, &trees, k, cells, count);
       }
     }

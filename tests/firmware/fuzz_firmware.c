@@ -42,6 +42,15 @@ static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, cons
     if (draw() % 16U != 0U) tick.nonce = 7;
     if (draw() % 4U != 0U) tick.gain_threshold = 1;
     rs_tick_pack(frame, &tick);
+  } else if (kind == 5U) {
+    rs_grant grant;
+    rs_grant_unpack(&grant, frame);
+    grant.type = RS_TYPE_grant;
+    grant.sequence = (cell->route.wave.sequence + draw() % 4U - 2U) & 0xFFFFU;
+    grant.root = cell->route.wave.root;
+    if (draw() % 2U == 0U) grant.cell = cell->id;
+    if (draw() % 2U == 0U) grant.target_root = grant.want_1_root = cell->route.neighbour[draw() % RS_PORTS].wave.root;
+    rs_grant_pack(frame, &grant);
   } else if (kind < 5U) {
     rs_command command;
     rs_command_unpack(&command, frame);

@@ -110,7 +110,7 @@ typedef struct {
   uint8_t delta; /* hops the move costs */
   uint8_t root;  /* where to */
   uint8_t round; /* of the wants it answers */
-  uint8_t none;
+  uint8_t whole; /* the whole subtree moves, else what has no other parent in reach */
 } rs_offer;
 
 /* What is known of the neighbour at one port. */
@@ -161,6 +161,9 @@ typedef struct {
 
   /* A planned move: while `hold`, no new tick of the old parent is adopted */
   bool hold;
+  bool hold_whole; /* children shall come along */
+  bool resting;    /* has moved at tick number `moved_sequence`, and offers itself not for a while */
+  uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
   uint32_t hold_us; /* since */

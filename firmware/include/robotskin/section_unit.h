@@ -71,7 +71,7 @@ enum {
   RS_UNIT_SILENCE_MS = 10 * RS_KEEP_ALIVE_MS /* without word from the host the unit falls silent */
 };
 
-enum { RS_UNIT_BESIDE = RS_PEER_NEIGHBOURS };
+enum { RS_UNIT_BESIDE = RS_PEER_NEIGHBOURS, RS_UNIT_GRANTED = 8 };
 
 /* Balance at one port: which trees are beside its own, and what it is giving away. Times are ticks. */
 typedef struct {
@@ -81,12 +81,14 @@ typedef struct {
   uint16_t want_size[RS_WANTS];
   uint8_t want_root[RS_WANTS]; /* 0: none */
   uint8_t round;
-  uint8_t want_left;   /* frames still to send */
-  uint8_t grant_left;  /* frames still to send */
-  uint8_t grant_root;  /* where to */
-  uint16_t grant_cell; /* who */
-  uint16_t failed;     /* rounds in a row without an offer */
+  bool open;         /* a round of wants is under way */
+  uint8_t want_left; /* frames still to send */
+  uint8_t granted_next;
+  uint16_t granted[RS_UNIT_GRANTED]; /* last cells granted in this round */
+  uint16_t failed;                   /* rounds in a row without an offer */
+  uint64_t opened_at;
   uint64_t decide_at;  /* offers are collected until then */
+  uint64_t close_at;   /* the round ends if no offer comes by then */
   uint64_t busy_until; /* no new wants before */
   uint8_t depth_cap;   /* 0: none yet */
   uint8_t base_depth;  /* what the cap was raised from */

@@ -26,7 +26,8 @@ enum {
   RS_HOLD_US = 6000,            /* a planned move not done by then is given up */
   RS_HOLD_LEAVE_US = 400,       /* before it is done, so that children who can stay in the tree learn of it and do */
   RS_WANTS_TICKS = 24,          /* wants so old are forgotten */
-  RS_GRANT_TICKS = 3,           /* a grant is sent so often, one a tick */
+  RS_GRANT_TICKS = 2,           /* between two grants of a tree */
+  RS_REST_TICKS = 64,           /* a cell that has moved does not offer itself again for so long */
   RS_BALANCE_TICKS = 8,         /* a round of wants */
   RS_SETTLE_TICKS = 6,          /* after a grant, until sizes are right again */
   RS_FORMING_TICKS = 20,        /* without a change of the trees' sizes: they are formed */

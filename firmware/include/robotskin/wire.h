@@ -116,11 +116,12 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(candidate_delta, 0, 4, "hops the move costs")                     \
   X(candidate_root, 0, 8, "where to")                                 \
   X(candidate_round, 0, 3, "of the wants it answers")                 \
+  X(candidate_whole, 0, 1, "with its whole subtree")                  \
   X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
   X(foreign_2, 0, 8, "another one")                                   \
   X(foreign_3, 0, 8, "another one")                                   \
   X(echo, 0, 8, "sequence of the last event heard on this link")      \
-  X(tick_echo, 0, 8, "low bits of the tick number answered")
+  X(spare, 0, 7, "")
 
 #define RS_GRANT_FIELDS(X)                                       \
   X(type, 0, 4, "frame type")                                    \
@@ -135,7 +136,8 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(want_2_size, 0, 11, "how many at once")                      \
   X(want_3_root, 0, 8, "another one")                            \
   X(want_3_size, 0, 11, "how many at once")                      \
-  X(spare, 0, 2, "")                                             \
+  X(whole, 0, 1, "it takes its whole subtree along")             \
+  X(spare, 0, 1, "")                                             \
   X(tag, 0, 32, "of all before it and the era")
 
 #define RS_JOINTS_FIELDS(X)                         \

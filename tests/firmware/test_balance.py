@@ -1,0 +1,97 @@
+"""Laws of balance: ports share the cells evenly, moves that are planned lose nothing, and nothing swings for ever."""
+
+import pytest
+from small_world import SmallWorld
+
+from robotskin._core import firmware
+
+
+def sheet(columns: int, rows: int) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Links of a square lattice: port 1 east, 4 west, 2 down, 3 up."""
+    links = [((r * columns + c, 1), (r * columns + c + 1, 4)) for r in range(rows) for c in range(columns - 1)]
+    return links + [((r * columns + c, 2), ((r + 1) * columns + c, 3)) for r in range(rows - 1) for c in range(columns)]
+
+
+def skin(seed: int, roots: int, *, key: bytes | None = None) -> SmallWorld:
+    """48 cells, cables at the upper rim near one corner: breadth-first trees are far from even."""
+    return SmallWorld(48, sheet(12, 4), [(cell, 3) for cell in range(roots)], seed, key=key)
+
+
+def sizes(world: SmallWorld) -> list[int]:
+    """Cells by the port that they hang on, along their parents."""
+    count = [0] * len(world.unit.ports)
+    for index in range(len(world.nodes)):
+        at, steps = index, 0
+        while (parent := world.parent(at)) is not None and parent >= 0:
+            at, steps = parent, steps + 1
+            assert steps <= len(world.nodes), "a loop"
+        if parent is not None:
+            count[world.other[(at, world.cell(at).parent_port)][1] - 1] += 1
+    return count
+
+
+@pytest.mark.parametrize("key", [None, bytes(range(16))])
+def test_ports_share_the_cells_evenly(seed: int, key: bytes | None) -> None:
+    world = skin(seed, 3, key=key)
+    world.run_ms(35)
+    depth = max(world.cell(index).hops for index in range(48))
+    assert max(sizes(world)) > 24
+    world.run_ms(600)
+    assert max(sizes(world)) <= 17
+    assert sum(sizes(world)) == 48
+    assert max(world.cell(index).hops for index in range(48)) <= depth + 4
+
+
+def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:
+    world = skin(seed, 2)
+    world.run_ms(45)
+    moved = sum(world.cell(index).counts["parent_changes"] for index in range(48))
+    world.records.clear()
+    world.run_ms(400)
+    assert sum(world.cell(index).counts["parent_changes"] for index in range(48)) > moved
+    seen: dict[int, list[int]] = {}
+    for _, _, name, fields in world.records:
+        if name == "clock":
+            seen.setdefault(fields["source"], []).append(fields["sequence"])
+    assert len(seen) == 48
+    for sequences in seen.values():
+        steps = sorted((later - sequences[0]) % 256 for later in sequences)
+        assert steps == list(range(len(steps)))
+
+
+def test_once_even_nobody_moves_any_more(seed: int) -> None:
+    world = skin(seed, 2)
+    world.run_ms(700)
+    before = [world.cell(index).parent_port for index in range(48)]
+    changes = sum(world.cell(index).counts["parent_changes"] for index in range(48))
+    world.run_ms(200)
+    assert [world.cell(index).parent_port for index in range(48)] == before
+    assert sum(world.cell(index).counts["parent_changes"] for index in range(48)) == changes
+
+
+def test_a_lost_port_is_shared_out_and_taken_back(seed: int) -> None:
+    world = skin(seed, 3)
+    world.run_ms(600)
+    world.cut_link((-1, 2))
+    world.run_ms(12)
+    assert sum(sizes(world)) == 48
+    world.run_ms(600)
+    assert max(sizes(world)) <= 26
+    world.join_link((-1, 2))
+    world.run_ms(800)
+    assert max(sizes(world)) <= 18
+
+
+def test_a_forged_grant_moves_nobody(seed: int) -> None:
+    world = skin(seed, 2, key=bytes(range(16)))
+    world.run_ms(700)
+    roots = [world.cell(index).root for index in range(48)]
+    for index in range(2, 48):
+        cell = world.cell(index)
+        if cell.parent_port == 0:
+            continue
+        grant = {"sequence": cell.sequence, "root": cell.root, "cell": cell.id, "target_root": 3 - cell.root}
+        world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", grant), world.now))
+        assert cell.counts["tags_refused"] > 0
+    world.run_ms(30)
+    assert [world.cell(index).root for index in range(48)] == roots
