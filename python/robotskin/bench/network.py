@@ -85,7 +85,8 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
     from robotskin.bench.network_pictures import draw_balance
     from robotskin.bench.network_runs import naive_service, spread
     from robotskin.bench.network_service import service_figures
-    from robotskin.bench.network_set import COMPACT
+    from robotskin.bench.network_set import COMPACT, skins
+    from robotskin.bench.network_tree_picture import draw_trees
 
     jobs = set_jobs(seeds)
     if quick:
@@ -95,6 +96,7 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
         print(f"beyond 1.10: {miss}", file=sys.stderr)
     if pictures is not None:
         draw_balance(balances, pictures / "network_balance.png")
+        draw_trees(skins("sheet", 3, 0), 0, pictures / "network_trees.png")
     headline = [job for job in jobs if job[0] in COMPACT and job[1] == 3]
     naive = list(spread(naive_service, headline, processes, tell, "first-arrival trees"))
     return balance_figures(balances) | service_figures(balances, naive)

@@ -1,5 +1,6 @@
 """The network's benchmark at its smallest: every part runs, and its figures obey the laws behind them."""
 
+import numpy as np
 import pytest
 
 from robotskin.bench import network, network_naive, network_peers, network_runs
@@ -9,6 +10,7 @@ from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_s
 from robotskin.bench.network_set import skins
 from robotskin.bench.network_size import grow, size_figures
 from robotskin.bench.network_torque import torque_figures, torque_run
+from robotskin.bench.network_tree_picture import draw_trees, owners_of, parents_of
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):
@@ -66,6 +68,16 @@ def test_the_network_serves_a_longer_cylinder_than_first_arrival_trees(seed, tmp
     assert growth.naive <= growth.ours <= growth.most == 132
     assert size_figures([growth])["size_gain_median_k2"] == growth.gain
     draw_size([growth], tmp_path / "size.png")
+
+
+def test_the_picture_of_trees_shows_the_loads_that_the_network_reports(seed, tmp_path):
+    skin = skins("sheet", 2, seed % 100)
+    trial = network_runs.trial_of(skin, seed)
+    trial.run_until(0.05)
+    owner = owners_of(skin, parents_of(skin, trial))
+    assert np.bincount(owner, minlength=2).tolist() == network_runs.loads_of(skin, trial)
+    draw_trees(skin, seed, tmp_path / "trees.png")
+    assert (tmp_path / "trees.png").exists()
 
 
 def test_torque_sums_come_in_time_and_count_nobody_twice(seed):
