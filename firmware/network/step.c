@@ -125,6 +125,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     return; /* not booted */
   }
   const unsigned port = (unsigned)input->port - 1U;
+  cell->queues.busy &= (uint8_t)~input->sent;
   switch (input->kind) {
     case RS_INPUT_FRAME:
       if (port < RS_PORTS) receive(cell, port, input->frame, now_us);

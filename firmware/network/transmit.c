@@ -80,12 +80,17 @@ static bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
   return false;
 }
 
+/* Ports with something to send, now or as soon as they are free. */
+static unsigned wanted(const rs_cell* cell) {
+  const rs_queues* queues = &cell->queues;
+  if (queues->down.count > 0U) return RS_ALL_PORTS;
+  const unsigned parent = 1U << cell->route.parent_port >> 1;
+  return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
+}
+
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
   rs_queues* queues = &cell->queues;
-  /* Most steps find nothing to send; ports without anything are passed over at once. */
-  unsigned wanted = queues->advert_due | (1U << cell->route.parent_port >> 1);
-  if (queues->down.count > 0U) wanted = RS_ALL_PORTS;
-  unsigned ready = wanted & ~(unsigned)queues->busy & RS_ALL_PORTS;
+  unsigned ready = wanted(cell) & ~(unsigned)queues->busy;
   for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
     if ((ready & 1U) == 0U) continue;
     const uint8_t bit = (uint8_t)(1U << port);
@@ -108,4 +113,5 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     queues->busy |= bit;
     output->frame[port] = frame;
   }
+  output->waiting = (uint8_t)wanted(cell);
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "robotskin/crc.h"
 #include "world/network/parts.hpp"
@@ -27,6 +28,7 @@ void Network::boot(std::size_t index) {
   Cell& cell = cells_[index];
   cell.power = Cell::Power::on;
   cell.booted_ns = now_ns_;
+  cell.sent = 0;
   ++topology_revision_;
   rs_boot boot{};
   boot.uid = static_cast<std::uint32_t>(index) + 1;
@@ -40,8 +42,9 @@ void Network::boot(std::size_t index) {
   rs_cell_contribute(&cell.state, &cell.contribution);
 }
 
-void Network::step_cell(std::size_t index, const rs_input& input) {
+void Network::step_cell(std::size_t index, rs_input input) {
   Cell& cell = cells_[index];
+  input.sent = std::exchange(cell.sent, std::uint8_t{0});
   rs_output output;
   const std::uint32_t now_us = cell.clock_us(now_ns_);
   rs_cell_step(&cell.state, &input, now_us, &output);
@@ -50,6 +53,7 @@ void Network::step_cell(std::size_t index, const rs_input& input) {
     if (output.frame[p] != nullptr) start(static_cast<std::uint32_t>(RS_PORTS * index) + p, output.frame[p]);
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
+  cell.waiting = output.waiting;
   if (output.flash_changed) std::memcpy(cell.flash, output.flash, RS_FLASH_BYTES);
   cell.queue_peak = std::max<std::uint32_t>(cell.queue_peak, rs_cell_waiting(&cell.state));
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
@@ -197,7 +201,13 @@ void Network::finish(std::uint32_t index) {
 
   wire.torn = false;
   if (index < cells_end) {
-    if (cells_[index / RS_PORTS].power != Cell::Power::on) return;
+    Cell& cell = cells_[index / RS_PORTS];
+    if (cell.power != Cell::Power::on) return;
+    const auto bit = static_cast<std::uint8_t>(1U << index % RS_PORTS);
+    if ((cell.waiting & bit) == 0) {
+      cell.sent |= bit;
+      return;
+    }
     rs_input input{};
     input.kind = RS_INPUT_SENT;
     input.port = static_cast<std::uint8_t>(index % RS_PORTS + 1);

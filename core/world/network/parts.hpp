@@ -37,6 +37,7 @@ struct alignas(64) Network::Cell {
   // What every event needs, in one line of the cache.
   Power power = Power::off;
   bool sampling = false;
+  std::uint8_t waiting = 0, sent = 0;  // of the last output, and for the next input: cell.h
   std::uint32_t sample_us = 0;
   std::uint32_t clock_start_us = 0;
   std::uint32_t queue_peak = 0;

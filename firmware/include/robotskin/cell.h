@@ -5,7 +5,9 @@
  *
  * - RS_INPUT_BOOT first, once after each power-up; it forgets everything but the flash image.
  * - A frame in the output goes out on an idle port; its bytes stay where they are, inside the state, until
- *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port.
+ *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port. Where
+ *   the output's `waiting` does not name the port, nothing is gained by a step of its own: the next input's `sent`
+ * tells it as well (a chip enables its transmitter's interrupt only while more is to be sent).
  * - RS_INPUT_TIMER at or after `timer_us`, RS_INPUT_SAMPLE at or after `sample_us` (if `sampling`). Both times hold
  *   until the next output; an early, late or unasked timer does no harm.
  * - Frames are given as received: the cell checks and counts them. A frame with RS_FRAME_BYTES bytes that fails its
@@ -47,6 +49,7 @@ typedef enum { RS_INPUT_BOOT, RS_INPUT_FRAME, RS_INPUT_SENT, RS_INPUT_SAMPLE, RS
 typedef struct {
   rs_input_kind kind;
   uint8_t port;            /* 1 to 4; of FRAME and SENT */
+  uint8_t sent;            /* bit p - 1: the frame on port p has gone out since the last input */
   bool fault;              /* of SAMPLE: a sensor is missing or saturated */
   const uint8_t* frame;    /* RS_FRAME_BYTES; of FRAME */
   const rs_sample* sample; /* of SAMPLE */
@@ -60,6 +63,7 @@ typedef struct {
   uint32_t timer_us;
   uint32_t sample_us;
   uint32_t led_rgb; /* 0xRRGGBB, valid if led_changed */
+  uint8_t waiting;  /* bit p - 1: port p is wanted as soon as its frame is out */
   bool sampling;    /* sample_us is valid */
   bool led_changed;
   bool flash_changed;   /* write `flash` to flash */
