@@ -1,11 +1,14 @@
 """An unknown skin on a moving robot: real firmware, network and driver, the guard before every command."""
 
 import numpy as np
+import pinocchio
 import pytest
 
 from robotskin import layout, robots
 from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
+from robotskin.apps.identification import identified, record_torques
 from robotskin.apps.session import Session, SessionError, cells_in
+from robotskin.robots.gains import GainSet
 from robotskin.selfconfig.accuracy import mean_errors
 from robotskin.selfconfig.babbling_plan import plan_babbling
 from robotskin.selfconfig.configuration import configure
@@ -52,6 +55,24 @@ def test_an_unknown_skin_is_heard_moved_and_found(ur5, skin, seed) -> None:
     rotation_deg, position_mm = mean_errors(found.link_from_cell, skin.link_from_cell[rows])
     assert rotation_deg < 2.0
     assert position_mm < 5.0
+
+
+def test_masses_found_by_moving_give_the_torques_of_the_robot(ur5, skin, seed) -> None:
+    random = np.random.default_rng(seed)
+    home = GainSet.load("ur5").home
+    exploration = Exploration(ur5, skin, seed, home)
+    recording = record_torques(exploration, FreeSpace(ur5), random)
+    exploration.stop()
+    assert exploration.guard.report.violations == 0
+    own, _ = identified(ur5, recording)
+    assert own.joint_names == ur5.joint_names
+    true, found = [], []
+    for _ in range(100):
+        q, v, a = home + random.uniform(-0.6, 0.6, 6), random.uniform(-1, 1, 6), random.uniform(-3, 3, 6)
+        true.append(pinocchio.rnea(ur5.model, ur5.model.createData(), q, v, a))
+        found.append(pinocchio.rnea(own.model, own.model.createData(), q, v, a))
+    error = np.sqrt(np.mean((np.array(found) - true) ** 2, axis=0)) / np.std(true, axis=0)
+    assert error.max() < 0.02
 
 
 def test_a_skin_without_power_is_an_error(ur5, skin, seed) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.exploration import Exploration, Progress
+from robotskin.apps.identification import identified, record_torques
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
@@ -72,10 +74,47 @@ def babble(
         exploration.stop()
 
 
-def configured(
-    robot: Robot, layout: Layout, seed: int = 1, progress: Progress | None = None
-) -> tuple[Layout, Configuration, BabblingRecording]:
-    """Babble and configure on the spot: the layout that the skin found, how, and from what."""
-    recording = babble(robot, layout, seed, progress=progress)
+@dataclass(frozen=True, eq=False)
+class Configured:
+    """What a robot found out about itself on the spot.
+
+    layout: every placed cell; configuration: how it was found; robot: with its identified masses, for the controller.
+    recording: from which; duration_s: of all motion.
+    """
+
+    layout: Layout
+    configuration: Configuration
+    robot: Robot
+    recording: BabblingRecording
+    duration_s: float
+
+
+def configured(robot: Robot, layout: Layout, seed: int = 1, progress: Progress | None = None) -> Configured:
+    """Babble, configure, and identify masses, on one simulated robot whose joints all turn.
+
+    Args:
+        robot: that wears the skin.
+        layout: of the simulated world; nothing else looks at it.
+        seed: of world and plans.
+        progress: told what is done.
+
+    Raises:
+        BabblingError, ExplorationError, DynamicsError or ConfigurationError: what stood in the way.
+    """
+    tell = progress or (lambda _what, _share: None)
+    tell("planning", 0.0)
+    start, space, random = home_posture(robot), FreeSpace(robot), np.random.default_rng(seed)
+    plan = plan_babbling(space, start, random)
+    tell("waking the skin", 0.0)
+    exploration = Exploration(robot, layout, seed, start)
+    began_s = exploration.world.time_s
+    try:
+        recording = exploration.babble(plan, progress=progress)
+        tell("exciting motion", 0.5)
+        torques = record_torques(exploration, space, random)
+    finally:
+        exploration.stop()
+    duration_s = exploration.world.time_s - began_s
     found = configure(robot, recording, progress=progress)
-    return found.layout(), found, recording
+    tell("masses", 0.5)
+    return Configured(found.layout(), found, identified(robot, torques)[0], recording, duration_s)

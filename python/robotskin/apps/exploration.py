@@ -173,6 +173,10 @@ class Exploration:
             self._step(start + way * (s * s * s * (10 - 15 * s + 6 * s * s)))
         self.settle()
 
+    def follow(self, posture: Array) -> None:
+        """Command a posture for one period; the guard bounds its speed."""
+        self._step(posture)
+
     def settle(self, seconds: float = SETTLE_S) -> None:
         """Stay, so that the servo and the structure come to rest."""
         for _ in range(round(seconds / PERIOD_S)):

@@ -44,6 +44,7 @@ class Session:
         interface: "position", "velocity" or "torque"; mode: "clock" or "event".
         believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
             told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
+        control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class Session:
         interface: str = "position",
         mode: str = "clock",
         believed: Layout | None = None,
+        control: Robot | None = None,
     ) -> None:
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
@@ -70,7 +72,7 @@ class Session:
         self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.layout))
-        self.cycle = self.gains.cycle(robot.core, model, self.home)
+        self.cycle = self.gains.cycle((control or robot).core, model, self.home)
         self.joints = JointState(robot.joint_count)
         self.command = JointCommand(CommandMode.position, robot.joint_count)
         self._received = 0

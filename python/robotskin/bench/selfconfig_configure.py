@@ -80,12 +80,12 @@ def displacement_figures(seed: int) -> Figures:
     """A UR5 finds its skin through firmware, network and driver, then is pushed: on what it found, and on the truth."""
     robot, layout = load("ur5"), finished("ur5")
     start = time.perf_counter()
-    believed, found, recording = configured(robot, layout, seed)
-    explored_s = time.perf_counter() - start - sum(found.seconds.values())
+    own = configured(robot, layout, seed)
+    explored_s = time.perf_counter() - start - sum(own.configuration.seconds.values())
     moved: dict[str, dict[str, float]] = {}
     pushed = -1
-    for name, model in (("true", None), ("configured", believed)):
-        session = Session(robot, layout, seed, link="in process", believed=model)
+    for name, model, control in (("true", None, None), ("configured", own.layout, own.robot)):
+        session = Session(robot, layout, seed, link="in process", believed=model, control=control)
         session.boot()
         if pushed < 0:
             pushed = session.in_world(pushed_cell(session, "forearm_link"))
@@ -97,11 +97,11 @@ def displacement_figures(seed: int) -> Figures:
             moved[name][interface] = push_and_release(session, cell, FORCE_N).displacement_m
         session.shut_down()
     ratios = {interface: moved["configured"][interface] / moved["true"][interface] for interface in INTERFACES}
-    figures = _against_truth(robot, layout, found)
+    figures = _against_truth(robot, layout, own.configuration)
     return {
         "configured_displacement_ratio": max(ratios.values(), key=lambda ratio: abs(ratio - 1)),
         **{f"configured_{interface}_displacement_ratio": ratio for interface, ratio in ratios.items()},
-        "explore_motion_s": recording.duration_s,
+        "explore_motion_s": own.duration_s,
         "explore_wall_s": explored_s,
         **{f"explored_{key}": value for key, value in figures.items()},
     }

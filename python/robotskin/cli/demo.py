@@ -73,24 +73,28 @@ def command(
         model = robots.load(robot)
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
         require_cells_on(skin, link)
-    believed_skin = believed_layout(console, believed, model, skin, seed)
+    believed_skin, control = believed_model(console, believed, model, skin, seed)
     if believed_skin is not None:
         require_cells_on(believed_skin, link)
     key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
-    session = Session(model, skin, seed, key=key, interface=interface, mode=mode, believed=believed_skin)
+    session = Session(
+        model, skin, seed, key=key, interface=interface, mode=mode, believed=believed_skin, control=control
+    )
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))
     show(session, port)
 
 
-def believed_layout(console: Console, believed: str, model: Robot, skin: Layout, seed: int) -> Layout | None:
-    """The layout that --model asks for, None for the true one; a skin that is to find itself does so here."""
+def believed_model(
+    console: Console, believed: str, model: Robot, skin: Layout, seed: int
+) -> tuple[Layout | None, Robot | None]:
+    """Layout and robot that --model asks for, None for the true ones; a skin that is to find itself does so here."""
     if believed == "true":
-        return None
+        return None, None
     if believed != "configured":
         from robotskin.layout import Layout
 
-        return Layout.load(believed)
+        return Layout.load(believed), None
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from robotskin.apps.configuring import configured
@@ -98,11 +102,10 @@ def believed_layout(console: Console, believed: str, model: Robot, skin: Layout,
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("waking the skin", total=1.0)
-        found, how, _ = configured(
-            model, skin, seed, lambda what, share: bar.update(task, description=what, completed=share)
-        )
-    console.print(f"the skin found {len(found)} of its {len(how.topology.cell)} cells")
-    return found
+        own = configured(model, skin, seed, lambda what, share: bar.update(task, description=what, completed=share))
+    heard = len(own.configuration.topology.cell)
+    console.print(f"the skin placed {len(own.layout)} of its {heard} cells after {own.duration_s:.0f} s of motion")
+    return own.layout, own.robot
 
 
 def run_script(session: Session, link: str, seconds: float, json_file: Path | None) -> int:
