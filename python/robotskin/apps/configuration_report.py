@@ -151,8 +151,8 @@ def _patches(configuration: Configuration, truth: Truth | None) -> str:
         shape, place = patch.reconstruction, patch.localisation
         root = configuration.topology.cell[configuration.topology.root[number]]
         row: list[object] = [number, len(patch.cells), place.link if place else "—", int(root)]
-        deviation = place.deviation() if place else (np.nan, np.nan)
-        row += [float(np.degrees(deviation[0])), 1e3 * deviation[1], 1e3 * shape.hinge_m if shape else "—"]
+        row += [float(np.degrees(place.deviation()[0])), 1e3 * place.deviation()[1]] if place else ["—", "—"]
+        row.append(1e3 * shape.hinge_m if shape else "—")
         row.append(patch.problem or "nothing")
         if truth:
             true, links = truth.link_from_cell(configuration.topology.cell[patch.cells])

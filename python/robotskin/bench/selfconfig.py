@@ -55,7 +55,7 @@ def run(
     seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 10,
     data: Annotated[Path | None, typer.Option(help="Folder of TUM patch files (*.json).")] = None,
 ) -> Figures:
-    """Topology, 3-D reconstruction and loop closing of the self-configuration."""
+    """What the skin finds out about itself: topology, shape, place, kinematics, masses, map; and what it is worth."""
     chosen = range(seed, seed + seeds)
     figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
     figures |= kinematic_figures(chosen) | map_figures(chosen)
