@@ -9,7 +9,7 @@ export PATH := $(abspath $(BIN)):$(PATH)
 SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core tests -name '*.[ch]' -o -name '*.[ch]pp')
 
-.PHONY: help build demo test test-asan fuzz lint format bench docs stubs lock clean
+.PHONY: help build demo test test-asan soak fuzz lint format bench docs stubs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -34,6 +34,11 @@ test: build  ## every test
 
 test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, UBSan and ThreadSanitizer
 	$(BIN)/python -m pytest tests/core/test_native.py
+
+SECONDS ?= 600
+soak: build  ## the fault campaign on new seeds, then the largest model checks, SECONDS=600
+	$(BIN)/python -m robotskin.campaign --soak $(SECONDS)
+	$(BIN)/python -m robotskin.campaign --model
 
 FUZZ_SECONDS ?= 60
 CLANGXX ?= $(shell command -v clang++ || ls -v /usr/bin/clang++-* 2>/dev/null | tail -1)

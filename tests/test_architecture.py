@@ -17,7 +17,8 @@ CORE_KNOWS = {
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "control", "robot", "world"},
+    "campaign": {"model", "driver", "skin", "world"},
+    "bindings": {"model", "driver", "skin", "control", "robot", "world", "campaign"},
 }
 
 # Python packages in the order of the flow; a package imports only packages that stand before it.
@@ -28,6 +29,7 @@ PYTHON_ORDER = [
     "layout",
     "selfconfig",
     "world",
+    "campaign",
     "record",
     "viewer",
     "apps",

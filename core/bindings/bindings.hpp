@@ -13,6 +13,7 @@ void bind_control(nanobind::module_ module);
 void bind_robot(nanobind::module_ module);
 void bind_world(nanobind::module_ module);
 void bind_traffic(nanobind::module_ module);
+void bind_campaign(nanobind::module_ module);
 
 inline void bind_all(nanobind::module_& module) {
   bind_model(module.def_submodule("model", "Stage 0: the robot's kinematics and dynamics, states and commands."));
@@ -25,6 +26,7 @@ inline void bind_all(nanobind::module_& module) {
       module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body.");
   bind_world(world);
   bind_traffic(world);
+  bind_campaign(module.def_submodule("campaign", "Random skins and faults under checkers of the network's laws."));
 }
 
 }  // namespace robotskin::bindings

@@ -11,7 +11,8 @@ void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
     /* A link that falls again soon after coming up is kept out for longer and longer. */
     if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) neighbour->flaps = 0;
     if (neighbour->flaps > 0U) {
-      const uint32_t hold_us = (uint32_t)RS_HOLD_DOWN_US << (neighbour->flaps - 1U);
+      uint32_t hold_us = RS_HOLD_DOWN_US;
+      for (unsigned flap = 1; flap < neighbour->flaps && hold_us < RS_HOLD_DOWN_MAX_US; ++flap) hold_us *= 2U;
       neighbour->held = true;
       neighbour->held_until_us = now_us + (hold_us > RS_HOLD_DOWN_MAX_US ? RS_HOLD_DOWN_MAX_US : hold_us);
     }

@@ -21,6 +21,10 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   for (unsigned i = 0; i < sizeof limit_us / sizeof limit_us[0]; ++i) {
     if (limit_us[i] != 0U && limit_us[i] < wait_us) wait_us = limit_us[i];
   }
+  for (unsigned due = cell->queues.advert_due, port = 0; due != 0U; due >>= 1, ++port) {
+    const uint32_t left_us = cell->queues.advert_us[port & 3U] + RS_ADVERT_PAUSE_US - now_us;
+    if ((due & 1U) != 0U && left_us != 0U && left_us < wait_us) wait_us = left_us;
+  }
   cell->timer_us = now_us + wait_us;
 }
 

@@ -100,8 +100,9 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     const bool torque_first = port + 1U == cell->route.parent_port && cell->retention.announcements > 0U;
     if (torque_first && rs_retention_next_torque(cell, frame, now_us)) {
       found = true;
-    } else if ((queues->advert_due & bit) != 0U) {
+    } else if ((queues->advert_due & bit) != 0U && now_us - queues->advert_us[port] >= RS_ADVERT_PAUSE_US) {
       queues->advert_due &= (uint8_t)~bit;
+      queues->advert_us[port] = now_us;
       pack_advert(cell, port, now_us, frame);
       found = true;
     } else if (port + 1U == cell->route.parent_port) {

@@ -189,8 +189,9 @@ typedef struct {
 
 typedef struct {
   rs_ring data, slow, down;
-  uint8_t busy;       /* bit p - 1: a frame is going out on port p */
-  uint8_t advert_due; /* bit p - 1: port p is to get a tick frame */
+  uint8_t busy;                 /* bit p - 1: a frame is going out on port p */
+  uint8_t advert_due;           /* bit p - 1: port p is to get a tick frame */
+  uint32_t advert_us[RS_PORTS]; /* when it last got one */
   bool status_due;
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */

@@ -1,9 +1,9 @@
-/* The rule on which loop freedom rests, in a header of its own: the cells route by it, and the model check explores this
- * very text on every small network (core/campaign/model_check.hpp).
+/* The rule on which loop freedom rests, in a header of its own: the cells route by it, and the model check explores
+ * this very text on every small network (core/campaign/model_check.hpp).
  *
  * A distance is a tick's sequence number and hops. One comes before another if its sequence is newer, or equal with
- * fewer hops. A cell's feasible distance is the foremost it ever had; an advert may be adopted only if it comes strictly
- * before that (the feasibility condition of DUAL, Garcia-Luna-Aceves 1993, with the sequence numbers of Babel,
+ * fewer hops. A cell's feasible distance is the foremost it ever had; an advert may be adopted only if it comes
+ * strictly before that (the feasibility condition of DUAL, Garcia-Luna-Aceves 1993, with the sequence numbers of Babel,
  * RFC 8966, section 2.4 and 2.5). */
 #ifndef ROBOTSKIN_FEASIBILITY_H
 #define ROBOTSKIN_FEASIBILITY_H
@@ -24,7 +24,8 @@ RS_INLINE bool rs_newer(uint16_t a, uint16_t b) {
   return ahead != 0U && ahead < 0x8000U;
 }
 
-/* R2: whether a cell with this feasible distance (`unbound`: none yet) may adopt a neighbour that advertises `offer`. */
+/* R2: whether a cell with this feasible distance (`unbound`: none yet) may adopt a neighbour that advertises `offer`.
+ */
 RS_INLINE bool rs_feasible(bool unbound, rs_distance bound, rs_distance offer) {
   if (offer.hops >= RS_HOPS_POISON - 1) return false;
   if (unbound || rs_newer(offer.sequence, bound.sequence)) return true;

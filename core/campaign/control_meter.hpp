@@ -1,0 +1,41 @@
+// How much of each wire goes to the network's own needs (I14).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "campaign/ground.hpp"
+#include "campaign/invariants.hpp"
+
+namespace robotskin::campaign {
+
+class ControlMeter {
+ public:
+  static constexpr std::size_t adverts_per_ms = 4;
+  static constexpr std::int64_t window_ns = 100 * ms;
+  static constexpr double share_max = 0.06;
+  // While section units level their trees, which shows by their grant frames, cells report what changes at once.
+  static constexpr double levelling_share_max = 0.10;
+
+  ControlMeter(std::size_t wires, BreakLog& breaks) : breaks_(breaks), wires_(wires) {}
+
+  void frame_sent(const Ground& ground, std::size_t wire, const std::uint8_t* frame, std::int64_t now_ns);
+  void poll(const Ground& ground, std::int64_t now_ns);
+
+  double largest_share() const { return largest_share_; }
+
+ private:
+  struct Wire {
+    std::array<std::int64_t, adverts_per_ms + 1> advert_ns{};
+    std::uint8_t next = 0;
+    std::uint32_t control = 0, adverts = 0;  // frames in the window
+  };
+
+  BreakLog& breaks_;
+  std::vector<Wire> wires_;
+  std::int64_t window_start_ns_ = 0, granted_ns_ = -1;
+  double largest_share_ = 0;
+};
+
+}  // namespace robotskin::campaign

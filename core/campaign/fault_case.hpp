@@ -1,0 +1,40 @@
+// One case of the campaign: a skin, its section units, its lines and clocks, and what strikes it when. All from a seed.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "campaign/shape.hpp"
+#include "world/network/network.hpp"
+
+namespace robotskin::campaign {
+
+struct FaultCase {
+  std::uint64_t seed = 0;
+  Shape shape = Shape::sheet;
+  bool keyed = false;          // ticks and commands carry tags
+  bool whole_lines = true;     // no frame is lost or damaged by chance
+  bool while_forming = false;  // the first fault strikes before the network has formed
+  world::Wiring wiring;
+  world::NetworkOptions options;     // without the faults
+  std::vector<world::Fault> faults;  // in order of time
+  std::int64_t duration_ns = 0;
+
+  std::size_t ports() const;  // cables plugged in
+  std::string text() const;   // one line
+};
+
+// When the last fault has had its last effect.
+std::int64_t end_of(const std::vector<world::Fault>& faults);
+
+// 20 to 400 cells, 2 to 5 ports on 1 to 3 section units, 1 to 4 faults of the whole catalogue, and at least 300 ms
+// after the last of them.
+FaultCase draw_case(std::uint64_t seed);
+
+// The same case with fewer faults (bit i of `faults` keeps the i-th) or fewer cells (`cells`: which stay; a wire, port
+// or fault of one that goes, goes with it).
+FaultCase with_faults(const FaultCase& original, const std::vector<bool>& faults);
+FaultCase with_cells(const FaultCase& original, const std::vector<bool>& cells);
+
+}  // namespace robotskin::campaign

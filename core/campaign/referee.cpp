@@ -1,0 +1,88 @@
+#include "campaign/referee.hpp"
+
+#include <algorithm>
+
+#include "robotskin/crc.h"
+
+namespace robotskin::campaign {
+
+using world::FaultKind;
+using world::Network;
+
+void Referee::watch(Network& network, const std::vector<world::Fault>& faults) {
+  network_ = &network;
+  ground_.emplace(network);
+  ground_->expect(faults);
+  adverts_.emplace(*ground_);
+  routes_.emplace(network, *ground_, *adverts_, breaks_);
+  recovery_.emplace(network, *ground_, *routes_, breaks_, whole_lines_);
+  control_.emplace(ground_->wire_count(), breaks_);
+  network.observe(*this);
+}
+
+void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_input& input, const rs_output&) {
+  if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
+  routes_->cell_stepped(cell, input);
+  ledger_.cell_stepped(network, cell, input);
+  queues_.cell_stepped(network, *ground_, *recovery_, cell, within_load());
+}
+
+void Referee::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
+  control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
+  if (from.at != world::WireEnd::At::unit || rs_frame_type_of(frame) != RS_TYPE_tick) return;
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+  adverts_->issued(tick);
+}
+
+void Referee::frame_ended(const Network&, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
+                          world::FrameFate fate) {
+  // Flips of one bit may cancel each other; what is whole by its checksum is taken.
+  const bool whole =
+      fate == world::FrameFate::delivered || (fate == world::FrameFate::damaged && rs_frame_intact(frame));
+  if (whole && to.at == world::WireEnd::At::cell) routes_->frame_arrives(ground_->wire_of(to), frame);
+}
+
+void Referee::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {
+  ledger_.datagram(network, *ground_, *routes_, bytes);
+}
+
+void Referee::fault_applied(const Network&, const world::Fault& fault, int phase) {
+  ground_->fault(fault, phase);
+  ground_->settle();
+  routes_->settle();
+  const bool everywhere = fault.kind == FaultKind::noise || fault.kind == FaultKind::burst ||
+                          fault.kind == FaultKind::slow || fault.kind == FaultKind::ram ||
+                          fault.kind == FaultKind::skew || fault.kind == FaultKind::zombie;
+  recovery_->struck(everywhere);
+}
+
+// A port carries 66 cells at 250 Hz; the true loads, by paths.
+void Referee::weigh() {
+  std::vector<std::uint32_t> load(256);
+  for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
+    const rs_route& route = network_->cell(cell).route;
+    if (ground_->runs(cell) && route.parent_port != RS_NO_PARENT) ++load[route.wave.root];
+  }
+  if (*std::ranges::max_element(load) > RS_CELLS_PER_PORT) overloaded_ns_ = network_->time_ns();
+}
+
+// Nothing that was queued under overload is left.
+bool Referee::within_load() const {
+  return network_->time_ns() - overloaded_ns_ > 2 * SampleLedger::delivery_ns;
+}
+
+void Referee::poll() {
+  recovery_->poll();
+  if (network_->time_ns() / ms % 4 == 0) {
+    weigh();
+    ledger_.poll(*network_, *ground_, *recovery_, !whole_lines_ || !within_load());
+  }
+  control_->poll(*ground_, network_->time_ns());
+}
+
+void Referee::finish() {
+  recovery_->finish();
+}
+
+}  // namespace robotskin::campaign

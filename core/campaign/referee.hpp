@@ -1,0 +1,64 @@
+// Watches one run: hands every event to the checkers, and calls those that look now and then.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "campaign/advert_log.hpp"
+#include "campaign/control_meter.hpp"
+#include "campaign/ground.hpp"
+#include "campaign/invariants.hpp"
+#include "campaign/queue_watch.hpp"
+#include "campaign/recovery_watch.hpp"
+#include "campaign/route_watch.hpp"
+#include "campaign/sample_ledger.hpp"
+#include "world/network/network.hpp"
+
+namespace robotskin::campaign {
+
+class Referee : public world::Observer, public world::DatagramSink {
+ public:
+  // The network is not there yet: it needs the ledger for its readings. `whole_lines`: no frame is lost by chance.
+  Referee(std::size_t cells, bool whole_lines)
+      : ledger_(cells, breaks_), queues_(cells, breaks_), whole_lines_(whole_lines) {}
+
+  void watch(world::Network& network, const std::vector<world::Fault>& faults);
+  void poll();    // every millisecond of virtual time
+  void finish();  // at the end
+
+  SampleLedger& ledger() { return ledger_; }
+  const BreakLog& breaks() const { return breaks_; }
+  const RecoveryWatch& recovery() const { return *recovery_; }
+  const ControlMeter& control() const { return *control_; }
+  const QueueWatch& queues() const { return queues_; }
+  const RouteWatch& routes() const { return *routes_; }
+
+  void send(std::size_t, std::span<const std::uint8_t>) override {}
+
+  void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input,
+                    const rs_output& output) override;
+  void frame_sent(const world::Network& network, world::WireEnd from, const std::uint8_t* frame) override;
+  void frame_ended(const world::Network& network, world::WireEnd from, world::WireEnd to, const std::uint8_t* frame,
+                   world::FrameFate fate) override;
+  void datagram_to_host(const world::Network& network, std::size_t unit, std::span<const std::uint8_t> bytes) override;
+  void fault_applied(const world::Network& network, const world::Fault& fault, int phase) override;
+
+ private:
+  void weigh();
+  bool within_load() const;
+
+  const world::Network* network_ = nullptr;
+  BreakLog breaks_;
+  SampleLedger ledger_;
+  QueueWatch queues_;
+  std::optional<Ground> ground_;
+  std::optional<AdvertLog> adverts_;
+  std::optional<RouteWatch> routes_;
+  std::optional<RecoveryWatch> recovery_;
+  std::optional<ControlMeter> control_;
+  bool whole_lines_;
+  std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
+};
+
+}  // namespace robotskin::campaign

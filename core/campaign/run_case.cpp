@@ -1,0 +1,71 @@
+#include "campaign/run_case.hpp"
+
+#include <algorithm>
+
+#include "campaign/referee.hpp"
+
+namespace robotskin::campaign {
+
+CaseReport run_case(const FaultCase& drawn) {
+  world::NetworkOptions options = drawn.options;
+  options.faults = drawn.faults;
+  Referee referee(drawn.wiring.cell_count(), drawn.whole_lines);
+  world::Network network(drawn.wiring, options, referee.ledger(), referee);
+  referee.watch(network, drawn.faults);
+  for (std::int64_t time_ns = ms; time_ns <= drawn.duration_ns; time_ns += ms) {
+    network.run_until(time_ns);
+    referee.poll();
+  }
+  referee.finish();
+
+  CaseReport report;
+  report.seed = drawn.seed;
+  report.breaks = referee.breaks().kept();
+  report.break_count = referee.breaks().count();
+  report.log_hash = network.log_hash();
+  report.events = network.counts().events;
+  report.samples_taken = referee.ledger().taken();
+  report.samples_delivered = referee.ledger().delivered();
+  report.simulated_s = 1e-9 * static_cast<double>(network.time_ns());
+  report.longest_repair_ms = 1e-6 * static_cast<double>(referee.recovery().longest_repair_ns());
+  report.longest_wait_ms = 1e-6 * static_cast<double>(referee.queues().longest_ns());
+  report.largest_control_share = referee.control().largest_share();
+  return report;
+}
+
+namespace {
+
+bool breaks(const FaultCase& drawn, Invariant invariant) {
+  const CaseReport report = run_case(drawn);
+  return std::ranges::any_of(report.breaks, [&](const Break& b) { return b.invariant == invariant; });
+}
+
+}  // namespace
+
+FaultCase shrink(const FaultCase& original, Invariant invariant, int runs_max) {
+  FaultCase smallest = original;
+  int runs = 0;
+  const auto try_it = [&](const FaultCase& candidate) {
+    if (runs++ >= runs_max || !breaks(candidate, invariant)) return false;
+    smallest = candidate;
+    return true;
+  };
+  for (std::size_t i = 0; i < smallest.faults.size();) {
+    std::vector<bool> keep(smallest.faults.size(), true);
+    keep[i] = false;
+    if (!try_it(with_faults(smallest, keep))) ++i;
+  }
+  // Halves of the cells, quarters, and so on, as far as the break stays.
+  for (std::size_t piece = smallest.wiring.cell_count() / 2; piece >= 1; piece /= 2) {
+    for (std::size_t first = 0; first < smallest.wiring.cell_count();) {
+      std::vector<bool> keep(smallest.wiring.cell_count(), true);
+      for (std::size_t i = first; i < std::min(first + piece, keep.size()); ++i) keep[i] = false;
+      const FaultCase candidate = with_cells(smallest, keep);
+      const bool same_faults = candidate.faults.size() == smallest.faults.size();
+      if (!same_faults || candidate.wiring.cell_count() == 0 || !try_it(candidate)) first += piece;
+    }
+  }
+  return smallest;
+}
+
+}  // namespace robotskin::campaign

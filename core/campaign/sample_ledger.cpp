@@ -1,0 +1,122 @@
+#include "campaign/sample_ledger.hpp"
+
+#include "robotskin/datagram.h"
+#include "world/random.hpp"
+
+namespace robotskin::campaign {
+namespace {
+
+// What the other channels say of cell and number.
+std::uint32_t proof_of(std::size_t cell, std::uint16_t number) {
+  return static_cast<std::uint32_t>(world::scramble(cell << 16 | number));
+}
+
+}  // namespace
+
+bool SampleLedger::sample(std::size_t index, std::int64_t time_ns, rs_sample& sample) {
+  Cell& cell = cells_[index];
+  const std::uint16_t number = cell.next++;
+  cell.entry[number % kept] = {time_ns, number, 0, false};
+  const std::uint32_t proof = proof_of(index, number);
+  sample = {};
+  sample.value[RS_CHANNEL_proximity] = number;
+  sample.value[RS_CHANNEL_force_1] = static_cast<std::int32_t>(index & 0x3FF);
+  sample.value[RS_CHANNEL_force_2] = static_cast<std::int32_t>(proof & 0x3FF);
+  sample.value[RS_CHANNEL_force_3] = static_cast<std::int32_t>(proof >> 10 & 0x3FF);
+  sample.value[RS_CHANNEL_acceleration_x] = static_cast<std::int32_t>(proof >> 20 & 0x1FF);
+  return false;
+}
+
+void SampleLedger::cell_stepped(const world::Network& network, std::size_t index, const rs_input& input) {
+  const rs_cell& state = network.cell(index);
+  Cell& cell = cells_[index];
+  if (state.id != cell.id) {
+    cell.id = state.id;
+    cell.named_ns = network.time_ns();
+  }
+  if (input.kind == RS_INPUT_SAMPLE && state.sampling.sequence != cell.sequence) {
+    cell.entry[static_cast<std::uint16_t>(cell.next - 1) % kept].sent = true;
+    ++taken_;
+  }
+  cell.sequence = state.sampling.sequence;
+}
+
+void SampleLedger::datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                            std::span<const std::uint8_t> datagram) {
+  rs_datagram_header header;
+  if (rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) !=
+          RS_DATAGRAM_OK ||
+      header.kind != RS_DATAGRAM_KIND_frames)
+    return;
+  const std::uint8_t* record_at = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
+  for (unsigned i = 0; i < header.count; ++i, record_at += RS_DATAGRAM_RECORD_BYTES) {
+    const rs_frame_type type = rs_frame_type_of(record_at);
+    if (type != RS_TYPE_clock && type != RS_TYPE_event) continue;
+    rs_clock frame;
+    rs_clock_unpack(&frame, record_at);
+    if (frame.source != RS_ID_NONE) record(network, ground, routes, frame);  // 0: stuffed in by a fault
+  }
+}
+
+void SampleLedger::record(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                          const rs_clock& frame) {
+  const std::int64_t now_ns = network.time_ns();
+  const std::size_t index = frame.force_1;
+  const auto number = static_cast<std::uint16_t>(frame.proximity);
+  const std::uint32_t proof = proof_of(index, number);
+  const bool lawless = ground.lawless(now_ns - delivery_ns);
+  const bool proven = index < cells_.size() && frame.force_2 == (proof & 0x3FF) &&
+                      frame.force_3 == (proof >> 10 & 0x3FF) &&
+                      frame.acceleration_x == static_cast<std::int32_t>(proof >> 20 & 0x1FF);
+  const bool known =
+      proven && cells_[index].entry[number % kept].number == number && cells_[index].entry[number % kept].sent;
+  if (!known) {
+    if (!lawless)
+      breaks_.add(Invariant::true_sample, now_ns, {index},
+                  {{"source", frame.source}, {"number", number}, {"proven", proven}});
+    return;
+  }
+  Cell& cell = cells_[index];
+  Entry& entry = cell.entry[number % kept];
+  if (frame.source != cell.id && now_ns - cell.named_ns > 2 * delivery_ns && !lawless)
+    breaks_.add(Invariant::true_sample, now_ns, {index}, {{"source", frame.source}, {"its id", cell.id}});
+  ++delivered_;
+  if (entry.delivered != 0 && !lawless)
+    breaks_.add(Invariant::exactly_once, now_ns, {index},
+                {{"number", number},
+                 {"us since taken", (now_ns - entry.time_ns) / us},
+                 {"times", entry.delivered + 1},
+                 {"replayed", frame.replayed}});
+  if (entry.delivered < 255) ++entry.delivered;
+  const auto ahead = static_cast<std::int16_t>(number - cell.last_delivered);
+  if (ahead > 0 || cell.last_delivered == 0) {
+    cell.last_delivered = number;
+  } else if (!lawless && ground.repaired_ns() < entry.time_ns && routes.changed_ns() < entry.time_ns - delivery_ns) {
+    breaks_.add(Invariant::in_order, now_ns, {index}, {{"number", number}, {"after", cell.last_delivered}});
+  }
+}
+
+void SampleLedger::poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
+                        bool may_lose) {
+  const std::int64_t now_ns = network.time_ns();
+  const bool whole = !may_lose && recovery.whole_since_ns() <= now_ns - 5 * ms && ground.calm(now_ns) &&
+                     ground.repaired_ns() <= now_ns;
+  for (std::size_t index = 0; index < cells_.size(); ++index) {
+    Cell& cell = cells_[index];
+    for (; cell.checked != cell.next; ++cell.checked) {
+      const Entry& entry = cell.entry[cell.checked % kept];
+      if (entry.number != cell.checked) continue;  // overwritten
+      if (entry.time_ns > now_ns - delivery_ns) break;
+      if (!whole || !entry.sent || entry.delivered != 0) continue;
+      if (ground.samples_disturbed(entry.time_ns - 5 * ms) || recovery.whole_since_ns() > entry.time_ns ||
+          ground.booted_ns(index) > entry.time_ns || !recovery.has_path(index))
+        continue;
+      breaks_.add(Invariant::none_lost, now_ns, {index},
+                  {{"number", entry.number},
+                   {"us ago", (now_ns - entry.time_ns) / us},
+                   {"dropped in all", static_cast<std::int64_t>(network.frames_dropped())}});
+    }
+  }
+}
+
+}  // namespace robotskin::campaign

@@ -1,0 +1,59 @@
+// Every sample from the cell that took it to the host: true, once, in order, and without faults none missing (I11).
+//
+// It is also where the cells get their readings: each carries the cell's number and the sample's, and a sum of both, so
+// that what arrives proves itself.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "campaign/ground.hpp"
+#include "campaign/invariants.hpp"
+#include "campaign/recovery_watch.hpp"
+#include "campaign/route_watch.hpp"
+
+namespace robotskin::campaign {
+
+class SampleLedger : public world::SampleSource {
+ public:
+  static constexpr std::size_t kept = 256;              // samples of a cell
+  static constexpr std::int64_t delivery_ns = 40 * ms;  // from cell to host, at most
+
+  SampleLedger(std::size_t cells, BreakLog& breaks) : breaks_(breaks), cells_(cells) {}
+
+  bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
+
+  void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
+  void datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                std::span<const std::uint8_t> datagram);
+  // Looks for samples that are missing by now; only if nothing but the protocol can have lost them.
+  void poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery, bool may_lose);
+
+  std::uint64_t taken() const { return taken_; }
+  std::uint64_t delivered() const { return delivered_; }
+
+ private:
+  struct Entry {
+    std::int64_t time_ns = 0;
+    std::uint16_t number = 0;
+    std::uint8_t delivered = 0;
+    bool sent = false;
+  };
+  struct Cell {
+    std::array<Entry, kept> entry;
+    std::uint16_t next = 1, checked = 1, last_delivered = 0;
+    std::uint8_t sequence = 0;
+    std::uint16_t id = 0;
+    std::int64_t named_ns = 0;
+  };
+
+  void record(const world::Network& network, const Ground& ground, const RouteWatch& routes, const rs_clock& frame);
+
+  BreakLog& breaks_;
+  std::vector<Cell> cells_;
+  std::uint64_t taken_ = 0, delivered_ = 0;
+};
+
+}  // namespace robotskin::campaign

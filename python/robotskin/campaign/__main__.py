@@ -1,0 +1,88 @@
+"""`python -m robotskin.campaign`: seeds again, smaller cases, and long runs."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import random
+import sys
+
+from robotskin.campaign import (
+    BrokenSeed,
+    check_model,
+    draw_case,
+    invariants,
+    largest_graphs,
+    run_case,
+    run_seeds,
+    shrink,
+)
+
+
+def _tell(broken: BrokenSeed) -> None:
+    print(broken.case)
+    for line in broken.breaks:
+        print("   ", line)
+    print(f"    again: python -m robotskin.campaign {broken.seed}", flush=True)
+
+
+def _again(seed: int, smaller: bool) -> bool:
+    case = draw_case(seed)
+    report = run_case(case)
+    print(f"{case}\n    log hash {report.log_hash:016x}, {report.simulated_s:.3f} s, {report.events} events")
+    texts = {name: text for name, _, text in invariants()}
+    for broken in report.breaks:
+        print(f"    {broken}\n        must be: {texts[broken.invariant]}")
+    if smaller:
+        for name in dict.fromkeys(broken.invariant for broken in report.breaks):
+            print(f"smallest found for {name}: {shrink(case, name)}")
+    return report.break_count == 0
+
+
+def _check_largest_models() -> bool:
+    """Two ticks on every graph of five cells, and one reboot besides on four."""
+    whole = True
+    for cells, sequences, boots in ((5, 2, 0), (4, 2, 1)):
+        for graph in largest_graphs(cells):
+            graph.sequences, graph.boots = sequences, boots
+            report = check_model(graph)
+            verdict = "a loop" if report.loop else "no loop" if report.exhausted else "no loop so far"
+            links = [(i, j) for i in range(cells) for j in range(i) if graph.linked[i] >> j & 1]
+            print(
+                f"{cells} cells, {sequences} ticks, {boots} reboots, links {links}: {verdict}, {report.states} states"
+            )
+            print("\n".join(report.trace), end="", flush=True)
+            whole = whole and not report.loop
+    return whole
+
+
+def main() -> int:
+    """Run what the command line asks for; 0 if no invariant broke."""
+    parser = argparse.ArgumentParser(prog="python -m robotskin.campaign", description=__doc__)
+    parser.add_argument("seeds", nargs="*", type=int, help="run these again, with everything they print")
+    parser.add_argument("--shrink", action="store_true", help="look for a smaller case of each break")
+    parser.add_argument("--first", type=int, help="first of a range of seeds; drawn if left out")
+    parser.add_argument("--count", type=int, help="how many of the range")
+    parser.add_argument("--soak", type=float, metavar="SECONDS", help="go on with new seeds for so long")
+    parser.add_argument("--processes", type=int, help="all processors by default")
+    parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
+    options = parser.parse_args()
+    if options.model:
+        return 0 if _check_largest_models() else 1
+    if options.seeds:
+        return 0 if all([_again(seed, options.shrink) for seed in options.seeds]) else 1
+    first = random.SystemRandom().randrange(1, 1 << 40) if options.first is None else options.first
+    seeds = itertools.count(first) if options.count is None else range(first, first + options.count)
+    if options.count is None and options.soak is None:
+        parser.error("give seeds, --count or --soak")
+    total = run_seeds(seeds, processes=options.processes, seconds=options.soak, told=_tell)
+    print(total.distribution)
+    print(
+        f"{total.seeds} seeds from {first} on, {total.breaks} breaks in {len(total.broken)} of them, "
+        f"{total.cpu_s / max(total.seeds, 1):.3f} s of processor a seed"
+    )
+    return 0 if total.breaks == 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,200 @@
+"""Many seeds on several processes, and what they drew."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import dataclasses
+import multiprocessing
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from robotskin._core import campaign as core
+
+BATCH = 20  # seeds that a process takes at once
+
+
+@dataclasses.dataclass(frozen=True)
+class BrokenSeed:
+    """A seed that broke an invariant: `case` is what it drew, `breaks` a line each, `invariants` their names."""
+
+    seed: int
+    case: str
+    breaks: tuple[str, ...]
+    invariants: tuple[str, ...]
+
+
+@dataclasses.dataclass
+class Distribution:
+    """What the seeds drew, as counts by value; cells in classes that double."""
+
+    cells: Counter[str] = dataclasses.field(default_factory=Counter)
+    shapes: Counter[str] = dataclasses.field(default_factory=Counter)
+    ports: Counter[int] = dataclasses.field(default_factory=Counter)
+    section_units: Counter[int] = dataclasses.field(default_factory=Counter)
+    faults: Counter[int] = dataclasses.field(default_factory=Counter)
+    kinds: Counter[str] = dataclasses.field(default_factory=Counter)
+    conditions: Counter[str] = dataclasses.field(default_factory=Counter)
+    least_after_ms: float = float("inf")  # from the last fault's last effect to the end
+
+    def add(self, case: core.FaultCase) -> None:
+        """Count one case."""
+        low = 20
+        while 2 * low <= case.cells:
+            low *= 2
+        self.cells[f"{low} to {min(2 * low - 1, 400)}"] += 1
+        self.shapes[case.shape] += 1
+        self.ports[case.ports] += 1
+        self.section_units[case.section_units] += 1
+        self.faults[len(case.faults)] += 1
+        self.kinds.update(fault.partition("@")[0].partition(":")[0] for fault in case.faults)
+        self.conditions["keyed"] += case.keyed
+        self.conditions["lossy"] += not case.whole_lines
+        self.conditions["while forming"] += case.while_forming
+        self.least_after_ms = min(self.least_after_ms, 1e-6 * case.after_ns)
+
+    def merge(self, other: Distribution) -> None:
+        """Add the counts of another."""
+        for field in dataclasses.fields(self):
+            if field.name != "least_after_ms":
+                getattr(self, field.name).update(getattr(other, field.name))
+        self.least_after_ms = min(self.least_after_ms, other.least_after_ms)
+
+    def __str__(self) -> str:
+        lines = []
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, Counter):
+                ordered = sorted(value.items(), key=lambda item: (len(str(item[0])), str(item[0])))
+                counts = ", ".join(f"{key}: {count}" for key, count in ordered)
+                lines.append(f"{field.name.replace('_', ' ')}: {counts}")
+        lines.append(f"least time after the last fault: {self.least_after_ms:.0f} ms")
+        return "\n".join(lines)
+
+
+@dataclasses.dataclass
+class SeedsReport:
+    """Sums over seeds; `cpu_s` is processor time of all processes."""
+
+    seeds: int = 0
+    breaks: int = 0
+    cpu_s: float = 0.0
+    simulated_s: float = 0.0
+    events: int = 0
+    broken: list[BrokenSeed] = dataclasses.field(default_factory=list)
+    distribution: Distribution = dataclasses.field(default_factory=Distribution)
+    longest_wait_ms: float = 0.0
+    largest_control_share: float = 0.0
+
+    def merge(self, other: SeedsReport) -> None:
+        """Add another's sums."""
+        self.seeds += other.seeds
+        self.breaks += other.breaks
+        self.cpu_s += other.cpu_s
+        self.simulated_s += other.simulated_s
+        self.events += other.events
+        self.broken += other.broken
+        self.distribution.merge(other.distribution)
+        self.longest_wait_ms = max(self.longest_wait_ms, other.longest_wait_ms)
+        self.largest_control_share = max(self.largest_control_share, other.largest_control_share)
+
+
+def _run_batch(seeds: list[int]) -> SeedsReport:
+    batch = SeedsReport()
+    start_s = time.process_time()
+    for seed in seeds:
+        case = core.draw_case(seed)
+        report = core.run_case(case)
+        batch.seeds += 1
+        batch.breaks += report.break_count
+        batch.events += report.events
+        batch.simulated_s += report.simulated_s
+        batch.longest_wait_ms = max(batch.longest_wait_ms, report.longest_wait_ms)
+        batch.largest_control_share = max(batch.largest_control_share, report.largest_control_share)
+        batch.distribution.add(case)
+        if report.break_count > 0:
+            names = tuple(dict.fromkeys(broken.invariant for broken in report.breaks))
+            batch.broken.append(BrokenSeed(seed, str(case), tuple(str(broken) for broken in report.breaks), names))
+    batch.cpu_s = time.process_time() - start_s
+    return batch
+
+
+def _batches(seeds: Iterable[int], until_s: float | None) -> Iterator[list[int]]:
+    batch: list[int] = []
+    for seed in seeds:
+        if until_s is not None and time.monotonic() >= until_s:
+            break
+        batch.append(seed)
+        if len(batch) == BATCH:
+            yield batch
+            batch = []
+    if batch:
+        yield batch
+
+
+def run_seeds(
+    seeds: Iterable[int],
+    *,
+    processes: int | None = None,
+    seconds: float | None = None,
+    told: Callable[[BrokenSeed], None] | None = None,
+) -> SeedsReport:
+    """Run seeds on so many processes (all processors by default), for at most so many seconds; sums of all.
+
+    `told` is called with every broken seed as it is found.
+    """
+    workers = processes or os.cpu_count() or 1
+    total = SeedsReport()
+    batches = _batches(seeds, None if seconds is None else time.monotonic() + seconds)
+
+    def take(batch: SeedsReport) -> None:
+        total.merge(batch)
+        if told is not None:
+            for broken in batch.broken:
+                told(broken)
+
+    if workers == 1:
+        for batch in batches:
+            take(_run_batch(batch))
+        return total
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
+        running: set[concurrent.futures.Future[SeedsReport]] = set()
+        for batch in batches:
+            running.add(pool.submit(_run_batch, batch))
+            if len(running) >= 2 * workers:
+                done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+                for future in done:
+                    take(future.result())
+        for future in concurrent.futures.as_completed(running):
+            take(future.result())
+    return total
+
+
+def campaign(
+    seeds: int,
+    first_seed: int = 1,
+    processes: int | None = None,
+    *,
+    told: Callable[[BrokenSeed], None] | None = None,
+) -> dict[str, Any]:
+    """Run `seeds` seeds from `first_seed` on; sums, what was drawn, and the seeds that broke an invariant.
+
+    Keys: `fault_seeds_run`, `invariant_breaks` (of all seeds), `cpu_s_per_seed`, `simulated_s`, `events`,
+    `longest_wait_ms`, `largest_control_share`, `distribution` (a `Distribution`, which prints itself) and `broken` (a
+    list of `BrokenSeed`). The mutants are apart: `caught_mutants`.
+    """
+    total = run_seeds(range(first_seed, first_seed + seeds), processes=processes, told=told)
+    return {
+        "fault_seeds_run": total.seeds,
+        "invariant_breaks": total.breaks,
+        "cpu_s_per_seed": total.cpu_s / max(total.seeds, 1),
+        "simulated_s": total.simulated_s,
+        "events": total.events,
+        "longest_wait_ms": total.longest_wait_ms,
+        "largest_control_share": total.largest_control_share,
+        "distribution": total.distribution,
+        "broken": sorted(total.broken, key=lambda broken: broken.seed),
+    }

@@ -1,0 +1,83 @@
+// Runs seeds of the campaign, or the model check, with the firmware it was linked with; one JSON object a line.
+//
+//   campaign_NAME run FIRST COUNT [INVARIANT ...]   until one of these invariants (none given: any) is broken
+//   campaign_NAME hash SEED                         the log hash of its run
+//   campaign_NAME model CELLS SEQUENCES BOOTS QUARANTINE   every largest graph on so many cells, until a loop
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "campaign/model_check.hpp"
+#include "campaign/run_case.hpp"
+
+namespace {
+
+using namespace robotskin::campaign;
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+int run(std::uint64_t first, std::uint64_t count, const std::vector<std::string>& wanted) {
+  const std::clock_t start = std::clock();
+  std::uint64_t seed = first, seeds = 0;
+  std::string found;
+  for (; seeds < count && found.empty(); ++seed) {
+    const FaultCase drawn = draw_case(seed);
+    const CaseReport report = run_case(drawn);
+    ++seeds;
+    for (const Break& b : report.breaks) {
+      if (!wanted.empty() && std::ranges::find(wanted, name_of(b.invariant)) == wanted.end()) continue;
+      found = ", \"seed\": " + std::to_string(seed) + ", \"invariant\": " + quoted(std::string(name_of(b.invariant))) +
+              ", \"break\": " + quoted(b.text()) + ", \"case\": " + quoted(drawn.text());
+      break;
+    }
+  }
+  std::printf("{\"seeds\": %llu, \"cpu_s\": %.3f%s}\n", static_cast<unsigned long long>(seeds),
+              static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, found.c_str());
+  return 0;
+}
+
+int model(int cells, int sequences, int boots, bool quarantine) {
+  for (ModelOptions graph : largest_graphs(cells)) {
+    graph.sequences = sequences;
+    graph.boots = boots;
+    graph.quarantine = quarantine;
+    const ModelReport report = check_model(graph);
+    std::string trace;
+    for (const std::string& line : report.trace) trace += (trace.empty() ? "" : ", ") + quoted(line);
+    std::printf("{\"states\": %llu, \"exhausted\": %s, \"loop\": %s, \"trace\": [%s]}\n",
+                static_cast<unsigned long long>(report.states), report.exhausted ? "true" : "false",
+                report.loop ? "true" : "false", trace.c_str());
+    if (report.loop) break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  const auto number = [&](int i) { return i < count ? std::strtoull(values[i], nullptr, 10) : 0ULL; };
+  if (count >= 4 && std::strcmp(values[1], "run") == 0)
+    return run(number(2), number(3), std::vector<std::string>(values + 4, values + count));
+  if (count == 3 && std::strcmp(values[1], "hash") == 0) {
+    std::printf("{\"log_hash\": \"%016llx\"}\n",
+                static_cast<unsigned long long>(run_case(draw_case(number(2))).log_hash));
+    return 0;
+  }
+  if (count == 6 && std::strcmp(values[1], "model") == 0)
+    return model(static_cast<int>(number(2)), static_cast<int>(number(3)), static_cast<int>(number(4)), number(5) != 0);
+  std::fprintf(stderr,
+               "usage: %s run FIRST COUNT [INVARIANT ...] | hash SEED | model CELLS SEQUENCES BOOTS QUARANTINE\n",
+               values[0]);
+  return 2;
+}

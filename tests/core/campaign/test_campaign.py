@@ -1,0 +1,95 @@
+"""The campaign finds nothing in the shipping firmware, repeats itself to the byte, and catches every mutant."""
+
+import subprocess
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from robotskin.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, run_case
+from robotskin.campaign.mutants import CampaignBuildError, build, run_program
+
+KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["kept"]
+
+
+def test_no_invariant_breaks(seed: int) -> None:
+    report = campaign(60, first_seed=1_000_000 * seed, processes=1)
+    assert report["fault_seeds_run"] == 60
+    assert report["invariant_breaks"] == 0, "\n".join(
+        "\n".join((broken.case, *broken.breaks)) for broken in report["broken"]
+    )
+
+
+@pytest.mark.parametrize("kept", KEPT, ids=lambda kept: str(kept["seed"]))
+def test_seeds_that_once_broke_stay_whole(kept: dict) -> None:
+    report = run_case(draw_case(kept["seed"]))
+    assert report.break_count == 0, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
+
+
+def test_one_seed_is_one_run(seed: int) -> None:
+    for drawn in range(seed, seed + 3):
+        first, second = run_case(draw_case(drawn)), run_case(draw_case(drawn))
+        assert str(draw_case(drawn)) == str(draw_case(drawn))
+        assert first.log_hash == second.log_hash
+        assert first.events == second.events
+        assert first.samples_delivered == second.samples_delivered > 0
+    assert run_case(draw_case(seed)).log_hash != run_case(draw_case(seed + 1)).log_hash
+
+
+def test_the_extension_and_the_program_run_the_same_case() -> None:
+    (ours,) = run_program(build("shipping"), "shipping", "hash", 5)
+    assert int(ours["log_hash"], 16) == run_case(draw_case(5)).log_hash
+
+
+def test_cases_are_as_wide_as_promised(seed: int) -> None:
+    def drawn() -> Iterator:
+        for number in range(seed, seed + 3000):
+            yield draw_case(number)
+
+    shapes, kinds, ports, faults = set(), set(), set(), set()
+    for case in drawn():
+        assert 20 <= case.cells <= 400
+        assert 2 <= case.ports <= 5
+        assert 1 <= case.section_units <= 3
+        assert 1 <= len(case.faults) <= 4
+        assert case.after_ns >= 300_000_000
+        shapes.add(case.shape)
+        ports.add(case.ports)
+        faults.add(len(case.faults))
+        kinds |= {fault.partition("@")[0].partition(":")[0] for fault in case.faults}
+    assert shapes == {"sheet", "sheared", "cylinder", "patches"}
+    assert ports == {2, 3, 4, 5}
+    assert faults == {1, 2, 3, 4}
+    assert {"cut", "oneway", "flap", "noise", "burst", "slow", "zombie", "crash", "reboot", "ram", "stuff"} <= kinds
+    assert {"twin", "plug", "late", "drift", "skew", "stop", "power", "delay", "loss", "partition", "wrap"} <= kinds
+
+
+@pytest.mark.timeout(600)
+def test_every_mutant_is_caught() -> None:
+    results = caught_mutants(1000)
+    assert {result.name for result in results} == set(MUTANTS)
+    for result in results:
+        assert result.seed is not None, result.name
+        print(f"{result.name}: {result.seeds} seeds, {result.text}")
+
+
+def test_a_mutant_whose_text_is_gone_does_not_build(tmp_path: Path) -> None:
+    source = tmp_path / "rule.c"
+    source.write_text("int a;\n")
+    script = Path(__file__).parent / "substitute.cmake"
+    command = ["cmake", f"-DFROM={source}", f"-DTO={tmp_path / 'out.c'}", "-DTEXT_0=int b", "-DREPLACEMENT_0=", "-P"]
+    run = subprocess.run([*command, str(script)], capture_output=True, text=True)
+    assert run.returncode != 0
+    assert "int b" in run.stderr
+
+
+def test_an_unknown_program_is_refused() -> None:
+    with pytest.raises(CampaignBuildError):
+        build("no_such_mutant")
+
+
+def test_invariants_are_named_once_and_numbered() -> None:
+    names = [name for name, _, _ in invariants()]
+    assert len(names) == len(set(names))
+    assert {number for _, number, _ in invariants()} <= set(range(1, 20))
