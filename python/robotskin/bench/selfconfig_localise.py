@@ -12,17 +12,16 @@ from typing import Annotated
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
-from robotskin.errors import RobotskinError
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot, load
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.joint_sine import JointSine, MotionLimits
 from robotskin.selfconfig.led_camera import Camera, CameraView, looking_at
 from robotskin.selfconfig.led_detection import detect
-from robotskin.selfconfig.led_localisation import Sighting, localise_by_leds
-from robotskin.selfconfig.localisation import Localisation, pose_error
+from robotskin.selfconfig.led_localisation import localise_by_leds
+from robotskin.selfconfig.led_sightings import Sighting
+from robotskin.selfconfig.localisation import Localisation, LocalisationError
 from robotskin.selfconfig.motion_localisation import localise_by_motion, motion_signals
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.reconstruction import reconstruct
@@ -45,6 +44,8 @@ CAMERA = Camera(distortion=(-0.12, 0.05, 0.001, -0.0005, 0.0))
 CAMERA_DISTANCE_M = 0.8
 VIEWS = 3
 RATE_HZ = 125.0
+POOLED = tuple(f"localise_{way}_{what}" for way in ("motion", "led") for what in ("within_95", "link_exact", "failed"))
+"""Figures that are shares of all patches of all seeds."""
 FAST = MotionLimits(velocity=2.0)
 """Of the joint nearest to the base, which turns one link about a vertical: only speed tells a tilt there."""
 
@@ -136,11 +137,16 @@ def localisation_figures(seeds: range) -> Figures:
         runs = [localise_once(case, seed) for seed in seeds]
         for key in runs[0]:
             figures[f"{key}_{name}"] = float(np.median([one[key] for one in runs]))
-        # Coverage and links are frequencies, so they are pooled.
-        for key in ("localise_motion_within_95", "localise_motion_link_exact", "localise_led_link_exact"):
+        # Coverage, links and failures are frequencies, so they are pooled.
+        for key in POOLED:
             figures[f"{key}_{name}"] = float(np.mean([one[key] for one in runs]))
     for key in ("localise_motion_mm", "localise_motion_deg", "localise_led_mm", "localise_led_deg"):
         figures[key] = max(figures[f"{key}_{name}"] for name in CASES)
+    for way in ("motion", "led"):
+        figures[f"localise_{way}_failed"] = sum(figures[f"localise_{way}_failed_{name}"] for name in CASES)
+        figures[f"localise_{way}_within_95"] = float(
+            np.mean([figures[f"localise_{way}_within_95_{name}"] for name in CASES])
+        )
     for key in ("localise_motion_link_exact", "localise_led_link_exact", "localise_led_blobs_right"):
         figures[key] = min(figures[f"{key}_{name}"] for name in CASES)
     return figures
@@ -159,32 +165,55 @@ def localise_once(case: Case, seed: int) -> Figures:
     ]
     signals = motion_signals(case.robot, recordings, postures)
     shapes = _shapes(case, random)
-    motion: list[tuple[float, float]] = []
-    inside, links = [], []
+    motion = _Score("motion")
     for shape in shapes:
-        found = localise_by_motion(
-            case.robot,
-            recordings,
-            shape.root_from_cell,
-            cells=shape.cells,
-            shape_covariance=shape.covariance,
-            rest_posture=postures,
-            rest=rest,
-            signals=signals,
-        )
-        links.append(shape.link in (found.link, *found.same_link))
-        truth = _in_frame_of(case.robot, found.link, shape)
-        motion.append(found.aligned_errors(truth))
-        inside.append(_inside(found, truth))
-    return {
-        "localise_motion_mm": 1e3 * float(np.mean([error[1] for error in motion])),
-        "localise_motion_deg": float(np.degrees(np.mean([error[0] for error in motion]))),
-        "localise_motion_worst_patch_mm": 1e3 * max(error[1] for error in motion),
-        "localise_motion_worst_patch_deg": float(np.degrees(max(error[0] for error in motion))),
-        "localise_motion_link_exact": float(np.mean(links)),
-        "localise_motion_within_95": float(np.mean(inside)),
-        **_by_leds(case, shapes, random),
-    }
+        try:
+            found = localise_by_motion(
+                case.robot,
+                recordings,
+                shape.root_from_cell,
+                cells=shape.cells,
+                shape_covariance=shape.covariance,
+                rest_posture=postures,
+                rest=rest,
+                signals=signals,
+            )
+        except LocalisationError:
+            motion.fail()
+            continue
+        motion.add(case.robot, shape, found)
+    return motion.figures() | _by_leds(case, shapes, postures, rest, random)
+
+
+class _Score:
+    """Errors of all patches of one robot, placed in one way. A patch without a place errs infinitely."""
+
+    def __init__(self, way: str) -> None:
+        self.way = way
+        self.rows: list[tuple[float, float, bool, bool, bool]] = []
+
+    def fail(self) -> None:
+        """No place was found."""
+        self.rows.append((np.inf, np.inf, False, False, True))
+
+    def add(self, robot: Robot, shape: Shape, found: Localisation) -> None:
+        """A place was found."""
+        error = found.aligned_error(_in_frame_of(robot, found.link, shape))
+        turn, shift = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+        self.rows.append((turn, shift, shape.link in (found.link, *found.same_link), found.covers(error), False))
+
+    def figures(self) -> Figures:
+        """Means over the patches, and the worst."""
+        turn, shift, exact, inside, failed = np.array(self.rows, dtype=float).T
+        return {
+            f"localise_{self.way}_mm": 1e3 * float(shift.mean()),
+            f"localise_{self.way}_deg": float(np.degrees(turn.mean())),
+            f"localise_{self.way}_worst_patch_mm": 1e3 * float(shift.max()),
+            f"localise_{self.way}_worst_patch_deg": float(np.degrees(turn.max())),
+            f"localise_{self.way}_link_exact": float(exact.mean()),
+            f"localise_{self.way}_within_95": float(inside.mean()),
+            f"localise_{self.way}_failed": float(failed.mean()),
+        }
 
 
 def _swings(case: Case, centres: Array) -> list[JointSine]:
@@ -220,19 +249,16 @@ def _in_frame_of(robot: Robot, link: str, shape: Shape) -> Array:
     return np.linalg.inv(poses[robot.link_index(link)]) @ poses[robot.link_index(shape.link)] @ shape.truth
 
 
-def _inside(found: Localisation, truth: Array) -> bool:
-    """Whether the error lies in the stated 95 % region; patches of which something is open are not counted."""
-    if found.open:
-        return True
-    error = pose_error(found.link_from_patch, truth)
-    return bool(error @ np.linalg.solve(found.covariance, error) <= chi2.ppf(0.95, 6))
+def _by_leds(
+    case: Case, shapes: list[Shape], rest_posture: Array, rest: GravitySamples, random: np.random.Generator
+) -> Figures:
+    """Every patch seen from 0.8 m in front of it, in a few postures near one another, and what it felt at rest.
 
-
-def _by_leds(case: Case, shapes: list[Shape], random: np.random.Generator) -> Figures:
-    """Every patch seen from 0.8 m in front of it, in a few postures near one another."""
+    A lone cell is placed by its picture alone: its turns are left to motion.
+    """
     scene = RobotScene(case.robot)
-    errors: list[tuple[float, float]] = []
-    links, right, named_in_all = [], 0, 0
+    score = _Score("led")
+    right, named_in_all = 0, 0
     for shape in shapes:
         start = case.posture(random)
         camera_pose = _in_front(case, scene, start, shape, random)
@@ -247,24 +273,23 @@ def _by_leds(case: Case, shapes: list[Shape], random: np.random.Generator) -> Fi
                 right, named_in_all = right + good, named_in_all + len(sighting.cell)
             if len(sightings) == VIEWS:
                 break
+        felt = GravitySamples(rest.mean[shape.cells], rest.deviation[shape.cells])
+        several = len(shape.cells) > 1
         try:
             found = localise_by_leds(
-                case.robot, CAMERA, sightings, shape.root_from_cell, shape_covariance=shape.covariance
+                case.robot,
+                CAMERA,
+                sightings,
+                shape.root_from_cell,
+                shape_covariance=shape.covariance,
+                rest_posture=rest_posture if several else None,
+                rest=felt if several else None,
             )
-        except RobotskinError as ex:
-            print("LED", shape.link, len(shape.cells), [len(x.cell) for x in sightings], ex)
-            links.append(False)
+        except LocalisationError:
+            score.fail()
             continue
-        links.append(shape.link in (found.link, *found.same_link))
-        errors.append(found.aligned_errors(_in_frame_of(case.robot, found.link, shape)))
-    return {
-        "localise_led_mm": 1e3 * float(np.mean([error[1] for error in errors])),
-        "localise_led_deg": float(np.degrees(np.mean([error[0] for error in errors]))),
-        "localise_led_worst_patch_mm": 1e3 * max(error[1] for error in errors),
-        "localise_led_worst_patch_deg": float(np.degrees(max(error[0] for error in errors))),
-        "localise_led_link_exact": float(np.mean(links)),
-        "localise_led_blobs_right": right / max(named_in_all, 1),
-    }
+        score.add(case.robot, shape, found)
+    return score.figures() | {"localise_led_blobs_right": right / max(named_in_all, 1)}
 
 
 def _in_front(case: Case, scene: RobotScene, posture: Array, shape: Shape, random: np.random.Generator) -> Array:

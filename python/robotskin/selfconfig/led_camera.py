@@ -55,6 +55,17 @@ class Camera:
             pixel[before] = image[0].reshape(-1, 2)
         return pixel
 
+    def slopes(self, points: Array) -> Array:
+        """(N, 2, 3) pixels a metre: how the pixels of points (N, 3) m in the camera frame move with them; 0 behind."""
+        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        slope = np.zeros((len(points), 2, 3))
+        before = points[:, 2] > 1e-3
+        if before.any():
+            image = cv2.projectPoints(points[before], np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
+            # A shift of the camera's origin moves the points themselves.
+            slope[before] = image[1][:, 3:6].reshape(-1, 2, 3)
+        return slope
+
     def rays(self, pixels: Array) -> Array:
         """(N, 3) unit directions, camera frame, seen at pixels (N, 2)."""
         pixels = np.ascontiguousarray(pixels, dtype=float).reshape(-1, 1, 2)

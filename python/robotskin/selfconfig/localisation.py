@@ -11,6 +11,7 @@ import pinocchio
 from numpy.typing import NDArray
 from scipy import optimize
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from robotskin.errors import RobotskinError
 from robotskin.robots import Robot
@@ -43,6 +44,7 @@ class Localisation:
     link: its name; link_from_patch: (4, 4) metres, pose of the patch's root cell.
     covariance: (6, 6) of an error (w, d): true rotation = R exp(w), w in the root cell's frame, rad; true position =
         p + d, in the link's frame, m. What is open has infinite variance.
+    observed: (6, 6) the same along what is not open, zero along the rest.
     open: what the data leaves open, by name; empty where everything is known.
     same_link: other links that move as one with `link`.
     used: (n,) rows of the cells whose data went in, a mask over the patch's cells; the others gave none, or such as no
@@ -53,6 +55,7 @@ class Localisation:
     link: str
     link_from_patch: Array
     covariance: Array
+    observed: Array
     open: tuple[OpenDirection, ...]
     same_link: tuple[str, ...]
     used: NDArray[np.bool_]
@@ -64,7 +67,20 @@ class Localisation:
         return float(np.sqrt(variance[:3].sum())), float(np.sqrt(variance[3:].sum()))
 
     def aligned_errors(self, true_link_from_patch: Array) -> tuple[float, float]:
-        """Rotation error, rad, and position error, m, against a true pose (4, 4), less what is open.
+        """Rotation error, rad, and position error, m, of `aligned_error`."""
+        best = self.aligned_error(true_link_from_patch)
+        return float(np.linalg.norm(best[:3])), float(np.linalg.norm(best[3:]))
+
+    def covers(self, aligned_error: Array, confidence: float = 0.95) -> bool:
+        """Whether an `aligned_error` (6,) lies in the stated region of this confidence, along what is not open."""
+        scale = np.repeat([1.0, LEVER_M], 3)
+        value, vector = np.linalg.eigh(self.observed / scale[:, None] / scale)
+        known = value > 1e-9 * max(float(value[-1]), 1e-30)
+        error = vector[:, known].T @ (aligned_error / scale)
+        return bool((error**2 / value[known]).sum() <= chi2.ppf(confidence, known.sum()))
+
+    def aligned_error(self, true_link_from_patch: Array) -> Array:
+        """(6,) error (w, d) against a true pose (4, 4), less what is open.
 
         The open motions are undone as far as they bring the estimate to the truth: nobody can know them.
         """
@@ -82,12 +98,13 @@ class Localisation:
         tries = 8 if sum(turning) < 2 else 3
         angles = [2 * np.pi * np.arange(tries) / tries if turn else np.zeros(1) for turn in turning]
         for start in itertools.product(*angles) if self.open else ():
-            if np.linalg.norm(best / scale) < 1e-9:
+            # Turned the right way, the patch is where it can be: other starts only find other ways round.
+            if np.linalg.norm(best[:3]) < 1e-7:
                 break
             found = optimize.least_squares(lambda amounts: error(amounts) / scale, np.array(start))
             if np.linalg.norm(found.fun) < np.linalg.norm(best / scale):
                 best = found.fun * scale
-        return float(np.linalg.norm(best[:3])), float(np.linalg.norm(best[3:]))
+        return best
 
 
 def pose_error(estimated: Array, true: Array) -> Array:
@@ -106,8 +123,8 @@ def moved(pose: Array, motion: Array) -> Array:
 
 def covariance_of(
     information: Array, robot: Robot, link: str, pose: Array, common: Array | None = None, limit_rad: float = 0.2
-) -> tuple[Array, tuple[OpenDirection, ...]]:
-    """Covariance with infinite variance along what is open, and the names of what is open.
+) -> tuple[Array, Array, tuple[OpenDirection, ...]]:
+    """Covariance with infinite variance along what is open, that along the rest alone, and the names of what is open.
 
     Args:
         information: (6, 6) inverse covariance of (w, d).
@@ -130,8 +147,9 @@ def covariance_of(
     with np.errstate(invalid="ignore"):
         spread = open_basis @ open_basis.T
         infinite = np.where(np.abs(spread) > 1e-6, np.copysign(np.inf, spread), 0.0)
-    covariance = np.where(infinite == 0.0, covariance, infinite) * scale[:, None] * scale
-    return covariance, _named(open_basis, robot, link, pose)
+    observed = covariance * scale[:, None] * scale
+    covariance = np.where(infinite == 0.0, observed, infinite)
+    return covariance, observed, _named(open_basis, robot, link, pose)
 
 
 def _named(open_basis: Array, robot: Robot, link: str, pose: Array) -> tuple[OpenDirection, ...]:

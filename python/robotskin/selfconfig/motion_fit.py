@@ -8,17 +8,30 @@ cell's thousands of readings are first reduced, without loss, to their regressio
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_adjustment import PriorKnowledge, cross_matrix
+from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 
 Array = NDArray[np.float64]
 
 SIGNALS = 13
 """f (3), Ω row by row (9), and one."""
+
+
+def rest_signals(robot: Robot, link: str, rest_posture: Array) -> Array:
+    """(K, 13) the known signals of a link that rests in postures (K, n) rad or m."""
+    row = robot.link_index(link)
+    signals = np.zeros((len(rest_posture), SIGNALS))
+    for signal, posture in zip(signals, rest_posture, strict=True):
+        signal[:3] = GRAVITY_MPS2 * robot.base_from_link(posture)[row, 2, :3]
+    signals[:, 12] = 1.0
+    return signals
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +51,12 @@ class Reduced:
     def of(self, cells: NDArray[np.bool_]) -> Reduced:
         """Those of some cells, a mask (n,)."""
         return Reduced(self.factor[cells], self.target[cells], self.floor[cells], self.readings[cells])
+
+    @classmethod
+    def nothing(cls, count: int) -> Reduced:
+        """What `count` cells say that were never read."""
+        empty = np.zeros(count)
+        return cls(np.zeros((count, SIGNALS, SIGNALS)), np.zeros((count, SIGNALS, 3)), empty, empty.astype(np.int64))
 
 
 class Readings:
@@ -79,13 +98,42 @@ class FitState:
     nuisance: Array
 
 
+class OtherEvidence(Protocol):
+    """What else is known of where cells are on the link, such as pictures of them."""
+
+    def residual(self, rotation: Array, place: Array) -> Array:
+        """(n, S) in standard deviations, of cells of rotation (n, 3, 3) and place (n, 3) m on the link."""
+
+    def slope(self, rotation: Array, place: Array) -> Array:
+        """(n, S, 6) its derivative by a turn of the cell (right of its rotation, rad) and by its place."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of a pose (6) and n cells' nuisances (12): blocks, gradients, and how cells move by both."""
+
+    own: Array
+    cross: Array
+    pose: Array
+    own_gradient: Array
+    pose_gradient: Array
+    cell_by_own: Array
+    cell_by_pose: Array
+
+
 class MotionFit:
     """The normal equations of one patch on one link."""
 
     def __init__(
-        self, reduced: Reduced, noise: Array, root_from_cell: Array, shape_covariance: Array, prior: PriorKnowledge
+        self,
+        reduced: Reduced,
+        noise: Array,
+        root_from_cell: Array,
+        shape_covariance: Array,
+        prior: PriorKnowledge,
+        other: OtherEvidence | None = None,
     ) -> None:
-        self.reduced, self.noise, self.root_from_cell = reduced, noise, root_from_cell
+        self.reduced, self.noise, self.root_from_cell, self.other = reduced, noise, root_from_cell, other
         self.factor = reduced.factor / noise[:, None, None]
         self.target = reduced.target / noise[:, None, None]
         # The root's own shape is exact by definition; this much keeps its covariance invertible.
@@ -143,9 +191,33 @@ class MotionFit:
         """(n,) the share of each cell in the cost."""
         residual = self.factor @ self._coefficients(state)[0] - self.target
         prior = np.einsum("ni,nij,nj->n", state.nuisance, self.known, state.nuisance)
-        return (residual**2).sum(axis=(1, 2)) + prior
+        seen = 0.0 if self.other is None else (self.other.residual(*self.cells(state)) ** 2).sum(axis=1)
+        return (residual**2).sum(axis=(1, 2)) + prior + seen
 
-    def _cells(self, state: FitState) -> tuple[Array, Array]:
+    def placed(self, state: FitState, cell: int) -> tuple[Array, Array]:
+        """Pose (4, 4) of one cell on the link, and the information (6, 6) on its (w, d), its own share of the shape's
+        errors included.
+        """
+        normal = self._normal(state)
+        rotation, place = self.cells(state)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = rotation[cell], place[cell]
+        others = np.arange(len(place)) != cell
+        left = normal.pose - _eliminated(normal.own[others], normal.cross[others])
+        joint = np.block([[left, normal.cross[cell].T], [normal.cross[cell], normal.own[cell]]])
+        # The cell's own motion takes the place of the patch's: dx_cell = M dx_patch + B dn.
+        back = np.linalg.inv(normal.cell_by_pose[cell, :6])
+        change = np.eye(18)
+        change[:6, :6], change[:6, 6:] = back, -back @ normal.cell_by_own[cell, :6]
+        joint = change.T @ joint @ change
+        information = joint[:6, :6] - joint[:6, 6:] @ np.linalg.solve(joint[6:, 6:], joint[6:, :6])
+        return pose, 0.5 * (information + information.T)
+
+    def nuisance_covariance(self, state: FitState) -> Array:
+        """(n, 12, 12) of each cell's nuisance, were the patch's pose known."""
+        return np.linalg.inv(self._normal(state).own)
+
+    def cells(self, state: FitState) -> tuple[Array, Array]:
         """Rotations (n, 3, 3) and places (n, 3) of the cells on the link."""
         rotation, shape = state.pose[:3, :3], self.root_from_cell
         turned = rotation @ shape[:, :3, :3] @ Rotation.from_rotvec(state.nuisance[:, :3]).as_matrix()
@@ -153,7 +225,7 @@ class MotionFit:
 
     def _coefficients(self, state: FitState) -> tuple[Array, Array, Array]:
         """θ (n, 13, 3), rotations and places of the cells."""
-        turned, place = self._cells(state)
+        turned, place = self.cells(state)
         scale = 1.0 + state.nuisance[:, 6:9]
         theta = np.empty((len(place), SIGNALS, 3))
         theta[:, :3] = turned * scale[:, None]
@@ -165,6 +237,16 @@ class MotionFit:
         self, state: FitState, damping: float, frozen_rotation: bool = False
     ) -> tuple[tuple[Array, Array], Array]:
         """Gauss-Newton step (6,), (n, 12), and the information on the pose with all nuisances eliminated."""
+        normal = self._normal(state, frozen_rotation)
+        solved = np.linalg.solve(normal.own, np.concatenate([normal.cross, normal.own_gradient[:, :, None]], axis=2))
+        information = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[:, :, :6])
+        gradient = normal.pose_gradient - np.einsum("nai,na->i", normal.cross, solved[:, :, 6])
+        scaled = information + (damping * np.diag(np.diag(information)) + 1e-6 * np.eye(6))
+        pose_step = -np.linalg.solve(scaled, gradient)
+        own_step = -solved[:, :, 6] - np.einsum("nai,i->na", solved[:, :, :6], pose_step)
+        return (pose_step, own_step), 0.5 * (information + information.T)
+
+    def _normal(self, state: FitState, frozen_rotation: bool = False) -> _Normal:
         theta, turned, place = self._coefficients(state)
         count = len(place)
         scale = 1.0 + state.nuisance[:, 6:9]
@@ -180,6 +262,11 @@ class MotionFit:
             slope[:, 12, axis, 9 + axis] = 1.0
         jacobian = np.einsum("nst,ntax->nsax", self.factor, slope).reshape(count, 3 * SIGNALS, 12)
         residual = (self.factor @ theta - self.target).reshape(count, -1)
+        if self.other is not None:
+            slope_seen = self.other.slope(turned, place)
+            padded = np.concatenate([slope_seen, np.zeros((*slope_seen.shape[:2], 6))], axis=2)
+            jacobian = np.concatenate([jacobian, padded], axis=1)
+            residual = np.concatenate([residual, self.other.residual(turned, place)], axis=1)
         # By the nuisances: the shape's shift counts in the root's frame; by the pose: all cells move with the root.
         own = np.tile(np.eye(12), (count, 1, 1))
         own[:, 3:6, 3:6] = state.pose[:3, :3]
@@ -193,16 +280,16 @@ class MotionFit:
             j_root = j_root.copy()
             j_root[:, :, :3] = 0.0
             j_own[:, :, :6] = 0.0
-        h_own = np.swapaxes(j_own, 1, 2) @ j_own + self.known
-        h_cross = np.swapaxes(j_own, 1, 2) @ j_root
-        g_own = np.einsum("nri,nr->ni", j_own, residual) + np.einsum("nij,nj->ni", self.known, state.nuisance)
-        solved = np.linalg.solve(h_own, np.concatenate([h_cross, g_own[:, :, None]], axis=2))
-        information = np.einsum("nri,nrj->ij", j_root, j_root) - np.einsum("nai,naj->ij", h_cross, solved[:, :, :6])
-        gradient = np.einsum("nri,nr->i", j_root, residual) - np.einsum("nai,na->i", h_cross, solved[:, :, 6])
-        scaled = information + (damping * np.diag(np.diag(information)) + 1e-6 * np.eye(6))
-        pose_step = -np.linalg.solve(scaled, gradient)
-        own_step = -solved[:, :, 6] - np.einsum("nai,i->na", solved[:, :, :6], pose_step)
-        return (pose_step, own_step), 0.5 * (information + information.T)
+        nuisance_gradient = np.einsum("nij,nj->ni", self.known, state.nuisance)
+        return _Normal(
+            own=np.swapaxes(j_own, 1, 2) @ j_own + self.known,
+            cross=np.swapaxes(j_own, 1, 2) @ j_root,
+            pose=np.einsum("nri,nrj->ij", j_root, j_root),
+            own_gradient=np.einsum("nri,nr->ni", j_own, residual) + nuisance_gradient,
+            pose_gradient=np.einsum("nri,nr->i", j_root, residual),
+            cell_by_own=own,
+            cell_by_pose=by_root,
+        )
 
     def _moved(self, state: FitState, step: tuple[Array, Array]) -> FitState:
         pose = state.pose.copy()
@@ -211,3 +298,8 @@ class MotionFit:
         nuisance = state.nuisance + step[1]
         # Small turns add up, to second order; they are a fraction of a degree.
         return FitState(pose, nuisance)
+
+
+def _eliminated(own: Array, cross: Array) -> Array:
+    """(6, 6) what is lost on the pose because each cell's nuisance is unknown too."""
+    return np.einsum("nai,naj->ij", cross, np.linalg.solve(own, cross))

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GravitySamples
 from robotskin.selfconfig.link_motion import link_motions
 from robotskin.selfconfig.localisation import Localisation, LocalisationError, covariance_of, moving_joints, segments
-from robotskin.selfconfig.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced
+from robotskin.selfconfig.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced, rest_signals
 from robotskin.selfconfig.simulated_motion import MotionRecording
 
 Array = NDArray[np.float64]
@@ -81,13 +81,9 @@ def motion_signals(
             tidal = motion.tidal().reshape(-1, 9)
             rows[joint].append(np.hstack([motion.specific_force, tidal, np.ones((len(tidal), 1))]))
     rests = 0 if rest_posture is None else len(rest_posture)
-    for posture in () if rest_posture is None else rest_posture:
-        pose = robot.base_from_link(posture)
+    if rest_posture is not None:
         for joint, names in candidates.items():
-            row = np.zeros((1, SIGNALS))
-            row[0, :3] = GRAVITY_MPS2 * pose[robot.link_index(names[0]), 2, :3]
-            row[0, 12] = 1.0
-            rows[joint].append(row)
+            rows[joint].append(rest_signals(robot, names[0], rest_posture))
     return MotionSignals(candidates, {joint: np.concatenate(parts) for joint, parts in rows.items()}, rests)
 
 
@@ -175,10 +171,10 @@ def localise_by_motion(
     squares = (of.floor / noise[enough] ** 2)[kept].sum() + fit.cost(state)
     misfit = float(np.sqrt(squares / freedom))
     common = _common_shape_error(root_from_cell[enough][kept], shape[enough][kept], state.pose)
-    covariance, unknown = covariance_of(information / max(misfit, 1.0) ** 2, robot, link, state.pose, common)
+    covariance, observed, unknown = covariance_of(information / max(misfit, 1.0) ** 2, robot, link, state.pose, common)
     used = np.zeros(count, dtype=bool)
     used[np.flatnonzero(enough)[kept]] = True
-    return Localisation(link, state.pose, covariance, unknown, tuple(same), used, misfit)
+    return Localisation(link, state.pose, covariance, observed, unknown, tuple(same), used, misfit)
 
 
 def _fit(

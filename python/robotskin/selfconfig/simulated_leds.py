@@ -5,6 +5,7 @@ Ground truth for benches and tests; needs no graphics driver. `rendered_leds.py`
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -36,6 +37,16 @@ class CameraImperfections:
     shot: float = 4.0
     led_light: float = 150.0
     ambient: float = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A blurred LED in the image: row of its cell, rows and columns of the image, light (h, w) there, of 1."""
+
+    cell: int
+    rows: slice
+    columns: slice
+    light: NDArray[np.float32]
 
 
 class RobotScene:
@@ -137,24 +148,39 @@ def draw_period(
         (31, H, W, 3) red, green, blue, 0 to 255.
     """
     pixel, light = visible(scene, camera, view, base_from_cell)
+    room = background(scene, camera, view, imperfections.ambient).astype(np.float32)
+    spots = [_spot(int(cell), pixel[cell], light[cell], imperfections.blur_px) for cell in np.flatnonzero(light)]
+    return blinking_frames(room, spots, ids, random, imperfections, first_frame)
+
+
+def blinking_frames(
+    room: NDArray[np.float32],
+    spots: Sequence[Spot],
+    ids: ArrayLike,
+    random: np.random.Generator,
+    imperfections: CameraImperfections,
+    first_frame: int = 0,
+) -> NDArray[np.uint8]:
+    """(31, H, W, 3) frames of a room (H, W), 0 to 255, in which spots blink ids (N,); the noise is the camera's."""
     table = np.roll(colours(ids), first_frame, axis=0)
     shades = np.stack([table >> 16 & 255, table >> 8 & 255, table & 255], axis=2) / 255.0
-    room = background(scene, camera, view, imperfections.ambient).astype(np.float32)
-    frames = np.empty((PERIOD_FRAMES, camera.height, camera.width, 3), dtype=np.uint8)
-    spots = [(*_spot(pixel[cell], imperfections.blur_px), cell) for cell in np.flatnonzero(light)]
+    frames = np.empty((PERIOD_FRAMES, *room.shape, 3), dtype=np.uint8)
     for number in range(PERIOD_FRAMES):
         frame = np.repeat(room[:, :, None], 3, axis=2)
-        for rows, columns, spot, cell in spots:
-            frame[rows, columns] += spot[..., None] * (imperfections.led_light * light[cell] * shades[number, cell])
+        for spot in spots:
+            frame[spot.rows, spot.columns] += spot.light[..., None] * (
+                imperfections.led_light * shades[number, spot.cell]
+            )
         noise = imperfections.noise + (imperfections.shot - imperfections.noise) * np.clip(frame, 0, 255) / 255
         frame += random.standard_normal(frame.shape, dtype=np.float32) * noise.astype(np.float32)
         frames[number] = np.clip(np.rint(frame), 0, 255).astype(np.uint8)
     return frames
 
 
-def _spot(pixel: Array, blur_px: float, reach: int = SPOT_PX) -> tuple[slice, slice, NDArray[np.float32]]:
-    """Rows, columns and light of a blurred point, 1 at its middle."""
+def _spot(cell: int, pixel: Array, brightness: float, blur_px: float, reach: int = SPOT_PX) -> Spot:
+    """A blurred point, `brightness` at its middle."""
     x, y = np.rint(pixel).astype(int)
     rows, columns = np.mgrid[y - reach : y + reach + 1, x - reach : x + reach + 1]
-    spot = np.exp(-((columns - pixel[0]) ** 2 + (rows - pixel[1]) ** 2) / (2 * blur_px**2))
-    return slice(y - reach, y + reach + 1), slice(x - reach, x + reach + 1), spot.astype(np.float32)
+    light = brightness * np.exp(-((columns - pixel[0]) ** 2 + (rows - pixel[1]) ** 2) / (2 * blur_px**2))
+    window = slice(y - reach, y + reach + 1), slice(x - reach, x + reach + 1)
+    return Spot(cell, *window, light.astype(np.float32))

@@ -4,14 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot, load
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.led_camera import Camera, CameraView, looking_at
 from robotskin.selfconfig.led_detection import detect
-from robotskin.selfconfig.led_localisation import Sighting, localise_by_leds
+from robotskin.selfconfig.led_localisation import localise_by_leds
+from robotskin.selfconfig.led_sightings import Sighting
 from robotskin.selfconfig.localisation import LocalisationError, pose_error
 from robotskin.selfconfig.simulated_leds import RobotScene, base_from_cells, draw_period, visible
+from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, rest_readings
 
 CAMERA = Camera(distortion=(-0.12, 0.05, 0.001, -0.0005, 0.0))
 START = np.array([0.3, -1.2, 1.1, -0.4, 0.8, 0.2])
@@ -118,6 +123,47 @@ def test_a_lone_cell_has_a_place_and_its_turns_stay_open(
     assert np.isinf(np.diag(found.covariance)[:3]).all()
     assert np.linalg.norm(found.link_from_patch[:3, 3] - bench.true[:3, 3]) < 5 * found.deviation()[1] < 5e-3
     assert found.aligned_errors(bench.true)[0] < 1e-6
+
+
+def test_pictures_and_gravity_mend_the_shape_of_a_small_patch(
+    robot: Robot, skin: Layout, scene: RobotScene, seed: int
+) -> None:
+    """A shape told by gravity and hinges is off by the hinges' gaps; held rigid it would turn the patch by degrees."""
+    inside = 0
+    for number in range(3):
+        bench = Bench(robot, skin, scene, 5, seed + 100 * number)
+        views = [bench.look(START + bench.random.uniform(-0.2, 0.2, 6))[0] for _ in range(3)]
+        count = len(bench.cells)
+        turn, gap = np.radians(0.1), 1e-3
+        shape = bench.shape.copy()
+        others = np.abs(shape - np.eye(4)).sum(axis=(1, 2)) > 1e-6
+        shape[others, :3, 3] += gap * bench.random.standard_normal((others.sum(), 3))
+        shape[others, :3, :3] = (
+            shape[others, :3, :3]
+            @ Rotation.from_rotvec(turn * bench.random.standard_normal((others.sum(), 3))).as_matrix()
+        )
+        covariance = np.where(others[:, None, None], np.diag([turn**2] * 3 + [gap**2] * 3), 0.0)
+        postures = START + bench.random.uniform(-1.0, 1.0, (6, 6))
+        faults = AccelerometerFaults.draw(bench.random, count, AccelerometerImperfections())
+        raw = rest_readings(
+            robot, bench.link[bench.cells], skin.link_from_cell[bench.cells], postures, faults, bench.random
+        )
+        found = localise_by_leds(
+            robot,
+            CAMERA,
+            views,
+            shape,
+            shape_covariance=covariance,
+            rest_posture=postures,
+            rest=GravitySamples.from_raw(raw),
+        )
+        assert found.link == skin.patches[5].link
+        error = found.aligned_error(bench.true)
+        assert np.linalg.norm(error[:3]) < np.radians(0.6)
+        assert np.linalg.norm(error[3:]) < 1.5e-3
+        assert found.covers(error, 0.9999)
+        inside += found.covers(error)
+    assert inside >= 2
 
 
 def test_a_wrong_name_does_not_move_the_patch(robot: Robot, skin: Layout, scene: RobotScene, seed: int) -> None:
