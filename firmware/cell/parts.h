@@ -96,6 +96,7 @@ void rs_retention_check(rs_cell* cell, uint32_t now_us);
 /* ---- network/torque_epoch.c ---- */
 void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
 void rs_torque_follow(rs_cell* cell, uint32_t now_us); /* begins epochs and ends them */
+uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us);
 void rs_torque_check(rs_cell* cell);
 
 /* ---- network/queues.c ---- */

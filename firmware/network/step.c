@@ -7,7 +7,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   uint32_t wait_us = RS_HEARTBEAT_US;
   const uint32_t limit_us[] = {
       route->advertised_us + RS_HEARTBEAT_US - now_us,
-      cell->torque.open ? cell->torque.deadline_us - now_us : RS_HEARTBEAT_US,
+      rs_torque_wait_us(cell, now_us),
       route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
       route->parent_port == RS_NO_PARENT
           ? RS_HEARTBEAT_US

@@ -122,18 +122,20 @@ enum { RS_UNIT_TORQUE_SLOTS = 64 }; /* limbs and parts */
 /* One epoch of torque sums. */
 typedef struct {
   rs_torque_sum slot[RS_UNIT_TORQUE_SLOTS];
+  uint64_t given;    /* bit i: slot i has been handed over; what comes after that only counts as expected */
   uint64_t number;   /* tick time / 4 */
   uint16_t reported; /* bit p - 1: port p has reported */
   uint8_t used;
   bool open;
+  bool late; /* something came after its sum was handed over */
 } rs_unit_epoch;
 
 typedef struct {
-  rs_unit_epoch epoch[2];                     /* by the lowest bit of the number */
+  rs_unit_epoch epoch;
   uint16_t expected[16][4];                   /* cells, by limb and part */
   uint8_t reports[RS_SECTION_UNIT_PORTS_MAX]; /* epochs for which the port is still waited for */
   uint8_t missing;                            /* epochs handed over incomplete in a row */
-  uint32_t complete, incomplete, late;        /* epochs handed over; frames that came after that */
+  uint32_t complete, incomplete, late;        /* epochs; frames that came after their sum was handed over */
 } rs_unit_torque;
 
 typedef struct {

@@ -46,11 +46,13 @@ enum {
   RS_RETENTION_US = 12000,      /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,    /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,     /* one that found no parent is given up after this */
-  RS_TORQUE_WAIT_US = 400,      /* a cell waits for its children's torque sums so long, */
+  RS_TORQUE_EARLY_US = 250,     /* a report may come so long before the own clock begins its epoch */
+  RS_TORQUE_WAIT_US = 400,      /* after the epoch's begin a cell waits for its children's torque sums so long, */
   RS_TORQUE_HOP_US = 100,       /* so much more for each hop below it */
   RS_TORQUE_FRAME_US = 100,     /* and each frame of a report there, */
-  RS_TORQUE_WAIT_MAX_US = 3200, /* and at most so long */
-  RS_TORQUE_END_US = 3700,      /* after the epoch's tick a section unit hands over what it has */
+  RS_TORQUE_WAIT_MAX_US = 3400, /* and at most so long, */
+  RS_TORQUE_WAY_US = 80,        /* less this for each hop to the root */
+  RS_TORQUE_END_US = 3700,      /* after the epoch's begin a section unit hands over what it has */
   RS_TOPOLOGY_US = 1000000,
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
   RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */

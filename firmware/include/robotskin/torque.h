@@ -1,8 +1,11 @@
 /* Torques summed on their way up the tree, once an epoch of four ticks.
  *
- * Each cell sends one report an epoch: its own contribution and those of the children that reported in time. A child
- * counts on being waited for once it has reported; whoever comes too late is passed on as it is and added further up
- * or in the section unit. Nothing is sent where nobody contributes. */
+ * All cells begin an epoch at the same instant, each by its own knowledge of the tick time, so that sums go up without
+ * waiting for the tick to come down. Each cell sends one report an epoch: its own contribution and those of the
+ * children that reported in time. The sum of a limb's part leaves as soon as every child has reported that had it in
+ * one of the last two epochs; the last frame says that the report is complete. A child counts on being waited for once
+ * it has reported; whoever comes too late is passed on as it is and added further up or in the section unit. Nothing
+ * is sent where nobody contributes. */
 #ifndef ROBOTSKIN_TORQUE_H
 #define ROBOTSKIN_TORQUE_H
 
@@ -52,12 +55,18 @@ typedef struct {
 typedef struct {
   rs_contribution own;
   rs_torque_sum slot[RS_TORQUE_SLOTS];
-  uint32_t deadline_us;      /* the report leaves then, complete or not */
-  uint32_t epoch;            /* tick time / 4 */
-  uint8_t used;              /* slots */
-  uint8_t waiting;           /* bit p - 1: the child at port p has yet to report */
-  uint8_t reports[RS_PORTS]; /* epochs for which the child at port p is still waited for */
-  bool open;                 /* the report has not left */
+  uint8_t from[RS_TORQUE_SLOTS];     /* bit p - 1: the child at port p has reported this sum */
+  uint8_t before[RS_TORQUE_SLOTS];   /* ... in the epoch before */
+  uint8_t expected[RS_TORQUE_SLOTS]; /* children for which this sum waits */
+  uint32_t deadline_us;              /* the report leaves then, complete or not */
+  uint32_t begin_us;                 /* when the next epoch begins */
+  uint32_t origin_us;                /* of the tick by which that is known */
+  uint32_t epoch;                    /* tick time / 4 */
+  uint8_t used;                      /* slots */
+  uint8_t filled;                    /* bit i: slot i holds what has not been sent */
+  uint8_t waiting;                   /* bit p - 1: the child at port p has yet to report */
+  uint8_t reports[RS_PORTS];         /* epochs for which the child at port p is still waited for */
+  bool open;                         /* the report is not complete */
 } rs_torque_epoch;
 
 void rs_torque_sum_start(rs_torque_sum* sum, uint32_t limb, uint32_t part);
