@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-PARTS = ("balance", "size", "recovery", "torque", "speed", "scale")
+PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign")
+CAMPAIGN_CHUNK = 400
+"""Seeds between two lines of progress."""
+MUTANT_SEEDS = 1000
+"""In which a mutant of the protocol must be caught."""
 FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
 
 
@@ -24,6 +29,7 @@ def run(
     seeds: Annotated[int, typer.Option(help="Seeds of the set, from 0; 100 is the whole set.", min=1, max=100)] = 100,
     quick: Annotated[bool, typer.Option(help="Three seeds of each skin: an impression in two minutes.")] = False,
     parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
+    fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign, from 1.", min=1)] = 20000,
     processes: Annotated[int, typer.Option(help="Worker processes.", min=1)] = 2,
     pictures: Annotated[
         Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
@@ -34,7 +40,7 @@ def run(
     The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
     with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
     every fourth of those seeds at two, four and five. A run ends once its loads have settled.
-    docs/network.md says what each figure means.
+    `campaign` is the fault campaign and its mutants. docs/network.md says what each figure means.
     """
     wanted = parts.split(",")
     unknown = [part for part in wanted if part not in PARTS]
@@ -63,6 +69,8 @@ def run(
 
         tell("scale")
         figures |= scale_figures(seed, quick)
+    if "campaign" in wanted:
+        figures |= campaign_part(100 if quick else fault_seeds, processes)
     tell("")
     return figures
 
@@ -145,3 +153,42 @@ def torque_part(seeds: int, processes: int) -> dict[str, Any]:
 
     jobs = [(which, fault) for which in range(max(2, seeds // 5)) for fault in (False, True)]
     return torque_figures(list(spread(torque_run, jobs, processes, tell, "torque sums")))
+
+
+def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
+    """Random skins under random faults, and the mutants that its checkers must catch."""
+    from robotskin.campaign import BrokenSeed, caught_mutants, run_seeds
+
+    begun, broken, run = time.monotonic(), 0, 0
+
+    def told(seed: BrokenSeed) -> None:
+        nonlocal broken
+        broken += 1
+        print(f"broken: {seed.case}: {seed.breaks[0]}", file=sys.stderr)
+
+    figures: dict[str, Any] = {}
+    report = None
+    for first in range(1, fault_seeds + 1, CAMPAIGN_CHUNK):
+        chunk = range(first, min(first + CAMPAIGN_CHUNK, fault_seeds + 1))
+        part = run_seeds(chunk, processes=processes, told=told)
+        if report is None:
+            report = part
+        else:
+            report.merge(part)
+        run += len(chunk)
+        left_s = (time.monotonic() - begun) / run * (fault_seeds - run)
+        tell(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
+    assert report is not None
+    print(report.distribution, file=sys.stderr)
+    mutants = caught_mutants(MUTANT_SEEDS)
+    figures["fault_seeds_run"] = report.seeds
+    figures["invariant_breaks"] = report.breaks
+    figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)
+    figures["fault_simulated_s"] = round(report.simulated_s, 1)
+    figures["fault_longest_wait_ms"] = round(report.longest_wait_ms, 3)
+    figures["fault_largest_control_share"] = round(report.largest_control_share, 4)
+    figures["mutants_caught"] = int(all(mutant.seed is not None for mutant in mutants))
+    for mutant in mutants:
+        if mutant.seed is not None:
+            figures[f"mutant_{mutant.name}_seeds"] = mutant.seeds
+    return figures
