@@ -57,9 +57,7 @@ class LedRenderer:
         self._option = mujoco.MjvOption()
         # What rays meet is drawn, whatever its group.
         self._option.geomgroup[:] = 1
-        self._context = _gl_context(self._width, self._height)
-        self._context.make_current()
-        self._renderer = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        self._context, self._renderer = _driver(self._model, self._width, self._height)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._renderer)
 
     def __enter__(self) -> Self:
@@ -187,8 +185,8 @@ class LedRenderer:
         return np.ascontiguousarray(picture[::-1])
 
 
-def _gl_context(width: int, height: int) -> mujoco.GLContext:
-    """EGL, which needs no screen, or what MuJoCo itself would take.
+def _driver(model: mujoco.MjModel, width: int, height: int) -> tuple[mujoco.GLContext, mujoco.MjrContext]:
+    """A context of EGL, which needs no screen, or of what MuJoCo itself would take; and the model in its memory.
 
     Raises:
         RenderError: neither works here.
@@ -197,7 +195,9 @@ def _gl_context(width: int, height: int) -> mujoco.GLContext:
     for choose in (_egl, lambda: mujoco.GLContext):
         # Whatever a driver or its bindings raise where they are missing: the answer is the same.
         try:
-            return choose()(width, height)
+            context = choose()(width, height)
+            context.make_current()
+            return context, mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         except Exception as ex:
             failures.append(f"{type(ex).__name__}: {ex}")
     raise RenderError(f"no graphics driver to draw with ({'; '.join(failures)})")
