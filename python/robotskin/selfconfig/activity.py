@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from robotskin.selfconfig.side_by_side import side_by_side
 from robotskin.selfconfig.simulated_motion import MotionRecording
 
 Array = NDArray[np.float64]
@@ -40,8 +41,8 @@ def activity_matrix(recordings: Sequence[MotionRecording], false_alarm: float = 
     if not recordings or len({len(recording.acceleration) for recording in recordings}) != 1:
         raise ValueError(f"{len(recordings)} recordings: at least one is needed, all of the same cells")
     rows: dict[int, NDArray[np.bool_]] = {}
-    for recording in recordings:
-        moved = _moved(recording, false_alarm)
+    moves = side_by_side(lambda recording: _moved(recording, false_alarm), recordings)
+    for recording, moved in zip(recordings, moves, strict=True):
         joint = recording.swing.joint
         rows[joint] = rows[joint] | moved if joint in rows else moved
     return np.array(list(rows.values()))
@@ -53,14 +54,16 @@ def _moved(recording: MotionRecording, false_alarm: float) -> NDArray[np.bool_]:
     signals = np.stack([np.ones_like(angle), angle, angle**2, rate**2, acceleration], axis=1)
     signals /= np.abs(signals).max(axis=0)
     moved = np.zeros(len(recording.acceleration), dtype=bool)
-    valid = np.asarray(np.isfinite(recording.acceleration).all(axis=2), dtype=bool)
+    valid = recording.present
     # Cells that missed the same instants share a regression; most missed none.
     for pattern, cells in _alike(valid):
         count = int(pattern.sum())
         if count < 10:
             continue
         basis = np.linalg.qr(signals[pattern])[0]
-        readings = recording.acceleration[cells] if count == len(pattern) else recording.acceleration[cells][:, pattern]
+        readings = recording.acceleration if len(cells) == len(valid) else recording.acceleration[cells]
+        if count < len(pattern):
+            readings = readings[:, pattern]
         # The first column is the constant; the others explain what they span of the readings less their mean.
         along = np.matmul(basis.T, readings)
         explained = (along[:, 1:] ** 2).sum(axis=(1, 2))

@@ -31,6 +31,7 @@ from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap, SignRule, build_map
+from robotskin.selfconfig.side_by_side import side_by_side
 from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.topology import Topology, explore
 
@@ -258,19 +259,17 @@ def reconstruct_patches(
         progress: told what is done.
         only: numbers of the patches to reconstruct; the others come back with nothing known. By default all.
     """
-    found = []
-    for patch in range(len(topology.root)):
-        if progress:
-            progress("reconstruction", patch / len(topology.root))
+
+    def one(patch: int) -> ConfiguredPatch:
         cells = topology.cells_of(patch)
         if only is not None and patch not in only:
-            found.append(ConfiguredPatch(cells))
-            continue
+            return ConfiguredPatch(cells)
         try:
-            found.append(ConfiguredPatch(cells, reconstruct(topology, samples, patch)))
+            return ConfiguredPatch(cells, reconstruct(topology, samples, patch))
         except (UnobservableRotationError, ReconstructionError) as error:
-            found.append(ConfiguredPatch(cells, problem=str(error)))
-    return tuple(found)
+            return ConfiguredPatch(cells, problem=str(error))
+
+    return _told("reconstruction", one, range(len(topology.root)), progress)
 
 
 def localise_patches(
@@ -301,13 +300,11 @@ def localise_patches(
         {name for links in carriers for name in links if robot.core.link_joints[robot.link_index(name)] >= 0}
     )
     signals = motion_signals(robot, recording.swings, recording.rest_posture, names or None)
-    found = []
-    for number, patch in enumerate(patches):
-        if progress:
-            progress("localisation", number / len(patches))
+
+    def one(number: int) -> ConfiguredPatch:
+        patch = patches[number]
         if patch.reconstruction is None:
-            found.append(patch)
-            continue
+            return patch
         try:
             place = localise_by_motion(
                 robot,
@@ -320,10 +317,22 @@ def localise_patches(
                 signals=_only(signals, carriers[number]),
             )
         except LocalisationError as error:
-            found.append(replace(patch, problem=str(error)))
-            continue
+            return replace(patch, problem=str(error))
         open_ = ", ".join(direction.name for direction in place.open)
-        found.append(replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else ""))
+        return replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else "")
+
+    return _told("localisation", one, range(len(patches)), progress)
+
+
+def _told(
+    step: str, one: Callable[[int], ConfiguredPatch], numbers: Sequence[int], progress: Progress | None
+) -> tuple[ConfiguredPatch, ...]:
+    """`one` of each number, with progress."""
+    found = []
+    for patch in side_by_side(one, numbers):
+        found.append(patch)
+        if progress:
+            progress(step, len(found) / len(numbers))
     return tuple(found)
 
 
@@ -435,17 +444,18 @@ def learn_map(
 
     def gravity_in(swing: MotionRecording) -> Array:
         felt = np.zeros((count, len(swing.time_s), 3))
-        felt[known] = gravity_while_swinging(robot, link[known], pose[known], swing.swing, swing.time_s)
+        # The weights of the others are masked.
+        told = known & configuration.activity[swing.swing.joint]
+        felt[told] = gravity_while_swinging(robot, link[told], pose[told], swing.swing, swing.time_s)
         return felt
 
-    gravity = (gravity_in(swing) for swing in swings)
     return build_map(
         robot.name,
         robot.joint_names,
         configuration.topology.cell,
         swings,
         configuration.activity,
-        gravity,
+        gravity_in,
         sign=sign,
         suppression=suppression,
         normalise=normalise,

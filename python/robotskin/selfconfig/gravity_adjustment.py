@@ -344,9 +344,11 @@ def hinge_jacobian(pose: Array, edges: NDArray[np.integer]) -> Array:
 
 def cross_matrix(vector: Array) -> Array:
     """(..., 3, 3) with matrix @ w = vector x w."""
-    x, y, z = np.moveaxis(vector, -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape, 3)
+    matrix = np.zeros((*vector.shape, 3))
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
+    return matrix
 
 
 def tangents(direction: Array) -> Array:

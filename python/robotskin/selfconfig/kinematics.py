@@ -23,6 +23,7 @@ from robotskin.selfconfig.kinematic_start import KinematicsError, first_tree
 from robotskin.selfconfig.kinematic_unobservable import doubt
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
+from robotskin.selfconfig.side_by_side import side_by_side
 from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.swing_statistics import SwingStatistics
 
@@ -151,7 +152,11 @@ def _statistics(
         of = recording.coefficient if isinstance(recording, SwingStatistics) else recording.acceleration
         if len(of) != len(patches.patch):
             raise ValueError(f"recording {number} has {len(of)} cells, the patches {len(patches.patch)}")
-    swings = [one if isinstance(one, SwingStatistics) else SwingStatistics.of_recording(one) for one in recordings]
+    swings = list(
+        side_by_side(
+            lambda one: one if isinstance(one, SwingStatistics) else SwingStatistics.of_recording(one), recordings
+        )
+    )
     if rests is not None:
         postures, samples = rests
         if samples.mean.shape[:2] != (len(patches.patch), len(postures)):

@@ -64,11 +64,20 @@ class Readings:
 
     def __init__(self, readings: Array, weight: Array) -> None:
         self.weight = weight
-        valid = np.asarray(np.isfinite(readings).all(axis=2), dtype=bool)
+        # Axis by axis, so that all readings of one axis lie side by side: (n, 3, K).
+        felt = np.ascontiguousarray(np.swapaxes(readings, 1, 2))
+        valid = np.asarray(np.isfinite(felt[:, 0] + felt[:, 1] + felt[:, 2]), dtype=bool)
         self.count = 3 * valid.sum(axis=1)
         # Missing ones become zero readings of zero signals.
-        self.felt = np.where(valid[..., None], readings, 0.0) * weight[:, None]
-        self.squares = (self.felt**2).sum(axis=(1, 2))
+        if not valid.all():
+            felt = np.where(valid[:, None], felt, 0.0)
+        self.felt = felt * weight
+        squares = np.einsum("nak,nak->na", self.felt, self.felt)
+        self.squares = squares.sum(axis=1)
+        total = valid @ weight**2
+        mean = (self.felt @ weight) / np.maximum(total, 1e-12)[:, None]
+        self.spread = np.sqrt(np.maximum(squares / np.maximum(total, 1e-12)[:, None] - mean**2, 0.0))
+        """(n, 3) m/s² standard deviation of each axis' readings."""
         # Cells that missed the same instants share their signals; most missed none.
         keys: dict[bytes, list[int]] = {}
         for cell, row in enumerate(valid):
@@ -85,7 +94,9 @@ class Readings:
             root = np.sqrt(np.where(size > 1e-13 * size[-1], size, 0.0))
             inverse = np.where(root > 0, 1 / np.where(root > 0, root, 1.0), 0.0)
             factor[group] = root[:, None] * vector.T
-            target[group] = (inverse[:, None] * vector.T) @ (known.T @ self.felt[group])
+            felt = self.felt if len(group) == cells else self.felt[group]
+            projected = (felt.reshape(-1, felt.shape[2]) @ known).reshape(len(group), 3, SIGNALS)
+            target[group] = (inverse[:, None] * vector.T) @ np.swapaxes(projected, 1, 2)
         floor = np.maximum(self.squares - (target**2).sum(axis=(1, 2)), 0.0)
         return Reduced(factor, target, floor, self.count)
 

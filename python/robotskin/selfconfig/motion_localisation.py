@@ -132,23 +132,22 @@ def localise_by_motion(
     if count != len(root_from_cell):
         raise LocalisationError(f"a shape of {len(root_from_cell)} cells for {count} cells of the recordings")
     signals = signals or motion_signals(robot, recordings, rest_posture, links)
-    felt = [recording.acceleration[rows] for recording in recordings]
-    noise = _noise(felt)
-    if rest is not None:
-        felt.append(rest.mean[rows])
-    readings = np.concatenate(felt, axis=1)
+    readings = np.concatenate(
+        [recording.acceleration[rows] for recording in recordings] + ([] if rest is None else [rest.mean[rows]]), axis=1
+    )
+    noise = _noise(readings, [len(recording.time_s) for recording in recordings])
     weight = np.ones(readings.shape[1])
     if rest is not None:
         # A rest is a mean of several samples, and counts as many.
         weight[len(weight) - signals.rests :] = np.nanmedian(noise / rest.deviation[rows])
-    enough = np.isfinite(noise) & (np.isfinite(readings).all(axis=2).sum(axis=1) >= 4 * SIGNALS)
+    heard = Readings(readings, weight)
+    enough = np.isfinite(noise) & (heard.count >= 3 * 4 * SIGNALS)
     if not enough.any():
         raise LocalisationError(f"none of {count} cells gave {4 * SIGNALS} readings during the swings")
-    _require_moved(readings[enough], noise[enough])
+    _require_moved(heard.spread[enough].max(axis=1), noise[enough])
     shape = np.zeros((count, 6, 6)) if shape_covariance is None else np.asarray(shape_covariance, dtype=float)
     fits: dict[int, tuple[float, MotionFit, FitState, Array, NDArray[np.bool_], Reduced]] = {}
-    heard = Readings(readings[enough], weight)
-    reduced = {joint: heard.reduced(known) for joint, known in signals.of_joint.items()}
+    reduced = {joint: heard.reduced(known).of(enough) for joint, known in signals.of_joint.items()}
     floors = {joint: float((of.floor / noise[enough] ** 2).sum()) for joint, of in reduced.items()}
     best = np.inf
     for joint in sorted(floors, key=lambda joint: floors[joint]):
@@ -199,18 +198,30 @@ def _bounded_cost(fit: MotionFit, state: FitState, reduced: Reduced) -> float:
     return float(cost.sum() + (len(reduced.floor) - len(cost)) * cost.max())
 
 
-def _noise(felt: Sequence[Array]) -> Array:
-    """(n,) m/s² standard deviation of single readings: second differences hold noise and hardly any motion."""
-    result = []
-    for cell in range(len(felt[0])):
-        squares = np.concatenate([(np.diff(part[cell], n=2, axis=0) ** 2).ravel() for part in felt])
-        squares = squares[np.isfinite(squares)]
-        result.append(np.sqrt(squares.mean() / 6) if len(squares) else np.nan)
-    return np.maximum(result, ACCELERATION_STEP_MPS2 / np.sqrt(12))
+def _noise(readings: Array, lengths: Sequence[int]) -> Array:
+    """(n,) m/s² standard deviation of single readings: second differences hold noise and hardly any motion.
+
+    Args:
+        readings: (n, K, 3), swings one after the other; lengths: how many belong to each swing.
+        lengths: see readings.
+    """
+    squares, number = np.zeros(len(readings)), np.zeros(len(readings), dtype=np.int64)
+    begin = 0
+    for length in lengths:
+        part = readings[:, begin : begin + length]
+        begin += length
+        bend = part[:, 2:] - 2.0 * part[:, 1:-1] + part[:, :-2]
+        there = np.isfinite(bend)
+        if not there.all():
+            bend = np.where(there, bend, 0.0)
+        squares += np.einsum("nka,nka->n", bend, bend)
+        number += there.sum(axis=(1, 2))
+    noise = np.sqrt(squares / np.maximum(number, 1) / 6)
+    return np.where(number > 0, np.maximum(noise, ACCELERATION_STEP_MPS2 / np.sqrt(12)), np.nan)
 
 
-def _require_moved(readings: Array, noise: Array) -> None:
-    spread = np.nanstd(readings, axis=1).max(axis=1)
+def _require_moved(spread: Array, noise: Array) -> None:
+    """Raise LocalisationError if the readings of all cells vary like noise, both (n,) m/s²."""
     if np.all(spread < 1.2 * noise):
         raise LocalisationError(
             f"no swing moved the patch: its readings vary by {spread.max():.3f} m/s², their noise is {noise.max():.3f}"

@@ -6,10 +6,9 @@ nearest. What can go wrong: a joint that did not swing in a posture (its weights
 
 from __future__ import annotations
 
-import itertools
 import os
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.selfconfig.side_by_side import side_by_side
 from robotskin.selfconfig.simulated_motion import MotionRecording
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ def weights(
         raise UnknownNameError("sign rule", sign, SIGN_RULES)
     if not bandwidth_over_pattern > 10.0:
         raise SensoryMotorMapError(f"bandwidth {bandwidth_over_pattern} times the pattern: must be above 10")
-    felt = _filled(recording.acceleration)
+    felt = _filled(recording)
     if gravity is not None:
         felt = felt - gravity
     felt = felt - felt.mean(axis=1, keepdims=True)
@@ -73,20 +73,15 @@ def weights(
         direction = np.sign(along @ recording.swing.displacement(recording.time_s, 2))
     else:
         direction = np.sign(np.argmax(along, axis=1) - np.argmin(along, axis=1)).astype(float)
-    heard = _present(recording.acceleration).any(axis=1)
+    heard = recording.present.any(axis=1)
     return np.where(heard & (total > 0), direction * span[:, 2] / np.maximum(total, 1e-12), 0.0)
 
 
-def _present(acceleration: Array) -> NDArray[np.bool_]:
-    """(N, M) whether a reading came."""
-    # Axis by axis: a reduction over three numbers takes several times longer.
-    finite = np.isfinite(acceleration)
-    return np.asarray(finite[..., 0] & finite[..., 1] & finite[..., 2], dtype=bool)
-
-
-def _filled(acceleration: Array) -> Array:
+def _filled(recording: MotionRecording) -> Array:
     """Gaps of single readings bridged by straight lines; cells that never spoke are zero."""
-    present = _present(acceleration)
+    acceleration, present = recording.acceleration, recording.present
+    if present.all():
+        return acceleration
     filled = np.where(present[..., None], acceleration, 0.0)
     for cell in np.flatnonzero(~present.all(axis=1) & present.any(axis=1)):
         at = np.flatnonzero(present[cell])
@@ -182,7 +177,7 @@ def build_map(
     cell: NDArray[np.integer],
     recordings: Sequence[MotionRecording],
     activity: NDArray[np.bool_],
-    gravity: Iterable[Array] | None = None,
+    gravity: Callable[[MotionRecording], Array] | None = None,
     *,
     sign: SignRule = "correlation",
     suppression: float = 0.1,
@@ -197,7 +192,7 @@ def build_map(
         cell: (N,) keys.
         recordings: swings; those whose centres differ by less than `same_posture` make one tile.
         activity: (n, N) which joint moves which cell (eq. 13).
-        gravity: what each cell would feel of gravity in each recording; see `weights`.
+        gravity: (N, M, 3) what each cell would feel of gravity in a recording; see `weights`.
         sign: rule of `weights`.
         suppression: vectors of a cell over the joints that are shorter are removed, since such reactions cannot be
             grounded on a static reference (0 to 1).
@@ -213,15 +208,24 @@ def build_map(
     if activity.shape != (joints, cells):
         raise SensoryMotorMapError(f"activity {activity.shape}: must be ({joints}, {cells})")
     tiles: list[tuple[Array, Array]] = []
-    removed: Iterable[Array | None] = itertools.repeat(None) if gravity is None else gravity
-    for recording, felt_gravity in zip(recordings, removed, strict=False):
+
+    def moved_by(recording: MotionRecording) -> Array:
+        # The weights of the other cells are masked (eq. 13).
+        moved = np.flatnonzero(activity[recording.swing.joint])
+        found = np.zeros(cells)
+        if len(moved):
+            own = replace(recording, acceleration=recording.acceleration[moved])
+            found[moved] = weights(own, None if gravity is None else gravity(recording)[moved], sign)
+        return found
+
+    for recording, found in zip(recordings, side_by_side(moved_by, recordings), strict=True):
         centre = recording.swing.centre
         tile = next((one for one in tiles if np.abs(one[0] - centre).max() < same_posture), None)
         if tile is None:
             tile = (np.array(centre), np.zeros((cells, joints)))
             tiles.append(tile)
-        tile[1][:, recording.swing.joint] = weights(recording, felt_gravity, sign)
-    weight = np.stack([tile for _, tile in tiles]) * activity.T
+        tile[1][:, recording.swing.joint] = found
+    weight = np.stack([tile for _, tile in tiles])
     length = np.linalg.norm(weight, axis=2, keepdims=True)
     weight = np.where(length >= suppression, weight / np.maximum(length, 1e-12) if normalise else weight, 0.0)
     return SensoryMotorMap(

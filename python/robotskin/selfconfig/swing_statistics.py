@@ -57,21 +57,23 @@ class SwingStatistics:
         signals = swing_signals(*(swing.displacement(recording.time_s, derivative) for derivative in range(3)))
         unit = np.abs(signals).max(axis=0)
         basis = signals / unit
-        use: NDArray[np.bool_] = np.asarray(np.isfinite(readings).all(axis=2), dtype=bool)
-        filled = np.where(use[..., None], readings, 0.0)
+        use = recording.present.copy()
+        filled = readings if use.all() else np.where(use[..., None], readings, 0.0)
         gram, fit, left = _fitted(basis, filled, use)
         # The largest of a thousand good residuals lies below 5 deviations; only cells with larger ones are looked at.
-        spread = np.sqrt((left**2).sum(axis=(1, 2)) / np.maximum(3 * use.sum(axis=1), 1))
+        squares = np.einsum("nma,nma->n", left, left)
+        spread = np.sqrt(squares / np.maximum(3 * use.sum(axis=1), 1))
         for cell in np.flatnonzero(left.max(axis=(1, 2), initial=0.0) > 5 * spread).tolist():
             for _ in range(2):
                 typical = np.median(left[cell, use[cell]]) / 0.6745 if use[cell].any() else 0.0
                 limit = outlier * max(typical, ACCELERATION_STEP_MPS2 / 3)
                 use[cell] &= (left[cell] <= limit).all(axis=1)
-                filled[cell, ~use[cell]] = 0.0
                 one = slice(cell, cell + 1)
-                gram[one], fit[one], left[one] = _fitted(basis, filled[one], use[one])
+                kept = np.where(use[one][..., None], filled[one], 0.0)
+                gram[one], fit[one], left[one] = _fitted(basis, kept, use[one])
+                squares[cell] = (left[cell] ** 2).sum()
         freedom = 3 * np.maximum(use.sum(axis=1) - SIGNALS, 1)
-        deviation = np.sqrt((left**2).sum(axis=(1, 2)) / freedom)
+        deviation = np.sqrt(squares / freedom)
         deviation = np.maximum(deviation, ACCELERATION_STEP_MPS2 / np.sqrt(12))
         information = gram * unit[:, None] * unit / deviation[:, None, None] ** 2
         enough = use.sum(axis=1) >= 4 * SIGNALS
@@ -110,8 +112,14 @@ def swing_signals(displacement: Array, rate: Array, acceleration: Array) -> Arra
 def _fitted(basis: Array, readings: Array, use: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
     """Gram matrix (n, 5, 5), coefficients (n, 5, 3) and absolute residuals (n, M, 3); readings are 0 where not used."""
     squares = (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
-    gram = (use.astype(float) @ squares).reshape(-1, SIGNALS, SIGNALS)
+    whole = bool(use.all())
+    counted = np.ones((1, len(basis))) if whole else use.astype(float)
+    gram = np.tile((counted @ squares).reshape(-1, SIGNALS, SIGNALS), (len(use) if whole else 1, 1, 1))
     # The ridge only keeps the inverse finite; it is 1e-9 of one reading's information.
     fit = np.linalg.solve(gram + 1e-9 * np.eye(SIGNALS), basis.T @ readings)
-    left: Array = np.where(use[..., None], np.abs(readings - basis @ fit), 0.0)
+    left: Array = basis @ fit
+    np.subtract(readings, left, out=left)
+    np.abs(left, out=left)
+    if not whole:
+        left[~use] = 0.0
     return gram, np.asarray(fit), left

@@ -67,7 +67,16 @@ def test_gravity_alone_is_what_a_motion_without_speed_would_feel(seed: int) -> N
 def test_signs_are_those_of_the_jacobian_and_the_papers_rule_on_one_velocity_sine_is_chance(seed: int) -> None:
     robot, link, pose, recordings, gravity, moved = swings(seed)
     names, cell = robot.joint_names, np.arange(len(link))
-    ours = build_map(robot.name, names, cell, recordings, moved, gravity, suppression=0.0, normalise=False)
+    ours = build_map(
+        robot.name,
+        names,
+        cell,
+        recordings,
+        moved,
+        lambda one: gravity[recordings.index(one)],
+        suppression=0.0,
+        normalise=False,
+    )
     true = np.array([normal_jacobian(robot, link, pose, posture) for posture in ours.posture])
     assert sign_agreement(ours.weight, true) >= 0.99
     robot, link, pose, recordings, _, moved = swings(seed, VelocitySine, 0.3, 1.0)
@@ -90,7 +99,15 @@ def test_a_weight_is_one_along_the_motion_and_none_across(seed: int) -> None:
 def test_masked_suppressed_normalised_and_recalled_by_the_nearest_posture(seed: int, tmp_path: Path) -> None:
     robot, link, _, recordings, gravity, moved = swings(seed)
     cell = np.arange(len(link)) + 7
-    learned = build_map(robot.name, robot.joint_names, cell, recordings, moved, gravity, suppression=0.3)
+    learned = build_map(
+        robot.name,
+        robot.joint_names,
+        cell,
+        recordings,
+        moved,
+        lambda one: gravity[recordings.index(one)],
+        suppression=0.3,
+    )
     assert np.all(learned.weight[:, ~moved.T] == 0)
     length = np.linalg.norm(learned.weight, axis=2)
     assert np.all(np.isclose(length, 1.0) | (length == 0))
