@@ -6,6 +6,7 @@ Imperfections are those of `AccelerometerImperfections`; figures are medians ove
 from __future__ import annotations
 
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Annotated
@@ -16,10 +17,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from robotskin.bench.network import tell
+from robotskin.bench.network_runs import spread
 from robotskin.bench.selfconfig_configure import configure_figures, displacement_figures
 from robotskin.bench.selfconfig_kinematics import kinematic_figures
 from robotskin.bench.selfconfig_localise import localisation_figures
 from robotskin.bench.selfconfig_map import map_figures
+from robotskin.errors import UnknownNameError
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.robots import load
@@ -49,22 +53,82 @@ Figures = dict[str, float]
 POSE_SEED = 2019
 
 
+PARTS = (
+    "localisation",
+    "displacement",
+    "kinematics",
+    "reconstruction",
+    "map",
+    "activity",
+    "tum",
+    "topology",
+    "configure",
+)
+TIMED = ("topology", "configure")
+"""Parts whose seconds count: they run alone, after the others."""
+
+
 def run(
     *,
     seed: Annotated[int, typer.Option(help="First seed.")] = 0,
     seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 10,
+    parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
+    processes: Annotated[int, typer.Option(help="Worker processes.", min=1)] = 2,
     data: Annotated[Path | None, typer.Option(help="Folder of TUM patch files (*.json).")] = None,
 ) -> Figures:
     """What the skin finds out about itself: topology, shape, place, kinematics, masses, map; and what it is worth."""
-    chosen = range(seed, seed + seeds)
-    figures = topology_figures(seed) | reconstruction_figures(chosen) | activity_figures(seed)
-    figures |= kinematic_figures(chosen) | map_figures(chosen)
-    figures |= configure_figures(seed) | displacement_figures(seed)
-    figures |= localisation_figures(chosen)
+    wanted = parts.split(",")
+    unknown = [part for part in wanted if part not in PARTS]
+    if unknown:
+        raise typer.BadParameter(f"{unknown[0]!r}: the parts are {', '.join(PARTS)}")
     folder = data or default_data()
-    if folder is not None:
-        figures |= tum_figures(folder)
+    if folder is None and "tum" in wanted:
+        print("no TUM patch files: part tum is left out (--data names their folder)", file=sys.stderr)
+        wanted.remove("tum")
+    figures: Figures = {}
+    jobs = [(part, seed, seeds, folder) for part in PARTS if part in wanted and part not in TIMED]
+    for found in spread(figures_of, jobs, min(processes, max(len(jobs), 1)), tell, "part"):
+        figures |= found
+    for part in TIMED:
+        if part in wanted:
+            tell(part)
+            figures |= figures_of(part, seed, seeds, folder)
+    tell("")
     return figures
+
+
+def figures_of(part: str, seed: int, seeds: int, data: Path | None) -> Figures:
+    """The figures of one part of `PARTS`, and the processor time that they took.
+
+    Args:
+        part: which.
+        seed: the first; seeds: how many, where a figure is a median over seeds.
+        seeds: see seed.
+        data: folder of TUM patch files, for part tum.
+    """
+    chosen, start = range(seed, seed + seeds), time.process_time()
+    match part:
+        case "localisation":
+            figures = localisation_figures(chosen)
+        case "displacement":
+            figures = displacement_figures(seed)
+        case "kinematics":
+            figures = kinematic_figures(chosen)
+        case "reconstruction":
+            figures = reconstruction_figures(chosen)
+        case "map":
+            figures = map_figures(chosen)
+        case "activity":
+            figures = activity_figures(seed)
+        case "tum" if data is not None:
+            figures = tum_figures(data)
+        case "topology":
+            figures = topology_figures(seed)
+        case "configure":
+            figures = configure_figures(seed)
+        case _:
+            raise UnknownNameError("part", part, PARTS)
+    return figures | {f"bench_{part}_cpu_s": time.process_time() - start}
 
 
 def default_data() -> Path | None:
