@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,11 @@ from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, robots_with_gains
 from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.change import Change, changes, place_changes
 from robotskin.selfconfig.configuration import Configuration, configure
 from robotskin.selfconfig.free_space import FreeSpace
+from robotskin.selfconfig.gravity_baseline import GravityBaseline
+from robotskin.selfconfig.reconfiguration import Reconfiguration, reconfigure
 from robotskin.selfconfig.recording import BabblingRecording
 
 Array = NDArray[np.float64]
@@ -118,3 +122,45 @@ def configured(robot: Robot, layout: Layout, seed: int = 1, progress: Progress |
     found = configure(robot, recording, progress=progress)
     tell("masses", 0.5)
     return Configured(found.layout(), found, identified(robot, torques)[0], recording, duration_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """What changed since a configuration, and the configuration in which only that is new."""
+
+    changes: tuple[Change, ...]
+    again: Reconfiguration
+
+
+def check_again(
+    robot: Robot,
+    before: BabblingRecording,
+    live: BabblingRecording,
+    *,
+    steps: Sequence[str] = ("topology", "activity", "reconstruction", "kinematics", "localisation"),
+    progress: Progress | None = None,
+) -> Checked:
+    """Hold live data against an earlier configuration and configure anew what changed.
+
+    Gravity at rest and neighbour reports tell most changes; swings, where there are any, also patches that slid
+    without turning, which are looked for where the joints stand as they did.
+
+    Args:
+        robot: kinematic model.
+        before: the recording that the robot was configured from.
+        live: of the same robot later.
+        steps: of `configure`.
+        progress: told what is done.
+
+    Raises:
+        ConfigurationError: recordings of other joints, or a patch that must be placed again without swings.
+    """
+    configuration = configure(robot, before, steps=steps, progress=progress)
+    if progress:
+        progress("checking", 0.5)
+    baseline = GravityBaseline.of(robot, before, configuration)
+    found = changes(robot, baseline, configuration.topology, live)
+    if live.swings and not any(change.kind in ("joint", "plug") for change in found):
+        named = {change.number for change in found if change.kind == "patch"}
+        found += tuple(change for change in place_changes(robot, configuration, live) if change.number not in named)
+    return Checked(found, reconfigure(robot, configuration, found, live))

@@ -31,6 +31,14 @@ def command(
         Path | None,
         typer.Option("--from", help="Configure from this recording; nothing moves.", exists=True, dir_okay=False),
     ] = None,
+    check: Annotated[
+        Path | None,
+        typer.Option(
+            help="The recording of an earlier configuration: name what changed since, and configure only that anew.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     map_file: Annotated[
         Path | None, typer.Option("--map", help="Write the sensory-motor map (.npz).", dir_okay=False)
     ] = None,
@@ -51,13 +59,15 @@ def command(
 
     The steps of figure 4 of the paper: explore the running network, babble safely, reconstruct the shape of every
     patch, find its place on the limbs; then the sensory-motor map. Cells, network, driver and guard are the real ones.
+    With --check the robot moves (or --from tells what it felt) to find out what has changed: a cell exchanged, a patch
+    moved, a link slipped, a plug opened; all else stays as it was configured.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Table
 
     from robotskin import robots
-    from robotskin.apps.configuring import babble, home_posture, worn_layout
+    from robotskin.apps.configuring import babble, check_again, home_posture, worn_layout
     from robotskin.selfconfig.configuration import configure, learn_map
     from robotskin.selfconfig.configured_kinematics import against_nominal
     from robotskin.selfconfig.recording import BabblingRecording
@@ -89,11 +99,24 @@ def command(
             )
         if recording is not None:
             recorded.save(recording)
-        found = configure(model, recorded, steps=chosen, progress=tell)
+        checked = None
+        if check is not None:
+            before = tuple(step for step in chosen if step != "map")
+            checked = check_again(model, BabblingRecording.load(check), recorded, steps=before, progress=tell)
+        found = checked.again.configuration if checked else configure(model, recorded, steps=chosen, progress=tell)
         learned = None
         if "map" in chosen:
             tell("map", 0.0)
             learned = learn_map(model, recorded, found)
+    if checked is not None:
+        console.print(f"{len(checked.changes) or 'no'} changes since {check}")
+        for change in checked.changes:
+            console.print(f"  {change}", highlight=False)
+        redone = ", ".join(str(number) for number in checked.again.redone) or "none"
+        console.print(f"patches configured anew: {redone}")
+        for joint, offset in zip(model.joint_names, checked.again.joint_offset, strict=True):
+            if offset:
+                console.print(f"  add {offset:+.5f} to the measured position of {joint}")
     table = Table(title=f"{model.name}: {len(recorded)} cells heard, {int(found.placed().sum())} placed")
     for heading in ("patch", "cells", "link", "σ °", "σ mm", "open"):
         table.add_column(heading, justify="right" if heading in ("patch", "cells", "σ °", "σ mm") else "left")

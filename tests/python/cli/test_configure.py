@@ -1,0 +1,60 @@
+"""`robotskin configure` on recorded data: what it finds, and with --check what has changed since."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.cli.main import app
+from robotskin.layout import Layout, finished
+from robotskin.robots import load
+from robotskin.selfconfig.accuracy import mean_errors
+from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.free_space import FreeSpace
+from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults
+from robotskin.selfconfig.simulated_recording import simulate_babbling
+
+START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
+STEPS = "topology,activity,reconstruction,localisation"
+
+
+@pytest.fixture
+def recordings(tmp_path, seed: int):
+    """Paths of a recording, of one after a patch slid by 8 mm, and the two layouts."""
+    robot, worn = load("ur5"), finished("ur5")
+    random = np.random.default_rng(seed)
+    plan = plan_babbling(
+        FreeSpace(robot, floor_m=0.0), START, random, postures=5, swing_postures=2, cycles=2, candidates=80
+    )
+    faults = AccelerometerFaults.draw(random, len(worn), AccelerometerImperfections())
+    number = next(index for index, patch in enumerate(worn.patches) if patch.link == "wrist_2_link")
+    pose = worn.link_from_cell.copy()
+    pose[worn.patch == number, :3, 3] += [0.0, 0.0, 0.008]
+    slid = replace(worn, link_from_cell=pose)
+    paths = tmp_path / "before.npz", tmp_path / "after.npz"
+    for layout, path in zip((worn, slid), paths, strict=True):
+        simulate_babbling(robot, layout, plan, random, faults=faults).save(path)
+    return *paths, worn, slid
+
+
+def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_path) -> None:
+    before, after, worn, slid = recordings
+    target = tmp_path / "found.json"
+    arguments = ["configure", "ur5", "--steps", STEPS, "--output", str(target), "--check", str(before), "--from"]
+    same = CliRunner().invoke(app, [*arguments, str(before)])
+    assert same.exit_code == 0, same.output
+    assert "no changes" in same.output
+    assert "configured anew: none" in same.output
+    found = CliRunner().invoke(app, [*arguments, str(after)])
+    assert found.exit_code == 0, found.output
+    assert "wrist_2_link moved" in found.output
+    layout = Layout.load(target)
+    key = {int(cell): row for row, cell in enumerate(slid.section_unit.astype(np.int64) << 16 | slid.id)}
+    rows = np.array([key[int(cell)] for cell in layout.section_unit.astype(np.int64) << 16 | layout.id])
+    there = np.array([layout.links[index] == "wrist_2_link" for index in layout.link])
+    assert there.sum() > 10
+    placed, where = layout.link_from_cell[there], rows[there]
+    assert mean_errors(placed, slid.link_from_cell[where])[1] < 3.0
+    assert mean_errors(placed, worn.link_from_cell[where])[1] > 5.0
