@@ -142,4 +142,5 @@ def _crossings(seen: SeenCells) -> tuple[NDArray[np.int64], Array]:
     np.add.at(left, seen.cell, across)
     np.add.at(right, seen.cell, np.einsum("bij,bj->bi", across, origin))
     rows = np.flatnonzero(np.linalg.eigvalsh(left)[:, 0] > 1e-5)
-    return rows, np.linalg.solve(left[rows], right[rows][:, :, None])[:, :, 0]
+    points = np.linalg.solve(left[rows], right[rows][:, :, None])[:, :, 0]
+    return rows.astype(np.int64), np.asarray(points, dtype=np.float64)

@@ -222,11 +222,11 @@ class MotionFit:
         change[:6, :6], change[:6, 6:] = back, -back @ normal.cell_by_own[cell, :6]
         joint = change.T @ joint @ change
         information = joint[:6, :6] - joint[:6, 6:] @ np.linalg.solve(joint[6:, 6:], joint[6:, :6])
-        return pose, 0.5 * (information + information.T)
+        return pose, np.asarray(0.5 * (information + information.T), dtype=np.float64)
 
     def nuisance_covariance(self, state: FitState) -> Array:
         """(n, 12, 12) of each cell's nuisance, were the patch's pose known."""
-        return np.linalg.inv(self._normal(state).own)
+        return np.asarray(np.linalg.inv(self._normal(state).own), dtype=np.float64)
 
     def cells(self, state: FitState) -> tuple[Array, Array]:
         """Rotations (n, 3, 3) and places (n, 3) of the cells on the link."""
