@@ -1,5 +1,9 @@
 /* A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
- * offer of its subtree: the one that costs fewest hops, then the one that moves most cells. */
+ * offer of its subtree: the one that costs fewest hops, then the one that moves most cells.
+ *
+ * A cell moves with its whole subtree, so that its size is what the root reckons with. How many would come along if
+ * those that have another parent stayed is a guess, as that parent may hang on the same cell; it is offered only as a
+ * last resort. */
 #include "cell/parts.h"
 
 bool rs_wants_open(const rs_route* route) {
@@ -11,9 +15,12 @@ bool rs_wants_open(const rs_route* route) {
 void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best) {
   if (offer->cell == RS_ID_NONE || offer->round != route->wants.round) return;
   if (best->cell != RS_ID_NONE) {
-    const int32_t worth = (int32_t)offer->size - 1 * offer->delta;
-    const int32_t best_worth = (int32_t)best->size - 1 * best->delta;
-    if (worth < best_worth || (worth == best_worth && offer->cell >= best->cell)) return;
+    const int32_t cheaper = (int32_t)best->delta - offer->delta;
+    const int32_t larger = (int32_t)offer->size - best->size;
+    const int32_t first = route->wants.last_resort ? -larger : cheaper;
+    const int32_t second = route->wants.last_resort ? cheaper : larger;
+    if (first < 0 || (first == 0 && second < 0)) return;
+    if (first == 0 && second == 0 && offer->cell >= best->cell) return;
   }
   *best = *offer;
 }
@@ -33,7 +40,8 @@ void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height,
       if (route->wants.target[w] != neighbour->wave.root) continue;
       const uint32_t wanted = route->wants.size[w], cap = route->wave.depth_cap;
       const bool whole = route->subtree_size <= wanted && hops + route->subtree_height <= cap;
-      if (!whole && (lean_size > wanted || hops + lean_height > cap)) continue;
+      const bool lean = route->wants.last_resort && lean_size <= wanted && hops + lean_height <= cap;
+      if (!whole && !lean) continue;
       const rs_offer own = {.cell = cell->id,
                             .size = whole ? route->subtree_size : (uint16_t)lean_size,
                             .delta = (uint8_t)delta,

@@ -120,6 +120,7 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
                           .cell = offer->cell,
                           .target_root = offer->cell == RS_ID_NONE ? 0U : offer->root,
                           .whole = offer->cell == RS_ID_NONE ? 0U : offer->whole,
+                          .last_resort = balance->last_resort,
                           .want_1_root = balance->want_root[0],
                           .want_1_size = balance->want_size[0],
                           .want_2_root = balance->want_root[1],
@@ -178,6 +179,7 @@ static void serve(rs_section_unit* unit, unsigned port) {
     balance->decide_at = tick + RS_GRANT_TICKS;
     balance->close_at = tick + OFFER_TICKS + there_and_back(here);
     balance->failed = 0;
+    if (balance->last_resort) balance->close_at = tick;
     ++unit->grants;
   } else if (balance->want_left > 0U) {
     --balance->want_left;
@@ -192,10 +194,13 @@ static void serve(rs_section_unit* unit, unsigned port) {
 }
 
 /* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
-static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count) {
+static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
+                 const rs_unit_balance* lead) {
   const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
+  /* If nobody offers where the flow is, a round about way may do; for a while. */
+  const bool desperate = balance->failed >= FAILED_ROUNDS && lead->stalled < 4U * STALLED_ROUNDS;
   close_wants(balance);
   int64_t taken[RS_WANTS] = {0, 0, 0};
   const uint32_t excess = trees->size[k] > mean ? trees->size[k] - mean : 1U;
@@ -204,13 +209,13 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     int64_t flow = unit->potential[trees->root[k]] - unit->potential[trees->root[j]];
     const int64_t whole = (flow + RS_POTENTIAL_SCALE / 2) / RS_POTENTIAL_SCALE;
     /* A flow of less than a cell is worth a move only if it levels, or if the tree is too large: not from 11 to 10. */
-    const bool levels = trees->size[k] > trees->size[j] + 1U;
+    const bool levels = trees->size[k] > trees->size[j] + 1U || (desperate && trees->size[k] > ideal);
     if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
     uint32_t size = whole < 1 ? 1U : whole > 2047 ? 2047U : (uint32_t)whole;
     /* Never more than the own excess, unless that still levels; all that levels, if nobody offered less. */
     const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
     if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
-    if (balance->failed >= FAILED_ROUNDS && levelling > size) size = levelling > 2047U ? 2047U : levelling;
+    if (balance->failed > 0U && levelling > size) size = levelling > 2047U ? 2047U : levelling;
     uint8_t root = trees->root[j];
     for (unsigned w = 0; w < RS_WANTS; ++w) {
       if (balance->want_root[w] != 0U && taken[w] >= flow) continue;
@@ -231,6 +236,7 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     return;
   }
   balance->open = true;
+  balance->last_resort = balance->failed > 0U;
   balance->round = (balance->round + 1U) & 7U;
   balance->want_left = 2;
   balance->opened_at = unit->tick_time;
@@ -294,7 +300,7 @@ static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigne
   if (squares < lead->best_squares) {
     lead->best_squares = squares;
     lead->stalled = 0;
-  } else if (wanting > 0U) {
+  } else if (wanting > 0U && lead->stalled < 255U) {
     ++lead->stalled;
   }
   const bool level = most <= (cells + count - 1U) / count;
@@ -326,7 +332,7 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
       const rs_unit_port* here = &unit->port[trees.port[k]];
       if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
           unit->tick_time >= here->balance.busy_until) {
-        want(unit, &trees, k, cells, count);
+        want(unit, &trees, k, cells, count, &unit->port[lead].balance);
       }
     }
     watch_progress(unit, &trees, first, &unit->port[lead].balance);

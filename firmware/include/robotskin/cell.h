@@ -104,7 +104,9 @@ typedef struct {
   uint8_t target[RS_WANTS]; /* roots that may receive them, 0: none */
   uint8_t root;
   uint8_t round;
-  uint8_t open; /* 0: nothing is wanted */
+  uint8_t open;        /* 0: nothing is wanted */
+  uint8_t last_resort; /* any move that levels, the smallest first, and children may be left behind */
+  uint8_t none;
 } rs_wants;
 
 /* A cell that could move to another tree; `cell` RS_ID_NONE: none. */

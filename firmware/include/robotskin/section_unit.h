@@ -82,6 +82,7 @@ typedef struct {
   uint8_t want_root[RS_WANTS]; /* 0: none */
   uint8_t round;
   bool open;         /* a round of wants is under way */
+  bool last_resort;  /* the round before found no offer */
   uint8_t want_left; /* frames still to send */
   uint8_t granted_next;
   uint16_t granted[RS_UNIT_GRANTED]; /* last cells granted in this round */

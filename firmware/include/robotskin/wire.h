@@ -137,7 +137,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(want_3_root, 0, 8, "another one")                            \
   X(want_3_size, 0, 11, "how many at once")                      \
   X(whole, 0, 1, "it takes its whole subtree along")             \
-  X(spare, 0, 1, "")                                             \
+  X(last_resort, 0, 1, "small moves have not been offered")      \
   X(tag, 0, 32, "of all before it and the era")
 
 #define RS_JOINTS_FIELDS(X)                         \
