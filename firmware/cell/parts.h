@@ -103,7 +103,7 @@ void rs_torque_check(rs_cell* cell);
 bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us); /* by its type; false: no room */
 void rs_queue_down(rs_cell* cell, const uint8_t* frame);                /* to every child */
 void rs_queues_forget_samples(rs_cell* cell);
-void rs_queues_check(rs_cell* cell);
+void rs_queues_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/transmit.c: the next frame of each idle port ---- */
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
@@ -119,6 +119,9 @@ void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us);
 
 /* ---- cell/commands.c ---- */
 void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+
+/* Notes that uid, id or key are as they should be. */
+void rs_cell_seal(rs_cell* cell);
 
 /* When the next check is due; called by whoever changes one of its reasons. */
 void rs_timer_set(rs_cell* cell, uint32_t now_us);

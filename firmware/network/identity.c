@@ -24,6 +24,7 @@ void rs_identity_assign(rs_cell* cell, uint16_t id, uint32_t now_us) {
   draw_challenge(cell, now_us);
   if (cell->id == id) return;
   cell->id = id;
+  rs_cell_seal(cell);
   rs_identity_changed(cell, now_us);
   rs_sampling_restart(cell, now_us);
   cell->queues.advert_due = RS_ALL_PORTS; /* neighbours learn the name */
@@ -32,6 +33,7 @@ void rs_identity_assign(rs_cell* cell, uint16_t id, uint32_t now_us) {
 void rs_identity_rejoin(rs_cell* cell, uint32_t now_us) {
   draw_challenge(cell, now_us);
   cell->id = RS_ID_NONE;
+  rs_cell_seal(cell);
   cell->join_us = now_us;
   rs_sampling_restart(cell, now_us);
   cell->queues.advert_due = RS_ALL_PORTS;

@@ -4,6 +4,13 @@ bool rs_link_usable(const rs_neighbour* neighbour) {
   return neighbour->up && neighbour->hears_us;
 }
 
+/* Doubles with each loss. */
+static uint32_t hold_down_us(uint32_t flaps) {
+  uint32_t hold_us = RS_HOLD_DOWN_US;
+  for (; flaps > 1U && hold_us < RS_HOLD_DOWN_MAX_US; --flaps) hold_us *= 2U;
+  return hold_us < RS_HOLD_DOWN_MAX_US ? hold_us : RS_HOLD_DOWN_MAX_US;
+}
+
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   const bool parent = cell->route.parent_port == port + 1U;
@@ -11,10 +18,8 @@ void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
     /* A link that falls again soon after coming up is kept out for longer and longer. */
     if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) neighbour->flaps = 0;
     if (neighbour->flaps > 0U) {
-      uint32_t hold_us = RS_HOLD_DOWN_US;
-      for (unsigned flap = 1; flap < neighbour->flaps && hold_us < RS_HOLD_DOWN_MAX_US; ++flap) hold_us *= 2U;
       neighbour->held = true;
-      neighbour->held_until_us = now_us + (hold_us > RS_HOLD_DOWN_MAX_US ? RS_HOLD_DOWN_MAX_US : hold_us);
+      neighbour->held_until_us = now_us + hold_down_us(neighbour->flaps);
     }
     if (neighbour->flaps < 16U) ++neighbour->flaps;
   }
@@ -43,7 +48,9 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
   if (neighbour->held) {
     const uint32_t left_us = neighbour->held_until_us - now_us;
-    if (left_us != 0U && left_us <= RS_HOLD_DOWN_MAX_US) return;
+    if (left_us != 0U && neighbour->flaps > 1U && neighbour->flaps <= 16U &&
+        left_us <= hold_down_us(neighbour->flaps - 1U))
+      return;
     neighbour->held = false;
   }
   neighbour->up = true;
@@ -53,7 +60,13 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
 
 void rs_links_check(rs_cell* cell, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
-    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
+    /* Nobody is there; should memory say otherwise, it is damaged. */
+    if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US) {
+      neighbour->child = neighbour->hears_us = false;
+      neighbour->hops = RS_HOPS_POISON;
+      neighbour->heard_us = now_us - RS_LINK_DOWN_US; /* does not come round again */
+    }
   }
 }

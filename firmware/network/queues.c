@@ -87,8 +87,11 @@ void rs_queues_forget_samples(rs_cell* cell) {
   queues->data.count = 0;
 }
 
-void rs_queues_check(rs_cell* cell) {
+void rs_queues_check(rs_cell* cell, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    if (now_us - queues->started_us[port] >= RS_SENDING_US) queues->busy &= (uint8_t)~(1U << port);
+  }
   if (queues->data.count > RS_QUEUE_DATA) queues->data.count = 0;
   if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;
   if (queues->down.count > RS_QUEUE_DOWN) queues->down.count = 0;

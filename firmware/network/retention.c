@@ -135,11 +135,33 @@ bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   return true;
 }
 
+/* Drops the next event to send while it is too old: events of other cells may have come before it that are not. */
+static void skip_old_events(rs_cell* cell, uint32_t now_us) {
+  rs_retention* retention = &cell->retention;
+  rs_retained* ring = &retention->event;
+  while (ring->sent < ring->count &&
+         age_us(retention->event_time[(ring->first + ring->sent) & EVENT_MASK], now_us) > RS_RETENTION_US) {
+    if (ring->tried > ring->sent) {
+      --ring->tried;
+    } else {
+      ++cell->counts.frames_dropped;
+      cell->sampling.dropped = true;
+    }
+    --ring->count;
+    for (unsigned i = ring->sent; i < ring->count; ++i) {
+      const unsigned to = (ring->first + i) & EVENT_MASK, from = (to + 1U) & EVENT_MASK;
+      retention->event_time[to] = retention->event_time[from];
+      memcpy(retention->event_frame[to], retention->event_frame[from], RS_FRAME_BYTES);
+    }
+  }
+}
+
 bool rs_retention_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   rs_retention* retention = &cell->retention;
   rs_retained* ring = &retention->event;
   if (ring->sent >= ring->count) return false;
   prune(cell, now_us);
+  skip_old_events(cell, now_us);
   if (ring->sent >= ring->count) return false;
   memcpy(frame, retention->event_frame[(ring->first + ring->sent) & EVENT_MASK], RS_FRAME_BYTES);
   if (ring->sent < ring->tried) {

@@ -78,6 +78,8 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     route->timed = true;
     rs_sampling_restart(cell, now_us);
   }
+  route->known_time = rs_wave_time(&route->wave);
+  route->known_time_complement = ~route->known_time;
   if (moved) route->hold = false;
   if (elsewhere) rs_subtree_update(cell);
   rs_route_advertise(cell, now_us);
@@ -122,8 +124,8 @@ void rs_route_lose(rs_cell* cell, uint32_t now_us) {
  * the wave not from before it by more than the sequence numbers in flight: that is a tick played again. */
 static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const rs_wave* wave) {
   if (!cell->keyed || rs_waves_equal(wave, &neighbour->wave)) return true;
-  if (cell->route.timed) {
-    const uint32_t ahead = (rs_wave_time(wave) - rs_wave_time(&cell->route.wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  if (cell->route.known_time == ~cell->route.known_time_complement) {
+    const uint32_t ahead = (rs_wave_time(wave) - cell->route.known_time) & ((1U << RS_TICK_TIME_BITS) - 1U);
     const uint32_t behind = (0U - ahead) & ((1U << RS_TICK_TIME_BITS) - 1U);
     if (behind < ahead && behind >= 0x8000U) return false;
     if (rs_waves_equal(wave, &cell->route.wave)) return true;
@@ -241,10 +243,17 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
 
 void rs_route_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->parent_port > RS_PORTS) route->parent_port = RS_NO_PARENT;
+  /* Without a parent there is no way to advertise, and with one there is. */
+  if (route->parent_port == RS_NO_PARENT && route->hops != RS_HOPS_POISON) {
+    route->hops = RS_HOPS_POISON;
+    rs_route_advertise(cell, now_us);
+  }
+  if (route->parent_port != RS_NO_PARENT && (route->hops == 0U || route->hops == RS_HOPS_POISON || route->unbound)) {
+    rs_route_lose(cell, now_us);
+  }
   if (route->in_quarantine) {
     const uint32_t left_us = route->quarantine_us - now_us;
-    if (left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
+    if (route->parent_port != RS_NO_PARENT || left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
   }
   rs_links_check(cell, now_us);
   rs_move_check(cell, now_us);

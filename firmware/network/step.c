@@ -29,7 +29,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
 }
 
 static void check(rs_cell* cell, uint32_t now_us) {
-  rs_queues_check(cell);
+  rs_queues_check(cell, now_us);
   rs_retention_check(cell, now_us);
   rs_torque_check(cell);
   rs_route_check(cell, now_us);
@@ -38,6 +38,18 @@ static void check(rs_cell* cell, uint32_t now_us) {
     cell->queues.status_due = true;
   }
   rs_timer_set(cell, now_us);
+}
+
+static uint32_t lasting(const rs_cell* cell) {
+  uint32_t sum = cell->uid ^ ((uint32_t)cell->id << 8) ^ cell->keyed ^ 0x5EA1U;
+  for (unsigned i = 0; i < sizeof cell->key.word / sizeof cell->key.word[0]; ++i) {
+    sum = ((sum << 5) | (sum >> 27)) ^ cell->key.word[i];
+  }
+  return sum;
+}
+
+void rs_cell_seal(rs_cell* cell) {
+  cell->lasting = lasting(cell);
 }
 
 static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
@@ -51,6 +63,7 @@ static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   rs_route_boot(cell, now_us);
   rs_sampling_refresh(cell, now_us);
   rs_timer_set(cell, now_us);
+  rs_cell_seal(cell);
 }
 
 static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, uint32_t now_us) {
@@ -126,8 +139,13 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
   if (input->kind == RS_INPUT_BOOT) {
     boot(cell, input->boot, now_us);
   } else if (cell->uid == 0U) {
-    return; /* not booted */
+    output->restart = true;
+    return;
   }
+  /* Indices that damaged memory could carry out of their arrays before the next check. */
+  if (cell->route.parent_port > RS_PORTS) cell->route.parent_port = RS_NO_PARENT;
+  if (cell->retention.announcements > RS_ANNOUNCEMENTS) cell->retention.announcements = 0;
+  if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
   const unsigned port = (unsigned)input->port - 1U;
   cell->queues.busy &= (uint8_t)~input->sent;
   switch (input->kind) {
@@ -143,7 +161,14 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     default:
       break;
   }
-  if (rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US) check(cell, now_us);
+  if (rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US) {
+    /* What is damaged of the tree heals by itself; what came with the boot does not. */
+    if (cell->lasting != lasting(cell)) {
+      output->restart = true;
+      return;
+    }
+    check(cell, now_us);
+  }
   rs_retention_follow(cell);
   rs_torque_follow(cell, now_us);
   rs_transmit(cell, now_us, output);

@@ -112,6 +112,7 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     }
     if (!found) continue;
     queues->busy |= bit;
+    queues->started_us[port] = now_us;
     output->frame[port] = frame;
   }
   output->waiting = (uint8_t)wanted(cell);

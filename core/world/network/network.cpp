@@ -60,6 +60,7 @@ void Network::step_cell(std::size_t index, rs_input input) {
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
   wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1 + cell.slow_ns);
   tell([&](Observer& observer) { observer.cell_stepped(*this, index, input, output); });
+  if (output.restart) reboot(index, restart_ns);
 }
 
 void Network::boot_unit(std::size_t index) {

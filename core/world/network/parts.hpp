@@ -10,7 +10,8 @@
 namespace robotskin::world {
 
 inline constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
-inline constexpr std::int64_t ethernet_ns = 200'000;  // between two section units
+inline constexpr std::int64_t ethernet_ns = 200'000;   // between two section units
+inline constexpr std::int64_t restart_ns = 1'000'000;  // of a cell that asks for it
 inline constexpr double frame_us = 1e6 * double{RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE} / double{RS_LINK_BAUD};
 
 // Streams of random numbers, each of its own for a cell, wire or unit.

@@ -3,7 +3,8 @@
  * rs_cell_step is the whole firmware: a pure function of state, input and time. Whoever runs it (a board, the
  * simulator, a test) owns clock, links and sensors, gives one input at a time, and does what the output says:
  *
- * - RS_INPUT_BOOT first, once after each power-up; it forgets everything but the flash image.
+ * - RS_INPUT_BOOT first, once after each power-up and whenever an output asks for a `restart`; it forgets everything
+ *   but the flash image.
  * - A frame in the output goes out on an idle port; its bytes stay where they are, inside the state, until
  *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port. Where
  *   the output's `waiting` does not name the port, nothing is gained by a step of its own: the next input's `sent`
@@ -67,10 +68,12 @@ typedef struct {
   bool sampling;    /* sample_us is valid */
   bool led_changed;
   bool flash_changed;   /* write `flash` to flash */
+  bool restart;         /* not booted, or its memory is damaged: boot it */
   const uint8_t* flash; /* RS_FLASH_BYTES inside the state, valid if flash_changed */
 } rs_output;
 
-/* ---- State: read by checkers and viewers, written by the cell alone ---- */
+/* ---- State: read by checkers and viewers, written by the cell alone ----
+ * Truths are bytes, 0 or not, so that damaged memory holds none that C does not know. */
 
 enum {
   RS_QUEUE_DATA = 64, /* clock frames of the subtree */
@@ -136,16 +139,16 @@ typedef struct {
   uint8_t height; /* of its subtree */
   uint8_t hops;   /* as advertised */
   uint8_t nonce;
-  uint8_t port;  /* 1 to 4: the neighbour's own port */
-  uint8_t good;  /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
-  uint8_t flaps; /* link losses in short order */
-  bool met;      /* nonce and advert have been heard */
-  bool up;       /* enough valid frames, none missed */
-  bool hears_us; /* says that it hears this cell */
-  bool child;    /* says that this cell is its parent */
-  bool leaving;
-  bool alternative; /* a child that has another parent in reach */
-  bool held;        /* hold-down until held_until_us */
+  uint8_t port;     /* 1 to 4: the neighbour's own port */
+  uint8_t good;     /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
+  uint8_t flaps;    /* link losses in short order */
+  uint8_t met;      /* nonce and advert have been heard */
+  uint8_t up;       /* enough valid frames, none missed */
+  uint8_t hears_us; /* says that it hears this cell */
+  uint8_t child;    /* says that this cell is its parent */
+  uint8_t leaving;
+  uint8_t alternative; /* a child that has another parent in reach */
+  uint8_t held;        /* hold-down until held_until_us */
 } rs_neighbour;
 
 typedef struct {
@@ -161,18 +164,22 @@ typedef struct {
   uint8_t feasible_hops;
   uint8_t hops;
   uint8_t parent_port; /* RS_NO_PARENT or 1 to 4 */
-  bool in_quarantine;
-  bool unbound; /* no feasible distance yet: any advert may be adopted */
-  bool timed;   /* a tick has been adopted since boot: wave and origin give the time */
+  uint8_t in_quarantine;
+  uint8_t unbound; /* no feasible distance yet: any advert may be adopted */
+  uint8_t timed;   /* a tick has been adopted since boot: wave and origin give the time */
 
   /* A planned move: while `hold`, no new tick of the old parent is adopted */
-  bool hold;
-  bool hold_whole; /* children shall come along */
-  bool resting;    /* has moved at tick number `moved_sequence`, and offers itself not for a while */
+  uint8_t hold;
+  uint8_t hold_whole; /* children shall come along */
+  uint8_t resting;    /* has moved at tick number `moved_sequence`, and offers itself not for a while */
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
   uint32_t hold_us; /* since */
+
+  /* Tick time of the last adopted tick, and its complement: it says which ticks are played again, so it has to be
+   * right. Where the two disagree, no time is known. */
+  uint32_t known_time, known_time_complement;
 
   /* The subtree, for the parent's status */
   rs_wants wants;
@@ -181,7 +188,7 @@ typedef struct {
   uint8_t foreign_turn;              /* who is left out if there are more */
   uint16_t subtree_size, subtree_lean_size;
   uint8_t subtree_height;
-  bool alternative; /* another parent of the same tree is in reach */
+  uint8_t alternative; /* another parent of the same tree is in reach */
 } rs_route;
 
 /* A ring of frames. */
@@ -191,10 +198,11 @@ typedef struct {
 
 typedef struct {
   rs_ring data, slow, down;
-  uint8_t busy;                 /* bit p - 1: a frame is going out on port p */
-  uint8_t advert_due;           /* bit p - 1: port p is to get a tick frame */
-  uint32_t advert_us[RS_PORTS]; /* when it last got one */
-  bool status_due;
+  uint8_t busy;                  /* bit p - 1: a frame is going out on port p */
+  uint32_t started_us[RS_PORTS]; /* when it started */
+  uint8_t advert_due;            /* bit p - 1: port p is to get a tick frame */
+  uint32_t advert_us[RS_PORTS];  /* when it last got one */
+  uint8_t status_due;
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */
   uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
@@ -209,17 +217,17 @@ typedef struct {
   uint32_t sent_us; /* last own frame */
   int32_t sent_value[RS_CHANNEL_COUNT];
   uint8_t sequence;
-  bool running;
-  bool refresh_due;
+  uint8_t running;
+  uint8_t refresh_due;
   uint32_t refresh_us; /* not before this time, so that a tree does not refresh all at once */
-  bool dropped;        /* to be told in the next own frame */
+  uint8_t dropped;     /* to be told in the next own frame */
 } rs_sampling;
 
 typedef struct {
   uint32_t time; /* tick time, milliseconds, at which the last counted command came */
   uint16_t counter;
-  bool counted; /* counter and time are valid */
-  bool replied;
+  uint8_t counted; /* counter and time are valid */
+  uint8_t replied;
   uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
 } rs_commanding;
 
@@ -250,8 +258,9 @@ typedef struct {
   uint16_t id; /* in force; RS_ID_NONE until named */
   uint16_t challenge;
   uint8_t nonce;
-  bool keyed;
-  bool led_changed, flash_changed; /* to be told in the output of this step */
+  uint8_t keyed;
+  uint32_t lasting;                   /* check sum of what lasts from boot to boot: uid, id and key */
+  uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint32_t timer_us;
   uint32_t led_rgb;
   uint32_t topology_us, join_us; /* next due */

@@ -10,6 +10,7 @@ enum {
   RS_TICK_US = 1000,
   RS_HEARTBEAT_US = 1250,                          /* a cell that hears no new tick speaks up by itself */
   RS_ADVERT_PAUSE_US = 250,                        /* between two ticks of a port: at most four a millisecond */
+  RS_SENDING_US = 3000,                            /* no frame goes out for so long */
   RS_LINK_UP_FRAMES = 3,                           /* valid frames before a link counts */
   RS_LINK_DOWN_US = 3500,                          /* without a valid frame: three heartbeats missed */
   RS_QUARANTINE_US = RS_LINK_DOWN_US + RS_TICK_US, /* after boot, until every child of before has noticed */

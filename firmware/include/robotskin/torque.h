@@ -29,10 +29,10 @@ enum {
 /* What a cell adds in each epoch, until it is told otherwise: torque in the limb's step for joints 1 to 6 `parts`. */
 typedef struct {
   int32_t joint[RS_TORQUE_PARTS * RS_JOINTS_PER_PART];
-  uint8_t limb;  /* 0 to 15 */
-  uint8_t parts; /* 0: nothing */
-  uint8_t age;   /* epochs of the joint state it was computed from */
-  bool active;   /* the cell is in contact */
+  uint8_t limb;   /* 0 to 15 */
+  uint8_t parts;  /* 0: nothing */
+  uint8_t age;    /* epochs of the joint state it was computed from */
+  uint8_t active; /* the cell is in contact */
 } rs_contribution;
 
 /* Joint positions as broadcast, in 2 pi / 65536 rad: those of the limb that the cell contributes to. */
@@ -48,7 +48,7 @@ typedef struct {
   int32_t joint[RS_JOINTS_PER_PART];
   uint16_t cells, active;
   uint8_t limb, part, age;
-  bool saturated;
+  uint8_t saturated;
 } rs_torque_sum;
 
 /* The epoch of a cell. */
@@ -66,7 +66,7 @@ typedef struct {
   uint8_t filled;                    /* bit i: slot i holds what has not been sent */
   uint8_t waiting;                   /* bit p - 1: the child at port p has yet to report */
   uint8_t reports[RS_PORTS];         /* epochs for which the child at port p is still waited for */
-  bool open;                         /* the report is not complete */
+  uint8_t open;                      /* the report is not complete */
 } rs_torque_epoch;
 
 void rs_torque_sum_start(rs_torque_sum* sum, uint32_t limb, uint32_t part);

@@ -124,7 +124,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 7248
+CELL_STATE_BYTES: int = 7288
 
 CHANNELS: tuple = ...
 
@@ -245,7 +245,7 @@ class Cell:
     @property
     def subtree_height(self) -> int: ...
     @property
-    def in_quarantine(self) -> bool: ...
+    def in_quarantine(self) -> int: ...
     @property
     def neighbours(self) -> list: ...
     @property
