@@ -27,7 +27,7 @@ enum {
 typedef struct {
   uint8_t next;      /* number of the next frame, by count */
   uint8_t confirmed; /* last number that agreed */
-  uint8_t missed;       /* frames after it are missing */
+  uint8_t missed;    /* frames after it are missing */
   uint8_t serial;    /* newest of a torque frame */
   uint16_t serials;  /* bit i: serial - i has been heard */
 } rs_hearing;
