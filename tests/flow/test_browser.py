@@ -80,6 +80,8 @@ def running(verb: str, seed: int, tmp_path: Path, *more: str) -> Iterator[str]:
             stdout=sink,
             stderr=subprocess.STDOUT,
             env={**os.environ, "COLUMNS": "200", "PYTHONUNBUFFERED": "1"},
+            # A job in the background is born deaf to interrupts; the page must hear this one.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
     try:
         yield wait_for(lambda: address_in(output.read_text(), process), f"{verb} prints no address")
