@@ -83,6 +83,9 @@ class Driver {
   std::uint32_t session() const { return session_; }
 
  private:
+  // A section unit's clock may say anything: what it calls older than this is no more than this old, and never to come.
+  static constexpr std::int64_t oldest_ns = 60'000'000'000;
+
   struct Link {
     std::uint32_t session = 0;
     SequenceWindow window;
@@ -99,25 +102,31 @@ class Driver {
     bool due = false;
   };
 
-  void draw_session();
-  void meet(const rs_datagram_header& header);
-  void take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns);
-  bool ready_to_command(std::int64_t now_ns);
-  void keep_alive(std::int64_t now_ns, const Sink& sink);
-  void send_commands(std::int64_t now_ns, const Sink& sink);
-  bool answers_us(std::uint32_t session) const;
   void prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram);
-  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
+
+  // trust.cpp
+  void draw_session();
+  bool answers_us(std::uint32_t session) const;
   std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
+  void meet(const rs_datagram_header& header);
+  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
+
+  // records.cpp
   void take_record(const rs_datagram_header& header, CellIndex::Group& group, std::size_t unit_row,
                    const std::uint8_t* record);
+  bool is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns);
   void take_sample(CellIndex::Group& group, std::size_t unit_row, const std::uint8_t* record, std::uint64_t unit_ns,
                    std::int64_t arrival_ns);
-  bool is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns);
-  void take_rate_divisor(std::size_t unit_row, const std::uint8_t* record);
-  void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
   void count_events(const Sample& before, const rs_clock& frame);
+  void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
   void reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns);
+  void take_rate_divisor(std::size_t unit_row, const std::uint8_t* record);
+  void take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns);
+
+  // downlink.cpp
+  void keep_alive(std::int64_t now_ns, const Sink& sink);
+  bool ready_to_command(std::int64_t now_ns);
+  void send_commands(std::int64_t now_ns, const Sink& sink);
   void send(rs_datagram_kind kind, std::uint16_t count, const Recipient& to, std::uint32_t answering,
             std::int64_t now_ns, const Sink& sink);
 

@@ -1,0 +1,118 @@
+// What goes down to the section units: keep-alives, commands to cells, power of ports.
+#include <algorithm>
+
+#include "driver/driver.hpp"
+
+namespace robotskin::driver {
+namespace {
+
+constexpr std::int64_t commands_patience_ns = 1'000'000'000;
+
+}  // namespace
+
+std::optional<std::uint32_t> Driver::command(Command command) {
+  command.ticket = ticket_ + 1;
+  if (!commands_.push(command)) return std::nullopt;
+  return ++ticket_;
+}
+
+void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
+  for (Stranger& stranger : strangers_) {
+    if (!stranger.due) continue;
+    stranger.due = false;
+    send(RS_DATAGRAM_KIND_keep_alive, 0, stranger.unit, stranger.session, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
+  if (keep_alive_due_ || now_ns - keep_alive_ns_ >= RS_KEEP_ALIVE_MS * std::int64_t{1'000'000}) {
+    keep_alive_due_ = false;
+    keep_alive_ns_ = now_ns;
+    keep_alive(now_ns, sink);
+  }
+  send_commands(now_ns, sink);
+}
+
+void Driver::keep_alive(std::int64_t now_ns, const Sink& sink) {
+  // With answering 0 it wakes units that have not been heard yet, or have restarted.
+  for (const CellIndex::Group& group : index_.groups()) {
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {group.section_unit, RS_UNIT_ALL}, 0, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
+  for (std::size_t i = 0; i < unit_count_; ++i) {
+    const UnitRow& unit = units_.row(i);
+    if (now_ns - unit.heard_ns > unit_silent_ns) continue;
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    statistics_.keep_alives_sent.add();
+  }
+}
+
+// A command goes out when its counter can be known and, within a second, each group has been heard.
+bool Driver::ready_to_command(std::int64_t now_ns) {
+  if (command_counter_ < 0) return false;
+  if (now_ns - counter_known_ns_ > commands_patience_ns) return true;
+  return std::ranges::all_of(index_.groups(), [this](const CellIndex::Group& group) {
+    for (std::size_t i = 0; i < unit_count_; ++i) {
+      if (unit_names_[i] >> 8 == group.section_unit) return true;
+    }
+    return false;
+  });
+}
+
+void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
+  const auto send_to_units = [&](rs_datagram_kind kind, std::uint16_t section_unit, std::uint8_t which) {
+    for (std::size_t i = 0; i < unit_count_; ++i) {
+      const UnitRow& unit = units_.row(i);
+      if (unit.section_unit != section_unit || (which != RS_UNIT_ALL && which != unit.unit)) continue;
+      send(kind, 1, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    }
+  };
+  std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
+  while (ready_to_command(now_ns)) {
+    const std::optional<Command> command = commands_.pop();
+    if (!command) break;
+    command_counter_ = static_cast<std::uint16_t>(command_counter_ + 1);
+    const auto counter = static_cast<std::uint16_t>(command_counter_);
+    sent_[counter % sent_.size()] = {command->ticket, counter};
+    rs_command frame{};
+    frame.type = RS_TYPE_command;
+    frame.target = command->target;
+    frame.operation = command->operation;
+    frame.counter = counter;
+    frame.index = command->index;
+    frame.value_low = command->value;
+    rs_command_pack(record, &frame);
+    rs_record_arrival_pack(record, 0, 0);
+    send_to_units(RS_DATAGRAM_KIND_inject, command->section_unit, RS_UNIT_ALL);
+    statistics_.commands_sent.add();
+  }
+  while (const std::optional<Power> power = powers_.pop()) {
+    std::fill_n(record, RS_DATAGRAM_RECORD_BYTES, std::uint8_t{0});
+    record[0] = power->on ? 1 : 0;
+    rs_record_arrival_pack(record, power->port, 0);
+    send_to_units(RS_DATAGRAM_KIND_power, power->section_unit, power->unit);
+  }
+}
+
+// Completes and hands over the datagram whose records stand in out_.
+void Driver::send(rs_datagram_kind kind, std::uint16_t count, const Recipient& to, std::uint32_t answering,
+                  std::int64_t now_ns, const Sink& sink) {
+  rs_datagram_header header{};
+  header.kind = static_cast<std::uint8_t>(kind);
+  header.flags = hash_ ? RS_DATAGRAM_KEYED : 0;
+  header.section_unit = to.section_unit;
+  header.unit = to.unit;
+  header.session = session_;
+  header.sequence = ++sequence_;
+  header.time_ns = static_cast<std::uint64_t>(now_ns + calendar_ns_);
+  header.count = count;
+  header.answering = answering;
+  rs_datagram_header_pack(out_.data(), &header);
+  std::size_t bytes = RS_DATAGRAM_HEADER_BYTES + std::size_t{header.count} * RS_DATAGRAM_RECORD_BYTES;
+  if (hash_) {
+    const Tag tag = hash_->tag({out_.data(), bytes});
+    std::copy(tag.begin(), tag.end(), out_.begin() + static_cast<std::ptrdiff_t>(bytes));
+    bytes += tag.size();
+  }
+  sink(to, {out_.data(), bytes});
+}
+
+}  // namespace robotskin::driver
