@@ -47,11 +47,8 @@ def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
     Raises:
         UnknownNameError: no such link.
     """
-    dynamics = RobotDynamics(robot.core)
-    centre = np.ascontiguousarray(swing.centre, dtype=float)
-    dynamics.update(centre, np.zeros_like(centre))
+    dynamics, moved = _at_centre(robot, swing), _moved_by(robot, swing.joint)
     linear, axis = np.split(dynamics.joint_motions[swing.joint], 2)
-    moved = _moved_by(robot, swing.joint)
     angle, rate, turn_rate = (swing.displacement(time_s, derivative) for derivative in range(3))
     up, motions = np.array([0.0, 0.0, GRAVITY_MPS2]), {}
     for link in links:
@@ -82,10 +79,8 @@ def link_gravity(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
         swing: the motion.
         time_s: (M,) since its start.
     """
-    dynamics = RobotDynamics(robot.core)
-    centre = np.ascontiguousarray(swing.centre, dtype=float)
-    dynamics.update(centre, np.zeros_like(centre))
-    axis, moved = dynamics.joint_motions[swing.joint, 3:], _moved_by(robot, swing.joint)
+    dynamics, moved = _at_centre(robot, swing), _moved_by(robot, swing.joint)
+    axis = dynamics.joint_motions[swing.joint, 3:]
     turn = -swing.displacement(time_s)[:, None]
     found = {}
     for link in links:
@@ -97,6 +92,14 @@ def link_gravity(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
             else np.tile(up, (len(time_s), 1))
         )
     return found
+
+
+def _at_centre(robot: Robot, swing: JointSine) -> RobotDynamics:
+    """The robot at rest in a swing's centre."""
+    dynamics = RobotDynamics(robot.core)
+    centre = np.ascontiguousarray(swing.centre, dtype=float)
+    dynamics.update(centre, np.zeros_like(centre))
+    return dynamics
 
 
 def _moved_by(robot: Robot, joint: int) -> list[bool]:

@@ -100,9 +100,20 @@ def rest_readings(
     imperfections: AccelerometerImperfections = AccelerometerImperfections(),  # noqa: B008 - frozen
     samples: int = 16,
 ) -> Array:
-    """(N, K, samples, 3) m/s² what cells report while the robot rests in postures (K, n); else as `swing_readings`."""
-    up = np.array([robot.base_from_link(posture)[link, 2, :3] for posture in postures])
-    felt = GRAVITY_MPS2 * np.einsum("nji,knj->nki", link_from_cell[:, :3, :3], up)
+    """(N, K, samples, 3) m/s², what cells report while the robot rests in postures.
+
+    Args:
+        robot: whose z axis of the base frame points up.
+        link: (N,) index into `robot.link_names` of each cell's link.
+        link_from_cell: (N, 4, 4) metres.
+        postures: (K, n) rad or m.
+        faults: of the accelerometers.
+        random: draws the noise.
+        imperfections: noise and quantisation step.
+        samples: of a rest.
+    """
+    up = np.stack([robot.base_from_link(posture)[link, 2, :3] for posture in postures], axis=1)
+    felt = GRAVITY_MPS2 * np.einsum("nji,nkj->nki", link_from_cell[:, :3, :3], up)
     felt = (felt * faults.scale[:, None] + faults.offset[:, None])[:, :, None]
     felt = felt + random.standard_normal((len(link), len(postures), samples, 3)) * imperfections.noise_mps2
     return np.round(felt / imperfections.step_mps2) * imperfections.step_mps2

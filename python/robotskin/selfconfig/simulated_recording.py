@@ -6,18 +6,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling_plan import BabblingPlan
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
-
-Array = NDArray[np.float64]
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, rest_readings, swing_readings
 
 
 def simulate_babbling(
@@ -62,32 +58,3 @@ def simulate_babbling(
         swings=swings,
         duration_s=float(sum(swing.swing.duration_s for swing in swings)),
     )
-
-
-def rest_readings(
-    robot: Robot,
-    link: NDArray[np.integer],
-    link_from_cell: Array,
-    postures: Array,
-    faults: AccelerometerFaults,
-    random: np.random.Generator,
-    imperfections: AccelerometerImperfections = AccelerometerImperfections(),  # noqa: B008 - frozen
-    samples: int = 16,
-) -> Array:
-    """(N, K, samples, 3) m/s², what cells report while the robot rests in postures (K, n).
-
-    Args:
-        robot: that wears the cells.
-        link: (N,) indices into the robot's links; link_from_cell: (N, 4, 4) metres.
-        link_from_cell: see link.
-        postures: (K, n) rad or m.
-        faults: of the accelerometers.
-        random: draws the noise.
-        imperfections: noise and quantisation step.
-        samples: of a rest.
-    """
-    up = np.stack([robot.base_from_link(q)[link, 2, :3] for q in postures], axis=1)
-    ideal = GRAVITY_MPS2 * np.einsum("nji,nkj->nki", link_from_cell[:, :3, :3], up)
-    felt = (ideal * faults.scale[:, None] + faults.offset[:, None])[:, :, None]
-    noise = random.standard_normal((*ideal.shape[:2], samples, 3)) * imperfections.noise_mps2
-    return np.round((felt + noise) / imperfections.step_mps2) * imperfections.step_mps2

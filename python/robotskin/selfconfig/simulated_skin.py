@@ -20,8 +20,7 @@ from robotskin.selfconfig.reconstruction import Reconstruction, reconstruct
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, forearm_patch
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, swing_readings
-from robotskin.selfconfig.simulated_recording import rest_readings
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, rest_readings, swing_readings
 from robotskin.selfconfig.topology import Topology, explore
 
 Array = NDArray[np.float64]

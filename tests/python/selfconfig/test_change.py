@@ -18,8 +18,8 @@ from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.reconfiguration import reconfigure
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults
-from robotskin.selfconfig.simulated_recording import rest_readings, simulate_babbling
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, rest_readings
+from robotskin.selfconfig.simulated_recording import simulate_babbling
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 PATCH = "forearm_link_2"
