@@ -28,7 +28,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core import firmware
-from robotskin.bench.network_shapes import (
+from robotskin.layout.cell_network import CableEnd, CellNetwork
+from robotskin.layout.errors import LayoutError
+from robotskin.layout.finished_layouts import finished
+from robotskin.layout.network_shapes import (
     assemble,
     draw,
     labels,
@@ -37,9 +40,6 @@ from robotskin.bench.network_shapes import (
     shares,
     without_links,
 )
-from robotskin.layout.cell_network import CableEnd, CellNetwork
-from robotskin.layout.errors import LayoutError
-from robotskin.layout.finished_layouts import finished
 
 COMPACT = ("sheet", "sheared_sheet", "cylinder")
 BRIDGED = ("ring_12", "robot_1260")

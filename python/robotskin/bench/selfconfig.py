@@ -26,6 +26,7 @@ from robotskin.bench.selfconfig_map import map_figures
 from robotskin.errors import UnknownNameError
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
+from robotskin.layout.network_shapes import assemble, lattice
 from robotskin.robots import load
 from robotskin.selfconfig.accuracy import mean_errors, within_confidence
 from robotskin.selfconfig.activity import activity_matrix
@@ -151,7 +152,7 @@ def topology_figures(seed: int) -> Figures:
         key = layout.section_unit.astype(np.int64) << 16 | layout.id
         topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
         exact.append(_is_exact(topology, key, layout.neighbours))
-    table = square_lattice(100, np.random.default_rng(seed))
+    table = shuffled_sheet(100, np.random.default_rng(seed))
     lists = NeighbourLists.from_indices(np.arange(len(table)) + 1, table)
     start = time.perf_counter()
     topology = explore(lists)
@@ -181,14 +182,12 @@ def _is_exact(topology: Topology, key: NDArray[np.int64], neighbours: NDArray) -
     return bool(same and not topology.defects and steps.all() and np.array_equal(topology.cell, key))
 
 
-def square_lattice(side: int, random: np.random.Generator) -> NDArray[np.int64]:
-    """(side², 4, 2) neighbours of a flat lattice, its cells in a random order."""
-    cell = random.permutation(side * side).reshape(side, side)
-    table = np.tile(np.array([-1, 0]), (side * side, 4, 1))
-    for port, partner, a, b in ((0, 3, cell[:, :-1], cell[:, 1:]), (1, 2, cell[:-1], cell[1:])):
-        table[a, port] = np.stack([b, np.full_like(b, partner + 1)], axis=-1)
-        table[b, partner] = np.stack([a, np.full_like(a, port + 1)], axis=-1)
-    return table
+def shuffled_sheet(side: int, random: np.random.Generator) -> NDArray[np.int32]:
+    """(side², 4, 2) neighbours of a flat sheet of side x side cells, which are numbered in a random order."""
+    links, position = lattice(side, side * side)
+    number = random.permutation(side * side).tolist()
+    renumbered = [(number[a], port_a, number[b], port_b) for a, port_a, b, port_b in links]
+    return assemble("sheet", side * side, renumbered, position).neighbours
 
 
 def pose_sets() -> dict[str, NDArray[np.float64]]:

@@ -89,8 +89,8 @@ def skin_of(layout: str, ports: int | None, units: int, seed: int) -> CellNetwor
     import numpy as np
 
     from robotskin import layout as layouts
-    from robotskin.bench import network_shapes
     from robotskin.errors import InputError
+    from robotskin.layout import network_shapes
     from robotskin.layout.cell_network import CellNetwork
 
     kind, _, size = layout.partition(":")

@@ -1,4 +1,4 @@
-"""Cells clipped together in the shapes of the network's benchmark: sheets, cylinders, rings of patches, robots."""
+"""Cells clipped together in regular shapes: sheets, cylinders, compact patches, rings of patches."""
 
 from __future__ import annotations
 
