@@ -24,6 +24,7 @@ CORE_KNOWS = {
 # Python packages in the order of the flow; a package imports only packages that stand before it.
 PYTHON_ORDER = [
     "errors",
+    "whole_file",
     "_core",
     "robots",
     "layout",

@@ -29,6 +29,7 @@ from robotskin.selfconfig.configuration import Configuration, rows_of, samples_i
 from robotskin.selfconfig.map_picture import map_figure
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap
+from robotskin.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,13 +96,8 @@ def write_report(
     title = html.escape(f"Self-configuration of {robot.name}")
     head = f'<meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
     text = f'<!doctype html><html lang="en">{head}{body}</html>'
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
+    with whole_file(Path(path)) as partial:
         partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _picture(figure: Figure, alternative: str) -> str:

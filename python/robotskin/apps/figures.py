@@ -12,6 +12,7 @@ from typing import Any
 from rich.table import Table
 
 import robotskin
+from robotskin.whole_file import whole_file
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,6 @@ def write_figures(file: Path, seed: int, figures: Mapping[str, Any]) -> dict[str
     """
     whole = {"seed": seed, "version": robotskin.__version__, **figures}
     file.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = file.with_suffix(file.suffix + ".part")
-    unfinished.write_text(json.dumps(whole, indent=2) + "\n")
-    unfinished.replace(file)
+    with whole_file(file) as partial:
+        partial.write_text(json.dumps(whole, indent=2) + "\n")
     return whole

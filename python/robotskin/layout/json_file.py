@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import os
 from dataclasses import asdict
 from functools import cache
 from importlib import resources
@@ -15,6 +14,7 @@ import numpy as np
 from robotskin.layout.cell import PORTS
 from robotskin.layout.errors import LayoutError, LayoutFileError
 from robotskin.layout.layout import Cable, Layout, Patch, SectionUnitPort, Stud
+from robotskin.whole_file import whole_file
 
 FORMAT = "robotskin-layout"
 VERSION = 1
@@ -97,12 +97,8 @@ def save(layout: Layout, path: Path) -> None:
     if path.suffix == ".gz":
         # Without a time stamp the same layout is the same file to the byte.
         data = gzip.compress(data, mtime=0)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    with whole_file(path) as partial:
         partial.write_bytes(data)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def parse(path: Path) -> Any:

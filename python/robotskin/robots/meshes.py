@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +12,7 @@ import trimesh
 from trimesh.exchange.stl import export_stl
 
 from robotskin.robots.errors import MissingMeshError, UnreadableMeshError
+from robotskin.whole_file import whole_file
 
 # Part of a converted file's key, so that a file made by other rules is not taken for one made by these.
 CONVERSION = b"binary STL, scale applied, 1"
@@ -91,15 +91,8 @@ def as_stl(path: Path, scale: np.ndarray) -> Path:
     if not converted.is_file():
         data = export_stl(read_mesh(path, scale))
         converted.parent.mkdir(parents=True, exist_ok=True)
-        # Written beside its place and moved there, so that no reader ever meets half a file.
-        with tempfile.NamedTemporaryFile(dir=converted.parent, delete=False) as temporary:
-            try:
-                temporary.write(data)
-                temporary.close()
-                os.replace(temporary.name, converted)
-            except BaseException:
-                os.unlink(temporary.name)
-                raise
+        with whole_file(converted) as partial:
+            partial.write_bytes(data)
     return converted
 
 

@@ -6,7 +6,6 @@ a numpy archive (.npz); docs/selfconfig.md lists its arrays.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, Gravity
 from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.simulated_motion import MotionRecording
+from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,6 @@ class BabblingRecording:
 
     def save(self, path: str | Path) -> None:
         """Write the recording; the file appears whole or not at all."""
-        path = Path(path)
         arrays: dict[str, Any] = {
             "format": FORMAT,
             "version": VERSION,
@@ -104,13 +103,8 @@ class BabblingRecording:
         for number, swing in enumerate(self.swings):
             arrays[f"swing_{number}_time"] = swing.time_s
             arrays[f"swing_{number}_acceleration"] = _to_counts(swing.acceleration)
-        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-        try:
-            with partial.open("wb") as file:
-                np.savez_compressed(file, **arrays)
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+        with whole_file(Path(path)) as partial, partial.open("wb") as file:
+            np.savez_compressed(file, **arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> BabblingRecording:

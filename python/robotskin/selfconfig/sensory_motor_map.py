@@ -6,7 +6,6 @@ nearest. What can go wrong: a joint that did not swing in a posture (its weights
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from scipy.signal import butter, sosfiltfilt
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.selfconfig.side_by_side import side_by_side
 from robotskin.selfconfig.simulated_motion import MotionRecording
+from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
 SignRule = Literal["correlation", "first extremum"]
@@ -138,23 +138,17 @@ class SensoryMotorMap:
 
     def save(self, path: str | Path) -> None:
         """Write the map as a numpy archive (.npz); the file appears whole or not at all."""
-        path = Path(path)
-        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-        try:
-            with partial.open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    format=FORMAT,
-                    version=VERSION,
-                    robot=self.robot,
-                    joint_names=np.array(self.joint_names),
-                    cell=self.cell,
-                    posture=self.posture,
-                    weight=self.weight,
-                )
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+        with whole_file(Path(path)) as partial, partial.open("wb") as file:
+            np.savez_compressed(
+                file,
+                format=FORMAT,
+                version=VERSION,
+                robot=self.robot,
+                joint_names=np.array(self.joint_names),
+                cell=self.cell,
+                posture=self.posture,
+                weight=self.weight,
+            )
 
     @classmethod
     def load(cls, path: str | Path) -> SensoryMotorMap:

@@ -19,6 +19,7 @@ from robotskin.layout.cell import PORTS
 from robotskin.layout.errors import LayoutError
 from robotskin.layout.found import FoundCell, FoundSkin
 from robotskin.layout.layout import Layout
+from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
 
@@ -123,7 +124,8 @@ def write_json(skin: FoundSkin, folder: str | Path, names: Sequence[str] | None 
             },
         }
         path = folder / f"{name}.json"
-        _write(path, json.dumps(document, indent=1) + "\n")
+        with whole_file(path) as partial:
+            partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
         written.append(path)
     return written
 
@@ -154,7 +156,9 @@ def write_xml(skin: FoundSkin, path: str | Path) -> None:
             for port, other in enumerate(cell.neighbours, start=1):
                 ElementTree.SubElement(neighbours, "neighbor", port=str(port), id=str(other))
     ElementTree.indent(root, "    ")
-    _write(Path(path), ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n")
+    text = ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    with whole_file(Path(path)) as partial:
+        partial.write_text(text, encoding="utf-8")
 
 
 def _patches(skin: FoundSkin) -> list[_Patch]:
@@ -184,13 +188,3 @@ def _place(parent: ElementTree.Element, pose: Array) -> None:
             for column in range(columns):
                 element = ElementTree.SubElement(matrix, "element", row=str(row), col=str(column))
                 element.text = f"{values[row, column]:.12f}"
-
-
-def _write(path: Path, text: str) -> None:
-    """The file appears whole or not at all."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
