@@ -9,6 +9,7 @@
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
 #include "bindings/driver.hpp"
+#include "skin/calibration.hpp"
 #include "skin/skin_model.hpp"
 #include "skin/skin_reader.hpp"
 #include "skin/skin_state.hpp"
@@ -100,6 +101,8 @@ void bind_array(nb::class_<SkinState>& state, const char* name, std::size_t row,
 }  // namespace
 
 void bind_skin(nb::module_ module) {
+  module.attr("STANDARD_GRAVITY_MPS2") = skin::standard_gravity;
+  module.attr("ACCELERATION_STEP_MPS2") = skin::acceleration_x_step * skin::standard_gravity;
   nb::enum_<Health>(module, "Health", nb::is_arithmetic(), "How far a cell's values can be believed.")
       .value("alive", Health::alive)
       .value("stale", Health::stale)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from robotskin._core import world as core
 from robotskin.apps.network_watch import NetworkError, NetworkWatch
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.viewer.network_view import NetworkReading
-from robotskin.world import unit_descriptions
 
 WALL_STEP_S = 1 / 60
 WATCH_STEP_S = 0.0002
@@ -40,7 +40,7 @@ class LiveNetwork:
         options.seed = seed
         options.unasked = True
         self._mailbox = core.Mailbox()
-        units = unit_descriptions(layout)
+        units = CellNetwork.of_layout(layout).unit_descriptions()
         self._world = core.World(None, layout.neighbours, layout.id.tolist(), units, options, self._mailbox)
         self._watch = NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9)
         self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()

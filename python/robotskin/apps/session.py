@@ -15,10 +15,11 @@ from robotskin._core.skin import Health, SkinReader, SkinState
 from robotskin._core.world import UdpTransport
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.viewer.session_view import INTERFACES, MODES
-from robotskin.world import World, unit_descriptions
+from robotskin.world import World
 
 PERIOD_S = 0.001
 TOUCH_EVENT_MASK = 0b0000_01111
@@ -66,7 +67,7 @@ class Session:
         self.gains = GainSet.load(robot.name)
         self.home = self.gains.home
         model = self.layout.skin_model()
-        self.transport = UdpTransport(len(unit_descriptions(layout))) if link == "udp" else None
+        self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None
         self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport)
         bind, units = (("127.0.0.1", 0), self.transport.addresses) if self.transport else (None, [])
         self.driver = Driver(model, key, bind, units, session_seed=seed)

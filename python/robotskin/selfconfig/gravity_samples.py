@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-GRAVITY_MPS2 = 9.80665
-ACCELERATION_STEP_MPS2 = GRAVITY_MPS2 / 256
+from robotskin._core import skin
+
+GRAVITY_MPS2 = skin.STANDARD_GRAVITY_MPS2
+ACCELERATION_STEP_MPS2 = skin.ACCELERATION_STEP_MPS2
+"""Of one count of an accelerometer."""
 
 
 @dataclass(frozen=True, eq=False)

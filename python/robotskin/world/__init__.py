@@ -9,7 +9,7 @@ from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox,
 from robotskin.world.hand import Hand
 from robotskin.world.scene import HandSpec, ObjectSpec
 from robotskin.world.trial import run_trial
-from robotskin.world.world import World, WorldError, unit_descriptions
+from robotskin.world.world import World, WorldError
 
 __all__ = [
     "Hand",
@@ -24,5 +24,4 @@ __all__ = [
     "World",
     "WorldError",
     "run_trial",
-    "unit_descriptions",
 ]

@@ -11,6 +11,7 @@ from robotskin._core import world as core
 from robotskin._core.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.world.hand import Hand
 from robotskin.world.scene import HandSpec, ObjectSpec, build, parking_m
@@ -44,7 +45,7 @@ class World:
         cell_key: 16 bytes that section units and cells share, or None; with it ticks and commands are authenticated.
         epoch_ns: what the section units' clocks show at virtual time 0; also the host time of joint states.
         transport: None for in process (`exchange`, or `take_datagrams` and `post`), or a `UdpTransport` with as many
-            section units as `unit_descriptions(layout)` has.
+            section units as `CellNetwork.of_layout(layout)` has.
         ambient_temperature: degrees Celsius.
     """
 
@@ -118,7 +119,7 @@ class World:
             options.set_cell_key(cell_key)
         self.epoch_ns = epoch_ns
         self.transport = transport or core.Mailbox()
-        self.units = unit_descriptions(layout)
+        self.units = CellNetwork.of_layout(layout).unit_descriptions()
         if isinstance(self.transport, core.UdpTransport) and len(self.transport.addresses) != len(self.units):
             raise WorldError(
                 f"transport for {len(self.transport.addresses)} section units: the layout has {len(self.units)}"
@@ -285,20 +286,3 @@ class World:
                 "saturated_samples": self.body.saturated_samples,
                 "log_hash": network.log_hash,
             }
-
-
-def unit_descriptions(layout: Layout) -> list[core.UnitDescription]:
-    """The section units of a layout: each group's ports, 15 to a unit."""
-    units = []
-    for group in sorted({place.section_unit for place in layout.section_unit_ports}):
-        places = sorted(
-            (place for place in layout.section_unit_ports if place.section_unit == group), key=lambda place: place.port
-        )
-        by_unit: dict[int, dict[int, tuple[int, int]]] = {}
-        for place in places:
-            unit, port = divmod(place.port - 1, 15)
-            by_unit.setdefault(unit, {})[port] = (place.cell, place.cell_port)
-        for unit, ports in sorted(by_unit.items()):
-            ends = [ports.get(port, (-1, 0)) for port in range(max(ports) + 1)]
-            units.append(core.UnitDescription(section_unit=group, unit=unit, ports=ends))
-    return units

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from robotskin._core.driver import Driver
-from robotskin.world import UdpTransport, WorldError, unit_descriptions
+from robotskin.layout.cell_network import CellNetwork
+from robotskin.world import UdpTransport, WorldError
 
 KEY = bytes(range(32))
 
@@ -19,7 +20,7 @@ def test_real_udp_carries_the_same_datagrams_as_the_mailbox(make_world, skin):
         host.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)
         host.bind(("127.0.0.1", 0))
         host.settimeout(2)
-        transport = UdpTransport(len(unit_descriptions(skin)), host=host.getsockname())
+        transport = UdpTransport(len(CellNetwork.of_layout(skin).unit_descriptions()), host=host.getsockname())
         outside = make_world(unasked=True, transport=transport)
         outside.push(140, 15.0)
         received = []
@@ -47,7 +48,7 @@ def test_a_driver_wakes_the_section_units_and_feels_every_cell(make_world, skin,
 
 
 def test_over_udp_the_units_answer_who_asks_them_with_the_right_key(make_world, skin):
-    transport = UdpTransport(len(unit_descriptions(skin)))
+    transport = UdpTransport(len(CellNetwork.of_layout(skin).unit_descriptions()))
     world = make_world(key=KEY, transport=transport)
     stranger = Driver(skin.skin_model(), key=bytes(32), bind=("127.0.0.1", 0), units=transport.addresses)
     stranger.poll()
@@ -71,4 +72,4 @@ def test_over_udp_the_units_answer_who_asks_them_with_the_right_key(make_world, 
 
 def test_a_transport_for_other_units_is_refused(make_world, skin):
     with pytest.raises(WorldError, match="section units"):
-        make_world(transport=UdpTransport(len(unit_descriptions(skin)) + 1))
+        make_world(transport=UdpTransport(len(CellNetwork.of_layout(skin).unit_descriptions()) + 1))
