@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 import robotskin._core.driver
 
+STANDARD_GRAVITY_MPS2: float = 9.80665
+
+ACCELERATION_STEP_MPS2: float = 0.0383072265625
+
 class Health(enum.IntEnum):
     """How far a cell's values can be believed."""
 

@@ -9,16 +9,16 @@ from collections.abc import Callable
 
 from robotskin._core import world as core
 from robotskin.apps.network_watch import NetworkError, NetworkWatch
+from robotskin.apps.watched_network import WatchedNetwork
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
-from robotskin.viewer.network_view import NetworkReading
 
 WALL_STEP_S = 1 / 60
 WATCH_STEP_S = 0.0002
 """While cells are stranded time goes in steps this small: so exact is the time of a repair."""
 
 
-class LiveNetwork:
+class LiveNetwork(WatchedNetwork):
     """Runs the shipping firmware in N cells and their section units until `close`.
 
     It is a `robotskin.viewer.network_view.NetworkView`: every method may be called from any thread and returns at once.
@@ -42,10 +42,9 @@ class LiveNetwork:
         self._mailbox = core.Mailbox()
         units = CellNetwork.of_layout(layout).unit_descriptions()
         self._world = core.World(None, layout.neighbours, layout.id.tolist(), units, options, self._mailbox)
-        self._watch = NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9)
+        super().__init__(NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9))
         self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self.failure: BaseException | None = None
-        self._reading = self._watch.look()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="network", daemon=True)
         self._thread.start()
@@ -62,24 +61,6 @@ class LiveNetwork:
         self._thread.join()
 
     # ---- What a page asks ----
-
-    def reading(self) -> NetworkReading:
-        """The latest moment."""
-        return self._reading
-
-    def toggle_link(self, cell: int, port: int) -> None:
-        """Cut the wire at a cell's port, or mend it."""
-        self._watch.demand(cell, port)
-        self._ask(lambda: self._watch.toggle_link(cell, port))
-
-    def toggle_cell(self, cell: int) -> None:
-        """Kill a cell, or start a dead one."""
-        self._watch.demand(cell)
-        self._ask(lambda: self._watch.toggle_cell(cell))
-
-    def mend(self) -> None:
-        """Mend all wires and start all cells."""
-        self._ask(self._watch.mend)
 
     def set_pace(self, pace: float) -> None:
         """Seconds of the network for one of the wall clock, 0 to stand still."""
@@ -102,7 +83,7 @@ class LiveNetwork:
                 due = max(due + WALL_STEP_S, time.monotonic())
                 while not self._requests.empty():
                     self._requests.get()()
-                    self._reading = self._watch.look()
+                    self.look()
                 self._advance(self.pace * WALL_STEP_S)
         except BaseException as failure:
             self.failure = failure
@@ -114,4 +95,4 @@ class LiveNetwork:
             left_ns = end_ns - self._world.time_ns
             self._world.run(min(left_ns, round(WATCH_STEP_S * 1e9)) if self._watch.broken else left_ns)
             self._mailbox.take()
-            self._reading = self._watch.look()
+            self.look()

@@ -1,23 +1,19 @@
 """A page without a session: a robot in its skin, to turn around and bend, and its network, to see alive and to cut."""
 
-import threading
-from collections.abc import Callable
-
 import numpy as np
-import viser
 
-from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.viewer.cell_card import place_rows
 from robotskin.viewer.colours import category_colours
+from robotskin.viewer.joint_sliders import joint_sliders
 from robotskin.viewer.legend import PADDING, legend
 from robotskin.viewer.network import wired_tree
 from robotskin.viewer.network_panel import LEGEND, NetworkPanel
 from robotskin.viewer.network_scene import NetworkScene, cell_colours
 from robotskin.viewer.network_view import NetworkView
 from robotskin.viewer.scene import Scene
-from robotskin.viewer.server import address, close_server, open_server
+from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import Floats
 
 PATCH, NETWORK = "patch", "network"
@@ -26,7 +22,7 @@ FRAMES_PER_READOUT = 4
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see how it is wired.</div>'
 
 
-class Exhibit:
+class Exhibit(ServedPage):
     """Serves a robot of n joints in the skin `layout` at `address` until `close`.
 
     `port` is the first one tried; where it is taken the next free one is used, so read `address`. With a living
@@ -37,8 +33,7 @@ class Exhibit:
         self.robot = robot
         self.layout = layout
         self.posture = robot.neutral.copy()
-        self.server = open_server(f"{robot.name}, {len(layout)} cells", port)
-        self.address = address(self.server)
+        super().__init__(f"{robot.name}, {len(layout)} cells", port)
         self._cable, parent = wired_tree(layout)
         self.scene = Scene(self.server, robot, layout, self.posture)
         self.scene.on_cell_click = self._click
@@ -59,33 +54,11 @@ class Exhibit:
         with gui.add_folder("Cell"):
             self.card = gui.add_html(NOTHING_CHOSEN)
         with gui.add_folder("Posture", expand_by_default=network is None):
-            self._joints = [self._joint_slider(joint) for joint in range(robot.joint_count)]
+            joint_sliders(self.server, robot, self.posture, self._bend_joint)
         self.modality.on_update(lambda _: self.show())
         self._cables.on_update(lambda _: self.show())
         self.show()
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="exhibit", daemon=True)
-        self._thread.start()
-
-    def __enter__(self) -> "Exhibit":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Stop serving; the network goes on."""
-        self._closing.set()
-        self._thread.join()
-        close_server(self.server)
-
-    def command(self, action: Callable[[], None]) -> None:
-        """Ask the network for something; what it refuses appears as a notice in every browser."""
-        try:
-            action()
-        except RobotskinError as error:
-            for client in self.server.get_clients().values():
-                client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
+        self._start("exhibit")
 
     def show(self) -> None:
         """Draw the skin in the chosen colours."""
@@ -137,16 +110,7 @@ class Exhibit:
         rows = place_rows(cell, self.layout, self._cable)
         self.card.content = f'<div style="{PADDING};font-size:12px"><b>Cell {cell}</b>{rows}</div>'
 
-    def _joint_slider(self, joint: int) -> viser.GuiSliderHandle[float]:
-        lower = float(np.maximum(self.robot.lower[joint], -np.pi))
-        upper = float(np.minimum(self.robot.upper[joint], np.pi))
-        name = self.robot.joint_names[joint].removesuffix("_joint").replace("_", " ")
-        slider = self.server.gui.add_slider(name, lower, upper, 0.01, float(self.posture[joint]))
-
-        @slider.on_update
-        def _(_: viser.GuiEvent) -> None:
-            posture = self.posture.copy()
-            posture[joint] = slider.value
-            self.bend(posture)
-
-        return slider
+    def _bend_joint(self, joint: int, value: float) -> None:
+        posture = self.posture.copy()
+        posture[joint] = value
+        self.bend(posture)

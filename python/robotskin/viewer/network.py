@@ -49,11 +49,8 @@ def grown_tree(layout: Layout, topology: Mapping[str, Integers]) -> Integers:
 
 def follow(parent: Integers, layout: Layout) -> Integers:
     """(N,) the cable at the end of each cell's way along `parent` (N,), -1 where the way ends at none."""
-    cells = np.arange(len(parent))
-    end = np.where(parent >= 0, parent, cells)
-    for _ in range(len(cells).bit_length()):  # Each turn doubles the hops taken; a ring goes round and ends somewhere.
-        end = end[end]
-    cable_at = np.full(len(cells), -1)
+    end = _ends(parent)
+    cable_at = np.full(len(parent), -1)
     for index, place in enumerate(layout.section_unit_ports):
         cable_at[place.cell] = index
     return np.where(np.asarray(parent)[end] < 0, cable_at[end], -1)
@@ -74,11 +71,18 @@ def follow_ports(parent_port: Integers, alive: Flags, cut: Flags, layout: Layout
     for index, place in enumerate(layout.section_unit_ports):
         cable_at[place.cell, place.cell_port - 1] = index
     parent = np.where((parent >= 0) & alive[parent], parent, -1)
-    end = np.where(parent >= 0, parent, cells)
-    for _ in range(len(cells).bit_length()):
-        end = end[end]
+    end = _ends(parent)
     plugged = np.where(works, cable_at[cells, port], NO_PATH)
     return np.where(parent[end] < 0, plugged[end], NO_PATH)
+
+
+def _ends(parent: Integers) -> Integers:
+    """(N,) the last cell on each cell's way along `parent` (N,), -1 where a way ends; one of its cells for a ring."""
+    cells = np.arange(len(parent))
+    end = np.where(parent >= 0, parent, cells)
+    for _ in range(len(cells).bit_length()):  # Each turn doubles the hops taken.
+        end = end[end]
+    return end
 
 
 def fair_shares(alive: Flags, cut: Flags, layout: Layout) -> Integers:

@@ -4,14 +4,11 @@ A thread of its own copies the session's state thirty times a second and sends w
 waits for it, and while nobody looks it only asks whether somebody came.
 """
 
-import threading
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from robotskin.errors import RobotskinError
 from robotskin.viewer.colours import cell_colours
 from robotskin.viewer.controls import APPROACH, PUSH, Controls
 from robotskin.viewer.network import follow, wired_tree
@@ -20,7 +17,7 @@ from robotskin.viewer.network_scene import NetworkScene
 from robotskin.viewer.network_scene import cell_colours as network_colours
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
-from robotskin.viewer.server import address, close_server, open_server
+from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import Health, SessionView, Snapshot
 
 FRAMES_PER_S = 30
@@ -30,18 +27,17 @@ DRAG_NEWTON_PER_METRE = 200.0
 SILENCE_S = 1.5
 
 
-class Page:
+class Page(ServedPage):
     """Serves `session` at `address` from construction to `close`; any number of browsers may look.
 
     `port` is the first one tried; where it is taken the next free one is used, so read `address`.
     """
 
     def __init__(self, session: SessionView, port: int = 8080) -> None:
+        super().__init__(session.title, port)
         self.session = session
         self.chosen: int | None = None
         self.failure: BaseException | None = None
-        self.server = open_server(session.title, port)
-        self.address = address(self.server)
         snapshot = session.snapshot()
         self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
         self._cable, self._parent = wired_tree(session.layout)
@@ -55,31 +51,9 @@ class Page:
         self._rest: tuple[int, np.ndarray] | None = None
         self._drawn = 0
         self._last = (-np.inf, 0.0)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
-        self._thread.start()
-
-    def __enter__(self) -> "Page":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Stop serving; the session goes on."""
-        self._closing.set()
-        self._thread.join()
-        close_server(self.server)
+        self._start("viewer")
 
     # What a person does ---------------------------------------------------------------------------------------------
-
-    def command(self, action: Callable[[], None]) -> None:
-        """Ask the session for something; what it refuses appears as a notice in every browser."""
-        try:
-            action()
-        except RobotskinError as error:
-            for client in self.server.get_clients().values():
-                client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
 
     def _network_parts(self) -> tuple[NetworkScene | None, NetworkPanel | None]:
         network = self.session.network

@@ -7,7 +7,6 @@ asked for, in the order in which it was asked; the page only queues.
 from __future__ import annotations
 
 import queue
-import threading
 from collections.abc import Callable
 from html import escape
 from pathlib import Path
@@ -28,9 +27,10 @@ from robotskin.viewer.cell_card import table_rows
 from robotskin.viewer.cell_shape import wxyz_position
 from robotskin.viewer.colours import category_colours
 from robotskin.viewer.history import History
+from robotskin.viewer.joint_sliders import joint_sliders
 from robotskin.viewer.legend import PADDING
 from robotskin.viewer.scene import Scene
-from robotskin.viewer.server import address, close_server, open_server
+from robotskin.viewer.served_page import ServedPage
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ PALE = 0.55
 """How much of their colour the patches keep that are not chosen."""
 
 
-class PlacingPage:
+class PlacingPage(ServedPage):
     """Serves a robot whose patches can be dragged, until `close`; `path` is where they are saved.
 
     `port` is the first one tried; where it is taken the next free one is used, so read `address`.
@@ -51,34 +51,25 @@ class PlacingPage:
     def __init__(self, robot: Robot, layout: Layout, path: Path, port: int = 8080, rules: Rules | None = None) -> None:
         if not layout.patches:
             raise RobotskinError(f"layout of {layout.robot}: it has no patches that could be placed")
+        super().__init__(f"{robot.name}: placing {len(layout.patches)} patches", port)
         self.robot, self.path, self.rules = robot, path, rules or Rules()
         self.history = History(layout)
         self.patch = 0
         self._surfaces: dict[str, LinkSurface] = {}
         self._note = ""
         self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue()
-        self.server = open_server(f"{robot.name}: placing {len(layout.patches)} patches", port)
-        self.address = address(self.server)
         self.posture = robot.neutral.copy()
         self.scene = Scene(self.server, robot, layout, self.posture)
         self.scene.on_cell_click = lambda cell: self._soon(lambda: self.choose(int(self.layout.patch[cell])))
         self.handle: viser.TransformControlsHandle | None = None
         self._build_panel()
         self.choose(0)
-        self._worker = threading.Thread(target=self._work, name="placing", daemon=True)
-        self._worker.start()
-
-    def __enter__(self) -> PlacingPage:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        self._start("placing")
 
     def close(self) -> None:
         """Finish what was asked for and stop serving."""
         self._jobs.put(None)
-        self._worker.join()
-        close_server(self.server)
+        super().close()
 
     @property
     def layout(self) -> Layout:
@@ -160,8 +151,7 @@ class PlacingPage:
                 self._button(label, icon, action)
         self._card = gui.add_html("")
         with gui.add_folder("Posture", expand_by_default=False):
-            for joint in range(self.robot.joint_count):
-                self._joint_slider(joint)
+            joint_sliders(self.server, self.robot, self.posture, self._bend_joint)
 
         @self._patch.on_update
         def _(event: viser.GuiEvent) -> None:
@@ -180,16 +170,9 @@ class PlacingPage:
         def _(_: viser.GuiEvent) -> None:
             self._soon(action)
 
-    def _joint_slider(self, joint: int) -> None:
-        lower = float(np.maximum(self.robot.lower[joint], -np.pi))
-        upper = float(np.minimum(self.robot.upper[joint], np.pi))
-        name = self.robot.joint_names[joint].removesuffix("_joint").replace("_", " ")
-        slider = self.server.gui.add_slider(name, lower, upper, 0.01, float(self.posture[joint]))
-
-        @slider.on_update
-        def _(_: viser.GuiEvent) -> None:
-            self.posture[joint] = slider.value
-            self.scene.move(self.posture)
+    def _bend_joint(self, joint: int, value: float) -> None:
+        self.posture[joint] = value
+        self.scene.move(self.posture)
 
     def _show(self) -> None:
         """Bring picture, handle and panel to the layout as it now is."""
@@ -253,7 +236,7 @@ class PlacingPage:
     def _soon(self, job: Callable[[], None]) -> None:
         self._jobs.put(job)
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         while (job := self._jobs.get()) is not None:
             try:
                 self._note = ""

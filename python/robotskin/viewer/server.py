@@ -1,22 +1,48 @@
 """The web server under a page: bound to this machine, in the page's colours."""
 
 import contextlib
+import functools
 import io
+import re
+import threading
+from collections.abc import Iterator
 
 import viser
+import websockets.asyncio.server
 
 HOST = "127.0.0.1"
+OWN_ORIGIN = re.compile(r"http://(127\.0\.0\.1|localhost)(:\d+)?")
+"""Whose WebSockets are taken; the port is the browser's, which another may stand in for (ssh -L)."""
 PANEL_WIDTH = 300
+_starting = threading.Lock()
 
 
 def open_server(title: str, port: int) -> viser.ViserServer:
     """Serve an empty page; `port` is the first one tried, the next free one is used where it is taken."""
-    with contextlib.redirect_stdout(io.StringIO()):  # The address is the caller's to print.
+    # The address is the caller's to print.
+    with _for_own_pages_only(), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False, brand_color=(64, 150, 220))
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
     return server
+
+
+@contextlib.contextmanager
+def _for_own_pages_only() -> Iterator[None]:
+    """Servers that start in this block refuse WebSockets of pages that this machine did not serve.
+
+    A browser lets any page of the web open a WebSocket to this machine and tells only its origin; viser asks for none.
+    Programs other than browsers send no origin.
+    """
+    with _starting:
+        serve = websockets.asyncio.server.serve
+        checked = functools.partial(serve, origins=(OWN_ORIGIN, None))
+        websockets.asyncio.server.serve = checked  # type: ignore[assignment, misc]
+        try:
+            yield
+        finally:
+            websockets.asyncio.server.serve = serve  # type: ignore[misc]
 
 
 def close_server(server: viser.ViserServer) -> None:

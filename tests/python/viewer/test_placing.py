@@ -88,7 +88,7 @@ def test_a_file_that_cannot_be_written_loses_nothing(page: PlacingPage) -> None:
     kept = page.layout
     page._soon(page.save)
     page._jobs.put(None)
-    page._worker.join(timeout=30)
+    page._thread.join(timeout=30)
     assert page.layout is kept
     assert page.history.unsaved
     assert "absent" in page._card.content

@@ -1,0 +1,50 @@
+"""What every page is: a server in the browser's reach, and one thread that draws on it, until `close`."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Self
+
+from robotskin.errors import RobotskinError
+from robotskin.viewer.server import address, close_server, open_server
+
+
+class ServedPage:
+    """Serves at `address` from construction to `close`; what it draws starts with `_start`.
+
+    `port` is the first one tried; where it is taken the next free one is used, so read `address`.
+    """
+
+    def __init__(self, title: str, port: int) -> None:
+        self.server = open_server(title, port)
+        self.address = address(self.server)
+        self._closing = threading.Event()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self, name: str) -> None:
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        """On the page's thread, until `_closing` is set."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """End the thread and stop serving; what the page shows goes on."""
+        self._closing.set()
+        self._thread.join()
+        close_server(self.server)
+
+    def command(self, action: Callable[[], None]) -> None:
+        """Do what a person asks for; what is refused appears as a notice in every browser."""
+        try:
+            action()
+        except RobotskinError as error:
+            for client in self.server.get_clients().values():
+                client.add_notification("Refused", str(error), color="red", auto_close_seconds=8.0)
