@@ -14,7 +14,8 @@ from robotskin.robots import Robot
 from robotskin.selfconfig.accuracy import pose_errors
 from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.configured_kinematics import against_nominal
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.reconstruction import Reconstruction
 
 if TYPE_CHECKING:

@@ -20,11 +20,11 @@ from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling_plan import BabblingPlan
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.recording import BabblingRecording
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.world import World
 
 Array = NDArray[np.float64]

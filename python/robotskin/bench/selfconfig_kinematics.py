@@ -28,10 +28,11 @@ from robotskin.selfconfig.kinematic_baselines import baseline_places
 from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematic_frames import denavit_hartenberg, tree_of_parameters
 from robotskin.selfconfig.kinematics import estimate_kinematics, three_phase_tree
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults
 from robotskin.selfconfig.simulated_skin import SimulatedSkin, reconstruct_all
 from robotskin.selfconfig.swing_statistics import SwingStatistics
 

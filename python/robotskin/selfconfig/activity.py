@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.side_by_side import side_by_side
-from robotskin.selfconfig.simulated_motion import MotionRecording
 
 Array = NDArray[np.float64]
 

@@ -26,13 +26,13 @@ from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics import KinematicsError
 from robotskin.selfconfig.localisation import Localisation, LocalisationError
 from robotskin.selfconfig.motion_localisation import MotionSignals, localise_by_motion, motion_signals
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
 from robotskin.selfconfig.recording import BabblingRecording
 from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap, SignRule, build_map
 from robotskin.selfconfig.side_by_side import side_by_side
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.topology import Topology, explore
 
 Array = NDArray[np.float64]

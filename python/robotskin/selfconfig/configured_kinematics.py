@@ -19,9 +19,9 @@ from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics import estimate_kinematics
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.reconstruction import Reconstruction
 from robotskin.selfconfig.rigid_patches import RigidPatches
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.topology import Topology
 
 Array = NDArray[np.float64]

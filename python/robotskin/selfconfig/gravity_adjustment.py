@@ -17,30 +17,16 @@ from scipy.sparse.linalg import splu
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout.cell import PORT_POINTS_M
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import flat_rotations, gap_vectors
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
+from robotskin.selfconfig.rotations import cross_matrix
 
 Array = NDArray[np.float64]
 
 DENSE_LIMIT = 5000
 """Unknowns up to which the whole inverse is held: 0.2 GB."""
-
-
-@dataclass(frozen=True)
-class PriorKnowledge:
-    """Standard deviations of what is known before any measurement.
-
-    offset_mps2, scale: of an accelerometer's axis (offsets to 66 mg and scales to 3 % were seen, both drawn uniformly).
-    bend_rad: of the rotation across a hinge about the flat lattice (published patches bend 3 to 9 degrees on average);
-        weak enough to decide only where nothing else does, as for a cell whose accelerometer is dead.
-    hinge_m: first guess of the hinge tolerance, then estimated; hinge_floor_m: never believed to be smaller.
-    """
-
-    offset_mps2: float = 0.038 * GRAVITY_MPS2
-    scale: float = 0.0175
-    bend_rad: float = 0.35
-    hinge_m: float = 3e-4
-    hinge_floor_m: float = 5e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,15 +326,6 @@ def hinge_jacobian(pose: Array, edges: NDArray[np.integer]) -> Array:
         jacobian[:, :, start : start + 3] = -sign * pose[cell, :3, :3] @ cross_matrix(PORT_POINTS_M[port])
         jacobian[:, :, start + 3 : start + 6] = sign * np.eye(3)
     return jacobian
-
-
-def cross_matrix(vector: Array) -> Array:
-    """(..., 3, 3) with matrix @ w = vector x w."""
-    matrix = np.zeros((*vector.shape, 3))
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
-    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
-    return matrix
 
 
 def tangents(direction: Array) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robotskin.robots import Robot
 from robotskin.selfconfig.configuration import Configuration, carriers_of, rows_of, samples_in
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.recording import BabblingRecording
 
 Array = NDArray[np.float64]

@@ -7,11 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import skin
-
-GRAVITY_MPS2 = skin.STANDARD_GRAVITY_MPS2
-ACCELERATION_STEP_MPS2 = skin.ACCELERATION_STEP_MPS2
-"""Of one count of an accelerometer."""
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
 
 
 @dataclass(frozen=True, eq=False)

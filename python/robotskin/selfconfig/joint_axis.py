@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.swing_statistics import SIGNALS, SwingStatistics
 
 Array = NDArray[np.float64]

@@ -16,10 +16,11 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout.cell import PORT_POINTS_M
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge, cross_matrix
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.hinge import gap_vectors
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.rigid_patches import RigidPatches
+from robotskin.selfconfig.rotations import cross_matrix
 from robotskin.selfconfig.screw_tree import ScrewTree, across, actions, line_basis, pose_basis
 from robotskin.selfconfig.swing_statistics import SIGNALS, SwingStatistics
 

@@ -15,12 +15,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.kinematic_adjustment import KinematicAdjustment, SkinState
+from robotskin.selfconfig.motion_recording import MotionRecording
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.swing_statistics import SIGNALS, SwingStatistics, swing_signals
 
 Array = NDArray[np.float64]

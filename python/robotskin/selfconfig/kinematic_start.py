@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from robotskin.errors import RobotskinError
 from robotskin.layout.cell import PORT_POINTS_M
 from robotskin.selfconfig.joint_axis import JointLine, joint_line
-from robotskin.selfconfig.procrustes import rotation_between
 from robotskin.selfconfig.rigid_patches import RigidPatches
+from robotskin.selfconfig.rotations import rotation_between
 from robotskin.selfconfig.screw_tree import ScrewTree, common_normal, line_twist
 from robotskin.selfconfig.swing_statistics import AT_REST, SwingStatistics
 

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.selfconfig.activity import activity_matrix, kinematic_tree
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.kinematic_adjustment import KinematicAdjustment, SkinState
 from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematic_frames import base_convention
 from robotskin.selfconfig.kinematic_start import KinematicsError, first_tree
 from robotskin.selfconfig.kinematic_unobservable import doubt
+from robotskin.selfconfig.motion_recording import MotionRecording
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
 from robotskin.selfconfig.side_by_side import side_by_side
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.selfconfig.swing_statistics import SwingStatistics
 
 Array = NDArray[np.float64]

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.led_camera import LED_POINT_M, Camera
 from robotskin.selfconfig.led_sightings import SeenCells, Sighting, starts
@@ -25,6 +24,7 @@ from robotskin.selfconfig.localisation import (
     segments,
 )
 from robotskin.selfconfig.motion_fit import FitState, MotionFit, Readings, Reduced, rest_signals
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_adjustment import cross_matrix
 from robotskin.selfconfig.led_camera import LED_POINT_M, Camera, CameraView
-from robotskin.selfconfig.procrustes import rotation_between
+from robotskin.selfconfig.rotations import cross_matrix, rotation_between
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from robotskin._core.model import RobotDynamics
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.rotations import cross_matrix
 
 Array = NDArray[np.float64]
 
@@ -31,8 +32,8 @@ class LinkMotion:
 
     def tidal(self) -> Array:
         """(M, 3, 3) 1/s²: a point p of the link feels specific_force + tidal @ p, with tidal = [α]× + [ω]×[ω]×."""
-        spin = _cross(self.spin)
-        return _cross(self.turning) + spin @ spin
+        spin = cross_matrix(self.spin)
+        return cross_matrix(self.turning) + spin @ spin
 
 
 def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: Array) -> dict[str, LinkMotion]:
@@ -112,11 +113,3 @@ def _moved_by(robot: Robot, joint: int) -> list[bool]:
             above = int(parents[above])
         found.append(above == joint)
     return found
-
-
-def _cross(vector: Array) -> Array:
-    """(M, 3, 3) with matrix @ w = vector x w."""
-    matrix = np.zeros((*vector.shape, 3))
-    matrix[..., [2, 0, 1], [1, 2, 0]] = vector
-    matrix[..., [1, 2, 0], [2, 0, 1]] = -vector
-    return matrix

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge, cross_matrix
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
+from robotskin.selfconfig.rotations import cross_matrix
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.link_motion import link_motions
 from robotskin.selfconfig.localisation import Localisation, LocalisationError, covariance_of, moving_joints, segments
 from robotskin.selfconfig.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced, rest_signals
-from robotskin.selfconfig.simulated_motion import MotionRecording
+from robotskin.selfconfig.motion_recording import MotionRecording
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 
 
 class UnobservableRotationError(RobotskinError):

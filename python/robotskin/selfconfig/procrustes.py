@@ -7,25 +7,8 @@ from numpy.typing import NDArray
 
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import chain, flat_rotations
+from robotskin.selfconfig.rotations import rotation_between
 from robotskin.selfconfig.topology import Topology, walk_out
-
-
-def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The orthogonal Procrustes problem (eq. 2), R = argmin ||R A - B||_F, restricted to proper rotations.
-
-    The paper asks for any orthogonal matrix, which with noise or few poses may be a reflection; no cell is one.
-
-    Args:
-        a: (..., K, 3) and b: (..., K, 3), K vectors in two frames.
-        b: see a.
-
-    Returns:
-        (..., 3, 3) rotation from the frame of a to that of b.
-    """
-    u, _, vt = np.linalg.svd(np.swapaxes(b, -1, -2) @ a)
-    flip = np.ones((*a.shape[:-2], 3))
-    flip[..., 2] = np.linalg.det(u @ vt)
-    return (u * flip[..., None, :]) @ vt
 
 
 def reconstruct_by_chain(topology: Topology, samples: GravitySamples, centred: bool = False) -> NDArray[np.float64]:

@@ -28,11 +28,12 @@ from robotskin.selfconfig.configuration import (
     rows_of,
     samples_in,
 )
-from robotskin.selfconfig.gravity_adjustment import PriorKnowledge
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.gravity_baseline import up_in_links
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity_samples import GravitySamples
+from robotskin.selfconfig.motion_recording import MotionRecording
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.recording import BabblingRecording
-from robotskin.selfconfig.simulated_motion import MotionRecording
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
-from robotskin.selfconfig.gravity_adjustment import GravityAdjustment, PatchState, PriorKnowledge
+from robotskin.selfconfig.gravity_adjustment import GravityAdjustment, PatchState
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import chain, flat_rotations, gap_vectors
 from robotskin.selfconfig.observability import require_observable
-from robotskin.selfconfig.procrustes import rotation_between
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
+from robotskin.selfconfig.rotations import rotation_between
 from robotskin.selfconfig.topology import Topology
 
 Array = NDArray[np.float64]

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]

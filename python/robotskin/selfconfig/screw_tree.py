@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.selfconfig.gravity_adjustment import cross_matrix
+from robotskin.selfconfig.rotations import cross_matrix
 
 Array = NDArray[np.float64]
 

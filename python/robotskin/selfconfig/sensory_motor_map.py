@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.side_by_side import side_by_side
-from robotskin.selfconfig.simulated_motion import MotionRecording
 from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout.cell import FLAT_PARTNER, PORT_POINTS_M, PORTS
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GRAVITY_MPS2
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2, GRAVITY_MPS2
 from robotskin.selfconfig.hinge import gap_vectors
 from robotskin.selfconfig.neighbours import NeighbourLists
+from robotskin.selfconfig.rotations import cross_matrix
 
 
 @dataclass(frozen=True)
@@ -127,20 +128,13 @@ def _with_gaps(
             arm = np.einsum("eij,ej->ei", pose[cell, :3, :3], PORT_POINTS_M[port])
             at = np.arange(len(edges))
             # Turning by w (patch frame) moves the hinge point by w x arm; lengths weigh both alike.
-            jacobian[at, :, cell, :3] = -sign * _cross_matrix(arm) / lever
+            jacobian[at, :, cell, :3] = -sign * cross_matrix(arm) / lever
             jacobian[at, :, cell, 3:] = sign * np.eye(3)
         step = np.linalg.lstsq(jacobian.reshape(len(edges) * 3, count * 6), -error.ravel(), rcond=1e-10)[0]
         step = step.reshape(count, 6)
         pose[:, :3, :3] = Rotation.from_rotvec(step[:, :3] / lever).as_matrix() @ pose[:, :3, :3]
         pose[:, :3, 3] += step[:, 3:]
     raise ValueError(f"hinges do not close: {1e3 * np.abs(error).max():.3f} mm left after {passes} passes")
-
-
-def _cross_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(M, 3, 3) with matrix @ w = vector x w."""
-    x, y, z = vector.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
 
 
 def gravity_readings(

@@ -14,13 +14,14 @@ from robotskin.layout.layout import Layout
 from robotskin.robots import Robot
 from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
 from robotskin.selfconfig.reconstruction import Reconstruction, reconstruct
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.screw_tree import ScrewTree
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, forearm_patch
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, rest_readings, swing_readings
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, rest_readings, swing_readings
 from robotskin.selfconfig.topology import Topology, explore
 
 Array = NDArray[np.float64]

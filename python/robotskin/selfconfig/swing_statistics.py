@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2, GravitySamples
-from robotskin.selfconfig.simulated_motion import MotionRecording
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
+from robotskin.selfconfig.motion_recording import MotionRecording
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,7 @@ from robotskin.robots import Robot
 from robotskin.viewer.session_view import Floats
 
 
-def joint_sliders(
-    server: viser.ViserServer, robot: Robot, posture: Floats, bend: Callable[[int, float], None]
-) -> None:
+def joint_sliders(server: viser.ViserServer, robot: Robot, posture: Floats, bend: Callable[[int, float], None]) -> None:
     """One slider a joint, from `posture` (n,), within its limits and a turn; `bend` gets the joint and rad or m."""
     for joint in range(robot.joint_count):
         _joint_slider(server, robot, joint, float(posture[joint]), bend)

@@ -4,7 +4,7 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.robots import Robot, load
 from robotskin.selfconfig.activity import activity_matrix, kinematic_tree
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings

@@ -12,9 +12,10 @@ from robotskin.selfconfig.kinematic_adjustment import KinematicAdjustment, SkinS
 from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
 from robotskin.selfconfig.kinematic_start import KinematicsError
 from robotskin.selfconfig.kinematics import estimate_kinematics
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.rigid_patches import RigidPatches
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults
 from robotskin.selfconfig.simulated_skin import SimulatedSkin
 from robotskin.selfconfig.swing_statistics import SwingStatistics, swing_signals
 

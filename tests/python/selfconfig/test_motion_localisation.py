@@ -7,12 +7,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.joint_sine import JointSine
 from robotskin.selfconfig.localisation import Localisation, LocalisationError, pose_error
 from robotskin.selfconfig.motion_localisation import localise_by_motion, motion_signals
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, forearm_patch
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, swing_readings
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
 
 IMPERFECT = AccelerometerImperfections()
 

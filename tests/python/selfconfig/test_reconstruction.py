@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 
 from robotskin.selfconfig.accuracy import mean_errors, pose_errors, within_confidence
-from robotskin.selfconfig.gravity_adjustment import GravityAdjustment, PatchState, PriorKnowledge, Step
-from robotskin.selfconfig.gravity_samples import GRAVITY_MPS2, GravitySamples
+from robotskin.selfconfig.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.gravity_adjustment import GravityAdjustment, PatchState, Step
+from robotskin.selfconfig.gravity_samples import GravitySamples
 from robotskin.selfconfig.hinge import gap_vectors
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.observability import UnobservableRotationError
+from robotskin.selfconfig.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.procrustes import reconstruct_by_chain
 from robotskin.selfconfig.reconstruction import reconstruct
 from robotskin.selfconfig.simulated_limb import (

@@ -3,11 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotskin.selfconfig.gravity_samples import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
 from robotskin.selfconfig.joint_sine import JointSine
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.neighbours import NeighbourLists
 from robotskin.selfconfig.recording import BabblingRecording, RecordingError, joined
-from robotskin.selfconfig.simulated_motion import MotionRecording
 
 
 def drawn(seed: int, cells: int = 5, rests: int = 3) -> BabblingRecording:

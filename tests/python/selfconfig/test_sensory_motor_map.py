@@ -9,6 +9,7 @@ from robotskin.robots import load
 from robotskin.selfconfig.expected_motion import gravity_while_swinging, normal_jacobian
 from robotskin.selfconfig.joint_sine import JointSine, VelocitySine
 from robotskin.selfconfig.map_picture import save_map_picture
+from robotskin.selfconfig.motion_recording import MotionRecording
 from robotskin.selfconfig.sensory_motor_map import (
     SensoryMotorMap,
     SensoryMotorMapError,
@@ -17,7 +18,7 @@ from robotskin.selfconfig.sensory_motor_map import (
     weights,
 )
 from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, MotionRecording, swing_readings
+from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
 
 IMPERFECT = AccelerometerImperfections()
 LINKS = ["upper_arm_link", "forearm_link", "wrist_2_link"]
