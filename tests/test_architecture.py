@@ -117,3 +117,16 @@ def test_python_packages_import_only_earlier_ones() -> None:
         for target in imports_of(source) & set(PYTHON_ORDER):
             earlier = PYTHON_ORDER.index(target) <= PYTHON_ORDER.index(room)
             assert earlier or (room, target) in ALLOWED_BACK_EDGES, f"{source.relative_to(ROOT)} imports {target}"
+
+
+def test_steps_of_the_self_configuration_import_only_earlier_ones() -> None:
+    package = ROOT / "python" / "robotskin" / "selfconfig"
+    order = [name.removesuffix(".py") for name in re.findall(r"^\| `([a-z_]+)(?:/|\.py)` \|", PAGE, re.MULTILINE)]
+    steps = {path.stem for path in package.iterdir() if path.stem not in {"__init__", "__pycache__"}}
+    assert sorted(order) == sorted(steps)
+    for source in sorted(package.rglob("*.py")):
+        step = source.relative_to(package).parts[0].removesuffix(".py")
+        if step == "__init__":
+            continue
+        for target in re.findall(r"from robotskin\.selfconfig\.([a-z_]+)", source.read_text()):
+            assert order.index(target) <= order.index(step), f"{source.relative_to(ROOT)} imports {target}"

@@ -11,12 +11,12 @@ from robotskin.apps.exploration import Exploration, ExplorationError, measured_s
 from robotskin.apps.identification import identified, record_torques
 from robotskin.apps.session import Session, SessionError, cells_in
 from robotskin.robots.gains import GainSet
-from robotskin.selfconfig.accuracy import mean_errors
-from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.joint_sine import JointSine
+from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import configure
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.joint_sine import JointSine
-from robotskin.selfconfig.topology import explore
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors
+from robotskin.selfconfig.topology.topology import explore
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 

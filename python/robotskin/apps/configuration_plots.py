@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from robotskin.layout import Layout
 from robotskin.layout.cell import HEXAGON_M
 from robotskin.robots import Robot
-from robotskin.selfconfig.accuracy import pose_errors
+from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.configuration import Configuration
-from robotskin.selfconfig.configured_kinematics import against_nominal
-from robotskin.selfconfig.gravity import GRAVITY_MPS2
-from robotskin.selfconfig.gravity_samples import GravitySamples
-from robotskin.selfconfig.reconstruction import Reconstruction
+from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
+from robotskin.selfconfig.readings.gravity_samples import GravitySamples
+from robotskin.selfconfig.reconstruction.accuracy import pose_errors
+from robotskin.selfconfig.reconstruction.reconstruction import Reconstruction
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,13 +15,13 @@ from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, robots_with_gains
-from robotskin.selfconfig.babbling_plan import plan_babbling
-from robotskin.selfconfig.change import Change, changes, place_changes
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import Configuration, configure
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.gravity_baseline import GravityBaseline
-from robotskin.selfconfig.reconfiguration import Reconfiguration, reconfigure
-from robotskin.selfconfig.recording import BabblingRecording
+from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.robustness.change import Change, changes, place_changes
+from robotskin.selfconfig.robustness.gravity_baseline import GravityBaseline
+from robotskin.selfconfig.robustness.reconfiguration import Reconfiguration, reconfigure
 
 Array = NDArray[np.float64]
 

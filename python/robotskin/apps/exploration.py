@@ -19,12 +19,12 @@ from robotskin._core.skin import SkinModel, SkinReader, SkinState
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.robots import Robot
-from robotskin.selfconfig.babbling_plan import BabblingPlan
-from robotskin.selfconfig.gravity import ACCELERATION_STEP_MPS2
-from robotskin.selfconfig.joint_sine import JointSine
-from robotskin.selfconfig.motion_recording import MotionRecording
-from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.recording import BabblingRecording
+from robotskin.selfconfig.babbling.joint_sine import JointSine
+from robotskin.selfconfig.babbling.plan import BabblingPlan
+from robotskin.selfconfig.common.gravity import ACCELERATION_STEP_MPS2
+from robotskin.selfconfig.readings.motion_recording import MotionRecording
+from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.topology.neighbours import NeighbourLists
 from robotskin.world import World
 
 Array = NDArray[np.float64]

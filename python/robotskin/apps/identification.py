@@ -12,9 +12,9 @@ from scipy.signal import savgol_filter
 from robotskin.apps.exploration import PERIOD_S, Exploration, ExplorationError
 from robotskin.robots import Robot
 from robotskin.robots.loading import from_text
-from robotskin.selfconfig.dynamics import DynamicModel, identify_dynamics
-from robotskin.selfconfig.excitation import MotionBounds, exciting_trajectory
-from robotskin.selfconfig.free_space import FreeSpace
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.dynamics.dynamics import DynamicModel, identify_dynamics
+from robotskin.selfconfig.dynamics.excitation import MotionBounds, exciting_trajectory
 
 Array = NDArray[np.float64]
 

@@ -28,25 +28,30 @@ from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.layout.network_shapes import assemble, lattice
 from robotskin.robots import load
-from robotskin.selfconfig.accuracy import mean_errors, within_confidence
-from robotskin.selfconfig.activity import activity_matrix
-from robotskin.selfconfig.babbling import choose_postures
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.gravity_samples import GravitySamples
-from robotskin.selfconfig.hinge import gap_vectors
-from robotskin.selfconfig.joint_sine import JointSine
-from robotskin.selfconfig.loop_closing import close_loops, gap_lengths, read_stored_patch, rotation_changes
-from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.procrustes import reconstruct_by_chain
-from robotskin.selfconfig.reconstruction import reconstruct
-from robotskin.selfconfig.simulated_limb import (
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.joint_sine import JointSine
+from robotskin.selfconfig.babbling.postures import choose_postures
+from robotskin.selfconfig.kinematics.activity import activity_matrix
+from robotskin.selfconfig.readings.gravity_samples import GravitySamples
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors, within_confidence
+from robotskin.selfconfig.reconstruction.hinge import gap_vectors
+from robotskin.selfconfig.reconstruction.loop_closing import (
+    close_loops,
+    gap_lengths,
+    read_stored_patch,
+    rotation_changes,
+)
+from robotskin.selfconfig.reconstruction.procrustes import reconstruct_by_chain
+from robotskin.selfconfig.reconstruction.reconstruction import reconstruct
+from robotskin.selfconfig.simulated.limb import (
     AccelerometerImperfections,
     forearm_patch,
     gravity_readings,
     random_directions,
 )
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
-from robotskin.selfconfig.topology import Topology, explore
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults, swing_readings
+from robotskin.selfconfig.topology.neighbours import NeighbourLists
+from robotskin.selfconfig.topology.topology import Topology, explore
 
 Figures = dict[str, float]
 

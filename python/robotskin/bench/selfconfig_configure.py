@@ -13,12 +13,12 @@ from robotskin.apps.touches import push_and_release, pushed_cell
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.accuracy import mean_errors
-from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import Configuration, configure, learn_map
-from robotskin.selfconfig.configured_kinematics import against_nominal
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.simulated_recording import simulate_babbling
+from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors
+from robotskin.selfconfig.simulated.recording import simulate_babbling
 
 Figures = dict[str, float]
 

@@ -17,24 +17,29 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.layout.finished_layouts import finished
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.babbling import BabblingError, PosturePlan, choose_postures
-from robotskin.selfconfig.consistent_bodies import is_consistent
-from robotskin.selfconfig.dynamics import identify_dynamics
-from robotskin.selfconfig.excitation import FourierTrajectory, MotionBounds, exciting_trajectory, random_trajectory
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.gravity_samples import GravitySamples
-from robotskin.selfconfig.joint_sine import JointSine, plan_joint_sine
-from robotskin.selfconfig.kinematic_baselines import baseline_places
-from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
-from robotskin.selfconfig.kinematic_frames import denavit_hartenberg, tree_of_parameters
-from robotskin.selfconfig.kinematics import estimate_kinematics, three_phase_tree
-from robotskin.selfconfig.motion_recording import MotionRecording
-from robotskin.selfconfig.rigid_patches import RigidPatches
-from robotskin.selfconfig.screw_tree import ScrewTree
-from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults
-from robotskin.selfconfig.simulated_skin import SimulatedSkin, reconstruct_all
-from robotskin.selfconfig.swing_statistics import SwingStatistics
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.joint_sine import JointSine, plan_joint_sine
+from robotskin.selfconfig.babbling.postures import BabblingError, PosturePlan, choose_postures
+from robotskin.selfconfig.dynamics.consistent_bodies import is_consistent
+from robotskin.selfconfig.dynamics.dynamics import identify_dynamics
+from robotskin.selfconfig.dynamics.excitation import (
+    FourierTrajectory,
+    MotionBounds,
+    exciting_trajectory,
+    random_trajectory,
+)
+from robotskin.selfconfig.kinematics.baselines import baseline_places
+from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
+from robotskin.selfconfig.kinematics.frames import denavit_hartenberg, tree_of_parameters
+from robotskin.selfconfig.kinematics.kinematics import estimate_kinematics, three_phase_tree
+from robotskin.selfconfig.kinematics.screw_tree import ScrewTree
+from robotskin.selfconfig.readings.gravity_samples import GravitySamples
+from robotskin.selfconfig.readings.motion_recording import MotionRecording
+from robotskin.selfconfig.readings.swing_statistics import SwingStatistics
+from robotskin.selfconfig.reconstruction.rigid_patches import RigidPatches
+from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults
+from robotskin.selfconfig.simulated.skin import SimulatedSkin, reconstruct_all
 
 Array = NDArray[np.float64]
 Figures = dict[str, float]

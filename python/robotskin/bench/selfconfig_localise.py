@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.gravity_samples import GravitySamples
-from robotskin.selfconfig.joint_sine import JointSine, MotionLimits
-from robotskin.selfconfig.led_camera import Camera, CameraView, looking_at
-from robotskin.selfconfig.led_detection import detect
-from robotskin.selfconfig.led_localisation import localise_by_leds
-from robotskin.selfconfig.led_sightings import Sighting
-from robotskin.selfconfig.localisation import Localisation, LocalisationError
-from robotskin.selfconfig.motion_localisation import localise_by_motion, motion_signals
-from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.reconstruction import reconstruct
-from robotskin.selfconfig.simulated_leds import RobotScene, base_from_cells, draw_period, visible
-from robotskin.selfconfig.simulated_limb import AccelerometerImperfections, gravity_readings, random_directions
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, rest_readings, swing_readings
-from robotskin.selfconfig.topology import explore
+from robotskin.selfconfig.babbling.joint_sine import JointSine, MotionLimits
+from robotskin.selfconfig.localisation.led_camera import Camera, CameraView, looking_at
+from robotskin.selfconfig.localisation.led_detection import detect
+from robotskin.selfconfig.localisation.led_localisation import localise_by_leds
+from robotskin.selfconfig.localisation.led_sightings import Sighting
+from robotskin.selfconfig.localisation.localisation import Localisation, LocalisationError
+from robotskin.selfconfig.localisation.motion_localisation import localise_by_motion, motion_signals
+from robotskin.selfconfig.readings.gravity_samples import GravitySamples
+from robotskin.selfconfig.reconstruction.reconstruction import reconstruct
+from robotskin.selfconfig.simulated.leds import RobotScene, base_from_cells, draw_period, visible
+from robotskin.selfconfig.simulated.limb import AccelerometerImperfections, gravity_readings, random_directions
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults, rest_readings, swing_readings
+from robotskin.selfconfig.topology.neighbours import NeighbourLists
+from robotskin.selfconfig.topology.topology import explore
 
 Array = NDArray[np.float64]
 Figures = dict[str, float]

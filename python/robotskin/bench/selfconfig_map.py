@@ -10,15 +10,15 @@ import numpy as np
 
 from robotskin.layout.finished_layouts import finished
 from robotskin.robots import load
-from robotskin.selfconfig.babbling_plan import plan_babbling
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.joint_sine import JointSine, VelocitySine
+from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import configure, learn_map
-from robotskin.selfconfig.expected_motion import normal_jacobian
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.joint_sine import JointSine, VelocitySine
-from robotskin.selfconfig.sensory_motor_map import build_map, sign_agreement
-from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults, swing_readings
-from robotskin.selfconfig.simulated_recording import simulate_babbling
+from robotskin.selfconfig.map.sensory_motor_map import build_map, sign_agreement
+from robotskin.selfconfig.readings.expected_motion import normal_jacobian
+from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults, swing_readings
+from robotskin.selfconfig.simulated.recording import simulate_babbling
 
 Figures = dict[str, float]
 

@@ -69,8 +69,8 @@ def command(
     from robotskin import robots
     from robotskin.apps.configuring import babble, check_again, home_posture, worn_layout
     from robotskin.selfconfig.configuration import configure, learn_map
-    from robotskin.selfconfig.configured_kinematics import against_nominal
-    from robotskin.selfconfig.recording import BabblingRecording
+    from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
+    from robotskin.selfconfig.readings.recording import BabblingRecording
 
     console = Console()
     model = robots.load(robot)
@@ -155,7 +155,7 @@ def command(
         learned.save(map_file)
         console.print(f"sensory-motor map written to {map_file}")
     if learned is not None and map_picture is not None:
-        from robotskin.selfconfig.map_picture import save_map_picture
+        from robotskin.selfconfig.map.map_picture import save_map_picture
 
         save_map_picture(learned, map_picture)
     if report is not None:

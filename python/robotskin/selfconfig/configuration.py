@@ -18,22 +18,22 @@ from numpy.typing import NDArray
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout, Patch, SectionUnitPort
 from robotskin.robots import Robot
-from robotskin.selfconfig.activity import KinematicTree, activity_matrix, kinematic_tree
-from robotskin.selfconfig.configured_kinematics import kinematics_from, refined
-from robotskin.selfconfig.expected_motion import gravity_while_swinging
-from robotskin.selfconfig.gravity_samples import GravitySamples
-from robotskin.selfconfig.kinematic_estimate import KinematicEstimate
-from robotskin.selfconfig.kinematics import KinematicsError
-from robotskin.selfconfig.localisation import Localisation, LocalisationError
-from robotskin.selfconfig.motion_localisation import MotionSignals, localise_by_motion, motion_signals
-from robotskin.selfconfig.motion_recording import MotionRecording
-from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.observability import UnobservableRotationError
-from robotskin.selfconfig.reconstruction import Reconstruction, ReconstructionError, reconstruct
-from robotskin.selfconfig.recording import BabblingRecording
-from robotskin.selfconfig.sensory_motor_map import SensoryMotorMap, SignRule, build_map
-from robotskin.selfconfig.side_by_side import side_by_side
-from robotskin.selfconfig.topology import Topology, explore
+from robotskin.selfconfig.common.side_by_side import side_by_side
+from robotskin.selfconfig.kinematics.activity import KinematicTree, activity_matrix, kinematic_tree
+from robotskin.selfconfig.kinematics.configured_kinematics import kinematics_from, refined
+from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
+from robotskin.selfconfig.kinematics.kinematics import KinematicsError
+from robotskin.selfconfig.localisation.localisation import Localisation, LocalisationError
+from robotskin.selfconfig.localisation.motion_localisation import MotionSignals, localise_by_motion, motion_signals
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap, SignRule, build_map
+from robotskin.selfconfig.readings.expected_motion import gravity_while_swinging
+from robotskin.selfconfig.readings.gravity_samples import GravitySamples
+from robotskin.selfconfig.readings.motion_recording import MotionRecording
+from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.reconstruction.observability import UnobservableRotationError
+from robotskin.selfconfig.reconstruction.reconstruction import Reconstruction, ReconstructionError, reconstruct
+from robotskin.selfconfig.topology.neighbours import NeighbourLists
+from robotskin.selfconfig.topology.topology import Topology, explore
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]

@@ -9,12 +9,12 @@ from typer.testing import CliRunner
 from robotskin.cli.main import app
 from robotskin.layout import Layout, finished
 from robotskin.robots import load
-from robotskin.selfconfig.accuracy import mean_errors
-from robotskin.selfconfig.babbling_plan import plan_babbling
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.simulated_limb import AccelerometerImperfections
-from robotskin.selfconfig.simulated_motion import AccelerometerFaults
-from robotskin.selfconfig.simulated_recording import simulate_babbling
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.plan import plan_babbling
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors
+from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults
+from robotskin.selfconfig.simulated.recording import simulate_babbling
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 STEPS = "topology,activity,reconstruction,localisation"

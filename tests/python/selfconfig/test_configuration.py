@@ -5,16 +5,16 @@ from robotskin import layout as layouts
 from robotskin.apps.session import cells_in
 from robotskin.errors import UnknownNameError
 from robotskin.robots import load
-from robotskin.selfconfig.accuracy import mean_errors
-from robotskin.selfconfig.babbling_plan import BabblingPlan, plan_babbling
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
 from robotskin.selfconfig.configuration import ConfigurationError, configure, learn_map, rigid_topology
-from robotskin.selfconfig.configured_kinematics import against_nominal, limbs
-from robotskin.selfconfig.expected_motion import normal_jacobian
-from robotskin.selfconfig.free_space import FreeSpace
-from robotskin.selfconfig.neighbours import NeighbourLists
-from robotskin.selfconfig.recording import BabblingRecording
-from robotskin.selfconfig.sensory_motor_map import sign_agreement
-from robotskin.selfconfig.simulated_recording import simulate_babbling
+from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal, limbs
+from robotskin.selfconfig.map.sensory_motor_map import sign_agreement
+from robotskin.selfconfig.readings.expected_motion import normal_jacobian
+from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors
+from robotskin.selfconfig.simulated.recording import simulate_babbling
+from robotskin.selfconfig.topology.neighbours import NeighbourLists
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 

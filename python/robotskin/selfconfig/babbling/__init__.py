@@ -1,0 +1,1 @@
+"""Step 2: where and how the robot moves so that its cells feel most, safely."""

@@ -1,0 +1,1 @@
+"""What several steps use: gravity, what is known beforehand, small turns, work side by side."""

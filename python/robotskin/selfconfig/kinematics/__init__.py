@@ -1,0 +1,1 @@
+"""Step 5: which joint moves which cell, and joint axes and cells from the skin alone."""

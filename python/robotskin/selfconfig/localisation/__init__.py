@@ -1,0 +1,1 @@
+"""Step 6: link and place of every patch, from motion or from pictures of its LEDs."""

@@ -1,0 +1,1 @@
+"""Step 4: the shape of every patch from gravity and hinges, with its covariance."""

@@ -1,0 +1,1 @@
+"""After a configuration: what has changed is noticed, named and alone made new."""

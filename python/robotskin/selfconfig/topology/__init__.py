@@ -1,0 +1,1 @@
+"""Step 1: neighbour reports to patches, roots and paths."""
