@@ -2,10 +2,12 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/bindings.hpp"
+#include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"
 
@@ -46,7 +48,17 @@ void bind_cases(nb::module_& module) {
       .def_ro("keyed", &FaultCase::keyed, "ticks and commands are authenticated")
       .def_ro("whole_lines", &FaultCase::whole_lines, "no frame is lost or damaged by chance")
       .def_ro("while_forming", &FaultCase::while_forming, "faults begin before the network has formed")
+      .def_prop_ro(
+          "events", [](const FaultCase& self) { return self.traffic.events; },
+          "cells send what changes, not every sample")
+      .def_prop_ro(
+          "limbs", [](const FaultCase& self) { return self.traffic.limbs; }, "whose torques are summed; 0: none")
+      .def_prop_ro(
+          "orders", [](const FaultCase& self) { return self.traffic.orders; }, "the host sends commands and joints")
       .def_ro("duration_ns", &FaultCase::duration_ns)
+      .def_prop_ro(
+          "text", [](const FaultCase& self) { return campaign::text_of(self); },
+          "All of it, many lines; `parse_case` reads it.")
       .def_prop_ro(
           "after_ns", [](const FaultCase& self) { return self.duration_ns - campaign::end_of(self.faults); },
           "from the last effect of the last fault to the end")
@@ -66,12 +78,18 @@ void bind_cases(nb::module_& module) {
       .def_ro("events", &CaseReport::events)
       .def_ro("samples_taken", &CaseReport::samples_taken)
       .def_ro("samples_delivered", &CaseReport::samples_delivered)
+      .def_ro("events_repeated", &CaseReport::events_repeated, "sent again, and marked so")
+      .def_ro("torque_sums", &CaseReport::torque_sums, "at the host")
+      .def_ro("torque_epochs", &CaseReport::torque_epochs, "that had to be complete")
+      .def_ro("frames_planted", &CaseReport::frames_planted, "forged, or played again")
       .def_ro("simulated_s", &CaseReport::simulated_s)
       .def_ro("longest_repair_ms", &CaseReport::longest_repair_ms, "flapping and hold-down included")
       .def_ro("longest_wait_ms", &CaseReport::longest_wait_ms, "of a sample in a cell, in whole networks")
       .def_ro("largest_control_share", &CaseReport::largest_control_share, "of a wire");
 
   module.def("draw_case", &campaign::draw_case, "seed"_a, "The case of a seed.");
+  module.def("parse_case", &campaign::case_of, "text"_a,
+             "The case that `FaultCase.text` tells. Raises ValueError, which names what cannot be read.");
   module.def("run_case", &campaign::run_case, nb::call_guard<nb::gil_scoped_release>(), "case"_a,
              "Run it under all checkers.");
   module.def(

@@ -11,7 +11,6 @@ void ControlMeter::frame_sent(const Ground& ground, std::size_t index, const std
   if (type != RS_TYPE_tick && type != RS_TYPE_status && type != RS_TYPE_grant) return;
   Wire& wire = wires_[index];
   ++wire.control;
-  if (type == RS_TYPE_grant) granted_ns_ = now_ns;
   if (type != RS_TYPE_tick) return;
   ++wire.adverts;
   wire.advert_ns[wire.next] = now_ns;
@@ -36,7 +35,7 @@ void ControlMeter::poll(const Ground& ground, std::int64_t now_ns) {
     wire.control = wire.adverts = 0;
     if (!quiet || !ground.joined(index)) continue;
     largest_share_ = std::max(largest_share_, share);
-    if (share <= (granted_ns_ < window_start_ns_ ? share_max : levelling_share_max)) continue;
+    if (share <= share_max) continue;
     breaks_.add(Invariant::control_share, now_ns, {ground.is_cell(index) ? Ground::cell_of(index) : index},
                 {{"1/1000 of the wire", static_cast<std::int64_t>(1e3 * share)},
                  {"of it adverts", static_cast<std::int64_t>(1e3 * adverts)}});

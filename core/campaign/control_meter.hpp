@@ -15,8 +15,6 @@ class ControlMeter {
   static constexpr std::size_t adverts_per_ms = 4;
   static constexpr std::int64_t window_ns = 100 * ms;
   static constexpr double share_max = 0.06;
-  // While section units level their trees, which shows by their grant frames, cells report what changes at once.
-  static constexpr double levelling_share_max = 0.10;
 
   ControlMeter(std::size_t wires, BreakLog& breaks) : breaks_(breaks), wires_(wires) {}
 
@@ -34,7 +32,7 @@ class ControlMeter {
 
   BreakLog& breaks_;
   std::vector<Wire> wires_;
-  std::int64_t window_start_ns_ = 0, granted_ns_ = -1;
+  std::int64_t window_start_ns_ = 0;
   double largest_share_ = 0;
 };
 

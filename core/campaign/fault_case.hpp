@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,26 @@
 
 namespace robotskin::campaign {
 
+// A limb's six sums of 15 bits have a bit for each of so many cells.
+inline constexpr std::size_t cells_per_limb = 15 * RS_JOINTS_PER_PART;
+
+// What the cells send.
+struct Traffic {
+  bool events = false;               // of what changes, instead of every sample
+  std::int32_t touched_percent = 0;  // of the cells at a time, in event mode
+  std::int32_t limbs = 0;            // whose torques are summed, 0 to 4; 0: none
+  bool orders = false;               // the host sends commands and joint positions down
+
+  bool operator==(const Traffic&) const = default;
+};
+
 struct FaultCase {
   std::uint64_t seed = 0;
   Shape shape = Shape::sheet;
   bool keyed = false;          // ticks and commands carry tags
   bool whole_lines = true;     // no frame is lost or damaged by chance
   bool while_forming = false;  // the first fault strikes before the network has formed
+  Traffic traffic;
   world::Wiring wiring;
   world::NetworkOptions options;     // without the faults
   std::vector<world::Fault> faults;  // in order of time
@@ -28,8 +43,11 @@ struct FaultCase {
 // When the last fault has had its last effect.
 std::int64_t end_of(const std::vector<world::Fault>& faults);
 
-// 20 to 400 cells, 2 to 5 ports on 1 to 3 section units, 1 to 4 faults of the whole catalogue, and at least 300 ms
-// after the last of them.
+// The firmware's settings under which cells send so; none: as they are by default.
+std::optional<rs_settings> settings_of(const Traffic& traffic);
+
+// 20 to 400 cells at most 40 hops from 2 to 5 ports on 1 to 3 section units, 1 to 4 faults of the whole
+// catalogue, and at least 300 ms after the last of them.
 FaultCase draw_case(std::uint64_t seed);
 
 // The same case with fewer faults (bit i of `faults` keeps the i-th) or fewer cells (`cells`: which stay; a wire, port

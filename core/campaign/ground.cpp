@@ -109,6 +109,10 @@ void Ground::booted(std::size_t cell) {
   disturb(0, repair_ns);
 }
 
+void Ground::misled() {
+  disturb(0, repair_ns + RS_STALE_LIMIT_US * us);
+}
+
 std::vector<std::size_t> Ground::wires_of(const Fault& fault) const {
   std::vector<std::size_t> wires;
   for (std::size_t wire = 0; wire < far_.size(); ++wire) {
@@ -169,6 +173,8 @@ void Ground::fault(const Fault& fault, int phase) {
     case FaultKind::stop:
       disturb(0, repair_ns);
       break;
+    case FaultKind::forge:
+    case FaultKind::replay:
     case FaultKind::drift:
     case FaultKind::delay:
     case FaultKind::loss:

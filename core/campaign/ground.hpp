@@ -29,6 +29,7 @@ class Ground {
   void expect(const std::vector<world::Fault>& faults);
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
+  void misled();  // a cell alone for long may follow a tick from earlier
   void settle();  // after either of them
 
   // ---- Wires: 4 a cell, then 15 a section unit ----

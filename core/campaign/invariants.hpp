@@ -32,12 +32,18 @@ namespace robotskin::campaign {
   X(exactly_once, 11, "no sample is delivered twice")                                                              \
   X(in_order, 11, "samples of a cell arrive in order while its path stays")                                        \
   X(none_lost, 11, "without faults no sample is lost, whoever moves")                                              \
+  X(torque_count, 12, "a torque sum has as many different cells in it as it says")                                \
+  X(torque_once, 12, "no cell is in two sums of one epoch")                                                        \
+  X(torque_complete, 12, "without faults every cell is in each epoch's sums")                                      \
+  X(event_kept, 11, "no event is lost to a single failure of a link or of another cell")                           \
   X(queue_bound, 13, "queues stay within their size")                                                              \
   X(waiting, 13, "no sample waits 8 ms in a cell at up to 66 cells a port")                                        \
   X(advert_rate, 14, "at most four adverts a millisecond and wire")                                                \
   X(control_share, 14, "control takes at most its share of each wire")                                             \
   X(recovery, 15, "cut-off cells are back within the bound for their distance")                                    \
-  X(legal_again, 16, "60 ms after any corruption of a cell's memory everything holds again")
+  X(legal_again, 16, "60 ms after any corruption of a cell's memory everything holds again")                       \
+  X(forged, 19, "a frame under a wrong tag changes nothing that tags protect")                                     \
+  X(replayed, 19, "a tagged frame that is played again changes nothing that tags protect")
 // clang-format on
 
 #define ROBOTSKIN_INVARIANT_NAME(name, number, text) name,

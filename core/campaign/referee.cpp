@@ -24,6 +24,8 @@ void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_in
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
   routes_->cell_stepped(cell, input);
   ledger_.cell_stepped(network, cell, input);
+  forgeries_.parent_is(cell, network.cell(cell).route.parent_port != RS_NO_PARENT, network.time_ns());
+  if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
   queues_.cell_stepped(network, *ground_, *recovery_, cell, within_load());
 }
 
@@ -43,8 +45,17 @@ void Referee::frame_ended(const Network&, world::WireEnd, world::WireEnd to, con
   if (whole && to.at == world::WireEnd::At::cell) routes_->frame_arrives(ground_->wire_of(to), frame);
 }
 
+void Referee::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
+                            const world::Fault& fault) {
+  forgeries_.frame_planted(network, *ground_, to.index, to.port, frame, fault.kind == FaultKind::forge);
+  if (!forgeries_.may_take_time() || rs_frame_type_of(frame) != RS_TYPE_tick) return;
+  routes_->frame_arrives(ground_->wire_of(to), frame);
+  ground_->misled();
+}
+
 void Referee::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {
   ledger_.datagram(network, *ground_, *routes_, bytes);
+  torques_.datagram(network, *ground_, bytes);
 }
 
 void Referee::fault_applied(const Network&, const world::Fault& fault, int phase) {
@@ -74,6 +85,8 @@ bool Referee::within_load() const {
 
 void Referee::poll() {
   recovery_->poll();
+  orders_.poll(*network_);
+  torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
     ledger_.poll(*network_, *ground_, *recovery_, !whole_lines_ || !within_load());

@@ -7,32 +7,46 @@
 
 #include "campaign/advert_log.hpp"
 #include "campaign/control_meter.hpp"
+#include "campaign/fault_case.hpp"
+#include "campaign/forgery_watch.hpp"
 #include "campaign/ground.hpp"
+#include "campaign/host_orders.hpp"
 #include "campaign/invariants.hpp"
 #include "campaign/queue_watch.hpp"
 #include "campaign/recovery_watch.hpp"
 #include "campaign/route_watch.hpp"
 #include "campaign/sample_ledger.hpp"
+#include "campaign/torque_ledger.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
 
 class Referee : public world::Observer, public world::DatagramSink {
  public:
-  // The network is not there yet: it needs the ledger for its readings. `whole_lines`: no frame is lost by chance.
-  Referee(std::size_t cells, bool whole_lines)
-      : ledger_(cells, breaks_), queues_(cells, breaks_), whole_lines_(whole_lines) {}
+  // The network is not there yet: it needs the ledger for its readings.
+  explicit Referee(const FaultCase& drawn)
+      : ledger_(drawn.wiring.cell_count(), drawn.traffic, drawn.seed, breaks_),
+        torques_(drawn.wiring.cell_count(), drawn.traffic.limbs, breaks_),
+        queues_(drawn.wiring.cell_count(), breaks_),
+        forgeries_(breaks_),
+        orders_(drawn.traffic.orders, drawn.seed, breaks_),
+        whole_lines_(drawn.whole_lines) {
+    forgeries_.size(drawn.wiring.cell_count());
+  }
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
   void poll();    // every millisecond of virtual time
   void finish();  // at the end
 
+  HostOrders& orders() { return orders_; }
   SampleLedger& ledger() { return ledger_; }
   const BreakLog& breaks() const { return breaks_; }
   const RecoveryWatch& recovery() const { return *recovery_; }
   const ControlMeter& control() const { return *control_; }
   const QueueWatch& queues() const { return queues_; }
   const RouteWatch& routes() const { return *routes_; }
+  const TorqueLedger& torques() const { return torques_; }
+  const ForgeryWatch& forgeries() const { return forgeries_; }
 
   void send(std::size_t, std::span<const std::uint8_t>) override {}
 
@@ -41,6 +55,8 @@ class Referee : public world::Observer, public world::DatagramSink {
   void frame_sent(const world::Network& network, world::WireEnd from, const std::uint8_t* frame) override;
   void frame_ended(const world::Network& network, world::WireEnd from, world::WireEnd to, const std::uint8_t* frame,
                    world::FrameFate fate) override;
+  void frame_planted(const world::Network& network, world::WireEnd to, const std::uint8_t* frame,
+                     const world::Fault& fault) override;
   void datagram_to_host(const world::Network& network, std::size_t unit, std::span<const std::uint8_t> bytes) override;
   void fault_applied(const world::Network& network, const world::Fault& fault, int phase) override;
 
@@ -51,7 +67,10 @@ class Referee : public world::Observer, public world::DatagramSink {
   const world::Network* network_ = nullptr;
   BreakLog breaks_;
   SampleLedger ledger_;
+  TorqueLedger torques_;
   QueueWatch queues_;
+  ForgeryWatch forgeries_;
+  HostOrders orders_;
   std::optional<Ground> ground_;
   std::optional<AdvertLog> adverts_;
   std::optional<RouteWatch> routes_;

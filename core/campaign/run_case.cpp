@@ -9,12 +9,16 @@ namespace robotskin::campaign {
 CaseReport run_case(const FaultCase& drawn) {
   world::NetworkOptions options = drawn.options;
   options.faults = drawn.faults;
-  Referee referee(drawn.wiring.cell_count(), drawn.whole_lines);
+  const std::size_t cells = drawn.wiring.cell_count();
+  Referee referee(drawn);
   world::Network network(drawn.wiring, options, referee.ledger(), referee);
   referee.watch(network, drawn.faults);
+  for (std::size_t cell = 0; cell < cells && drawn.traffic.limbs > 0; ++cell)
+    network.contribute(cell, contribution_of(cell, cells, drawn.traffic.limbs));
   for (std::int64_t time_ns = ms; time_ns <= drawn.duration_ns; time_ns += ms) {
     network.run_until(time_ns);
     referee.poll();
+    referee.orders().send(network);
   }
   referee.finish();
 
@@ -26,6 +30,10 @@ CaseReport run_case(const FaultCase& drawn) {
   report.events = network.counts().events;
   report.samples_taken = referee.ledger().taken();
   report.samples_delivered = referee.ledger().delivered();
+  report.events_repeated = referee.ledger().repeated();
+  report.torque_sums = referee.torques().sums();
+  report.torque_epochs = referee.torques().epochs_judged();
+  report.frames_planted = referee.forgeries().planted();
   report.simulated_s = 1e-9 * static_cast<double>(network.time_ns());
   report.longest_repair_ms = 1e-6 * static_cast<double>(referee.recovery().longest_repair_ns());
   report.longest_wait_ms = 1e-6 * static_cast<double>(referee.queues().longest_ns());

@@ -16,6 +16,9 @@ struct CaseReport {
   std::uint64_t break_count = 0;
   std::uint64_t log_hash = 0;
   std::uint64_t events = 0, samples_taken = 0, samples_delivered = 0;
+  std::uint64_t events_repeated = 0;                 // sent again, and marked so
+  std::uint64_t torque_sums = 0, torque_epochs = 0;  // at the host; epochs that had to be complete
+  std::uint64_t frames_planted = 0;                  // forged, or played again
   double simulated_s = 0;
   double longest_repair_ms = 0, longest_wait_ms = 0, largest_control_share = 0;
 };

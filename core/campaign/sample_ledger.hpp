@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "campaign/fault_case.hpp"
 #include "campaign/ground.hpp"
 #include "campaign/invariants.hpp"
 #include "campaign/recovery_watch.hpp"
@@ -21,7 +22,8 @@ class SampleLedger : public world::SampleSource {
   static constexpr std::size_t kept = 256;              // samples of a cell
   static constexpr std::int64_t delivery_ns = 40 * ms;  // from cell to host, at most
 
-  SampleLedger(std::size_t cells, BreakLog& breaks) : breaks_(breaks), cells_(cells) {}
+  SampleLedger(std::size_t cells, const Traffic& traffic, std::uint64_t seed, BreakLog& breaks)
+      : breaks_(breaks), cells_(cells), traffic_(traffic), seed_(seed) {}
 
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
 
@@ -33,13 +35,14 @@ class SampleLedger : public world::SampleSource {
 
   std::uint64_t taken() const { return taken_; }
   std::uint64_t delivered() const { return delivered_; }
+  std::uint64_t repeated() const { return repeated_; }  // events that came again, marked so
 
  private:
   struct Entry {
     std::int64_t time_ns = 0;
-    std::uint16_t number = 0;
-    std::uint8_t delivered = 0;
-    bool sent = false;
+    std::uint16_t number = 0, source = 0;
+    std::uint8_t delivered = 0, sequence = 0;
+    bool sent = false, replayed = false;
   };
   struct Cell {
     std::array<Entry, kept> entry;
@@ -49,11 +52,14 @@ class SampleLedger : public world::SampleSource {
     std::int64_t named_ns = 0;
   };
 
+  bool touched(std::size_t cell, std::int64_t time_ns) const;
   void record(const world::Network& network, const Ground& ground, const RouteWatch& routes, const rs_clock& frame);
 
   BreakLog& breaks_;
   std::vector<Cell> cells_;
-  std::uint64_t taken_ = 0, delivered_ = 0;
+  Traffic traffic_;
+  std::uint64_t seed_;
+  std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0;
 };
 
 }  // namespace robotskin::campaign

@@ -32,6 +32,8 @@ namespace robotskin::world {
   X(stuff, "cell! port=1 frames=100", "so many samples of nobody arrive at once")                                   \
   X(twin, "cell! to! off=1ms", "the cell finds the id of cell `to` in its flash and starts anew")                   \
   X(plug, "cell! port! to! to_port=1 for=0", "the plug at the port is moved to another cell's port; to=-1: to none") \
+  X(forge, "cell! port! what=tick times=10 period=1ms", "frames under a wrong tag come in at the port: what=tick, grant, command or joints") \
+  X(replay, "cell! port! ago=50ms times=10 period=1ms", "tagged frames that came in at the port so long ago come in again") \
   X(late, "cell! size=1", "the cell and its nearest, `size` in all, are clipped on only at that time")              \
   X(drift, "cell unit ppm! for=0", "a clock goes so much faster or slower")                                         \
   X(skew, "unit! by!", "a section unit's clock jumps")                                                              \
@@ -49,6 +51,7 @@ enum class FaultKind : std::uint8_t { ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_KIND) };
 
 enum class FaultWay : std::uint8_t { out, in };
 enum class FaultPart : std::uint8_t { route, queues, sampling, all };
+enum class FaultFrame : std::uint8_t { tick, grant, command, joints };  // that carry a tag
 
 // Of the targets and parameters, a kind uses those its keys name; the others keep these values.
 struct Fault {
@@ -58,12 +61,13 @@ struct Fault {
   std::int32_t port = 0;              // 1 to 4 of a cell, 1 to 15 of a section unit; 0: all
   std::int32_t to = -1;               // cell or unit
   std::int32_t to_port = 0;
-  std::int64_t lasts_ns = 0;  // `for`, `off`; 0: for good
+  std::int64_t lasts_ns = 0;  // `for`, `off`, `ago`; 0: for good
   std::int64_t by_ns = 0;     // `by`, `period`
   std::int32_t count = 0;     // `times`, `size`, `bytes`, `frames`
   double amount = 0;          // `rate`, `share`, `ppm`
   FaultWay way = FaultWay::out;
   FaultPart part = FaultPart::route;
+  FaultFrame what = FaultFrame::tick;
 
   bool operator==(const Fault&) const = default;
 };
@@ -73,6 +77,11 @@ class FaultError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
+
+// Frames that nobody on the wire has sent come in, `times` over; only tags tell them from true ones.
+constexpr bool is_attack(FaultKind kind) {
+  return kind == FaultKind::forge || kind == FaultKind::replay;
+}
 
 std::string_view name_of(FaultKind kind);
 std::span<const std::string_view> fault_names();

@@ -72,6 +72,13 @@ std::vector<Fault> draw_faults(const Wiring& wiring, std::int32_t count, std::in
         ports.push_back(p);
     return ports.empty() ? 1 : ports[draw.below(ports.size())];
   };
+  // One with anything at it, a section unit too.
+  const auto draw_wired_port = [&](std::int32_t cell) {
+    for (const UnitDescription& unit : wiring.units)
+      for (const CellEnd& end : unit.ports)
+        if (end.cell == cell && draw.below(4) == 0) return static_cast<std::int32_t>(end.port);
+    return draw_port(cell);
+  };
   const auto draw_unit = [&] { return static_cast<std::int32_t>(draw.below(static_cast<std::uint64_t>(units))); };
   const auto draw_unit_port = [&](std::int32_t unit) {
     return 1 + static_cast<std::int32_t>(draw.below(wiring.units[static_cast<std::size_t>(unit)].ports.size()));
@@ -150,6 +157,17 @@ std::vector<Fault> draw_faults(const Wiring& wiring, std::int32_t count, std::in
         fault.cell = draw_cell();
         fault.port = draw_port(fault.cell);
         fault.count = 20 + static_cast<std::int32_t>(draw.below(180));
+        break;
+      case FaultKind::forge:
+      case FaultKind::replay:
+        fault.cell = draw_cell();
+        fault.port = draw_wired_port(fault.cell);
+        fault.count = 1 + static_cast<std::int32_t>(draw.below(30));
+        fault.by_ns = time_between(ms / 4, 4 * ms);
+        if (kind == FaultKind::forge)
+          fault.what = static_cast<FaultFrame>(draw.below(4));
+        else
+          fault.lasts_ns = time_between(2 * ms, 200 * ms);
         break;
       case FaultKind::twin:
         fault.cell = draw_cell();

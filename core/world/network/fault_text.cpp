@@ -20,9 +20,10 @@ constexpr std::array texts{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_TEXT)};
 
 constexpr std::array<std::string_view, 2> ways{"out", "in"};
 constexpr std::array<std::string_view, 4> parts{"route", "queues", "sampling", "all"};
+constexpr std::array<std::string_view, 4> frames{"tick", "grant", "command", "joints"};
 
 using Member = std::variant<std::int32_t Fault::*, std::int64_t Fault::*, double Fault::*, FaultWay Fault::*,
-                            FaultPart Fault::*>;  // the second is a time
+                            FaultPart Fault::*, FaultFrame Fault::*>;  // the second is a time
 
 struct Key {
   std::string_view name;
@@ -31,13 +32,14 @@ struct Key {
 };
 
 constexpr double hour_ns = 3.6e12;
-constexpr std::array<Key, 18> key_table{{{"cell", &Fault::cell, 0, 1e9},
+constexpr std::array<Key, 20> key_table{{{"cell", &Fault::cell, 0, 1e9},
                                          {"unit", &Fault::unit, 0, 1e9},
                                          {"port", &Fault::port, 1, 15},
                                          {"to", &Fault::to, -1, 1e9},
                                          {"to_port", &Fault::to_port, 1, 4},
                                          {"for", &Fault::lasts_ns, 0, hour_ns},
                                          {"off", &Fault::lasts_ns, 0, hour_ns},
+                                         {"ago", &Fault::lasts_ns, 0, hour_ns},
                                          {"by", &Fault::by_ns, -hour_ns, hour_ns},
                                          {"period", &Fault::by_ns, 1e3, hour_ns},
                                          {"times", &Fault::count, 1, 1000},
@@ -48,7 +50,8 @@ constexpr std::array<Key, 18> key_table{{{"cell", &Fault::cell, 0, 1e9},
                                          {"share", &Fault::amount, 0, 1},
                                          {"ppm", &Fault::amount, -100000, 100000},
                                          {"way", &Fault::way},
-                                         {"part", &Fault::part}}};
+                                         {"part", &Fault::part},
+                                         {"what", &Fault::what}}};
 
 // A key as a kind takes it.
 struct Use {
@@ -163,10 +166,14 @@ void set(Fault& fault, const Key& key, std::string_view text, std::string_view w
     const auto* at = std::ranges::find(ways, text);
     if (at == ways.end()) refuse("choose from " + list_of(ways));
     fault.way = static_cast<FaultWay>(at - ways.begin());
-  } else {
+  } else if (std::holds_alternative<FaultPart Fault::*>(key.member)) {
     const auto* at = std::ranges::find(parts, text);
     if (at == parts.end()) refuse("choose from " + list_of(parts));
     fault.part = static_cast<FaultPart>(at - parts.begin());
+  } else {
+    const auto* at = std::ranges::find(frames, text);
+    if (at == frames.end()) refuse("choose from " + list_of(frames));
+    fault.what = static_cast<FaultFrame>(at - frames.begin());
   }
 }
 
@@ -176,7 +183,9 @@ std::string value_text(const Fault& fault, const Key& key) {
   if (const auto* real = std::get_if<double Fault::*>(&key.member)) return number_text(fault.**real);
   if (std::holds_alternative<FaultWay Fault::*>(key.member))
     return std::string(ways[static_cast<std::size_t>(fault.way)]);
-  return std::string(parts[static_cast<std::size_t>(fault.part)]);
+  if (std::holds_alternative<FaultPart Fault::*>(key.member))
+    return std::string(parts[static_cast<std::size_t>(fault.part)]);
+  return std::string(frames[static_cast<std::size_t>(fault.what)]);
 }
 
 std::string keys_text(const std::vector<Use>& uses) {

@@ -86,6 +86,7 @@ void Network::inject(const Fault& fault) {
     act.wires = wires_around(static_cast<std::size_t>(fault.cell), static_cast<std::size_t>(fault.count));
     for (const std::size_t wire : act.wires) sever(wire, severed_as_late, true, true);
   }
+  if (fault.kind == FaultKind::replay) wires_[wires_of(fault).front()].taped = true;
   queue_.push(fault.time_ns, act_event | static_cast<std::uint32_t>(acts_.size() - 1));
 }
 
@@ -94,13 +95,17 @@ void Network::act(std::size_t index) {
   const Fault fault = act.fault;
   const int phase = act.phase++;
   log(static_cast<std::uint64_t>(now_ns_) ^ (static_cast<std::uint64_t>(index) << 48) ^ static_cast<unsigned>(phase));
-  if (phase % 2 == 0) {
+  if (is_attack(fault.kind)) {
+    attack(act, phase);
+  } else if (phase % 2 == 0) {
     begin(act);
   } else {
     end(act);
   }
   std::int64_t next_ns = never;
-  if (fault.kind == FaultKind::flap) {
+  if (is_attack(fault.kind)) {
+    if (phase + 1 < fault.count) next_ns = now_ns_ + fault.by_ns;
+  } else if (fault.kind == FaultKind::flap) {
     if (phase + 1 < 2 * fault.count) next_ns = now_ns_ + fault.by_ns / 2;
   } else if (phase == 0 && fault.lasts_ns > 0 && fault.kind != FaultKind::reboot && fault.kind != FaultKind::twin) {
     next_ns = now_ns_ + fault.lasts_ns;
@@ -200,6 +205,8 @@ void Network::begin(Act& act) {
     case FaultKind::partition:
       trouble_ethernet(fault, true);
       break;
+    case FaultKind::forge:
+    case FaultKind::replay:
     case FaultKind::wrap:
       break;
   }

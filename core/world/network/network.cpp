@@ -185,6 +185,7 @@ void Network::finish(std::uint32_t index) {
       ++counts_.frames_lost;
     } else if (to < cells_end) {
       ++counts_.frames_delivered;
+      if (wires_[to].taped) tape(to, frame);
       rs_input input{};
       input.kind = RS_INPUT_FRAME;
       input.port = static_cast<std::uint8_t>(to % RS_PORTS + 1);

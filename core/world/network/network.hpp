@@ -15,6 +15,7 @@
 #include "driver/keyed_hash.hpp"
 #include "robotskin/cell.h"
 #include "robotskin/section_unit.h"
+#include "robotskin/settings.h"
 #include "world/network/event_queue.hpp"
 #include "world/network/fault.hpp"
 #include "world/network/observer.hpp"
@@ -45,6 +46,7 @@ struct NetworkOptions {
   std::int64_t epoch_ns = 0;      // the section units' clock at virtual time 0
   std::uint64_t seed = 1;
   std::uint8_t clock_rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;  // kept in the cells' flash
+  std::optional<rs_settings> settings;                    // the same, but for the id; instead of `clock_rate_hz`
   std::vector<Fault> faults;                              // that strike during the run; see `inject`
   std::optional<driver::Key> key;                         // of datagrams; none: not authenticated
   std::optional<std::array<std::uint8_t, RS_CELL_KEY_BYTES>>
@@ -125,6 +127,7 @@ class Network {
 
   struct Trouble;  // of a wire
   struct Act;      // a fault or its end, to come
+  struct Taped;    // a frame for it to play again
 
   void boot(std::size_t cell);
   void boot_unit(std::size_t unit);
@@ -161,6 +164,8 @@ class Network {
   void stuff(const Fault& fault);
   void corrupt(const Fault& fault, std::uint64_t key);
   void rename(std::size_t cell, std::uint16_t id);
+  void tape(std::size_t wire, const std::uint8_t* frame);
+  void attack(Act& act, int phase);
   void haunt(std::size_t cell);
   void report_idle_wires(std::size_t cell);
   std::vector<std::size_t> wires_around(std::size_t cell, std::size_t size) const;

@@ -40,6 +40,8 @@ class Observer {
   // It has arrived, or has not; the receiver steps next.
   virtual void frame_ended(const Network&, WireEnd /*from*/, WireEnd /*to*/, const std::uint8_t* /*frame*/, FrameFate) {
   }
+  // A fault is about to hand a cell a frame that nobody on its wire has sent: forged, or played again.
+  virtual void frame_planted(const Network&, WireEnd /*to*/, const std::uint8_t* /*frame*/, const Fault&) {}
   virtual void datagram_to_host(const Network&, std::size_t /*unit*/, std::span<const std::uint8_t>) {}
   virtual void datagram_from_host(const Network&, std::size_t /*unit*/, std::span<const std::uint8_t>) {}
   // Over Ethernet between two section units of a group; `arrived` false: lost on the way.

@@ -103,16 +103,25 @@ struct alignas(32) Network::Wire {
   std::uint8_t severed = 0;  // why frames into it do not arrive; 0: they do
   bool torn = false;         // something happened to it under way: the frame on it is lost
   bool troubled = false;     // see troubles_
+  bool taped = false;        // what arrives here may be played again
 };
 
 struct Network::Trouble {
   double bit_error_rate = 0, lost_share = 0;
 };
 
+// A frame that was heard at a port, and when.
+struct Network::Taped {
+  std::int64_t time_ns = 0;
+  std::array<std::uint8_t, RS_FRAME_BYTES> frame;
+};
+
 struct Network::Act {
   Fault fault;
   int phase = 0;
   std::vector<std::size_t> wires;  // that a late patch will have; the two that a plug had before
+  std::vector<Taped> tape;         // of a replay
+  std::size_t played = 0;          // of the tape
 };
 
 }  // namespace robotskin::world

@@ -38,11 +38,12 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     cell.ns_per_us = 1e3 / rate;
     cell.clock_start_us = static_cast<std::uint32_t>(random_bits(key, 1));
     cell.boot_key = stream_key(options.seed, purpose_boot, i);
-    if (wiring.id[i] != RS_ID_NONE || options.clock_rate_hz != RS_CLOCK_RATE_DEFAULT_HZ) {
+    if (wiring.id[i] != RS_ID_NONE || options.clock_rate_hz != RS_CLOCK_RATE_DEFAULT_HZ || options.settings) {
       rs_settings settings;
       rs_settings_default(&settings);
-      settings.id = wiring.id[i];
       settings.clock_rate_hz = options.clock_rate_hz;
+      if (options.settings) settings = *options.settings;
+      settings.id = wiring.id[i];
       rs_settings_store(&settings, cell.flash);
     }
   }

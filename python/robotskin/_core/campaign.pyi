@@ -51,7 +51,23 @@ class FaultCase:
         """faults begin before the network has formed"""
 
     @property
+    def events(self) -> bool:
+        """cells send what changes, not every sample"""
+
+    @property
+    def limbs(self) -> int:
+        """whose torques are summed; 0: none"""
+
+    @property
+    def orders(self) -> bool:
+        """the host sends commands and joints"""
+
+    @property
     def duration_ns(self) -> int: ...
+    @property
+    def text(self) -> str:
+        """All of it, many lines; `parse_case` reads it."""
+
     @property
     def after_ns(self) -> int:
         """from the last effect of the last fault to the end"""
@@ -84,6 +100,22 @@ class CaseReport:
     @property
     def samples_delivered(self) -> int: ...
     @property
+    def events_repeated(self) -> int:
+        """sent again, and marked so"""
+
+    @property
+    def torque_sums(self) -> int:
+        """at the host"""
+
+    @property
+    def torque_epochs(self) -> int:
+        """that had to be complete"""
+
+    @property
+    def frames_planted(self) -> int:
+        """forged, or played again"""
+
+    @property
     def simulated_s(self) -> float: ...
     @property
     def longest_repair_ms(self) -> float:
@@ -99,6 +131,11 @@ class CaseReport:
 
 def draw_case(seed: int) -> FaultCase:
     """The case of a seed."""
+
+def parse_case(text: str) -> FaultCase:
+    """
+    The case that `FaultCase.text` tells. Raises ValueError, which names what cannot be read.
+    """
 
 def run_case(case: FaultCase) -> CaseReport:
     """Run it under all checkers."""

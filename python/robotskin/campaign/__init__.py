@@ -19,6 +19,7 @@ from robotskin._core.campaign import (
     draw_case,
     invariants,
     largest_graphs,
+    parse_case,
     run_case,
     shrink,
 )
@@ -43,6 +44,7 @@ __all__ = [
     "draw_case",
     "invariants",
     "largest_graphs",
+    "parse_case",
     "run_case",
     "run_seeds",
     "shrink",

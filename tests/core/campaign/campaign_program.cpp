@@ -1,6 +1,8 @@
 // Runs seeds of the campaign, or the model check, with the firmware it was linked with; one JSON object a line.
 //
 //   campaign_NAME run FIRST COUNT [INVARIANT ...]   until one of these invariants (none given: any) is broken
+//   campaign_NAME survey FIRST COUNT                all breaks of each
+//   campaign_NAME case < TEXT                       all breaks of a case as text
 //   campaign_NAME hash SEED                         the log hash of its run
 //   campaign_NAME model CELLS SEQUENCES BOOTS QUARANTINE   every largest graph on so many cells, until a loop
 #include <algorithm>
@@ -11,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"
 
@@ -47,6 +50,29 @@ int run(std::uint64_t first, std::uint64_t count, const std::vector<std::string>
   return 0;
 }
 
+void tell(const FaultCase& drawn) {
+  const CaseReport report = run_case(drawn);
+  for (const Break& b : report.breaks)
+    std::printf("{\"seed\": %llu, \"invariant\": %s, \"break\": %s, \"case\": %s}\n",
+                static_cast<unsigned long long>(drawn.seed), quoted(std::string(name_of(b.invariant))).c_str(),
+                quoted(b.text()).c_str(), quoted(drawn.text()).c_str());
+}
+
+int survey(std::uint64_t first, std::uint64_t count) {
+  const std::clock_t start = std::clock();
+  for (std::uint64_t seed = first; seed < first + count; ++seed) tell(draw_case(seed));
+  std::printf("{\"seeds\": %llu, \"cpu_s\": %.3f}\n", static_cast<unsigned long long>(count),
+              static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  return 0;
+}
+
+int run_text() {
+  std::string text;
+  for (int c = std::getchar(); c != EOF; c = std::getchar()) text += static_cast<char>(c);
+  tell(case_of(text));
+  return 0;
+}
+
 int model(int cells, int sequences, int boots, bool quarantine) {
   for (ModelOptions graph : largest_graphs(cells)) {
     graph.sequences = sequences;
@@ -69,6 +95,8 @@ int main(int count, char** values) {
   const auto number = [&](int i) { return i < count ? std::strtoull(values[i], nullptr, 10) : 0ULL; };
   if (count >= 4 && std::strcmp(values[1], "run") == 0)
     return run(number(2), number(3), std::vector<std::string>(values + 4, values + count));
+  if (count == 4 && std::strcmp(values[1], "survey") == 0) return survey(number(2), number(3));
+  if (count == 2 && std::strcmp(values[1], "case") == 0) return run_text();
   if (count == 3 && std::strcmp(values[1], "hash") == 0) {
     std::printf("{\"log_hash\": \"%016llx\"}\n",
                 static_cast<unsigned long long>(run_case(draw_case(number(2))).log_hash));
@@ -77,7 +105,8 @@ int main(int count, char** values) {
   if (count == 6 && std::strcmp(values[1], "model") == 0)
     return model(static_cast<int>(number(2)), static_cast<int>(number(3)), static_cast<int>(number(4)), number(5) != 0);
   std::fprintf(stderr,
-               "usage: %s run FIRST COUNT [INVARIANT ...] | hash SEED | model CELLS SEQUENCES BOOTS QUARANTINE\n",
+               "usage: %s run FIRST COUNT [INVARIANT ...] | survey FIRST COUNT | case | hash SEED | model CELLS "
+               "SEQUENCES BOOTS QUARANTINE\n",
                values[0]);
   return 2;
 }

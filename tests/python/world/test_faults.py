@@ -1,5 +1,7 @@
 """Faults as text and in a run: what is printed can be read again, and one seed gives one run."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,13 @@ def test_a_wrong_fault_names_the_valid_choices(text, says):
         core.parse_faults(text, sheet_wiring(), 1)
     assert says in str(error.value)
     assert isinstance(error.value, RobotskinError)
+
+
+def test_the_page_lists_every_fault():
+    page = (Path(__file__).parents[3] / "docs/network.md").read_text()
+    table = page.partition("<!-- faults -->")[2].partition("<!-- end -->")[0].strip().splitlines()[2:]
+    lines = [line.partition("  ")[::2] for line in core.fault_help().strip().splitlines()]
+    assert table == [f"| `{keys}` | {text} |" for keys, text in lines]
 
 
 def test_one_seed_and_its_faults_give_one_run_and_others_another(seed):
@@ -133,5 +142,22 @@ def test_the_tick_number_wraps_when_it_is_told_to(seed):
     trial = core.NetworkTrial(sheet_wiring(), options)
     trial.run_until(0.3)
     report = trial.report()
+    assert report.whole
+    assert report.samples_lost == 0
+
+
+def test_forged_frames_cut_nobody_off_where_there_are_keys(seed):
+    wiring = sheet_wiring()
+    options = core.NetworkOptions()
+    options.seed = seed
+    options.set_cell_key(bytes(range(16)))
+    kinds = ("tick", "grant", "command", "joints")
+    options.faults = [
+        core.Fault(f"forge:cell=20,port=3,what={what},times=20@{at}ms") for at, what in enumerate(kinds, 100)
+    ]
+    trial = core.NetworkTrial(wiring, options)
+    trial.run_until(0.3)
+    report = trial.report()
+    assert [outcome.cells_cut_off for outcome in report.outcomes] == [0, 0, 0, 0]
     assert report.whole
     assert report.samples_lost == 0

@@ -1,0 +1,33 @@
+// What the host sends down: colours for all LEDs and joint positions; and that no cell shows a colour that it was never
+// told (I19).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "campaign/ground.hpp"
+#include "campaign/invariants.hpp"
+#include "world/network/network.hpp"
+
+namespace robotskin::campaign {
+
+class HostOrders {
+ public:
+  HostOrders(bool in_use, std::uint64_t seed, BreakLog& breaks) : breaks_(breaks), in_use_(in_use), seed_(seed) {}
+
+  void send(world::Network& network);               // every millisecond; now and then something goes down
+  void poll(const world::Network& network);         // every millisecond
+  std::uint32_t orders() const { return orders_; }  // so far
+
+ private:
+  static constexpr std::int64_t orders_every_ms = 16, joints_every_ms = 4;
+
+  std::uint32_t colour_of(std::uint32_t order) const;
+
+  BreakLog& breaks_;
+  bool in_use_;
+  std::uint64_t seed_;
+  std::uint32_t orders_ = 0, datagrams_ = 0;
+};
+
+}  // namespace robotskin::campaign

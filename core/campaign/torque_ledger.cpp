@@ -1,0 +1,154 @@
+#include "campaign/torque_ledger.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "robotskin/datagram.h"
+#include "robotskin/timing.h"
+
+namespace robotskin::campaign {
+namespace {
+
+constexpr std::int64_t epoch_ns = std::int64_t{RS_EPOCH_TICKS} * RS_TICK_US * us;
+// The numbers on the wire go round in 256 ms; what comes under one of them so late is another epoch.
+constexpr std::int64_t forgotten_ns = 100 * ms;
+// A sum is on its way for less than an epoch, and waits in a datagram for a millisecond.
+constexpr std::int64_t complete_ns = 2 * epoch_ns;
+// Children that have just changed over are not waited for in their first epoch, nor known to the section unit until
+// the second is over.
+constexpr std::int64_t at_rest_ns = 5 * epoch_ns;
+constexpr unsigned bits_per_joint = 15;
+
+std::size_t share_of(std::size_t cells, std::int32_t limbs) {
+  return (cells + static_cast<std::size_t>(limbs) - 1) / static_cast<std::size_t>(limbs);
+}
+
+}  // namespace
+
+rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_t limbs) {
+  const std::size_t share = share_of(cells, limbs), bit = cell % share;
+  rs_contribution contribution{};
+  contribution.limb = static_cast<std::uint8_t>(cell / share);
+  contribution.parts = 1;
+  contribution.joint[bit / bits_per_joint] = 1 << bit % bits_per_joint;
+  return contribution;
+}
+
+TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks)
+    : breaks_(breaks), cells_(cells), limbs_(limbs) {}
+
+void TorqueLedger::datagram(const world::Network& network, const Ground& ground,
+                            std::span<const std::uint8_t> datagram) {
+  rs_datagram_header header;
+  if (!in_use() || rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) !=
+                       RS_DATAGRAM_OK)
+    return;
+  if (header.kind != RS_DATAGRAM_KIND_frames) return;
+  const std::uint8_t* record_at = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
+  for (unsigned i = 0; i < header.count; ++i, record_at += RS_DATAGRAM_RECORD_BYTES) {
+    if (rs_frame_type_of(record_at) != RS_TYPE_torque) continue;
+    rs_torque torque;
+    rs_torque_unpack(&torque, record_at);
+    if (torque.cells > 0) add(network, ground, torque);
+  }
+}
+
+void TorqueLedger::add(const world::Network& network, const Ground& ground, const rs_torque& torque) {
+  const std::int64_t now_ns = network.time_ns();
+  const std::array<std::int32_t, RS_JOINTS_PER_PART> joints{torque.joint_1, torque.joint_2, torque.joint_3,
+                                                            torque.joint_4, torque.joint_5, torque.joint_6};
+  const std::size_t share = share_of(cells_, limbs_);
+  const bool excused = ground.lawless(now_ns - complete_ns);
+  unsigned ones = 0;
+  for (const std::int32_t joint : joints) ones += static_cast<unsigned>(std::popcount(static_cast<unsigned>(joint)));
+  ++sums_;
+  if (ones != torque.cells || torque.saturated != 0) {
+    if (!excused)
+      breaks_.add(Invariant::torque_count, now_ns, {},
+                  {{"epoch", torque.epoch},
+                   {"limb", torque.limb},
+                   {"cells", torque.cells},
+                   {"different ones", static_cast<std::int64_t>(ones)}});
+    return;
+  }
+  Epoch& epoch = epochs_[torque.epoch];
+  if (epoch.first_ns < 0 || now_ns - epoch.first_ns > forgotten_ns) {
+    epoch.first_ns = now_ns;
+    epoch.judged = false;
+    epoch.heard.assign(cells_, 0);
+  }
+  for (std::size_t bit = 0; bit < cells_per_limb; ++bit) {
+    if ((joints[bit / bits_per_joint] >> bit % bits_per_joint & 1) == 0) continue;
+    const std::size_t cell = torque.limb * share + bit;
+    if (bit >= share || cell >= cells_) {
+      if (!excused)
+        breaks_.add(Invariant::torque_count, now_ns, {},
+                    {{"limb", torque.limb}, {"bit of nobody", static_cast<std::int64_t>(bit)}});
+      continue;
+    }
+    // Where a section unit's time has leapt back, the same number comes twice.
+    if (epoch.heard[cell] != 0 && !excused && now_ns > leapt_ns_ + forgotten_ns)
+      breaks_.add(Invariant::torque_once, now_ns, {cell},
+                  {{"epoch", torque.epoch}, {"us since its first sum", (now_ns - epoch.first_ns) / us}});
+    epoch.heard[cell] = 1;
+  }
+}
+
+// Notes when a section unit's time has leapt, which its sums' numbers do as well.
+void TorqueLedger::keep_time(const world::Network& network) {
+  const std::int64_t now_ns = network.time_ns(), passed_ms = (now_ns - polled_ns_) / ms;
+  polled_ns_ = now_ns;
+  unit_time_.resize(network.unit_count());
+  for (std::size_t u = 0; u < unit_time_.size(); ++u) {
+    const std::uint64_t time = network.unit(u).tick_time;
+    const auto ahead = static_cast<std::int64_t>(time - unit_time_[u]) - passed_ms;
+    if (std::abs(ahead) > 2) leapt_ns_ = now_ns;
+    unit_time_[u] = time;
+  }
+  // Units that have not agreed yet number the same instant differently, and a cell may go from one to the other.
+  for (std::size_t u = 1; u < unit_time_.size(); ++u) {
+    const auto apart = static_cast<std::int64_t>(unit_time_[u] - unit_time_[0]);
+    if (network.unit_runs(u) && network.unit_runs(0) && std::abs(apart) > RS_EPOCH_TICKS) leapt_ns_ = now_ns;
+  }
+}
+
+void TorqueLedger::poll(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                        const RecoveryWatch& recovery, bool may_miss) {
+  if (!in_use()) return;
+  keep_time(network);
+  const std::int64_t now_ns = network.time_ns();
+  for (Epoch& epoch : epochs_) {
+    if (epoch.judged || now_ns - epoch.first_ns < complete_ns) continue;
+    epoch.judged = true;
+    if (!may_miss) judge(network, ground, routes, recovery, epoch);
+  }
+}
+
+void TorqueLedger::judge(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                         const RecoveryWatch& recovery, Epoch& epoch) {
+  const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns;
+  if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
+      routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || ground.samples_disturbed(rest_ns))
+    return;
+  // The sums go up hop by hop, at 120 us each and 50 us for each further limb, and have to be there 3.7 ms after the
+  // epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in time.
+  std::int32_t deepest = 0;
+  for (std::size_t cell = 0; cell < cells_; ++cell)
+    if (recovery.has_path(cell)) deepest = std::max<std::int32_t>(deepest, network.cell(cell).route.hops);
+  if (deepest * hop_ns + (limbs_ - 1) * RS_FRAME_US * us + RS_TORQUE_EARLY_US * us > RS_TORQUE_END_US * us) return;
+  ++epochs_judged_;
+  std::int64_t missing = 0;
+  std::size_t one = 0;
+  for (std::size_t cell = 0; cell < cells_; ++cell) {
+    if (epoch.heard[cell] != 0 || !recovery.has_path(cell) || ground.booted_ns(cell) > rest_ns) continue;
+    ++missing;
+    one = cell;
+  }
+  if (missing > 0)
+    breaks_.add(Invariant::torque_complete, now_ns, {one},
+                {{"cells missing", missing},
+                 {"us since its first sum", (now_ns - epoch.first_ns) / us},
+                 {"hops", network.cell(one).route.hops}});
+}
+
+}  // namespace robotskin::campaign

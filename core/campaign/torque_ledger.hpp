@@ -1,0 +1,59 @@
+// Every epoch's torque sums at the host: each cell in them once, all of them counted, and without faults none missing
+// (I12).
+//
+// Each cell adds one bit that no other cell of its limb has. A sum of different bits has as many ones as addends; where
+// two are equal they make a carry, and the sum has fewer. So a sum tells who is in it, and that nobody is in it twice.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "campaign/fault_case.hpp"
+#include "campaign/ground.hpp"
+#include "campaign/invariants.hpp"
+#include "campaign/recovery_watch.hpp"
+#include "campaign/route_watch.hpp"
+
+namespace robotskin::campaign {
+
+// What a cell adds in every epoch.
+rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_t limbs);
+
+class TorqueLedger {
+ public:
+  TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks);
+
+  bool in_use() const { return limbs_ > 0; }
+  void datagram(const world::Network& network, const Ground& ground, std::span<const std::uint8_t> datagram);
+  // Every millisecond. `may_miss`: frames are lost by chance, or a port has more cells than it carries.
+  void poll(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+            const RecoveryWatch& recovery, bool may_miss);
+
+  std::uint64_t sums() const { return sums_; }
+  std::uint64_t epochs_judged() const { return epochs_judged_; }  // for being complete
+
+ private:
+  // The cells heard of in the epoch of this number on the wire.
+  struct Epoch {
+    std::int64_t first_ns = -1;
+    bool judged = true;
+    std::vector<std::uint8_t> heard;  // by cell
+  };
+
+  void add(const world::Network& network, const Ground& ground, const rs_torque& torque);
+  void judge(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+             const RecoveryWatch& recovery, Epoch& epoch);
+  void keep_time(const world::Network& network);
+
+  BreakLog& breaks_;
+  std::size_t cells_;
+  std::int32_t limbs_;
+  std::array<Epoch, RS_EPOCH_MASK + 1> epochs_;
+  std::vector<std::uint64_t> unit_time_;
+  std::int64_t leapt_ns_ = -1000 * ms, polled_ns_ = 0;
+  std::uint64_t sums_ = 0, epochs_judged_ = 0;
+};
+
+}  // namespace robotskin::campaign
