@@ -51,8 +51,8 @@ class NetworkWatch:
         self._changes = changes
         reachable = alive & (np.asarray(self.network.depths) >= 0)
         stranded = int(np.count_nonzero(reachable & (cable == NO_PATH)))
-        self._lost = int(np.count_nonzero(~reachable))
-        self._tell(stranded)
+        self._lost = int(np.count_nonzero(alive & ~reachable))
+        self._tell(stranded, reachable=int(np.count_nonzero(reachable)))
         return NetworkReading(
             time_s=self.clock(),
             parent_port=parent_port,
@@ -111,17 +111,21 @@ class NetworkWatch:
         self._lost_before = self._lost
         self._broken_since_s = self.clock()
 
-    def _tell(self, stranded: int) -> None:
+    def _tell(self, stranded: int, reachable: int) -> None:
         if self._broken_since_s is None:
             return
         self._stranded_most = max(self._stranded_most, stranded)
         if stranded:
-            self._news = f"{self._what}: {stranded} cells seek a path"
-        elif self._lost == len(self.layout):
+            self._news = f"{self._what}: {_cells(stranded)} without a path"
+        elif not reachable:
             self._news = f"{self._what}: no cell can be reached"
         else:
             took_ms = (self.clock() - self._broken_since_s) * 1e3
             lost = self._lost - self._lost_before
             whole = f"whole after {took_ms:.1f} ms" if self._stranded_most else "no other path changes"
-            self._news = f"{self._what}: {whole}" + (f", {lost} cells beyond reach" if lost > 0 else "")
+            self._news = f"{self._what}: {whole}" + (f", {_cells(lost)} beyond reach" if lost > 0 else "")
             self._broken_since_s = None
+
+
+def _cells(count: int) -> str:
+    return f"{count} cell" if count == 1 else f"{count} cells"

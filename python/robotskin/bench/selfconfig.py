@@ -91,6 +91,8 @@ def run(
     if folder is None and "tum" in wanted:
         print("no TUM patch files: part tum is left out (--data names their folder)", file=sys.stderr)
         wanted.remove("tum")
+    if folder is not None and "tum" in wanted and not any(folder.glob("*.json")):
+        raise typer.BadParameter(f"{folder}: no patch file (*.json) is in this folder", param_hint="--data")
     figures: Figures = {}
     jobs = [(part, seed, seeds, folder) for part in PARTS if part in wanted and part not in TIMED]
     for found in spread(figures_of, jobs, min(processes, max(len(jobs), 1)), tell, "part"):

@@ -58,8 +58,11 @@ def test_the_skin_heals_around_a_cut_wire_and_a_dead_cell(network: LiveNetwork) 
     assert healed.moved_s[cell] > before.time_s
 
     network.toggle_cell(cell)
-    dead = wait_for(network, lambda reading: not reading.alive[cell] and not reading.stranded)
+    told = (f"cell {cell} killed: whole", f"cell {cell} killed: no other")
+    dead = wait_for(network, lambda reading: reading.news.startswith(told))
     assert dead.cable[cell] == NO_PATH
+    # A dead cell is not beyond reach; a living one without a way is.
+    assert ("beyond reach" in dead.news) == bool(np.any(dead.alive & (dead.cable == NO_PATH)))
     network.mend()
     wait_for(network, lambda reading: bool(reading.alive[cell]) and not reading.cut.any() and not reading.stranded)
 

@@ -1,0 +1,18 @@
+"""The benchmark of self-configuration refuses what it cannot run before it runs anything."""
+
+from pathlib import Path
+
+import pytest
+import typer
+
+from robotskin.bench.selfconfig import run
+
+
+def test_a_folder_without_patch_files_is_named(tmp_path: Path) -> None:
+    with pytest.raises(typer.BadParameter, match=str(tmp_path)):
+        run(data=tmp_path)
+
+
+def test_an_unknown_part_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(typer.BadParameter, match="'tun': the parts are localisation, .*tum"):
+        run(parts="tun")
