@@ -8,6 +8,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <limits>
 #include <random>
 
@@ -134,6 +135,29 @@ nb::list units_list(SnapshotTable<UnitRow>& table) {
     list.append(dict);
   }
   return list;
+}
+
+nb::dict torques_dict(SnapshotTable<LimbTorque>& table) {
+  std::vector<LimbTorque> rows;
+  for (const LimbTorque& row : table.read())
+    if (row.heard_ns != 0) rows.push_back(row);
+  nb::dict dict;
+  const auto column = [&]<class Value>(const char* name, std::size_t columns, Value, const auto& value) {
+    dict[name] = filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
+  };
+  column("section_unit", 1, std::uint16_t{}, [](const LimbTorque& r, std::size_t) { return r.section_unit; });
+  column("limb", 1, std::uint8_t{}, [](const LimbTorque& r, std::size_t) { return r.limb; });
+  column("epoch", 1, std::int64_t{}, [](const LimbTorque& r, std::size_t) { return r.epoch; });
+  column("joint", torque_joints_max, std::int32_t{}, [](const LimbTorque& r, std::size_t c) { return r.joint[c]; });
+  column("cells", 4, std::uint32_t{}, [](const LimbTorque& r, std::size_t c) { return r.cells[c]; });
+  column("active", 1, std::uint32_t{}, [](const LimbTorque& r, std::size_t) { return r.active; });
+  column("age", 1, std::uint8_t{}, [](const LimbTorque& r, std::size_t) { return r.age; });
+  column("saturated", 1, bool{}, [](const LimbTorque& r, std::size_t) { return r.saturated; });
+  column("whole", 1, bool{}, [](const LimbTorque& r, std::size_t) { return r.whole; });
+  column("heard_ns", 1, std::int64_t{}, [](const LimbTorque& r, std::size_t) { return r.heard_ns; });
+  column("vectors", 1, std::uint64_t{}, [](const LimbTorque& r, std::size_t) { return r.vectors; });
+  column("partial", 1, std::uint64_t{}, [](const LimbTorque& r, std::size_t) { return r.partial; });
+  return dict;
 }
 
 nb::list replies_list(Driver& driver) {
@@ -302,11 +326,13 @@ Raises InputError for a bad key or cell, a host that is not known and an address
             return with_input_errors([&] {
               Command command;
               command.operation = operation_from(operation);
-              if (value < std::numeric_limits<std::int32_t>::min() ||
-                  value > std::numeric_limits<std::uint32_t>::max()) {
-                throw std::invalid_argument("value " + std::to_string(value) + " does not fit into 32 bits");
+              const bool wide = command.operation == RS_OPERATION_torque_word;
+              if (value < (wide ? 0 : std::numeric_limits<std::int32_t>::min()) ||
+                  value > (wide ? std::int64_t{0xFFFFFFFFFFFF} : std::numeric_limits<std::uint32_t>::max())) {
+                throw std::invalid_argument("value " + std::to_string(value) + " does not fit into " +
+                                            (wide ? "48" : "32") + " bits");
               }
-              command.value = static_cast<std::uint32_t>(value);
+              command.value = wide ? static_cast<std::uint64_t>(value) : static_cast<std::uint32_t>(value);
               command.index = index;
               command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
               if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
@@ -331,6 +357,37 @@ commands are waiting.)")
           },
           "on"_a, nb::kw_only(), "section_unit"_a = 0, "unit"_a = 255, "port"_a = 0,
           "Switches the power of a section unit's port (0: all ports; unit 255: all units).")
+      .def(
+          "set_joints",
+          [](HostDriver& self, unsigned limb, const std::vector<int>& positions, std::uint16_t section_unit,
+             std::optional<std::int64_t> now_ns) {
+            with_input_errors([&] {
+              LimbJoints joints{.set_ns = now_ns ? *now_ns : monotonic_ns(),
+                                .section_unit = section_unit,
+                                .limb = static_cast<std::uint8_t>(std::min(limb, 255U)),
+                                .joints = static_cast<std::uint8_t>(std::min<std::size_t>(positions.size(), 255)),
+                                .position = {}};
+              for (std::size_t i = 0; i < std::min(positions.size(), joints.position.size()); ++i) {
+                if (positions[i] < INT16_MIN || positions[i] > INT16_MAX)
+                  throw std::invalid_argument("position " + std::to_string(positions[i]) + " does not fit 16 bits");
+                joints.position[i] = static_cast<std::int16_t>(positions[i]);
+              }
+              if (!self.driver.joints(joints))
+                throw std::invalid_argument("limb " + std::to_string(limb) + " with " +
+                                            std::to_string(positions.size()) +
+                                            " joints: there are limbs 0 to 15 of 1 to 24 joints, 64 in all");
+            });
+          },
+          "limb"_a, "positions"_a, nb::kw_only(), "section_unit"_a = 0, "now_ns"_a = nb::none(),
+          R"(Where the joints of a limb are, (n,) in 2 pi / 65536 rad or 2^-15 m, at `now_ns` (by default now).
+The newest positions go to the cells once an epoch of 4 ms; positions older than 20 ms do not.
+Raises InputError for a limb, a count or a position that cannot be.)")
+      .def(
+          "torques", [](HostDriver& self) { return torques_dict(self.driver.torques()); },
+          nb::sig("def torques(self) -> dict[str, numpy.ndarray]"),
+          R"(The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
+the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
+positions used), saturated, whole (every source is in it), heard_ns, and the counts vectors and partial.)")
       .def(
           "replies", [](HostDriver& self) { return replies_list(self.driver); },
           nb::sig("def replies(self) -> list[dict[str, int | str]]"),

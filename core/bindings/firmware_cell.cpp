@@ -146,6 +146,22 @@ void bind_firmware_cell(nb::module_& module) {
       .def("contribute", &Cell::contribute, "limb"_a, "torque"_a, "active"_a = false, "age"_a = 0,
            "What the cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.")
       .def_prop_ro(
+          "contribution",
+          [](const Cell& cell) {
+            const rs_contribution& own = cell.state().torque.own;
+            nb::dict dict;
+            dict["limb"] = own.limb;
+            dict["parts"] = own.parts;
+            dict["joint"] = std::vector<std::int32_t>(std::begin(own.joint), std::end(own.joint));
+            dict["active"] = own.active != 0;
+            dict["age"] = own.age;
+            return dict;
+          },
+          "what it added in the last epoch; 0 parts: nothing")
+      .def_prop_ro(
+          "torque_known", [](const Cell& cell) { return cell.state().own_torque.known != 0; },
+          "it has the parameters to compute its own torque")
+      .def_prop_ro(
           "joint_positions",
           [](const Cell& cell) {
             const rs_joints_state& joints = cell.state().joints;

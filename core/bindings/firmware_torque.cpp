@@ -9,8 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "robotskin/chain.h"
-#include "robotskin/touch.h"
+#include "bindings/bindings.hpp"
+#include "bindings/firmware_bytes.hpp"
+#include "robotskin/torque.h"
+#include "robotskin/torque_parameters.h"
 
 namespace robotskin::bindings {
 namespace {
@@ -45,6 +47,16 @@ rs_chain chain_of(const std::vector<std::pair<std::array<int, 9>, std::array<int
   return chain;
 }
 
+std::vector<std::int32_t> torque_of(const rs_chain& chain, const std::vector<int>& position, std::int32_t force) {
+  if (position.size() != chain.joints) throw nb::value_error("one position a joint");
+  if (force < 0) throw nb::value_error("a force is not negative");
+  std::int16_t angle[RS_CHAIN_JOINTS];
+  for (std::size_t l = 0; l < position.size(); ++l) angle[l] = narrow(position[l], "position");
+  std::vector<std::int32_t> torque(chain.joints);
+  if (!rs_chain_torque(&chain, angle, force, torque.data())) throw nb::value_error("a torque is beyond 32 bits");
+  return torque;
+}
+
 }  // namespace
 
 void bind_firmware_torque(nb::module_& module) {
@@ -76,19 +88,8 @@ void bind_firmware_torque(nb::module_& module) {
       .def(
           "valid", [](const rs_chain& self, int slide) { return rs_chain_valid(&self, slide); }, "slide"_a = 0,
           "Whether no posture leaves the range of its integers.")
-      .def(
-          "torque",
-          [](const rs_chain& self, const std::vector<int>& position, std::int32_t force) {
-            if (position.size() != self.joints) throw nb::value_error("one position a joint");
-            if (force < 0) throw nb::value_error("a force is not negative");
-            std::int16_t angle[RS_CHAIN_JOINTS];
-            for (std::size_t l = 0; l < position.size(); ++l) angle[l] = narrow(position[l], "position");
-            std::vector<std::int32_t> torque(self.joints);
-            if (!rs_chain_torque(&self, angle, force, torque.data()))
-              throw nb::value_error("a torque is beyond 32 bits");
-            return torque;
-          },
-          "position"_a, "force"_a, "Nm (N where a joint slides) times 2^TORQUE_BITS, for a force in N 2^FORCE_BITS.");
+      .def("torque", &torque_of, "position"_a, "force"_a,
+           "Nm (N where a joint slides) times 2^TORQUE_BITS, for a force in N 2^FORCE_BITS.");
 
   nb::class_<rs_touch_gains>(module, "TouchGains", "Silent, full, weight and weight bits of force and proximity.")
       .def(
@@ -98,7 +99,7 @@ void bind_firmware_torque(nb::module_& module) {
               for (std::size_t i = 0; i < 3; ++i)
                 if (of[i] > UINT16_MAX) throw nb::value_error("silent, full and weight have 16 bits");
               return rs_sense{static_cast<std::uint16_t>(of[0]), static_cast<std::uint16_t>(of[1]),
-                              static_cast<std::uint16_t>(of[2]), static_cast<std::uint8_t>(of[3])};
+                              static_cast<std::uint16_t>(of[2]), static_cast<std::uint8_t>(of[3]), 0};
             };
             new (self) rs_touch_gains{sense(force), sense(proximity)};
           },
@@ -111,6 +112,71 @@ void bind_firmware_torque(nb::module_& module) {
             return rs_touch_force(&self, &sample);
           },
           "sample"_a, "Newton times 2^FORCE_BITS that a sample asks for.");
+
+  module.attr("TORQUE_IMAGE_BYTES") = static_cast<int>(RS_TORQUE_IMAGE_BYTES);
+  module.attr("TORQUE_STEP_BITS") = static_cast<int>(RS_TORQUE_STEP_BITS);
+  module.attr("TORQUE_AGE_MAX") = static_cast<int>(RS_TORQUE_AGE_MAX);
+  nb::class_<rs_torque_parameters>(module, "TorqueParameters",
+                                   "What a cell must know to compute its own torque (torque_parameters.h).")
+      .def(
+          "__init__",
+          [](rs_torque_parameters* self, const rs_chain& chain, const rs_touch_gains& gains, unsigned limb,
+             unsigned step_bits, unsigned slide) {
+            if (limb >= RS_TORQUE_LIMBS) throw nb::value_error("a limb is 0 to 15");
+            if (step_bits >= RS_TORQUE_BITS) throw nb::value_error("step bits are 0 to 15");
+            if (slide > INT16_MAX) throw nb::value_error("a slide has 15 bits");
+            new (self) rs_torque_parameters{chain, gains, static_cast<std::uint16_t>(slide),
+                                            static_cast<std::uint8_t>(limb), static_cast<std::uint8_t>(step_bits)};
+          },
+          "chain"_a, "gains"_a, "limb"_a, "step_bits"_a = static_cast<int>(RS_TORQUE_STEP_BITS), "slide"_a = 0,
+          "`slide`: longest way of a sliding joint, 2^-LENGTH_BITS m. Raises ValueError for what cannot be.")
+      .def(
+          "torque",
+          [](const rs_torque_parameters& self, const std::vector<int>& position, std::int32_t force) {
+            return torque_of(self.chain, position, force);
+          },
+          "position"_a, "force"_a, "As of its chain.")
+      .def_prop_ro(
+          "image",
+          [](const rs_torque_parameters& self) {
+            std::uint8_t image[RS_TORQUE_IMAGE_BYTES];
+            rs_torque_parameters_pack(&self, image);
+            return as_bytes(image, sizeof image);
+          },
+          "as a cell keeps it in its flash")
+      .def_prop_ro(
+          "words",
+          [](const rs_torque_parameters& self) {
+            std::uint8_t image[RS_TORQUE_IMAGE_BYTES];
+            rs_torque_parameters_pack(&self, image);
+            std::vector<std::uint64_t> words;
+            for (std::size_t i = 0; i < RS_TORQUE_WORDS; ++i) {
+              std::uint64_t word = 0;
+              for (std::size_t k = 0; k < RS_TORQUE_WORD_BYTES; ++k) {
+                const std::size_t at = RS_TORQUE_WORD_BYTES * i + k;
+                word = word << 8 | (at < RS_TORQUE_CHECKED_BYTES ? image[at] : 0);
+              }
+              words.push_back(word);
+            }
+            return words;
+          },
+          "values of torque_word by index; the checksum, which torque_commit brings, is 0")
+      .def_prop_ro(
+          "checksum",
+          [](const rs_torque_parameters& self) {
+            std::uint8_t image[RS_TORQUE_IMAGE_BYTES];
+            rs_torque_parameters_pack(&self, image);
+            return rs_torque_parameters_checksum(image);
+          },
+          "value of torque_commit")
+      .def_static(
+          "valid",
+          [](const nb::bytes& image) {
+            rs_torque_parameters parameters;
+            return rs_torque_parameters_unpack(&parameters,
+                                               exactly(image, RS_TORQUE_IMAGE_BYTES, "an image of parameters"));
+          },
+          "image"_a, "Whether a cell would take an image.");
 }
 
 }  // namespace robotskin::bindings

@@ -1,4 +1,5 @@
-// The world stage is bound in five files: the body, faults, the network with what steps both, its survey, its trials.
+// The world stage is bound in six files: the body, faults, the network with what steps both, its survey, its
+// trials, a cell's twin.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -12,5 +13,6 @@ void bind_world_faults(nanobind::module_& module);
 void bind_world_network(nanobind::module_& module);
 void bind_world_survey(nanobind::class_<world::Network>& network);
 void bind_world_trial(nanobind::module_& module);
+void bind_world_twin(nanobind::module_& module);
 
 }  // namespace robotskin::bindings

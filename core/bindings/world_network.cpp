@@ -181,6 +181,23 @@ void bind_network(nb::module_& module) {
           "cell"_a, "limb"_a, "torque"_a, "active"_a = false, "age"_a = 0,
           "What a cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.")
       .def(
+          "set_torque_image",
+          [check](Network& self, std::size_t cell, const nb::bytes& image) {
+            check(self, cell);
+            if (image.size() != RS_TORQUE_IMAGE_BYTES)
+              throw std::invalid_argument("an image of torque parameters has " + std::to_string(RS_TORQUE_IMAGE_BYTES) +
+                                          " bytes, not " + std::to_string(image.size()));
+            self.set_torque_image(cell, bytes_of(image).first<RS_TORQUE_IMAGE_BYTES>());
+          },
+          "cell"_a, "image"_a, "Torque parameters in a cell's flash, which it finds at its next start.")
+      .def(
+          "put",
+          [check](Network& self, std::size_t cell, world::Twin& twin) {
+            check(self, cell);
+            self.put(cell, twin);
+          },
+          "cell"_a, "twin"_a, nb::keep_alive<1, 3>(), "From its boot on the twin lives as this cell.")
+      .def(
           "torque_epochs",
           [](const Network& self, std::size_t unit) {
             const rs_unit_torque& torque = self.unit(unit).torque;
@@ -238,6 +255,7 @@ void bind_network(nb::module_& module) {
 void bind_world_network(nb::module_& module) {
   bind_world_faults(module);
   bind_options(module);
+  bind_world_twin(module);
   bind_network(module);
   bind_world_trial(module);
   nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");

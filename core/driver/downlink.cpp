@@ -1,10 +1,13 @@
-// What goes down to the section units: keep-alives, commands to cells, power of ports.
+// What goes down to the section units: keep-alives, joint positions, commands to cells, power of ports.
 #include <algorithm>
 
 #include "driver/driver.hpp"
 
 namespace robotskin::driver {
 namespace {
+
+// Joint positions leave in the middle of an epoch, so that they are with every cell when the next one begins.
+constexpr std::int64_t joints_phase_ns = Driver::epoch_ns / 2;
 
 constexpr std::int64_t commands_patience_ns = 1'000'000'000;
 
@@ -14,6 +17,20 @@ std::optional<std::uint32_t> Driver::command(Command command) {
   command.ticket = ticket_ + 1;
   if (!commands_.push(command)) return std::nullopt;
   return ++ticket_;
+}
+
+bool Driver::joints(const LimbJoints& joints) {
+  if (joints.set_ns <= 0 || joints.limb > 15 || joints.joints == 0 || joints.joints > joints.position.size())
+    return false;
+  std::size_t at = 0;
+  while (at < limbs_ && (joints_.row(at).section_unit != joints.section_unit || joints_.row(at).limb != joints.limb)) {
+    ++at;
+  }
+  if (at == limbs_max) return false;
+  if (at == limbs_) ++limbs_;
+  joints_.change(at) = joints;
+  joints_.publish(joints.set_ns);
+  return true;
 }
 
 void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
@@ -28,6 +45,7 @@ void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
     keep_alive_ns_ = now_ns;
     keep_alive(now_ns, sink);
   }
+  send_joints(now_ns, sink);
   send_commands(now_ns, sink);
 }
 
@@ -78,7 +96,8 @@ void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
     frame.operation = command->operation;
     frame.counter = counter;
     frame.index = command->index;
-    frame.value_low = command->value;
+    frame.value_high = static_cast<std::uint32_t>(command->value >> 32) & 0xFFFFU;
+    frame.value_low = static_cast<std::uint32_t>(command->value);
     rs_command_pack(record, &frame);
     rs_record_arrival_pack(record, 0, 0);
     send_to_units(RS_DATAGRAM_KIND_inject, command->section_unit, RS_UNIT_ALL);
@@ -89,6 +108,48 @@ void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
     record[0] = power->on ? 1 : 0;
     rs_record_arrival_pack(record, power->port, 0);
     send_to_units(RS_DATAGRAM_KIND_power, power->section_unit, power->unit);
+  }
+}
+
+// Once an epoch to each section unit, which tells its cells the epoch; positions that have grown old are not sent.
+void Driver::send_joints(std::int64_t now_ns, const Sink& sink) {
+  const std::span<const LimbJoints> limbs = joints_.read();
+  for (std::size_t i = 0; i < unit_count_; ++i) {
+    const UnitRow& unit = units_.row(i);
+    Link& link = links_[i];
+    if (now_ns - unit.heard_ns > unit_silent_ns) continue;
+    const std::int64_t unit_ns = now_ns - link.clock.offset_ns() - joints_phase_ns;
+    const std::int64_t epoch = unit_ns / epoch_ns;
+    if (epoch == link.joints_epoch) continue;
+    std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
+    std::uint16_t count = 0;
+    for (const LimbJoints& limb : limbs) {
+      if (limb.set_ns == 0 || limb.section_unit != unit.section_unit || now_ns - limb.set_ns > joints_fresh_ns)
+        continue;
+      for (unsigned part = 0; RS_JOINTS_PER_PART * part < limb.joints && count < RS_DATAGRAM_RECORDS_MAX; ++part) {
+        const std::int16_t* position = &limb.position[std::size_t{RS_JOINTS_PER_PART} * part];
+        const rs_joints frame{.type = RS_TYPE_joints,
+                              .epoch = 0,  // by the section unit
+                              .limb = limb.limb,
+                              .part = part,
+                              .joint_1 = position[0],
+                              .joint_2 = position[1],
+                              .joint_3 = position[2],
+                              .joint_4 = position[3],
+                              .joint_5 = position[4],
+                              .joint_6 = position[5],
+                              .spare = 0,
+                              .tag = 0};
+        rs_joints_pack(record, &frame);
+        rs_record_arrival_pack(record, 0, 0);
+        record += RS_DATAGRAM_RECORD_BYTES;
+        ++count;
+      }
+    }
+    if (count == 0) continue;
+    link.joints_epoch = epoch;
+    send(RS_DATAGRAM_KIND_inject, count, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    statistics_.joints_sent.add(count);
   }
 }
 

@@ -1,6 +1,8 @@
 // What the host sends to section units: keep-alives, commands to cells, power of ports.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "robotskin/operations.h"
@@ -14,7 +16,7 @@ struct Command {
   std::uint16_t target = RS_ID_ALL;
   std::uint8_t operation = 0;
   std::uint16_t index = 0;
-  std::uint32_t value = 0;   // signed ones in two's complement
+  std::uint64_t value = 0;   // 48 bits; signed ones in two's complement of 32
   std::uint32_t ticket = 0;  // filled in by the driver; the reply carries it
 };
 
@@ -28,6 +30,15 @@ struct Reply {
   std::uint16_t index = 0;
   std::uint16_t value_high = 0;  // operation whose value it is
   std::uint32_t value = 0;       // in force now
+};
+
+// Where the joints of a limb are, for its cells to compute their torques from.
+struct LimbJoints {
+  std::int64_t set_ns = 0;  // host clock; 0: this row is not used
+  std::uint16_t section_unit = 0;
+  std::uint8_t limb = 0;
+  std::uint8_t joints = 0;
+  std::array<std::int16_t, std::size_t{4} * RS_JOINTS_PER_PART> position{};  // 2 pi / 65536 rad; m with 15 bits
 };
 
 // Switches the power of a section unit's port (0: all) on or off.

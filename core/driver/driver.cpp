@@ -15,6 +15,7 @@ Driver::Driver(const Options& options)
       samples_(index_.capacity()),
       topology_(index_.capacity()),
       units_(units_max),
+      joints_(limbs_max),
       references_(index_.capacity(), 0),
       heard_(index_.capacity(), 0),
       way_(index_.capacity(), 0),
@@ -113,6 +114,7 @@ void Driver::publish(std::int64_t now_ns) {
   samples_.publish(now_ns);
   topology_.publish(now_ns);
   units_.publish(now_ns);
+  torques_.rows().publish(now_ns);
   statistics_.publications.add();
   for (const std::int64_t departure_ns : departures_ns_) statistics_.latency.take(now_ns - departure_ns);
   departures_ns_.clear();

@@ -29,6 +29,8 @@
 #include "driver/snapshot_table.hpp"
 #include "driver/statistics.hpp"
 #include "driver/topology.hpp"
+#include "driver/torque_table.hpp"
+#include "robotskin/timing.h"
 
 namespace robotskin::driver {
 
@@ -45,6 +47,9 @@ struct Options {
 class Driver {
  public:
   static constexpr std::size_t units_max = 256;
+  static constexpr std::int64_t epoch_ns = std::int64_t{RS_EPOCH_TICKS} * RS_TICK_US * 1000;  // of torque sums
+  static constexpr std::size_t limbs_max = 64;
+  static constexpr std::int64_t joints_fresh_ns = 20'000'000;  // older positions are not sent any more
   static constexpr std::int64_t unit_silent_ns = 3 * RS_KEEP_ALIVE_MS * std::int64_t{1'000'000};
 
   // Throws std::invalid_argument for keys that are no cells or given twice.
@@ -70,6 +75,9 @@ class Driver {
   // waiting already.
   std::optional<std::uint32_t> command(Command command);
   bool power(const Power& power) { return powers_.push(power); }
+  // Where the joints of a limb are at `set_ns`; the newest positions go out once an epoch. False for a limb, a count or
+  // a time that cannot be, or no room for another limb.
+  [[nodiscard]] bool joints(const LimbJoints& joints);
   std::optional<Reply> reply() { return replies_.pop(); }
 
   // The cells that the driver was made with, in the order of the rows.
@@ -78,6 +86,7 @@ class Driver {
   SnapshotTable<Sample>& samples() { return samples_; }
   SnapshotTable<TopologyRow>& topology() { return topology_; }
   SnapshotTable<UnitRow>& units() { return units_; }
+  SnapshotTable<LimbTorque>& torques() { return torques_.rows(); }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
   std::uint32_t session() const { return session_; }
@@ -94,6 +103,7 @@ class Driver {
     std::uint8_t next_ended = 0;
     std::uint64_t missing_counted = 0;
     std::uint32_t dropped = 0;
+    std::int64_t joints_epoch = -1;  // in which joint positions were last sent
   };
 
   struct Stranger {
@@ -127,6 +137,7 @@ class Driver {
   void keep_alive(std::int64_t now_ns, const Sink& sink);
   bool ready_to_command(std::int64_t now_ns);
   void send_commands(std::int64_t now_ns, const Sink& sink);
+  void send_joints(std::int64_t now_ns, const Sink& sink);
   void send(rs_datagram_kind kind, std::uint16_t count, const Recipient& to, std::uint32_t answering,
             std::int64_t now_ns, const Sink& sink);
 
@@ -136,6 +147,9 @@ class Driver {
   SnapshotTable<Sample> samples_;
   SnapshotTable<TopologyRow> topology_;
   SnapshotTable<UnitRow> units_;
+  TorqueTable torques_;
+  SnapshotTable<LimbJoints> joints_;      // written by the thread that commands
+  std::size_t limbs_ = 0;                 // rows of it in use, of that thread
   std::vector<std::uint8_t> references_;  // by row: neighbours that report the cell
   std::vector<std::uint32_t> heard_;      // by row: bit i: the sample i before the newest has been heard
   std::vector<std::uint16_t> way_;        // by row: unit's row * 16 + port of the newest sample

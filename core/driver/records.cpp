@@ -1,4 +1,4 @@
-// What the records of an accepted datagram say: samples, neighbours, replies, and the state of ports.
+// What the records of an accepted datagram say: samples, neighbours, torques, replies, and the state of ports.
 #include <algorithm>
 #include <cstdlib>
 
@@ -42,8 +42,15 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
       return take_rate_divisor(unit_row, record);
     case RS_TYPE_join:
       return statistics_.join_frames.add();
-    case RS_TYPE_torque:
-      return statistics_.torque_frames.add();
+    case RS_TYPE_torque: {
+      rs_torque frame;
+      rs_torque_unpack(&frame, record);
+      statistics_.torque_frames.add();
+      // The frame tells its epoch's low bits; a unit may begin an epoch a little early.
+      const std::int64_t next = static_cast<std::int64_t>(unit_ns) / epoch_ns + 1;
+      const std::int64_t epoch = next - ((next - static_cast<std::int64_t>(frame.epoch)) & RS_EPOCH_MASK);
+      return torques_.take(header.section_unit, header.unit, frame, epoch, arrival_ns, statistics_);
+    }
     default:
       return statistics_.frames_invalid.add();
   }

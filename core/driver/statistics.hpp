@@ -46,6 +46,11 @@ class Counter {
   X(status_frames, "subtree sizes")                                                                 \
   X(join_frames, "cells that ask for an id")                                                        \
   X(torque_frames, "torque sums")                                                                   \
+  X(torque_vectors, "of limbs, joined from them")                                                   \
+  X(torque_partial, "of those, that lacked the sum of a part or a section unit")                    \
+  X(torque_saturated, "of those, in which a sum had left its range")                                \
+  X(torque_late, "torque sums that came after their limb's vector")                                 \
+  X(joints_sent, "joint positions of a limb's part, into the cell network")                         \
   X(frames_invalid, "of a type or id that no cell sends upward")                                    \
   X(frames_unknown_cell, "of cells that are not in the model")                                      \
   X(frames_late, "overtaken by a newer sample of the same cell")                                    \

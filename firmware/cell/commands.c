@@ -23,8 +23,13 @@ static bool authentic(const rs_cell* cell, const uint8_t* frame, uint32_t tag, u
 static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t now_us) {
   rs_settings* settings = &cell->settings;
   const uint32_t index = command->index, value = command->value_low;
-  const bool of_channel = command->operation == RS_OPERATION_threshold || command->operation == RS_OPERATION_offset;
-  if (of_channel ? index >= RS_CHANNEL_COUNT : index != 0U) return RS_REPLY_bad_index;
+  uint32_t indices = 1;
+  if (command->operation == RS_OPERATION_threshold || command->operation == RS_OPERATION_offset) {
+    indices = RS_CHANNEL_COUNT;
+  } else if (command->operation == RS_OPERATION_torque_word) {
+    indices = RS_TORQUE_WORDS;
+  }
+  if (index >= indices) return RS_REPLY_bad_index;
   switch (command->operation) {
     case RS_OPERATION_clock_rate:
 #define RATE_IS(rate_hz, period_us) (rate_hz) == value ||
@@ -57,6 +62,11 @@ static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t no
       cell->led_rgb = value;
       cell->led_changed = true;
       return RS_REPLY_done;
+    case RS_OPERATION_torque_word:
+      rs_own_torque_write(cell, command);
+      return RS_REPLY_done;
+    case RS_OPERATION_torque_commit:
+      return rs_own_torque_commit(cell, value) ? RS_REPLY_done : RS_REPLY_bad_value;
     default:
       return RS_REPLY_unknown_operation;
   }
@@ -87,6 +97,12 @@ static bool get(const rs_cell* cell, uint32_t operation, uint32_t index, uint32_
       return true;
     case RS_OPERATION_led:
       *value = cell->led_rgb;
+      return true;
+    case RS_OPERATION_torque_word:
+      *value = rs_load32(cell->flash + RS_FLASH_TORQUE_AT + index % RS_TORQUE_WORDS * RS_TORQUE_WORD_BYTES + 2);
+      return true;
+    case RS_OPERATION_torque_commit:
+      *value = rs_own_torque_checksum(cell);
       return true;
     default:
       return false;

@@ -117,6 +117,15 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
 /* ---- cell/joints.c ---- */
 void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us);
 
+/* ---- cell/own_torque.c ---- */
+void rs_own_torque_load(rs_cell* cell); /* from the cell's flash image */
+void rs_own_torque_feel(rs_cell* cell, const rs_sample* calibrated, uint32_t now_us);
+/* What the cell adds to its limb's sum in an epoch, by what it has felt and how the joints stand. */
+void rs_own_torque_update(rs_cell* cell, uint32_t epoch, uint32_t now_us);
+void rs_own_torque_write(rs_cell* cell, const rs_command* word); /* of an index that there is */
+bool rs_own_torque_commit(rs_cell* cell, uint32_t checksum);     /* false: what was written is not that */
+uint32_t rs_own_torque_checksum(const rs_cell* cell);            /* of what is in force, 65536: nothing is */
+
 /* ---- cell/commands.c ---- */
 void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
 

@@ -121,7 +121,8 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
   sampling->due_us = next_sample_us(cell, period_us, true, now_us);
 
-  int32_t value[RS_CHANNEL_COUNT];
+  rs_sample calibrated;
+  int32_t* value = calibrated.value;
   for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) {
     /* Sensors cannot exceed 18 bits; an offset cannot overflow what is clamped first. */
     int32_t counts = sample->value[c];
@@ -130,6 +131,7 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
     counts += cell->settings.offset[c];
     value[c] = counts < channel_low[c] ? channel_low[c] : counts > channel_high[c] ? channel_high[c] : counts;
   }
+  rs_own_torque_feel(cell, &calibrated, now_us);
   if (cell->settings.mode == RS_MODE_EVENT) {
     const bool event = changed(cell, value);
     const bool due = sampling->refresh_due && (int32_t)(now_us - sampling->refresh_us) >= 0;

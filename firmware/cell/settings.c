@@ -6,7 +6,7 @@
 
 /* Image: version (1 byte), id 2, mode 1, clock rate 1, event rate 2, event mask 2, thresholds 9 x 2, offsets 9 x 2,
  * zeros, checksum 2; numbers big-endian. An erased flash (all ones) fails the checksum or the version. */
-enum { IMAGE_VERSION = 1, IMAGE_CHECKED_BYTES = RS_FLASH_BYTES - 2 };
+enum { IMAGE_VERSION = 1, IMAGE_CHECKED_BYTES = RS_SETTINGS_BYTES - 2 };
 
 static uint8_t* put16(uint8_t* at, uint32_t value) {
   at[0] = (uint8_t)(value >> 8);
@@ -30,7 +30,7 @@ void rs_settings_default(rs_settings* settings) {
   for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) settings->threshold[c] = threshold[c];
 }
 
-bool rs_settings_load(rs_settings* settings, const uint8_t image[RS_FLASH_BYTES]) {
+bool rs_settings_load(rs_settings* settings, const uint8_t image[RS_SETTINGS_BYTES]) {
   rs_settings_default(settings);
   if (image == NULL || image[0] != IMAGE_VERSION) return false;
   const uint16_t crc = rs_crc16(image, IMAGE_CHECKED_BYTES);
@@ -49,8 +49,8 @@ bool rs_settings_load(rs_settings* settings, const uint8_t image[RS_FLASH_BYTES]
   return true;
 }
 
-void rs_settings_store(const rs_settings* settings, uint8_t image[RS_FLASH_BYTES]) {
-  for (unsigned i = 0; i < RS_FLASH_BYTES; ++i) image[i] = 0;
+void rs_settings_store(const rs_settings* settings, uint8_t image[RS_SETTINGS_BYTES]) {
+  for (unsigned i = 0; i < RS_SETTINGS_BYTES; ++i) image[i] = 0;
   image[0] = IMAGE_VERSION;
   uint8_t* at = put16(image + 1, settings->id);
   *at++ = settings->mode;

@@ -57,6 +57,7 @@ static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   cell->uid = with->uid;
   rs_settings_load(&cell->settings, with->flash);
   if (with->flash != 0) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
+  rs_own_torque_load(cell);
   cell->keyed = with->key != 0;
   if (cell->keyed) rs_chaskey_key_expand(&cell->key, with->key);
   rs_identity_boot(cell, with->random, now_us);

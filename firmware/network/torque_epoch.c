@@ -103,6 +103,7 @@ static void begin(rs_cell* cell, uint32_t number, uint32_t begin_us, uint32_t no
     epoch->waiting |= (uint8_t)(1U << port);
   }
   clear_slots(epoch);
+  rs_own_torque_update(cell, number, now_us);
   add_own(cell, now_us);
   epoch->open = epoch->used > 0U || epoch->waiting != 0U;
   if (!epoch->open) return;
@@ -199,6 +200,7 @@ uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us) {
 }
 
 void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution) {
+  if (cell->own_torque.known) return;
   cell->torque.own = *contribution;
   if (contribution->limb > 0xFU || contribution->parts > RS_TORQUE_PARTS) cell->torque.own.parts = 0;
 }

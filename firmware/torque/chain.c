@@ -12,9 +12,31 @@ static int32_t length_at_most(const int16_t vector[3]) {
   return largest + (sum - largest) / 2 + 1;
 }
 
+enum { ROUNDED = 8 }; /* by which rounding may make a unit vector longer */
+
+static bool unit_at_most(const int16_t vector[3], int32_t one) {
+  const int32_t limit = one + ROUNDED;
+  uint32_t square = 0;
+  for (unsigned i = 0; i < 3U; ++i) {
+    if (vector[i] > limit || vector[i] < -limit) return false;
+    square += (uint32_t)((int32_t)vector[i] * vector[i]);
+  }
+  return square <= (uint32_t)(limit * limit);
+}
+
+static bool turns_only(const rs_chain* chain) {
+  if (!unit_at_most(chain->direction, 1 << RS_UNIT_BITS)) return false;
+  for (unsigned l = 0; l + 1U < chain->joints; ++l) {
+    for (unsigned row = 0; row < 9U; row += 3U) {
+      if (!unit_at_most(chain->place[l].rotation + row, 1 << RS_MATRIX_BITS)) return false;
+    }
+  }
+  return true;
+}
+
 bool rs_chain_valid(const rs_chain* chain, int32_t slide) {
   if (chain->joints < 1U || chain->joints > RS_CHAIN_JOINTS || chain->length_exponent < RS_LENGTH_EXPONENT_MIN ||
-      chain->length_exponent > RS_LENGTH_EXPONENT_MAX || slide < 0) {
+      chain->length_exponent > RS_LENGTH_EXPONENT_MAX || slide < 0 || !turns_only(chain)) {
     return false;
   }
   int32_t reach = length_at_most(chain->point);

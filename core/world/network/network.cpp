@@ -48,6 +48,7 @@ void Network::step_cell(std::size_t index, rs_input input) {
   rs_output output;
   const std::uint32_t now_us = cell.clock_us(now_ns_);
   rs_cell_step(&cell.state, &input, now_us, &output);
+  if (twin_ != nullptr && index == twin_cell_) twin_->step(input, now_us, output);
   ++counts_.cell_steps;
   for (std::uint32_t p = 0; p < RS_PORTS; ++p)
     if (output.frame[p] != nullptr) start(static_cast<std::uint32_t>(RS_PORTS * index) + p, output.frame[p]);
@@ -312,6 +313,16 @@ void Network::contribute(std::size_t index, const rs_contribution& contribution)
   Cell& cell = cells_.at(index);
   cell.contribution = contribution;
   if (cell.power == Cell::Power::on) rs_cell_contribute(&cell.state, &contribution);
+}
+
+void Network::set_torque_image(std::size_t index, std::span<const std::uint8_t, RS_TORQUE_IMAGE_BYTES> image) {
+  std::copy(image.begin(), image.end(), cells_.at(index).flash + RS_FLASH_TORQUE_AT);
+}
+
+void Network::put(std::size_t index, Twin& twin) {
+  cells_.at(index);
+  twin_cell_ = index;
+  twin_ = &twin;
 }
 
 void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) {

@@ -19,6 +19,7 @@
 #include "world/network/event_queue.hpp"
 #include "world/network/fault.hpp"
 #include "world/network/observer.hpp"
+#include "world/network/twin.hpp"
 #include "world/network/wiring.hpp"
 
 namespace robotskin::world {
@@ -95,6 +96,12 @@ class Network {
 
   // What a cell adds to the torque of its limb, each epoch from the next on, over reboots too.
   void contribute(std::size_t cell, const rs_contribution& contribution);
+
+  // Torque parameters in a cell's flash (torque_parameters.h), which it finds at its next start.
+  void set_torque_image(std::size_t cell, std::span<const std::uint8_t, RS_TORQUE_IMAGE_BYTES> image);
+
+  // From now on the twin lives as this cell; it must live as long. Its first input is the boot, so give it before that.
+  void put(std::size_t cell, Twin& twin);
 
   // ---- What is so ----
   const Wiring& wiring() const { return wiring_; }  // as it was built
@@ -190,6 +197,8 @@ class Network {
   std::vector<Letter> letters_;
   std::uint64_t letters_posted_ = 0;
   std::vector<Observer*> observers_;
+  std::size_t twin_cell_ = 0;
+  Twin* twin_ = nullptr;
   NetworkCounts counts_;
   std::uint64_t topology_revision_ = 0;
   std::int64_t now_ns_ = 0;

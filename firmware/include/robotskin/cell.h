@@ -28,6 +28,7 @@
 #include "robotskin/retention.h"
 #include "robotskin/settings.h"
 #include "robotskin/torque.h"
+#include "robotskin/torque_parameters.h"
 #include "robotskin/wire.h"
 
 #ifdef __cplusplus
@@ -36,7 +37,11 @@ extern "C" {
 
 /* ---- Input ---- */
 
-enum { RS_CELL_KEY_BYTES = RS_CHASKEY_KEY_BYTES };
+enum {
+  RS_CELL_KEY_BYTES = RS_CHASKEY_KEY_BYTES,
+  RS_FLASH_TORQUE_AT = RS_SETTINGS_BYTES, /* behind the settings: the torque parameters */
+  RS_FLASH_BYTES = RS_SETTINGS_BYTES + RS_TORQUE_IMAGE_BYTES
+};
 
 typedef struct {
   uint32_t uid;         /* serial number, unique and never 0 */
@@ -243,9 +248,20 @@ typedef struct {
   X(tags_refused, "ticks, commands and joints with a wrong tag or an old time")     \
   X(commands_stale, "commands and joints that had come before")                         \
   X(torques_dropped, "torque sums that came from no child, too late, or found no room") \
+  X(torques_saturated, "epochs in which an own torque was beyond the range of its limb's sums") \
   X(parent_changes, "changes of parent")                                    \
   X(orphanings, "times without any parent")
 // clang-format on
+
+/* What the cell itself adds to its limb's torque. */
+typedef struct {
+  rs_torque_parameters parameters;
+  uint32_t sum;     /* of the parameters' bytes, by which damaged memory is told */
+  uint32_t felt_us; /* time of the sample that `force` is of */
+  int32_t force;    /* that touch asks for, RS_FORCE_BITS */
+  uint8_t known;    /* the parameters are */
+  uint8_t felt;     /* force and time are valid */
+} rs_own_torque;
 
 #define RS_COUNT_MEMBER(name, text) uint32_t name;
 typedef struct {
@@ -273,6 +289,7 @@ typedef struct {
   rs_chaskey_key key;
   uint8_t flash[RS_FLASH_BYTES];
   rs_torque_epoch torque;
+  rs_own_torque own_torque;
   rs_joints_state joints;
   rs_retention retention;
   rs_queues queues;
@@ -284,8 +301,8 @@ RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a p
  * frame, changes nothing but counters. */
 void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output);
 
-/* What the cell adds to its limb's torque from the next epoch on; a limb or a number of parts that there is not adds
- * nothing. */
+/* What the cell adds to its limb's torque from the next epoch on, in place of what it computes, as long as it has no
+ * torque parameters; a limb or a number of parts that there is not adds nothing. */
 void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution);
 
 /* Frames that wait for the parent. */

@@ -38,8 +38,9 @@ typedef struct {
   int16_t direction[3];                      /* in which touch acts there, the cell's -z, RS_UNIT_BITS, 32767 for 1 */
 } rs_chain;
 
-/* Whether a chain may be used: counts and exponent in range, and no posture in which a way from a joint to the cell
- * is longer than RS_CHAIN_REACH. A prismatic joint counts with `slide`, its longest way in units, RS_LENGTH_BITS. */
+/* Whether a chain may be used: counts and exponent in range, rotations no longer than 1, and no posture in which a way
+ * from a joint to the cell is longer than RS_CHAIN_REACH. A prismatic joint counts with `slide`, its longest way in
+ * units, RS_LENGTH_BITS. */
 bool rs_chain_valid(const rs_chain* chain, int32_t slide);
 
 /* torque[l], Nm with RS_TORQUE_BITS, or N for a joint that slides, by a force of `force` N (RS_FORCE_BITS, not

@@ -25,7 +25,9 @@
   X(store, 11, "0", "keeps id and settings in flash")                                                        \
   X(forget, 12, "0", "erases id and settings from flash; those in force stay until the next boot")           \
   X(read, 13, "index of the setting", "low: number of its operation; answer: high: that number, low: value in force") \
-  X(rejoin, 14, "0", "low: uid of a cell that has to ask for an id anew")
+  X(rejoin, 14, "0", "low: uid of a cell that has to ask for an id anew")                                    \
+  X(torque_word, 15, "word 0 to 50", "high, low: six bytes of the torque parameters (torque_parameters.h), of which there are none until the next torque_commit") \
+  X(torque_commit, 16, "0", "checksum of the torque parameters written: they come into force, and into flash; read: that checksum, or 65536 for none in force")
 
 /* X(name, number, meaning) */
 #define RS_REPLY_STATUSES(X)                            \

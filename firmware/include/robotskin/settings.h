@@ -47,14 +47,14 @@ typedef struct {
 } rs_settings;
 
 /* The image in flash: what rs_settings_store writes and rs_settings_load checks. */
-enum { RS_FLASH_BYTES = 64 };
+enum { RS_SETTINGS_BYTES = 64 };
 
 void rs_settings_default(rs_settings* settings);
 
 /* Reads an image; false, and the defaults, if it is missing (NULL), damaged or of another version. */
-bool rs_settings_load(rs_settings* settings, const uint8_t image[RS_FLASH_BYTES]);
+bool rs_settings_load(rs_settings* settings, const uint8_t image[RS_SETTINGS_BYTES]);
 
-void rs_settings_store(const rs_settings* settings, uint8_t image[RS_FLASH_BYTES]);
+void rs_settings_store(const rs_settings* settings, uint8_t image[RS_SETTINGS_BYTES]);
 
 #ifdef __cplusplus
 }

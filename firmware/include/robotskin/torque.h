@@ -21,9 +21,10 @@ extern "C" {
 
 enum {
   RS_EPOCH_TICKS = 4,
-  RS_EPOCH_MASK = 0x3F, /* of an epoch's number on the wire */
-  RS_TORQUE_PARTS = 2,  /* of one cell's chain: 12 joints */
-  RS_TORQUE_SLOTS = 4   /* limbs and parts that a cell can sum; what is beyond is passed on unsummed */
+  RS_EPOCH_MASK = 0x3F,  /* of an epoch's number on the wire */
+  RS_TORQUE_PARTS = 2,   /* of one cell's chain: 12 joints */
+  RS_TORQUE_AGE_MAX = 7, /* epochs: no torque is computed from joint positions that are older */
+  RS_TORQUE_SLOTS = 4    /* limbs and parts that a cell can sum; what is beyond is passed on unsummed */
 };
 
 /* What a cell adds in each epoch, until it is told otherwise: torque in the limb's step for joints 1 to 6 `parts`. */
@@ -35,12 +36,15 @@ typedef struct {
   uint8_t active; /* the cell is in contact */
 } rs_contribution;
 
-/* Joint positions as broadcast, in 2 pi / 65536 rad: those of the limb that the cell contributes to. */
+/* Joint positions as broadcast, in 2 pi / 65536 rad, or m with 15 fraction bits: those of the limb that the cell
+ * contributes to. */
 typedef struct {
   int16_t position[RS_TORQUE_PARTS * RS_JOINTS_PER_PART];
   uint32_t epoch[RS_TORQUE_PARTS]; /* of each part */
   uint8_t newest[16][4];           /* low bits of the newest epoch heard, by limb and part */
   uint8_t known[16];               /* by limb; bit p: part p has been heard */
+  uint8_t limb;                    /* whose positions these are */
+  uint8_t held;                    /* bit p: part p of them */
 } rs_joints_state;
 
 /* The sum of one part of one limb. */

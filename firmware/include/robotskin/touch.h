@@ -19,6 +19,7 @@ typedef struct {
   uint16_t full;   /* counts, greater than `silent` */
   uint16_t weight; /* newton asked for, a count: weight / 2^weight_bits */
   uint8_t weight_bits;
+  uint8_t none; /* named, so that equal senses are equal in every byte */
 } rs_sense;
 
 typedef struct {
@@ -28,7 +29,7 @@ typedef struct {
 
 enum {
   RS_TOUCH_FORCE_COUNTS = 3 * 1023, /* the three sensors at the ends of their ranges */
-  RS_TOUCH_FORCE_LIMIT = 127 << RS_FORCE_BITS
+  RS_TOUCH_FORCE_LIMIT = 32767 << RS_FORCE_BITS
 };
 
 /* Newton with RS_FORCE_BITS, 0 to RS_TOUCH_FORCE_LIMIT; 0 for gains out of order. */

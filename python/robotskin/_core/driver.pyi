@@ -128,6 +128,22 @@ class Driver:
         Switches the power of a section unit's port (0: all ports; unit 255: all units).
         """
 
+    def set_joints(
+        self, limb: int, positions: Sequence[int], *, section_unit: int = 0, now_ns: int | None = None
+    ) -> None:
+        """
+        Where the joints of a limb are, (n,) in 2 pi / 65536 rad or 2^-15 m, at `now_ns` (by default now).
+        The newest positions go to the cells once an epoch of 4 ms; positions older than 20 ms do not.
+        Raises InputError for a limb, a count or a position that cannot be.
+        """
+
+    def torques(self) -> dict[str, numpy.ndarray]:
+        """
+        The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
+        the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
+        positions used), saturated, whole (every source is in it), heard_ns, and the counts vectors and partial.
+        """
+
     def replies(self) -> list[dict[str, int | str]]:
         """
         Answers to commands since the last call: key, operation, status, ticket, index, value now in force and the

@@ -50,7 +50,7 @@ CRC_START: int = 65535
 
 CELL_KEY_BYTES: int = 16
 
-FLASH_BYTES: int = 64
+FLASH_BYTES: int = 370
 
 SECTION_UNIT_PORTS_MAX: int = 15
 
@@ -124,7 +124,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 7288
+CELL_STATE_BYTES: int = 7920
 
 CHANNELS: tuple = ...
 
@@ -215,6 +215,14 @@ class Cell:
         """
 
     @property
+    def contribution(self) -> dict:
+        """what it added in the last epoch; 0 parts: nothing"""
+
+    @property
+    def torque_known(self) -> bool:
+        """it has the parameters to compute its own torque"""
+
+    @property
     def joint_positions(self) -> list[int]:
         """
         of the limb that the cell contributes to, as last broadcast, in 2 pi / 65536 rad
@@ -278,7 +286,7 @@ LENGTH_EXPONENT_MIN: int = -8
 
 LENGTH_EXPONENT_MAX: int = 3
 
-TOUCH_FORCE_LIMIT: int = 520192
+TOUCH_FORCE_LIMIT: int = 134213632
 
 def sine(angle: int) -> int:
     """Of an angle in 2 pi / TURN rad, times 2^UNIT_BITS."""
@@ -312,6 +320,41 @@ class TouchGains:
     def __init__(self, force: Sequence[int], proximity: Sequence[int]) -> None: ...
     def force(self, sample: Sequence[int]) -> int:
         """Newton times 2^FORCE_BITS that a sample asks for."""
+
+TORQUE_IMAGE_BYTES: int = 306
+
+TORQUE_STEP_BITS: int = 8
+
+TORQUE_AGE_MAX: int = 7
+
+class TorqueParameters:
+    """What a cell must know to compute its own torque (torque_parameters.h)."""
+
+    def __init__(self, chain: Chain, gains: TouchGains, limb: int, step_bits: int = 8, slide: int = 0) -> None:
+        """
+        `slide`: longest way of a sliding joint, 2^-LENGTH_BITS m. Raises ValueError for what cannot be.
+        """
+
+    def torque(self, position: Sequence[int], force: int) -> list[int]:
+        """As of its chain."""
+
+    @property
+    def image(self) -> bytes:
+        """as a cell keeps it in its flash"""
+
+    @property
+    def words(self) -> list[int]:
+        """
+        values of torque_word by index; the checksum, which torque_commit brings, is 0
+        """
+
+    @property
+    def checksum(self) -> int:
+        """value of torque_commit"""
+
+    @staticmethod
+    def valid(image: bytes) -> bool:
+        """Whether a cell would take an image."""
 
 class SectionUnitOutput:
     """What a section unit asks for (section_unit.h)."""

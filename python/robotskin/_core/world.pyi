@@ -1,6 +1,6 @@
 """The simulated two ends: links between cells, and the robot's body."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import enum
 from typing import Annotated
 
@@ -392,6 +392,32 @@ class NetworkOptions:
         16 bytes that section units and cells share: ticks and commands are authenticated.
         """
 
+class Twin:
+    """
+    A cell run elsewhere in place of one of the network's own, and compared with it.
+    """
+
+    def __init__(self, step: Callable) -> None:
+        """
+        `step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, key), a frame, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, waiting, led_rgb or None, flash or None, restart).
+        """
+
+    @property
+    def steps(self) -> int: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def frames(self) -> int:
+        """that the twin sent"""
+
+    @property
+    def differences(self) -> int:
+        """steps in which it answered otherwise than the host-built cell"""
+
+    @property
+    def first_difference(self) -> str:
+        """what and when; empty: none"""
+
 class NetworkCounts:
     """What has happened in a network since its start."""
 
@@ -465,6 +491,12 @@ class Network:
         """
         What a cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.
         """
+
+    def set_torque_image(self, cell: int, image: bytes) -> None:
+        """Torque parameters in a cell's flash, which it finds at its next start."""
+
+    def put(self, cell: int, twin: Twin) -> None:
+        """From its boot on the twin lives as this cell."""
 
     def torque_epochs(self, unit: int) -> tuple:
         """
