@@ -155,6 +155,7 @@ nb::dict torques_dict(SnapshotTable<LimbTorque>& table) {
   column("saturated", 1, bool{}, [](const LimbTorque& r, std::size_t) { return r.saturated; });
   column("whole", 1, bool{}, [](const LimbTorque& r, std::size_t) { return r.whole; });
   column("heard_ns", 1, std::int64_t{}, [](const LimbTorque& r, std::size_t) { return r.heard_ns; });
+  column("epoch_ns", 1, std::int64_t{}, [](const LimbTorque& r, std::size_t) { return r.epoch_ns; });
   column("vectors", 1, std::uint64_t{}, [](const LimbTorque& r, std::size_t) { return r.vectors; });
   column("partial", 1, std::uint64_t{}, [](const LimbTorque& r, std::size_t) { return r.partial; });
   return dict;
@@ -387,7 +388,8 @@ Raises InputError for a limb, a count or a position that cannot be.)")
           nb::sig("def torques(self) -> dict[str, numpy.ndarray]"),
           R"(The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
 the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
-positions used), saturated, whole (every source is in it), heard_ns, and the counts vectors and partial.)")
+positions used), saturated, whole (every source is in it), heard_ns, epoch_ns (when its epoch began), and the counts
+vectors and partial. Not beside a TorqueReader in another thread.)")
       .def(
           "replies", [](HostDriver& self) { return replies_list(self.driver); },
           nb::sig("def replies(self) -> list[dict[str, int | str]]"),

@@ -150,17 +150,16 @@ void bind_firmware_torque(nb::module_& module) {
             std::uint8_t image[RS_TORQUE_IMAGE_BYTES];
             rs_torque_parameters_pack(&self, image);
             std::vector<std::uint64_t> words;
-            for (std::size_t i = 0; i < RS_TORQUE_WORDS; ++i) {
+            const std::size_t bytes = rs_torque_parameters_bytes(image);
+            for (std::size_t i = 0; RS_TORQUE_WORD_BYTES * i < bytes; ++i) {
               std::uint64_t word = 0;
-              for (std::size_t k = 0; k < RS_TORQUE_WORD_BYTES; ++k) {
-                const std::size_t at = RS_TORQUE_WORD_BYTES * i + k;
-                word = word << 8 | (at < RS_TORQUE_CHECKED_BYTES ? image[at] : 0);
-              }
+              for (std::size_t k = 0; k < RS_TORQUE_WORD_BYTES; ++k)
+                word = word << 8 | image[RS_TORQUE_WORD_BYTES * i + k];
               words.push_back(word);
             }
             return words;
           },
-          "values of torque_word by index; the checksum, which torque_commit brings, is 0")
+          "values of torque_word by index")
       .def_prop_ro(
           "checksum",
           [](const rs_torque_parameters& self) {

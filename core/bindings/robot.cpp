@@ -124,6 +124,10 @@ void bind_cycle(nb::module_& module) {
       .def_rw("fade_s", &CycleGains::fade_s)
       .def_rw("goal_speed", &CycleGains::goal_speed, "rad/s");
 
+  nb::enum_<control::SkinSource>(module, "SkinSource", "Who computes the torque of the skin task.")
+      .value("host", control::SkinSource::host)
+      .value("skin", control::SkinSource::skin);
+
   const auto torques = [](auto member) {
     return [member](const SkinCycle& self) { return copy_of((self.*member)()); };
   };
@@ -135,12 +139,13 @@ void bind_cycle(nb::module_& module) {
       .def(
           "step",
           [](SkinCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-             JointCommand& command) -> const GuardReport& {
+             JointCommand& command, const skin::SkinTorque* own_torque) -> const GuardReport& {
             require_joints(self.joint_count(), joints, command);
-            return self.step(joints, skin, now_ns, command);
+            return self.step(joints, skin, now_ns, command, own_torque);
           },
-          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, nb::rv_policy::reference_internal,
-          "One period. Fills the command, which goes to the robot if the report says send.")
+          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, "own_torque"_a = nb::none(), nb::rv_policy::reference_internal,
+          "One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin "
+          "has computed itself.")
       .def(
           "time_steps",
           [](SkinCycle& self, JointState& joints, skin::SkinState& skin, std::int64_t start_ns, JointCommand& command,
@@ -160,6 +165,8 @@ void bind_cycle(nb::module_& module) {
           "(steps) nanoseconds each of as many periods of 1 ms took, on the same states with new stamps.")
       .def("request_run", &SkinCycle::request_run, "run"_a)
       .def("request_mode", &SkinCycle::request_mode, "mode"_a)
+      .def("request_skin_source", &SkinCycle::request_skin_source, "source"_a,
+           "Whose torque the skin task contributes: what the skin says is used while it is fresh.")
       .def("request_skin_task", &SkinCycle::request_skin_task, "on"_a)
       .def("request_patch_mask", &SkinCycle::request_patch_mask, "patch"_a, "masked"_a,
            "False if there is no such patch.")
@@ -176,6 +183,9 @@ void bind_cycle(nb::module_& module) {
       .def_prop_ro("joint_torque", torques(&SkinCycle::joint_torque), nb::rv_policy::move, "(n) Nm")
       .def_prop_ro("gravity_torque", torques(&SkinCycle::gravity_torque), nb::rv_policy::move, "(n) Nm")
       .def_prop_ro("skin_torque", torques(&SkinCycle::skin_torque), nb::rv_policy::move, "(n) Nm before its weight")
+      .def_prop_ro("host_skin_torque", torques(&SkinCycle::host_skin_torque), nb::rv_policy::move,
+                   "(n) Nm, as the host computes it, used or not")
+      .def_prop_ro("skin_source_share", &SkinCycle::skin_source_share, "1: all of skin_torque is the skin's own")
       .def_prop_ro("touch_torque", torques(&SkinCycle::touch_torque), nb::rv_policy::move, "(n) Nm of the forces felt")
       .def_prop_ro("fused_torque", torques(&SkinCycle::fused_torque), nb::rv_policy::move, "(n) Nm, eq. 18")
       .def_prop_ro("reference", torques(&SkinCycle::reference), nb::rv_policy::move, "(n) rad")

@@ -1,10 +1,12 @@
 // Binds the skin stage: the skin model by copies, the skin state by views that share its memory.
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
@@ -13,6 +15,7 @@
 #include "skin/skin_model.hpp"
 #include "skin/skin_reader.hpp"
 #include "skin/skin_state.hpp"
+#include "skin/torque_reader.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -98,9 +101,43 @@ void bind_array(nb::class_<SkinState>& state, const char* name, std::size_t row,
   state.def_prop_ro(name, view, nb::rv_policy::automatic, doc);
 }
 
+void bind_own_torque(nb::module_& module) {
+  using skin::SkinTorque;
+  using skin::TorqueReader;
+  nb::class_<SkinTorque>(module, "SkinTorque", "What the skin asks of n joints, as its own cells have computed it.")
+      .def(nb::init<std::size_t>(), "joints"_a)
+      .def_prop_ro(
+          "joint", [](const SkinTorque& self) { return copy_of(std::span<const double>(self.joint)); },
+          nb::rv_policy::move, "(n) Nm, N where a joint slides; zero unless fresh")
+      .def_ro("stamp_ns", &SkinTorque::stamp_ns, "host clock when the oldest of the limbs' epochs began")
+      .def_ro("cells", &SkinTorque::cells, "summed")
+      .def_ro("active", &SkinTorque::active, "of them, in contact")
+      .def_ro("fresh", &SkinTorque::fresh, "every limb has said something new")
+      .def_ro("saturated", &SkinTorque::saturated, "a sum has left its range");
+  nb::class_<TorqueReader>(module, "TorqueReader", "Fills a SkinTorque from the limbs' newest vectors of the driver.")
+      .def(
+          "__init__",
+          [](TorqueReader* self, HostDriver& host,
+             const std::vector<std::tuple<std::uint16_t, std::uint8_t, std::vector<std::size_t>>>& limbs,
+             std::size_t joints, double step, double fresh_s) {
+            std::vector<skin::LimbPlace> places;
+            for (const auto& [section_unit, limb, indices] : limbs) places.push_back({section_unit, limb, indices});
+            new (self) TorqueReader(host.driver.torques(), std::move(places), joints,
+                                    {.step = step, .fresh_ns = static_cast<std::int64_t>(fresh_s * 1e9)});
+          },
+          "driver"_a, "limbs"_a, "joints"_a, nb::kw_only(), "step"_a,
+          "fresh_s"_a = 1e-9 * static_cast<double>(skin::TorqueReaderOptions{}.fresh_ns), nb::keep_alive<1, 2>(),
+          R"(`limbs`: (section unit group, limb, indices of the robot's joints in the order of its vector); `joints`: of the
+robot; `step`: Nm of the vectors. A vector is stale when its epoch began more than `fresh_s` ago.
+Raises ValueError for a joint that there is not.)")
+      .def("read", &TorqueReader::read, "now_ns"_a, "torque"_a,
+           "Fills `torque` as of host time `now_ns`; never waits.");
+}
+
 }  // namespace
 
 void bind_skin(nb::module_ module) {
+  bind_own_torque(module);
   module.attr("STANDARD_GRAVITY_MPS2") = skin::standard_gravity;
   module.attr("ACCELERATION_STEP_MPS2") = skin::acceleration_x_step * skin::standard_gravity;
   nb::enum_<Health>(module, "Health", nb::is_arithmetic(), "How far a cell's values can be believed.")

@@ -49,7 +49,8 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
       // The frame tells its epoch's low bits; a unit may begin an epoch a little early.
       const std::int64_t next = static_cast<std::int64_t>(unit_ns) / epoch_ns + 1;
       const std::int64_t epoch = next - ((next - static_cast<std::int64_t>(frame.epoch)) & RS_EPOCH_MASK);
-      return torques_.take(header.section_unit, header.unit, frame, epoch, arrival_ns, statistics_);
+      const std::int64_t began_ns = link.clock.host_ns(static_cast<std::uint64_t>(epoch * epoch_ns));
+      return torques_.take(header.section_unit, header.unit, frame, epoch, began_ns, arrival_ns, statistics_);
     }
     default:
       return statistics_.frames_invalid.add();

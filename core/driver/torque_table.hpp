@@ -22,6 +22,7 @@ inline constexpr std::size_t torque_joints_max = 4 * RS_JOINTS_PER_PART;
 // The newest vector of one limb.
 struct LimbTorque {
   std::int64_t heard_ns = 0;                            // host clock when its last frame left its unit; 0: unused row
+  std::int64_t epoch_ns = 0;                            // host clock when its epoch began
   std::int64_t epoch = -1;                              // section units' time / 4 ms
   std::array<std::int32_t, torque_joints_max> joint{};  // in the limb's step
   std::array<std::uint32_t, 4> cells{};                 // summed, by part
@@ -41,9 +42,9 @@ class TorqueTable {
 
   TorqueTable() : rows_(limbs_max), limbs_(limbs_max) {}
 
-  // A frame of section unit `unit` (0 to 15) of a group, of an epoch that is known in full.
+  // A frame of section unit `unit` (0 to 15) of a group, of an epoch that is known in full and began at `epoch_ns`.
   void take(std::uint16_t section_unit, std::uint8_t unit, const rs_torque& frame, std::int64_t epoch,
-            std::int64_t heard_ns, Statistics& statistics) {
+            std::int64_t epoch_ns, std::int64_t heard_ns, Statistics& statistics) {
     const std::size_t at = row_of(section_unit, frame);
     if (at == limbs_max) return statistics.torque_late.add();
     Limb& limb = limbs_[at];
@@ -60,7 +61,7 @@ class TorqueTable {
       if (pending.epoch == old) finish(at, pending, statistics);
     }
     Pending& pending = limb.pending[static_cast<std::size_t>(epoch) % pending_max];
-    if (pending.epoch != epoch) pending = {.epoch = epoch};
+    if (pending.epoch != epoch) pending = {.epoch = epoch, .epoch_ns = epoch_ns};
     if ((pending.sources & source) != 0) return statistics.torque_late.add();
     add(pending, source, frame, heard_ns);
     const std::uint64_t expected = limb.sources[0] | limb.sources[1] | limb.sources[2];
@@ -74,7 +75,7 @@ class TorqueTable {
   static constexpr std::int64_t leap_epochs = 250;
 
   struct Pending {
-    std::int64_t epoch = -1, heard_ns = 0;
+    std::int64_t epoch = -1, epoch_ns = 0, heard_ns = 0;
     std::uint64_t sources = 0;  // bit 4 unit + part
     std::array<std::int32_t, torque_joints_max> joint{};
     std::array<std::uint32_t, 4> cells{};
@@ -122,6 +123,7 @@ class TorqueTable {
     limb.sources = {pending.sources, limb.sources[0], limb.sources[1]};
     LimbTorque& row = rows_.change(at);
     row.heard_ns = pending.heard_ns;
+    row.epoch_ns = pending.epoch_ns;
     row.epoch = pending.epoch;
     row.joint = pending.joint;
     row.cells = pending.cells;

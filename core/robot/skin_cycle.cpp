@@ -25,6 +25,7 @@ SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, Cycle
       skin_task_(robot, skin, gains_.skin),
       touch_task_(robot, skin, touch_gains(gains_.skin)),
       mask_(skin, gains_.fade_s),
+      skin_source_(robot.joint_count(), gains_.fade_s),
       skin_fade_(gains_.fade_s, 1.0),
       skin_filter_(robot.joint_count(), gains_.skin_bandwidth_hz, gains_.resolver.period_s),
       touch_filter_(robot.joint_count(), gains_.skin_bandwidth_hz, gains_.resolver.period_s),
@@ -38,7 +39,8 @@ SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, Cycle
       upper_(robot.upper().begin(), robot.upper().end()),
       goal_(robot.joint_count()) {
   control::check_joint_gains(gains_.joint, robot.joint_count());
-  for (auto* values : {&reference_, &joint_torque_, &gravity_torque_, &skin_torque_, &touch_torque_, &fused_torque_})
+  for (auto* values : {&reference_, &joint_torque_, &gravity_torque_, &host_skin_torque_, &skin_torque_, &touch_torque_,
+                       &fused_torque_})
     values->resize(robot.joint_count());
 }
 
@@ -69,7 +71,7 @@ void SkinCycle::follow_goal(const JointState& joints) noexcept {
 }
 
 const GuardReport& SkinCycle::step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-                                   JointCommand& command) noexcept {
+                                   JointCommand& command, const skin::SkinTorque* own_torque) noexcept {
   const double period = gains_.resolver.period_s;
   const CommandMode mode = mode_.load(std::memory_order_relaxed);
   const std::size_t count = joint_count();
@@ -88,8 +90,10 @@ const GuardReport& SkinCycle::step(const JointState& joints, const skin::SkinSta
   if (valid) {
     control::joint_task(gains_.joint, reference_, resolver_.position(), resolver_.velocity(), joint_torque_);
     control::gravity_task(dynamics_, gravity_torque_);
-    valid = skin_task_.compute(dynamics_, skin, share, skin_torque_) &&  // (14) to (17) by (22) to (25)
+    valid = skin_task_.compute(dynamics_, skin, share, host_skin_torque_) &&  // (14) to (17) by (22) to (25)
             touch_task_.compute(dynamics_, skin, share, touch_torque_);
+    std::ranges::copy(skin_source_.step(source_.load(std::memory_order_relaxed), host_skin_torque_, own_torque, period),
+                      skin_torque_.begin());
   }
   const double skin_weight = skin_fade_.step(skin_on_.load(std::memory_order_relaxed), period);
   if (valid) {

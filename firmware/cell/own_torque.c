@@ -37,8 +37,8 @@ void rs_own_torque_write(rs_cell* cell, const rs_command* word) {
 bool rs_own_torque_commit(rs_cell* cell, uint32_t checksum) {
   uint8_t* image = cell->flash + RS_FLASH_TORQUE_AT;
   if (checksum != rs_torque_parameters_checksum(image)) return false;
-  image[RS_TORQUE_CHECKED_BYTES] = (uint8_t)(checksum >> 8);
-  image[RS_TORQUE_CHECKED_BYTES + 1] = (uint8_t)checksum;
+  image[RS_TORQUE_CHECKSUM_AT] = (uint8_t)(checksum >> 8);
+  image[RS_TORQUE_CHECKSUM_AT + 1] = (uint8_t)checksum;
   rs_own_torque_load(cell);
   cell->own_torque.felt = false; /* by other gains */
   if (cell->own_torque.known) cell->flash_changed = true;

@@ -1,8 +1,8 @@
 #include "robotskin/crc.h"
 #include "robotskin/torque_parameters.h"
 
-enum { IMAGE_VERSION = 1, PLACE_NUMBERS = 12 };
-RS_STATIC_ASSERT(RS_TORQUE_CHECKED_BYTES + 2 <= RS_TORQUE_IMAGE_BYTES, "the checksum is part of the image");
+enum { IMAGE_VERSION = 1, JOINTS_AT = 2 };
+RS_STATIC_ASSERT(RS_TORQUE_CHECKSUM_AT + 2 <= RS_TORQUE_IMAGE_BYTES, "the checksum is part of the image");
 
 static uint8_t* put16(uint8_t* at, int32_t value) {
   at[0] = (uint8_t)((uint32_t)value >> 8);
@@ -48,8 +48,14 @@ static int32_t slide_units(const rs_torque_parameters* parameters) {
   return (int32_t)((uint32_t)parameters->slide << -exponent);
 }
 
+uint32_t rs_torque_parameters_bytes(const uint8_t image[RS_TORQUE_IMAGE_BYTES]) {
+  const uint32_t joints = image[JOINTS_AT];
+  const uint32_t places = joints == 0U ? 0U : joints > RS_CHAIN_JOINTS ? RS_CHAIN_JOINTS - 1U : joints - 1U;
+  return RS_TORQUE_PLACES_AT + places * RS_TORQUE_PLACE_BYTES;
+}
+
 uint16_t rs_torque_parameters_checksum(const uint8_t image[RS_TORQUE_IMAGE_BYTES]) {
-  return rs_crc16(image, RS_TORQUE_CHECKED_BYTES);
+  return rs_crc16(image, rs_torque_parameters_bytes(image));
 }
 
 void rs_torque_parameters_pack(const rs_torque_parameters* parameters, uint8_t image[RS_TORQUE_IMAGE_BYTES]) {
@@ -74,13 +80,13 @@ void rs_torque_parameters_pack(const rs_torque_parameters* parameters, uint8_t i
     at = put16s(at, chain->place[l].rotation, 9);
     at = put16s(at, chain->place[l].offset, 3);
   }
-  put16(image + RS_TORQUE_CHECKED_BYTES, rs_torque_parameters_checksum(image));
+  put16(image + RS_TORQUE_CHECKSUM_AT, rs_torque_parameters_checksum(image));
 }
 
 bool rs_torque_parameters_unpack(rs_torque_parameters* parameters, const uint8_t image[RS_TORQUE_IMAGE_BYTES]) {
   *parameters = (rs_torque_parameters){.limb = 0};
   uint16_t checksum;
-  get16(image + RS_TORQUE_CHECKED_BYTES, &checksum);
+  get16(image + RS_TORQUE_CHECKSUM_AT, &checksum);
   if (image[0] != IMAGE_VERSION || checksum != rs_torque_parameters_checksum(image)) return false;
   rs_chain* chain = &parameters->chain;
   const uint8_t* at = image + 1;
@@ -97,7 +103,7 @@ bool rs_torque_parameters_unpack(rs_torque_parameters* parameters, const uint8_t
   parameters->gains.force.weight_bits = *at++;
   parameters->gains.proximity.weight_bits = *at++;
   at = get_sense(at, &parameters->gains.proximity);
-  for (unsigned l = 0; l < RS_CHAIN_JOINTS - 1; ++l) {
+  for (unsigned l = 0; l + 1U < chain->joints && l + 1U < RS_CHAIN_JOINTS; ++l) {
     at = get16s(at, chain->place[l].rotation, 9);
     at = get16s(at, chain->place[l].offset, 3);
   }

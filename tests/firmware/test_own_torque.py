@@ -125,7 +125,7 @@ def test_parameters_survive_a_reboot_and_a_damaged_image_does_not(seed: int) -> 
     assert image is not None
     assert image[-firmware.TORQUE_IMAGE_BYTES :] == told.image
     for damaged in (False, True):
-        node.flash = image if not damaged else image[:-100] + bytes([image[-100] ^ 4]) + image[-99:]
+        node.flash = image if not damaged else image[:-250] + bytes([image[-250] ^ 4]) + image[-249:]
         skin.world.boot(1)
         skin.world.run_ms(50)
         assert skin.world.cell(1).torque_known is not damaged
@@ -183,17 +183,22 @@ def test_parameters_that_cannot_be_are_not_taken() -> None:
     _, told = parameters()
     assert firmware.TorqueParameters.valid(told.image)
     generator = np.random.default_rng(1)
+
+    def sealed(image: bytearray) -> bytes:
+        count = 36 + 24 * max(0, min(image[2], firmware.CHAIN_JOINTS) - 1)
+        image[300:302] = firmware.crc16(bytes(image[:count])).to_bytes(2, "big")
+        return bytes(image)
+
+    assert sealed(bytearray(told.image)) == told.image
     for at, value in ((0, 2), (1, 16), (2, 0), (2, 13), (3, 4), (4, 16)):
         image = bytearray(told.image)
         image[at] = value
         assert not firmware.TorqueParameters.valid(bytes(image))
-        image[300:302] = firmware.crc16(bytes(image[:300])).to_bytes(2, "big")
-        assert not firmware.TorqueParameters.valid(bytes(image)), at
+        assert not firmware.TorqueParameters.valid(sealed(image)), at
     long = bytearray(told.image)
     long[36:38] = (32767).to_bytes(2, "big")  # a rotation that stretches
-    long[300:302] = firmware.crc16(bytes(long[:300])).to_bytes(2, "big")
-    assert not firmware.TorqueParameters.valid(bytes(long))
+    assert not firmware.TorqueParameters.valid(sealed(long))
     for _ in range(200):
         image = bytearray(told.image)
-        image[generator.integers(300)] ^= 1 << generator.integers(8)
+        image[generator.integers(6 * len(told.words))] ^= 1 << generator.integers(8)
         assert not firmware.TorqueParameters.valid(bytes(image))

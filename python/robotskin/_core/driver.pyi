@@ -141,7 +141,8 @@ class Driver:
         """
         The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
         the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
-        positions used), saturated, whole (every source is in it), heard_ns, and the counts vectors and partial.
+        positions used), saturated, whole (every source is in it), heard_ns, epoch_ns (when its epoch began), and the counts
+        vectors and partial. Not beside a TorqueReader in another thread.
         """
 
     def replies(self) -> list[dict[str, int | str]]:

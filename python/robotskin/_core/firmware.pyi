@@ -344,9 +344,7 @@ class TorqueParameters:
 
     @property
     def words(self) -> list[int]:
-        """
-        values of torque_word by index; the checksum, which torque_commit brings, is 0
-        """
+        """values of torque_word by index"""
 
     @property
     def checksum(self) -> int:

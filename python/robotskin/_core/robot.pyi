@@ -236,6 +236,13 @@ class CycleGains:
     @goal_speed.setter
     def goal_speed(self, arg: float, /) -> None: ...
 
+class SkinSource(enum.Enum):
+    """Who computes the torque of the skin task."""
+
+    host = 0
+
+    skin = 1
+
 class SkinCycle:
     """
     Skin compliance: joint state and skin state in, joint command out, once a period.
@@ -260,9 +267,10 @@ class SkinCycle:
         skin: robotskin._core.skin.SkinState,
         now_ns: int,
         command: robotskin._core.model.JointCommand,
+        own_torque: robotskin._core.skin.SkinTorque | None = None,
     ) -> GuardReport:
         """
-        One period. Fills the command, which goes to the robot if the report says send.
+        One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin has computed itself.
         """
 
     def time_steps(
@@ -279,6 +287,11 @@ class SkinCycle:
 
     def request_run(self, run: bool) -> None: ...
     def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
+    def request_skin_source(self, source: SkinSource) -> None:
+        """
+        Whose torque the skin task contributes: what the skin says is used while it is fresh.
+        """
+
     def request_skin_task(self, on: bool) -> None: ...
     def request_patch_mask(self, patch: int, masked: bool) -> bool:
         """False if there is no such patch."""
@@ -305,6 +318,14 @@ class SkinCycle:
     @property
     def skin_torque(self) -> NDArray[numpy.float64]:
         """(n) Nm before its weight"""
+
+    @property
+    def host_skin_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm, as the host computes it, used or not"""
+
+    @property
+    def skin_source_share(self) -> float:
+        """1: all of skin_torque is the skin's own"""
 
     @property
     def touch_torque(self) -> NDArray[numpy.float64]:

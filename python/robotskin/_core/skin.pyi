@@ -9,6 +9,55 @@ from numpy.typing import NDArray
 
 import robotskin._core.driver
 
+class SkinTorque:
+    """What the skin asks of n joints, as its own cells have computed it."""
+
+    def __init__(self, joints: int) -> None: ...
+    @property
+    def joint(self) -> NDArray[numpy.float64]:
+        """(n) Nm, N where a joint slides; zero unless fresh"""
+
+    @property
+    def stamp_ns(self) -> int:
+        """host clock when the oldest of the limbs' epochs began"""
+
+    @property
+    def cells(self) -> int:
+        """summed"""
+
+    @property
+    def active(self) -> int:
+        """of them, in contact"""
+
+    @property
+    def fresh(self) -> bool:
+        """every limb has said something new"""
+
+    @property
+    def saturated(self) -> bool:
+        """a sum has left its range"""
+
+class TorqueReader:
+    """Fills a SkinTorque from the limbs' newest vectors of the driver."""
+
+    def __init__(
+        self,
+        driver: robotskin._core.driver.Driver,
+        limbs: Sequence[tuple[int, int, Sequence[int]]],
+        joints: int,
+        *,
+        step: float,
+        fresh_s: float = 0.024,
+    ) -> None:
+        """
+        `limbs`: (section unit group, limb, indices of the robot's joints in the order of its vector); `joints`: of the
+        robot; `step`: Nm of the vectors. A vector is stale when its epoch began more than `fresh_s` ago.
+        Raises ValueError for a joint that there is not.
+        """
+
+    def read(self, now_ns: int, torque: SkinTorque) -> None:
+        """Fills `torque` as of host time `now_ns`; never waits."""
+
 STANDARD_GRAVITY_MPS2: float = 9.80665
 
 ACCELERATION_STEP_MPS2: float = 0.0383072265625

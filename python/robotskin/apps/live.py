@@ -13,11 +13,11 @@ import numpy as np
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
 from robotskin.apps.network_watch import NetworkWatch
-from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, Session, SessionError
+from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import UnknownNameError
 from robotskin.viewer.network import grown_tree
-from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Touch
+from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Torques, Touch
 
 SNAPSHOT_PERIODS = 16
 """Control periods between two snapshots: some sixty a second."""
@@ -103,6 +103,14 @@ class LiveSession:
         if mode not in MODES:
             raise UnknownNameError("mode", mode, MODES)
         self._ask(lambda: self.session.set_mode(mode))
+
+    def set_source(self, source: str) -> None:
+        """Let the host or the skin itself compute the torque of the skin task."""
+        if source not in SOURCES:
+            raise UnknownNameError("source", source, SOURCES)
+        if source == "skin" and self.session.torques is None:
+            raise SessionError("the cells of this session do not compute torques")
+        self._ask(lambda: self.session.set_source(source))
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""
@@ -216,6 +224,8 @@ class LiveSession:
             interface=session.interface,
             mode=session.mode,
             skin_on=session.skin_on,
+            source=session.source,
+            torques=self._torques(),
             controller_state=report.state.name,
             stop_reason=report.text if stopped else "",
             touch=self._touch,
@@ -227,6 +237,13 @@ class LiveSession:
             statistics=dict(self._rates),
             parent=self._parent,
         )
+
+    def _torques(self) -> Torques | None:
+        session = self.session
+        if session.torques is None:
+            return None
+        own = session.own_torque
+        return Torques(np.array(session.cycle.host_skin_torque), np.array(own.joint), own.fresh, own.cells)
 
     def _reading(self) -> SkinReading:
         skin = self.session.skin

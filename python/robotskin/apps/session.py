@@ -10,15 +10,17 @@ from numpy.typing import NDArray
 
 from robotskin._core.driver import Driver
 from robotskin._core.model import CommandMode, JointCommand, JointState
-from robotskin._core.robot import SafetyState
-from robotskin._core.skin import Health, SkinReader, SkinState
+from robotskin._core.robot import SafetyState, SkinSource
+from robotskin._core.skin import Health, SkinReader, SkinState, SkinTorque, TorqueReader
 from robotskin._core.world import UdpTransport
+from robotskin.apps.torque_setup import TorqueSetup
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
+from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.gains import GainSet
-from robotskin.viewer.session_view import INTERFACES, MODES
+from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES
 from robotskin.world import World
 
 PERIOD_S = 0.001
@@ -46,6 +48,8 @@ class Session:
         believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
             told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
+        own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
+            sources to choose from.
     """
 
     def __init__(
@@ -60,6 +64,7 @@ class Session:
         mode: str = "clock",
         believed: Layout | None = None,
         control: Robot | None = None,
+        own_torques: bool = False,
     ) -> None:
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
@@ -74,6 +79,16 @@ class Session:
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.layout))
         self.cycle = self.gains.cycle((control or robot).core, model, self.home)
+        self.torques: CellTorques | None = None
+        """What the cells are told, if they are."""
+        self.own_torque = SkinTorque(robot.joint_count)
+        """What the skin has computed itself."""
+        if own_torques:
+            skin_gains = self.gains.cycle_gains((control or robot).core, model, self.home).skin
+            self.torques = CellTorques.of(control or robot, model, skin_gains)
+            self._torque_reader = TorqueReader(
+                self.driver, self.torques.places, robot.joint_count, step=self.torques.step
+            )
         self.joints = JointState(robot.joint_count)
         self.command = JointCommand(CommandMode.position, robot.joint_count)
         self._received = 0
@@ -81,6 +96,7 @@ class Session:
         """Processor time of the driver so far."""
         self.interface = interface
         self.mode = mode
+        self.source = "host"
         self.skin_on = True
         self.set_interface(interface)
         if mode not in MODES:
@@ -95,11 +111,21 @@ class Session:
         now_ns = self.world.now_ns
         self.reader.read(now_ns, self.skin)
         self.world.port.read(self.joints)
-        report = self.cycle.step(self.joints, self.skin, now_ns, self.command)
+        self._exchange_torques(now_ns)
+        report = self.cycle.step(self.joints, self.skin, now_ns, self.command, self.own_torque)
         if report.send:
             self.world.port.write(self.command)
         elif report.stop_port:
             self.world.port.stop()
+
+    def _exchange_torques(self, now_ns: int) -> None:
+        """Tell the skin how the joints stand, and take what it makes of that."""
+        if self.torques is None:
+            return
+        self._torque_reader.read(now_ns, self.own_torque)
+        for limb in self.torques.limbs:
+            codes = limb.codes(self.joints.position)
+            self.driver.set_joints(limb.number, codes, section_unit=limb.section_unit, now_ns=now_ns)
 
     def _carry_datagrams(self) -> None:
         began = time.thread_time()
@@ -138,11 +164,24 @@ class Session:
         self.set_mode(self.mode)
         self.reader.tare(0.2)
         self.run(0.25)
+        if self.torques is not None:
+            self._tell_cells(self.torques)
         self.cycle.request_run(True)
         self.run(0.05)
         if self.state is not SafetyState.running:
             raise SessionError(f"the controller did not start: {self.state.name}, {self.cycle.report.text}")
         return self.world.time_s - started
+
+    def _tell_cells(self, torques: CellTorques) -> None:
+        """Write offsets and torque parameters into the cells' flash, and take the zero that is left."""
+        setup = TorqueSetup(
+            self.driver, torques, self.layout.skin_model().key, np.asarray(self.reader.force_offset, dtype=float)
+        )
+        while not setup.done:
+            self.step()
+            setup.advance(self.world.now_ns)
+        self.reader.tare(0.2)
+        self.run(0.25)
 
     def shut_down(self) -> None:
         """Stop the robot and bring it to rest, whatever happened before."""
@@ -169,6 +208,18 @@ class Session:
             self.driver.command("event_mask", TOUCH_EVENT_MASK, section_unit=section_unit)
             self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
         self.mode = mode
+
+    def set_source(self, source: str) -> None:
+        """Let the host or the skin itself compute the torque of the skin task, from the next step on.
+
+        Raises SessionError for "skin" where the cells have not been told how.
+        """
+        if source not in SOURCES:
+            raise UnknownNameError("source", source, SOURCES)
+        if source == "skin" and self.torques is None:
+            raise SessionError("the cells have not been told how to compute torques: give own_torques")
+        self.cycle.request_skin_source(SkinSource[source])
+        self.source = source
 
     def set_skin(self, on: bool) -> None:
         """Let touch move the robot, or not."""

@@ -98,9 +98,19 @@ class CellTorques:
                 limbs.append(Limb(group, number, worn[joints], tuple(cells[joints])))
         return cls(tuple(limbs), parameters, step_bits)
 
+    @property
+    def step(self) -> float:
+        """Nm, or N where a joint slides, of one count of the vectors."""
+        return 2.0**-self.step_bits
+
+    @property
+    def places(self) -> list[tuple[int, int, tuple[int, ...]]]:
+        """(section-unit group, limb, indices of the robot's joints) of each limb."""
+        return [(limb.section_unit, limb.number, limb.joints) for limb in self.limbs]
+
     def newton_metres(self, limb: Limb, vector: ArrayLike) -> NDArray[np.float64]:
         """(n,) Nm, or N where a joint slides, from a limb's vector as the driver hands it out."""
-        return np.asarray(vector, dtype=float)[: len(limb.joints)] * 2.0**-self.step_bits
+        return np.asarray(vector, dtype=float)[: len(limb.joints)] * self.step
 
 
 def touch_gains(gains: SkinGains, cell: int) -> firmware.TouchGains:

@@ -7,7 +7,7 @@ import viser
 
 from robotskin.viewer.colours import MODALITIES
 from robotskin.viewer.legend import legend
-from robotskin.viewer.session_view import INTERFACES, MODES, Integers, SessionView, Snapshot
+from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES, Integers, SessionView, Snapshot
 
 # How long a session may take to do as it is told before the page shows what it does instead.
 WISH_S = 2.0
@@ -45,6 +45,9 @@ class Controls:
         with gui.add_folder("Robot"):
             self.interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
+            self._source = gui.add_dropdown(
+                "Torque from", SOURCES, initial_value=snapshot.source, visible=snapshot.torques is not None
+            )
             self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
             reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
         with gui.add_folder("Colour"):
@@ -67,6 +70,7 @@ class Controls:
         self._switches: dict[str, _Switch] = {
             "interface": _Switch(self.interface, session.set_interface, command),
             "mode": _Switch(self._mode, session.set_mode, command),
+            "source": _Switch(self._source, session.set_source, command),
             "skin_on": _Switch(self._skin, session.set_skin, command),
         }
         release.on_click(lambda _: command(session.release))

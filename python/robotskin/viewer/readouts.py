@@ -109,7 +109,31 @@ def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
     positions = np.asarray(snapshot.joint_position, dtype=float)
     attributes = " ".join(f"{position:.5f}" for position in positions)
     rows = [(name, f"{position:+.4f}") for name, position in zip(joint_names, positions, strict=True)]
-    return f'<div style="{PADDING};font-size:12px" data-joint-positions="{attributes}">{table_rows(rows)}</div>'
+    positions_html = f'<div data-joint-positions="{attributes}">{table_rows(rows)}</div>'
+    return f'<div style="{PADDING};font-size:12px">{positions_html}{torque_table(joint_names, snapshot)}</div>'
+
+
+def torque_table(joint_names: list[str], snapshot: Snapshot) -> str:
+    """What host and skin say that touch asks of each joint, side by side, as HTML; empty where only the host does."""
+    torques = snapshot.torques
+    if torques is None:
+        return ""
+    state = f"{torques.cells} cells summed" if torques.fresh else "nothing new"
+    head = f"Torque of touch, used: {snapshot.source}; the skin's: {state}"
+    columns = "".join(f'<td style="text-align:right;opacity:.65">{name}</td>' for name in ("host", "skin"))
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td>"
+        + "".join(
+            f'<td style="text-align:right;font-variant-numeric:tabular-nums">{value:+.2f}</td>'
+            for value in (host, skin)
+        )
+        + "</tr>"
+        for name, host, skin in zip(joint_names, torques.host, torques.skin, strict=True)
+    )
+    return (
+        f'<div style="margin-top:8px" data-torque-source="{escape(snapshot.source)}">{escape(head)}</div>'
+        f'<table style="width:100%"><tr><td></td>{columns}</tr>{rows}</table>'
+    )
 
 
 class _Plot:

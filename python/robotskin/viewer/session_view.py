@@ -93,6 +93,20 @@ class Ball:
 
 
 @dataclass(frozen=True)
+class Torques:
+    """What touch asks of the n joints, computed in two places."""
+
+    host: Floats
+    """(n,) Nm or N."""
+    skin: Floats
+    """(n,) Nm or N, by the cells; zero unless fresh."""
+    fresh: bool
+    """The skin's own are new."""
+    cells: int
+    """Summed by the skin."""
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """One moment of a session: nothing in it changes after it was taken."""
 
@@ -107,6 +121,10 @@ class Snapshot:
     """What the controller does, in one or two words."""
     stop_reason: str = ""
     """Why it stopped; empty while it runs."""
+    source: str = "host"
+    """Who computes the torque of the skin task: one of `SOURCES`."""
+    torques: Torques | None = None
+    """What both sources say; None where the cells compute no torques."""
     touch: Touch | None = None
     hands: Sequence[Ball] = ()
     """Those that are at work."""
@@ -119,6 +137,8 @@ class Snapshot:
 
 INTERFACES = ("position", "velocity", "torque")
 MODES = ("clock", "event")
+SOURCES = ("host", "skin")
+"""Who computes the torque of the skin task."""
 
 
 class SessionView(Protocol):
@@ -160,6 +180,9 @@ class SessionView(Protocol):
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in one of `MODES`."""
+
+    def set_source(self, source: str) -> None:
+        """Let one of `SOURCES` compute the torque of the skin task."""
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""

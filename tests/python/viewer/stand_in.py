@@ -140,6 +140,10 @@ class StandInSession:
         self.calls.append(("set_mode", mode))
         self.state = replace(self.state, mode=mode)
 
+    def set_source(self, source: str) -> None:
+        self.calls.append(("set_source", source))
+        self.state = replace(self.state, source=source)
+
     def set_skin(self, on: bool) -> None:
         self.calls.append(("set_skin", on))
         self.state = replace(self.state, skin_on=on)
