@@ -22,7 +22,13 @@ void AdvertLog::arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t n
   Port& port = arrived_[at_wire];
   port.last = static_cast<std::uint8_t>((port.last + 1) % adverts_kept);
   port.advert[port.last] = {now_ns, static_cast<std::uint16_t>(tick.sequence), static_cast<std::uint8_t>(tick.hops),
-                            static_cast<std::uint8_t>(tick.root), tick.parent != 0};
+                            static_cast<std::uint8_t>(tick.root), tick.parent != 0, false};
+}
+
+void AdvertLog::planted(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {
+  if (find(at_wire, static_cast<std::uint16_t>(tick.sequence), static_cast<std::uint8_t>(tick.hops)) != nullptr) return;
+  arrived(at_wire, tick, now_ns);
+  arrived_[at_wire].advert[arrived_[at_wire].last].planted = true;
 }
 
 const IssuedTick* AdvertLog::find(const rs_wave& wave) const {

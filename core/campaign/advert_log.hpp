@@ -22,7 +22,8 @@ struct ArrivedAdvert {
   std::int64_t time_ns = -1;
   std::uint16_t sequence = 0;
   std::uint8_t hops = RS_HOPS_POISON, root = 0;
-  bool parent = false;  // the receiver is the sender's parent
+  bool parent = false;   // the receiver is the sender's parent
+  bool planted = false;  // played again by a fault
 };
 
 class AdvertLog {
@@ -34,6 +35,7 @@ class AdvertLog {
 
   void issued(const rs_tick& tick);                                             // by a section unit
   void arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns);  // whole, at a cell's port
+  void planted(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns);  // the same, not from the neighbour
   void forget(std::size_t at_wire) { arrived_[at_wire] = {}; }
 
   // The tick of this number and root, if it was issued lately; null: never was.

@@ -2,13 +2,8 @@
 
 #include <cstring>
 
-#include "robotskin/timing.h"
-
 namespace robotskin::campaign {
 namespace {
-
-// A cell's clock may run 2 % fast.
-constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
 
 bool same_wave(const rs_wave& a, const rs_wave& b) {
   return a.tag == b.tag && a.sequence == b.sequence && a.era == b.era && a.root == b.root;
@@ -21,16 +16,8 @@ bool same_bytes(const Value& a, const Value& b) {
 
 }  // namespace
 
-void ForgeryWatch::parent_is(std::size_t cell, bool has_one, std::int64_t now_ns) {
-  std::int64_t& since_ns = orphaned_ns_[cell];
-  if (has_one)
-    since_ns = has_parent;
-  else if (since_ns == has_parent)
-    since_ns = now_ns;
-}
-
-void ForgeryWatch::frame_planted(const world::Network& network, const Ground& ground, std::size_t cell, unsigned port,
-                                 const std::uint8_t* frame, bool forged) {
+void ForgeryWatch::frame_planted(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                                 std::size_t cell, unsigned port, const std::uint8_t* frame, bool forged) {
   const rs_cell& state = network.cell(cell);
   Planted& planted = planted_frame_;
   planted = {};
@@ -49,9 +36,7 @@ void ForgeryWatch::frame_planted(const world::Network& network, const Ground& gr
     planted.wave.era = static_cast<std::uint16_t>(tick.era);
     planted.wave.root = static_cast<std::uint8_t>(tick.root);
   }
-  const std::int64_t since_ns = orphaned_ns_[cell];
-  planted.may_take_time =
-      !forged && since_ns != has_parent && (state.route.timed == 0 || network.time_ns() - since_ns >= alone_long_ns);
+  planted.may_take_time = !forged && routes.alone_for_long(cell);
   planted.route = state.route;
   planted.settings = state.settings;
   planted.joints = state.joints;

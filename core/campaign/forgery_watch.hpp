@@ -10,6 +10,7 @@
 
 #include "campaign/ground.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/route_watch.hpp"
 
 namespace robotskin::campaign {
 
@@ -18,20 +19,14 @@ class ForgeryWatch {
   explicit ForgeryWatch(BreakLog& breaks) : breaks_(breaks) {}
 
   // The cell's next step takes the frame.
-  void frame_planted(const world::Network& network, const Ground& ground, std::size_t cell, unsigned port,
-                     const std::uint8_t* frame, bool forged);
+  void frame_planted(const world::Network& network, const Ground& ground, const RouteWatch& routes, std::size_t cell,
+                     unsigned port, const std::uint8_t* frame, bool forged);
   void cell_stepped(const world::Network& network, std::size_t cell);
-  // Hears of every step, to know since when a cell has no parent.
-  void parent_is(std::size_t cell, bool has_one, std::int64_t now_ns);
-  void size(std::size_t cells) { orphaned_ns_.assign(cells, 0); }
-
   // The cell of the frame just planted has been alone for so long that it may believe it.
   bool may_take_time() const { return planted_frame_.may_take_time; }
   std::uint64_t planted() const { return planted_; }
 
  private:
-  static constexpr std::int64_t has_parent = -1;
-
   struct Planted {
     bool waits = false, forged = false, may_take_time = false;
     std::size_t cell = 0;
@@ -48,7 +43,6 @@ class ForgeryWatch {
 
   BreakLog& breaks_;
   Planted planted_frame_;
-  std::vector<std::int64_t> orphaned_ns_;  // by cell
   std::uint64_t planted_ = 0;
 };
 

@@ -28,6 +28,8 @@ namespace robotskin::campaign {
   X(shortest, 7, "while forming, every cell has its breadth-first distance")                                       \
   X(depth_cap, 8, "no move to another tree goes deeper than the cap, and settled cells have the nearest parent of theirs")                                                   \
   X(tree_sizes, 9, "the sizes that roots know add up to the cells attached")                                       \
+  X(levelling_bound, 10, "by levelling no port gets fuller than the fullest, or than the mean and what was granted") \
+  X(levelling_progress, 10, "levelled loads are no less even than before")                                         \
   X(true_sample, 11, "every sample that the host gets was taken by the cell it names")                             \
   X(exactly_once, 11, "no sample is delivered twice")                                                              \
   X(in_order, 11, "samples of a cell arrive in order while its path stays")                                        \
@@ -42,6 +44,8 @@ namespace robotskin::campaign {
   X(control_share, 14, "control takes at most its share of each wire")                                             \
   X(recovery, 15, "cut-off cells are back within the bound for their distance")                                    \
   X(legal_again, 16, "60 ms after any corruption of a cell's memory everything holds again")                       \
+  X(host_topology, 17, "the host's picture is the real graph 1.1 s after the last change")                         \
+  X(overload, 18, "the rate divisor takes an overload away before queues lose samples")                            \
   X(forged, 19, "a frame under a wrong tag changes nothing that tags protect")                                     \
   X(replayed, 19, "a tagged frame that is played again changes nothing that tags protect")
 // clang-format on

@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace robotskin::campaign {
+namespace {
+
+// A change of size goes up a hop every 300 us and a frame or two, the divisor 120 us a hop down.
+constexpr std::int64_t known_hop_ns = 400 * us + hop_ns, two_ticks_ns = 2 * ms;
+
+}  // namespace
 
 void QueueWatch::cell_stepped(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
                               std::size_t index, bool within_load) {
@@ -35,6 +41,27 @@ void QueueWatch::cell_stepped(const world::Network& network, const Ground& groun
   cell.first = ring.first;
   cell.count = ring.count;
   cell.dropped = state.counts.frames_dropped;
+}
+
+void QueueWatch::count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                             const RecoveryWatch& recovery, bool undisturbed) {
+  const std::int64_t now_ns = network.time_ns();
+  std::int32_t deepest = 0;
+  for (std::size_t index = 0; index < cells_.size(); ++index)
+    if (ground.runs(index) && network.cell(index).route.parent_port != RS_NO_PARENT)
+      deepest = std::max<std::int32_t>(deepest, network.cell(index).route.hops);
+  const bool known = routes.changed_ns() + two_ticks_ns + deepest * known_hop_ns < counted_ns_;
+  const bool judged = !events_ && undisturbed && known && !ground.samples_disturbed(counted_ns_ - 20 * ms);
+  for (std::size_t index = 0; index < cells_.size(); ++index) {
+    const std::uint32_t dropped = network.cell(index).counts.frames_dropped;
+    if (judged && recovery.has_path(index) && dropped != cells_[index].dropped_in_all)
+      breaks_.add(Invariant::overload, now_ns, {index},
+                  {{"dropped", static_cast<std::int64_t>(dropped) - cells_[index].dropped_in_all},
+                   {"divisor", network.cell(index).route.wave.rate_divisor},
+                   {"us since a change of parent", (now_ns - routes.changed_ns()) / us}});
+    cells_[index].dropped_in_all = dropped;
+  }
+  counted_ns_ = now_ns;
 }
 
 }  // namespace robotskin::campaign

@@ -1,4 +1,5 @@
-// How long samples wait in a cell, and that queues stay within their size (I13).
+// How long samples wait in a cell, that queues stay within their size (I13), and that none overflows once the rate
+// divisor has had its time (I18).
 #pragma once
 
 #include <array>
@@ -15,7 +16,11 @@ class QueueWatch {
  public:
   static constexpr std::int64_t waiting_max_ns = 8 * ms;
 
-  QueueWatch(std::size_t cells, BreakLog& breaks) : breaks_(breaks), cells_(cells) {}
+  QueueWatch(std::size_t cells, bool events, BreakLog& breaks) : breaks_(breaks), cells_(cells), events_(events) {}
+
+  // Every few milliseconds. Events are what no divisor thins out.
+  void count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+                   const RecoveryWatch& recovery, bool undisturbed);
 
   // `within_load`: no port has more cells than it can carry.
   void cell_stepped(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
@@ -28,12 +33,13 @@ class QueueWatch {
   struct Cell {
     std::array<std::int64_t, RS_QUEUE_DATA> since_ns{};
     std::uint8_t first = 0, count = 0;
-    std::uint32_t dropped = 0;
+    std::uint32_t dropped = 0, dropped_in_all = 0;
   };
 
   BreakLog& breaks_;
   std::vector<Cell> cells_;
-  std::int64_t longest_ns_ = 0;
+  bool events_;
+  std::int64_t longest_ns_ = 0, counted_ns_ = 0;
 };
 
 }  // namespace robotskin::campaign

@@ -9,6 +9,12 @@ namespace robotskin::campaign {
 using world::FaultKind;
 using world::Network;
 
+namespace {
+
+constexpr std::int64_t settled_ns = 20 * ms;
+
+}  // namespace
+
 void Referee::watch(Network& network, const std::vector<world::Fault>& faults) {
   network_ = &network;
   ground_.emplace(network);
@@ -24,14 +30,15 @@ void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_in
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
   routes_->cell_stepped(cell, input);
   ledger_.cell_stepped(network, cell, input);
-  forgeries_.parent_is(cell, network.cell(cell).route.parent_port != RS_NO_PARENT, network.time_ns());
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
   queues_.cell_stepped(network, *ground_, *recovery_, cell, within_load());
 }
 
 void Referee::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
   control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
-  if (from.at != world::WireEnd::At::unit || rs_frame_type_of(frame) != RS_TYPE_tick) return;
+  if (from.at != world::WireEnd::At::unit) return;
+  if (rs_frame_type_of(frame) == RS_TYPE_grant) balance_.granted(network, *routes_, frame);
+  if (rs_frame_type_of(frame) != RS_TYPE_tick) return;
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
   adverts_->issued(tick);
@@ -47,35 +54,43 @@ void Referee::frame_ended(const Network&, world::WireEnd, world::WireEnd to, con
 
 void Referee::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
                             const world::Fault& fault) {
-  forgeries_.frame_planted(network, *ground_, to.index, to.port, frame, fault.kind == FaultKind::forge);
-  if (!forgeries_.may_take_time() || rs_frame_type_of(frame) != RS_TYPE_tick) return;
-  routes_->frame_arrives(ground_->wire_of(to), frame);
-  ground_->misled();
+  const bool forged = fault.kind == FaultKind::forge;
+  forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
+  if (forged) return;
+  routes_->frame_planted(ground_->wire_of(to), frame);
+  if (forgeries_.may_take_time()) ground_->misled();
 }
 
 void Referee::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {
   ledger_.datagram(network, *ground_, *routes_, bytes);
   torques_.datagram(network, *ground_, bytes);
+  topology_.datagram(network, bytes);
 }
 
 void Referee::fault_applied(const Network&, const world::Fault& fault, int phase) {
   ground_->fault(fault, phase);
   ground_->settle();
   routes_->settle();
+  ledger_.struck(*network_, *ground_, *recovery_, within_load());
   const bool everywhere = fault.kind == FaultKind::noise || fault.kind == FaultKind::burst ||
                           fault.kind == FaultKind::slow || fault.kind == FaultKind::ram ||
                           fault.kind == FaultKind::skew || fault.kind == FaultKind::zombie;
   recovery_->struck(everywhere);
 }
 
-// A port carries 66 cells at 250 Hz; the true loads, by paths.
+// The true loads, by paths.
 void Referee::weigh() {
   std::vector<std::uint32_t> load(256);
   for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
     const rs_route& route = network_->cell(cell).route;
     if (ground_->runs(cell) && route.parent_port != RS_NO_PARENT) ++load[route.wave.root];
   }
-  if (*std::ranges::max_element(load) > RS_CELLS_PER_PORT) overloaded_ns_ = network_->time_ns();
+  if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
+  const std::int64_t now_ns = network_->time_ns();
+  const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
+                           recovery_->whole_since_ns() < now_ns - settled_ns;
+  balance_.weigh(now_ns, load, undisturbed);
+  if (whole_lines_) queues_.count_drops(*network_, *ground_, *routes_, *recovery_, undisturbed);
 }
 
 // Nothing that was queued under overload is left.
@@ -96,6 +111,8 @@ void Referee::poll() {
 
 void Referee::finish() {
   recovery_->finish();
+  balance_.finish(network_->time_ns());
+  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_);
 }
 
 }  // namespace robotskin::campaign

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "campaign/advert_log.hpp"
+#include "campaign/balance_watch.hpp"
 #include "campaign/control_meter.hpp"
 #include "campaign/fault_case.hpp"
 #include "campaign/forgery_watch.hpp"
@@ -16,23 +17,32 @@
 #include "campaign/recovery_watch.hpp"
 #include "campaign/route_watch.hpp"
 #include "campaign/sample_ledger.hpp"
+#include "campaign/topology_watch.hpp"
 #include "campaign/torque_ledger.hpp"
+#include "robotskin/timing.h"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
+
+// A port carries 66 cells at 250 Hz, 82.5 % of its frames of 50 us; fewer where jitter and slow clocks make them longer.
+inline std::uint32_t cells_carried(const world::LineQuality& line) {
+  const double frame_us = (RS_FRAME_US + line.jitter_us / 2) * (1 + 1e-6 * line.clock_drift_ppm);
+  return static_cast<std::uint32_t>(RS_CELLS_PER_PORT * RS_FRAME_US / frame_us + 0.01);
+}
 
 class Referee : public world::Observer, public world::DatagramSink {
  public:
   // The network is not there yet: it needs the ledger for its readings.
   explicit Referee(const FaultCase& drawn)
-      : ledger_(drawn.wiring.cell_count(), drawn.traffic, drawn.seed, breaks_),
+      : ledger_(drawn, breaks_),
         torques_(drawn.wiring.cell_count(), drawn.traffic.limbs, breaks_),
-        queues_(drawn.wiring.cell_count(), breaks_),
+        queues_(drawn.wiring.cell_count(), drawn.traffic.events, breaks_),
         forgeries_(breaks_),
         orders_(drawn.traffic.orders, drawn.seed, breaks_),
-        whole_lines_(drawn.whole_lines) {
-    forgeries_.size(drawn.wiring.cell_count());
-  }
+        balance_(breaks_),
+        topology_(drawn.wiring.cell_count(), breaks_),
+        cells_carried_(cells_carried(drawn.options.line)),
+        whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
   void poll();    // every millisecond of virtual time
@@ -46,6 +56,8 @@ class Referee : public world::Observer, public world::DatagramSink {
   const QueueWatch& queues() const { return queues_; }
   const RouteWatch& routes() const { return *routes_; }
   const TorqueLedger& torques() const { return torques_; }
+  const BalanceWatch& balance() const { return balance_; }
+  const TopologyWatch& topology() const { return topology_; }
   const ForgeryWatch& forgeries() const { return forgeries_; }
 
   void send(std::size_t, std::span<const std::uint8_t>) override {}
@@ -71,11 +83,14 @@ class Referee : public world::Observer, public world::DatagramSink {
   QueueWatch queues_;
   ForgeryWatch forgeries_;
   HostOrders orders_;
+  BalanceWatch balance_;
+  TopologyWatch topology_;
   std::optional<Ground> ground_;
   std::optional<AdvertLog> adverts_;
   std::optional<RouteWatch> routes_;
   std::optional<RecoveryWatch> recovery_;
   std::optional<ControlMeter> control_;
+  std::uint32_t cells_carried_;  // by a port
   bool whole_lines_;
   std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
 };

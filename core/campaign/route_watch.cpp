@@ -11,6 +11,14 @@ constexpr std::int64_t settled_ns = 20 * ms;
 // A cell's clock may run 2 % fast.
 constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 97 / 100;
 
+// Alone for so long, a cell forgets; its clock may run 2 % fast.
+constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
+
+// A frame has 63 hops. One that had climbed a tree 40 hops deep may come down again and climb another when the tree's
+// root is lost, without any circle; so only a frame that met no change of parents while it lived must not run out. It
+// lives for 63 hops, and is kept for 12 ms.
+constexpr std::int64_t frame_lives_ns = RS_TTL_START * hop_ns + RS_RETENTION_US * us;
+
 bool comes_after(std::uint16_t a, std::uint16_t b) {
   const auto ahead = static_cast<std::uint16_t>(a - b);
   return ahead != 0 && ahead < 0x8000;
@@ -66,7 +74,7 @@ void RouteWatch::cell_stepped(std::size_t cell, const rs_input& input) {
   }
   if (state.counts.hops_exhausted != shadow.hops_exhausted) {
     shadow.hops_exhausted = state.counts.hops_exhausted;
-    if (!ground_.lawless(network_.time_ns()))
+    if (!ground_.lawless(network_.time_ns()) && network_.time_ns() > changed_ns_ + frame_lives_ns)
       breaks_.add(Invariant::hops_left, network_.time_ns(), {cell}, {{"out of hops at", route.hops}});
   }
   const bool same_parent = route.parent_port == shadow.port && route.hops == shadow.hops &&
@@ -76,7 +84,7 @@ void RouteWatch::cell_stepped(std::size_t cell, const rs_input& input) {
   if (same_parent && same_distance) return;
   if (!same_parent) {
     if (route.parent_port == RS_NO_PARENT) {
-      if (shadow.parent != none) changed_ns_ = network_.time_ns();
+      if (shadow.parent != none) changed_ns_ = shadow.alone_ns = network_.time_ns();
       shadow.parent = none;
     } else {
       adopted(cell, route);
@@ -115,7 +123,12 @@ void RouteWatch::adopted(std::size_t cell, const rs_route& route) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < quarantine_ns)
       breaks_.add(Invariant::quarantine, now_ns, {cell}, {{"us since boot", (now_ns - ground_.booted_ns(cell)) / us}});
-    if (adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1)) == nullptr)
+    const ArrivedAdvert* advert =
+        adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
+    if (advert != nullptr && advert->planted && (before != none || now_ns - shadow.alone_ns < alone_long_ns))
+      breaks_.add(Invariant::replayed, now_ns, {cell},
+                  {{"port", port}, {"sequence", route.wave.sequence}, {"before", shadow.wave.sequence}});
+    if (advert == nullptr)
       breaks_.add(Invariant::true_adoption, now_ns, {cell, far_cell},
                   {{"port", port},
                    {"hops", route.hops},
@@ -146,6 +159,17 @@ void RouteWatch::adopted(std::size_t cell, const rs_route& route) {
                 {{"hops", route.hops}, {"cap", route.wave.depth_cap}, {"before", shadow.hops}});
   if (route.wave.sequence != shadow.wave.sequence) shadow.advanced_ns = now_ns;
   if (!lawless && shadow.parent != before) check_circle(cell);
+}
+
+bool RouteWatch::alone_for_long(std::size_t cell) const {
+  return shadow_[cell].parent == none && network_.time_ns() - shadow_[cell].alone_ns >= alone_long_ns;
+}
+
+void RouteWatch::frame_planted(std::size_t at_wire, const std::uint8_t* frame) {
+  if (rs_frame_type_of(frame) != RS_TYPE_tick) return;
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+  adverts_.planted(at_wire, tick, network_.time_ns());
 }
 
 void RouteWatch::check_circle(std::size_t cell) {

@@ -28,6 +28,9 @@ class RouteWatch {
   std::int32_t parent(std::size_t cell) const { return shadow_[cell].parent; }
   unsigned parent_port(std::size_t cell) const { return shadow_[cell].port; }
   std::int64_t changed_ns() const { return changed_ns_; }  // the last time that any cell had another parent
+  // Without a parent for so long that it has forgotten how near it was, or since its boot: it cannot know the time.
+  bool alone_for_long(std::size_t cell) const;
+  void frame_planted(std::size_t at_wire, const std::uint8_t* frame);  // played again
   std::uint64_t adoptions() const { return adoptions_; }
 
  private:
@@ -35,6 +38,7 @@ class RouteWatch {
     rs_wave wave{};
     std::int64_t advanced_ns = 0;
     std::int64_t boot_of_parent_ns = 0;  // the boot of the parent whose advert was adopted
+    std::int64_t alone_ns = -1000 * ms;  // since when it has no parent, if it has none
     std::int32_t parent = none;
     std::uint16_t feasible_sequence = 0;
     std::uint8_t feasible_hops = RS_HOPS_POISON, hops = RS_HOPS_POISON, port = 0;

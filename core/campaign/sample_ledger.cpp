@@ -1,6 +1,7 @@
 #include "campaign/sample_ledger.hpp"
 
 #include "robotskin/datagram.h"
+#include "robotskin/timing.h"
 #include "world/random.hpp"
 
 namespace robotskin::campaign {
@@ -16,6 +17,36 @@ constexpr std::int64_t touch_ns = 32 * ms;
 constexpr std::int32_t touch_counts = 100;  // more than any threshold
 
 }  // namespace
+
+SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
+    : breaks_(breaks), cells_(drawn.wiring.cell_count()), traffic_(drawn.traffic), seed_(drawn.seed) {
+  if (!traffic_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
+  const world::Fault& fault = drawn.faults.front();
+  const bool of_cell = fault.kind == world::FaultKind::crash || fault.kind == world::FaultKind::reboot;
+  failure_.possible = of_cell || fault.kind == world::FaultKind::cut || fault.kind == world::FaultKind::oneway;
+  if (of_cell) failure_.victim = fault.cell;
+}
+
+void SampleLedger::struck(const world::Network& network, Ground& ground, const RecoveryWatch& recovery,
+                          bool within_load) {
+  if (!failure_.possible || failure_.time_ns != 0) return;
+  failure_.time_ns = network.time_ns();
+  failure_.judged = within_load && recovery.whole_since_ns() < failure_.time_ns - delivery_ns;
+  const std::vector<std::int32_t>& reach = ground.reach(failure_.time_ns, 0);
+  failure_.spared.assign(cells_.size(), 0);
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+    failure_.spared[cell] = reach[cell] >= 0 && static_cast<std::int32_t>(cell) != failure_.victim;
+}
+
+// Copies are kept for 12 ms after the sample. That is enough if the repair, whose bound is known, leaves 2 ms for the
+// way.
+bool SampleLedger::must_be_kept(const Ground& ground, std::size_t cell, const Entry& entry, bool may_lose) const {
+  constexpr std::int64_t repair_max_ns = RS_RETENTION_US * us - 2 * ms;
+  const std::int64_t since_ns = entry.time_ns - failure_.time_ns;
+  return failure_.judged && !may_lose && failure_.spared[cell] != 0 && since_ns > -20 * ms && since_ns < 60 * ms &&
+         ground.booted_ns(cell) < entry.time_ns - delivery_ns &&
+         ground.repaired_ns() - failure_.time_ns < repair_max_ns;
+}
 
 // Touches come and go, each on a few cells beside each other.
 bool SampleLedger::touched(std::size_t cell, std::int64_t time_ns) const {
@@ -130,7 +161,11 @@ void SampleLedger::poll(const world::Network& network, const Ground& ground, con
       const Entry& entry = cell.entry[cell.checked % kept];
       if (entry.number != cell.checked) continue;  // overwritten
       if (entry.time_ns > now_ns - delivery_ns) break;
-      if (!whole || !entry.sent || entry.delivered != 0) continue;
+      if (!entry.sent || entry.delivered != 0) continue;
+      if (must_be_kept(ground, index, entry, may_lose))
+        breaks_.add(Invariant::event_kept, now_ns, {index},
+                    {{"number", entry.number}, {"us after the failure", (entry.time_ns - failure_.time_ns) / us}});
+      if (!whole) continue;
       if (ground.samples_disturbed(entry.time_ns - 5 * ms) || recovery.whole_since_ns() > entry.time_ns ||
           ground.booted_ns(index) > entry.time_ns || !recovery.has_path(index))
         continue;

@@ -22,14 +22,15 @@ class SampleLedger : public world::SampleSource {
   static constexpr std::size_t kept = 256;              // samples of a cell
   static constexpr std::int64_t delivery_ns = 40 * ms;  // from cell to host, at most
 
-  SampleLedger(std::size_t cells, const Traffic& traffic, std::uint64_t seed, BreakLog& breaks)
-      : breaks_(breaks), cells_(cells), traffic_(traffic), seed_(seed) {}
+  SampleLedger(const FaultCase& drawn, BreakLog& breaks);
 
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
 
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
   void datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
                 std::span<const std::uint8_t> datagram);
+  // A fault has struck, and is known to the ground; not yet to `recovery`.
+  void struck(const world::Network& network, Ground& ground, const RecoveryWatch& recovery, bool within_load);
   // Looks for samples that are missing by now; only if nothing but the protocol can have lost them.
   void poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery, bool may_lose);
 
@@ -52,6 +53,15 @@ class SampleLedger : public world::SampleSource {
     std::int64_t named_ns = 0;
   };
 
+  // A failure that must cost no event: the only one of a run, of a link or a cell.
+  struct Failure {
+    bool possible = false, judged = false;
+    std::int32_t victim = -1;  // the cell that fails
+    std::int64_t time_ns = 0;
+    std::vector<std::uint8_t> spared;  // cells that run and can be reached all the time
+  };
+
+  bool must_be_kept(const Ground& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
   bool touched(std::size_t cell, std::int64_t time_ns) const;
   void record(const world::Network& network, const Ground& ground, const RouteWatch& routes, const rs_clock& frame);
 
@@ -59,6 +69,7 @@ class SampleLedger : public world::SampleSource {
   std::vector<Cell> cells_;
   Traffic traffic_;
   std::uint64_t seed_;
+  Failure failure_;
   std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0;
 };
 
