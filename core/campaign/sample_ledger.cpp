@@ -31,7 +31,7 @@ void SampleLedger::struck(const world::Network& network, Ground& ground, const R
                           bool within_load) {
   if (!failure_.possible || failure_.time_ns != 0) return;
   failure_.time_ns = network.time_ns();
-  failure_.judged = within_load && recovery.whole_since_ns() < failure_.time_ns - delivery_ns;
+  failure_.judged = within_load && recovery.whole_since_ns() < failure_.time_ns - 20 * ms;
   const std::vector<std::int32_t>& reach = ground.reach(failure_.time_ns, 0);
   failure_.spared.assign(cells_.size(), 0);
   for (std::size_t cell = 0; cell < cells_.size(); ++cell)

@@ -17,12 +17,29 @@ from robotskin.errors import RobotskinError
 
 ROUTE_INVARIANTS = ("acyclic", "distance_order", "own_child", "quarantine", "hops_left")
 
-# The program of each, and what is broken.
+
+@dataclasses.dataclass(frozen=True)
+class Mutant:
+    """What is broken, and the invariants one of which has to show it."""
+
+    text: str
+    invariants: tuple[str, ...] = ROUTE_INVARIANTS
+
+
+# By the name of the program.
 MUTANTS = {
-    "newer_or_equal": "the feasibility rule takes what is as new, however far",
-    "no_feasible_distance": "there is no feasibility rule: any advert may be adopted",
-    "own_child_allowed": "a cell may adopt a neighbour that says to be its child",
-    "no_quarantine": "a cell takes part at once after a reboot",
+    "newer_or_equal": Mutant("the feasibility rule takes what is as new, however far"),
+    "no_feasible_distance": Mutant("there is no feasibility rule: any advert may be adopted"),
+    "own_child_allowed": Mutant("a cell may adopt a neighbour that says to be its child"),
+    "no_quarantine": Mutant("a cell takes part at once after a reboot"),
+    "tags_unchecked": Mutant("any tag will do", ("forged",)),
+    "torques_counted_twice": Mutant("a torque sum sent again is added again", ("torque_count", "torque_once")),
+    "torques_not_awaited": Mutant("no cell waits for its children's torque sums", ("torque_complete",)),
+    "torques_miscounted": Mutant("a cell counts itself twice", ("torque_count",)),
+    "events_unmarked": Mutant("events sent again do not say so", ("exactly_once",)),
+    "events_forgotten": Mutant("events are kept for a millisecond only", ("event_kept",)),
+    "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",)),
+    "never_thinned_out": Mutant("the rate divisor stays one", ("overload",)),
 }
 
 
@@ -83,11 +100,11 @@ def run_program(folder: Path, name: str, *arguments: object) -> list[dict[str, A
 
 
 def caught_mutants(seeds: int = 1000, first_seed: int = 1) -> list[CaughtMutant]:
-    """Run each mutant until an invariant of routes breaks, for at most so many seeds."""
+    """Run each mutant until one of its invariants breaks, for at most so many seeds."""
     folder = build(*MUTANTS)
     results = []
-    for name in MUTANTS:
-        (found,) = run_program(folder, name, "run", first_seed, seeds, *ROUTE_INVARIANTS)
+    for name, mutant in MUTANTS.items():
+        (found,) = run_program(folder, name, "run", first_seed, seeds, *mutant.invariants)
         results.append(
             CaughtMutant(
                 name, found["seeds"], found["cpu_s"], found.get("seed"), found.get("invariant"), found.get("break")

@@ -3,6 +3,7 @@
 //   campaign_NAME run FIRST COUNT [INVARIANT ...]   until one of these invariants (none given: any) is broken
 //   campaign_NAME survey FIRST COUNT                all breaks of each
 //   campaign_NAME case < TEXT                       all breaks of a case as text
+//   campaign_NAME levelling LOADS/LOADS/...         breaks of loads by root (a,b,c) of one weighing after the other
 //   campaign_NAME hash SEED                         the log hash of its run
 //   campaign_NAME model CELLS SEQUENCES BOOTS QUARANTINE   every largest graph on so many cells, until a loop
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "campaign/balance_watch.hpp"
 #include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"
@@ -66,6 +68,29 @@ int survey(std::uint64_t first, std::uint64_t count) {
   return 0;
 }
 
+int levelling(const std::string& weighings) {
+  BreakLog breaks;
+  BalanceWatch watch(breaks);
+  std::int64_t now_ns = 0;
+  std::vector<std::uint32_t> loads;
+  std::string number;
+  for (const char c : weighings + "/") {
+    if (c != ',' && c != '/') {
+      number += c;
+      continue;
+    }
+    loads.push_back(static_cast<std::uint32_t>(std::stoul(number)));
+    number.clear();
+    if (c != '/') continue;
+    watch.weigh(now_ns += 50 * ms, loads, true);
+    loads.clear();
+  }
+  watch.finish(now_ns + 100 * ms);
+  for (const Break& b : breaks.kept())
+    std::printf("{\"invariant\": %s}\n", quoted(std::string(name_of(b.invariant))).c_str());
+  return 0;
+}
+
 int run_text() {
   std::string text;
   for (int c = std::getchar(); c != EOF; c = std::getchar()) text += static_cast<char>(c);
@@ -96,6 +121,7 @@ int main(int count, char** values) {
   if (count >= 4 && std::strcmp(values[1], "run") == 0)
     return run(number(2), number(3), std::vector<std::string>(values + 4, values + count));
   if (count == 4 && std::strcmp(values[1], "survey") == 0) return survey(number(2), number(3));
+  if (count == 3 && std::strcmp(values[1], "levelling") == 0) return levelling(values[2]);
   if (count == 2 && std::strcmp(values[1], "case") == 0) return run_text();
   if (count == 3 && std::strcmp(values[1], "hash") == 0) {
     std::printf("{\"log_hash\": \"%016llx\"}\n",

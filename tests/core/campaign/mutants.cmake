@@ -15,3 +15,27 @@ campaign_mutant(own_child_allowed
 campaign_mutant(no_quarantine network/route.c
   "route->in_quarantine = true"
   "route->in_quarantine = false")
+campaign_mutant(tags_unchecked network/chaskey.c
+  "return ((difference | (0U - difference)) >> 31) == 0U"
+  "return difference == difference")
+campaign_mutant(torques_counted_twice network/torque_epoch.c
+  "if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return"
+  "(void)rs_hearing_first(&neighbour->hearing, torque.serial)")
+campaign_mutant(torques_not_awaited network/torque_epoch.c
+  "epoch->waiting |= (uint8_t)(1U << port)"
+  "(void)port")
+campaign_mutant(torques_miscounted network/torque_epoch.c
+  "sum.cells = 1"
+  "sum.cells = 2")
+campaign_mutant(events_unmarked network/retention.c
+  "if (ring->sent < ring->tried) {"
+  "if (false) {")
+campaign_mutant(events_forgotten include/robotskin/timing.h
+  "RS_RETENTION_US = 12000"
+  "RS_RETENTION_US = 1000")
+campaign_mutant(neighbours_mixed_up network/identity.c
+  ".neighbour_2 = id[1]"
+  ".neighbour_2 = id[0]")
+campaign_mutant(never_thinned_out section_unit/rate.c
+  "if (least > DIVISOR_MAX) least = DIVISOR_MAX"
+  "if (least > 1U) least = 1U")

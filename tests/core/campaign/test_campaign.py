@@ -104,6 +104,22 @@ def test_every_mutant_is_caught() -> None:
         print(f"{result.name}: {result.seeds} seeds, {result.text}")
 
 
+@pytest.mark.parametrize(
+    ("weighings", "broken"),
+    [
+        ("90,10/50,50/50,50", []),
+        ("50,50/60,40/50,50", ["levelling_bound"]),
+        ("50,50/60,40", ["levelling_bound", "levelling_progress"]),
+        ("90,10,20/80,10,30/50,30,40", []),
+        ("60,30,30/40,50,30/55,35,30", ["levelling_bound"]),
+        ("50,50/70,40", []),  # ten more cells: nobody levelled
+    ],
+)
+def test_levelling_that_makes_it_worse_is_noticed(weighings: str, broken: list[str]) -> None:
+    found = run_program(build("shipping"), "shipping", "levelling", weighings)
+    assert [one["invariant"] for one in found] == broken
+
+
 def test_a_mutant_whose_text_is_gone_does_not_build(tmp_path: Path) -> None:
     source = tmp_path / "rule.c"
     source.write_text("int a;\n")
