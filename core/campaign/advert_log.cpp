@@ -21,8 +21,12 @@ void AdvertLog::issued(const rs_tick& tick) {
 void AdvertLog::arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {
   Port& port = arrived_[at_wire];
   port.last = static_cast<std::uint8_t>((port.last + 1) % adverts_kept);
-  port.advert[port.last] = {now_ns, static_cast<std::uint16_t>(tick.sequence), static_cast<std::uint8_t>(tick.hops),
-                            static_cast<std::uint8_t>(tick.root), tick.parent != 0, false};
+  port.advert[port.last] = {now_ns,
+                            static_cast<std::uint16_t>(tick.sequence),
+                            static_cast<std::uint8_t>(tick.hops),
+                            static_cast<std::uint8_t>(tick.root),
+                            tick.parent != 0,
+                            false};
 }
 
 void AdvertLog::planted(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {

@@ -24,7 +24,8 @@
 
 namespace robotskin::campaign {
 
-// A port carries 66 cells at 250 Hz, 82.5 % of its frames of 50 us; fewer where jitter and slow clocks make them longer.
+// A port carries 66 cells at 250 Hz, 82.5 % of its frames of 50 us; fewer where jitter and slow clocks make them
+// longer.
 inline std::uint32_t cells_carried(const world::LineQuality& line) {
   const double frame_us = (RS_FRAME_US + line.jitter_us / 2) * (1 + 1e-6 * line.clock_drift_ppm);
   return static_cast<std::uint32_t>(RS_CELLS_PER_PORT * RS_FRAME_US / frame_us + 0.01);

@@ -123,8 +123,7 @@ void RouteWatch::adopted(std::size_t cell, const rs_route& route) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < quarantine_ns)
       breaks_.add(Invariant::quarantine, now_ns, {cell}, {{"us since boot", (now_ns - ground_.booted_ns(cell)) / us}});
-    const ArrivedAdvert* advert =
-        adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
+    const ArrivedAdvert* advert = adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
     if (advert != nullptr && advert->planted && (before != none || now_ns - shadow.alone_ns < alone_long_ns))
       breaks_.add(Invariant::replayed, now_ns, {cell},
                   {{"port", port}, {"sequence", route.wave.sequence}, {"before", shadow.wave.sequence}});

@@ -25,7 +25,8 @@ void TopologyWatch::datagram(const world::Network& network, std::span<const std:
 
 void TopologyWatch::finish(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery) {
   const std::int64_t since_ns = network.time_ns() - known_ns;
-  if (ground.repaired_ns() > since_ns || !ground.calm(network.time_ns()) || recovery.whole_since_ns() > since_ns) return;
+  if (ground.repaired_ns() > since_ns || !ground.calm(network.time_ns()) || recovery.whole_since_ns() > since_ns)
+    return;
   for (std::size_t cell = 0; cell < told_.size(); ++cell)
     if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns) judge(network, ground, cell);
 }
