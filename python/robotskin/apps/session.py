@@ -24,6 +24,8 @@ from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES
 from robotskin.world import World
 
 PERIOD_S = 0.001
+TORQUE_STEP_BITS = 4
+"""Steps of 0.0625 Nm up to 2048 Nm: a touch of 30 N asks for as much where a cell gives way on a short lever."""
 TOUCH_EVENT_MASK = 0b0000_01111
 """Proximity and forces make events, acceleration and temperature do not: the published setting of a moving humanoid,
 whose accelerometers would otherwise all speak at once."""
@@ -85,7 +87,7 @@ class Session:
         """What the skin has computed itself."""
         if own_torques:
             skin_gains = self.gains.cycle_gains((control or robot).core, model, self.home).skin
-            self.torques = CellTorques.of(control or robot, model, skin_gains)
+            self.torques = CellTorques.of(control or robot, model, skin_gains, TORQUE_STEP_BITS)
             self._torque_reader = TorqueReader(
                 self.driver, self.torques.places, robot.joint_count, step=self.torques.step
             )

@@ -13,8 +13,7 @@ from robotskin._core.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.robots.cell_torques import CellTorques
 
-FORCE_STEP_N = next(numerator / denominator for name, _, _, numerator, denominator, _ in firmware.CHANNELS
-                    if name == "force_1")  # fmt: skip
+FORCE_STEP_N = next(step for name, _, _, step, _ in firmware.CHANNELS if name == "force_1")
 
 
 class TorqueSetupError(RobotskinError):

@@ -16,7 +16,7 @@ from robotskin.robots.robot import Robot
 LIMBS_MAX = 16
 """Of one section-unit group."""
 
-_STEP = {name: numerator / denominator for name, _, _, numerator, denominator, _ in firmware.CHANNELS}
+_STEP = {name: step for name, _, _, step, _ in firmware.CHANNELS}
 
 
 @dataclass(frozen=True)
