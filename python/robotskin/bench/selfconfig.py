@@ -33,7 +33,7 @@ from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.postures import choose_postures
 from robotskin.selfconfig.kinematics.activity import activity_matrix
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
-from robotskin.selfconfig.reconstruction.accuracy import mean_errors, within_confidence
+from robotskin.selfconfig.reconstruction.accuracy import mean_errors, pose_errors, within_confidence
 from robotskin.selfconfig.reconstruction.hinge import gap_vectors
 from robotskin.selfconfig.reconstruction.loop_closing import (
     close_loops,
@@ -197,6 +197,33 @@ def shuffled_sheet(side: int, random: np.random.Generator) -> NDArray[np.int32]:
     return assemble("sheet", side * side, renumbered, position).neighbours
 
 
+def finished_once(name: str, seed: int) -> Figures:
+    """Every patch of a finished layout, whose hinges gape as those of a lattice on a curved limb do; 8 random poses."""
+    layout, random = finished(name), np.random.default_rng(seed)
+    key = layout.section_unit.astype(np.int64) << 16 | layout.id
+    topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
+    row = np.argsort(key)[np.searchsorted(np.sort(key), topology.cell)]
+    inside: list[bool] = []
+    rotation, position = [], []
+    for patch in range(len(topology.root)):
+        cells = topology.cells_of(patch)
+        worn = layout.link_from_cell[row[cells]]
+        felt = np.full((len(row), 8, 16, 3), np.nan)
+        felt[cells] = gravity_readings(worn, random_directions(random, 8), random)
+        shape = reconstruct(topology, GravitySamples.from_raw(felt), patch)
+        truth = np.linalg.inv(worn[shape.root]) @ worn
+        others = np.arange(len(cells)) != shape.root
+        turn, shift = pose_errors(shape.root_from_cell[others], truth[others])
+        rotation += np.degrees(np.linalg.norm(turn, axis=1)).tolist()
+        position += (1e3 * np.linalg.norm(shift, axis=1)).tolist()
+        inside += within_confidence(shape.root_from_cell, truth, shape.covariance)[others].tolist()
+    return {
+        "rotation_deg": float(np.mean(rotation)),
+        "position_mm": float(np.mean(position)),
+        "inside": float(np.mean(inside)),
+    }
+
+
 def pose_sets() -> dict[str, NDArray[np.float64]]:
     """(K, 3) directions opposite to gravity in the patch frame, by name of the set."""
     return {
@@ -276,7 +303,11 @@ def reconstruction_figures(seeds: range) -> Figures:
     inside.append(covered)
     hard, covered = over_seeds(pose_sets()["random"], 5e-4, 5)
     inside.append(covered)
+    worn = [finished_once("ur5", seed) for seed in seeds]
     return figures | {
+        "finished_rotation_deg": float(np.median([one["rotation_deg"] for one in worn])),
+        "finished_position_mm": float(np.median([one["position_mm"] for one in worn])),
+        "finished_nees_within_95": float(np.mean([one["inside"] for one in worn])),
         "rotation_error_deg": max(one["rotation_deg"] for one in by_set.values()),
         "position_error_mm": max(one["position_mm"] for one in by_set.values()),
         "gain_over_paper": min(

@@ -18,6 +18,7 @@ from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.reconstruction.gravity_adjustment import GravityAdjustment, PatchState
 from robotskin.selfconfig.reconstruction.hinge import chain, flat_rotations, gap_vectors
 from robotskin.selfconfig.reconstruction.observability import require_observable
+from robotskin.selfconfig.reconstruction.strain import smooth_strain
 from robotskin.selfconfig.topology.topology import Topology
 
 Array = NDArray[np.float64]
@@ -39,7 +40,8 @@ class Reconstruction:
     edges: (E, 4) in the order of the topology's, by row of these arrays, the lower port first.
     gap: (E, 3) metres, hinge point of the first cell less that of the second, root frame.
     gap_covariance: (E, 3, 3) m².
-    hinge_m: estimated standard deviation of a hinge gap along one axis.
+    hinge_m: estimated standard deviation of a hinge gap along one axis; strain_m: of what hinges near by gape alike
+        (see `smooth_strain`), which the covariances hold, too.
     noise_factor: estimated over stated standard deviation of the readings, never below 1.
     reading_weight: (N, K), hinge_weight: (E,): 1 trusted, near 0 an outlier, 0 missing.
     silent: (N,) cells without a usable reading, placed by their hinges alone; see their covariance.
@@ -56,6 +58,7 @@ class Reconstruction:
     gap: Array
     gap_covariance: Array
     hinge_m: float
+    strain_m: float
     noise_factor: float
     reading_weight: Array
     hinge_weight: Array
@@ -121,19 +124,20 @@ def reconstruct(
             break
         tolerance = 1e-6 if change < 0.3 else 1e-4
         problem.hinge_m, problem.reading_deviation = hinge_m, stated * noise_factor
-    jacobian = normal.hinge_jacobian
+    jacobian, strain = normal.hinge_jacobian, smooth_strain(normal, state, redundancy)
     return Reconstruction(
         cells=cells,
         root=root,
         root_from_cell=state.pose,
-        covariance=covariance,
+        covariance=covariance + strain.cells,
         offset=state.offset,
         scale=state.scale,
         up=state.up,
         edges=edges,
         gap=gap_vectors(state.pose, edges),
-        gap_covariance=np.einsum("eia,eab,ejb->eij", jacobian, pairs, jacobian),
+        gap_covariance=np.einsum("eia,eab,ejb->eij", jacobian, pairs + strain.edges, jacobian),
         hinge_m=problem.hinge_m,
+        strain_m=strain.deviation_m,
         noise_factor=noise_factor,
         reading_weight=weights.reading,
         hinge_weight=weights.hinge,
