@@ -1,9 +1,8 @@
 // What is so in the network: states, depths, and whether it has formed.
-#include <algorithm>
-#include <deque>
 #include <vector>
 
 #include "world/network/parts.hpp"
+#include "world/network/path_survey.hpp"
 
 namespace robotskin::world {
 
@@ -57,26 +56,9 @@ std::vector<std::uint32_t> Network::queue_peaks() const {
 }
 
 std::vector<std::int32_t> Network::depths() const {
-  std::vector<std::int32_t> depth(cells_.size(), -1);
-  std::deque<std::size_t> next;
-  const auto reach = [&](const Wire& wire, std::int32_t hops) {
-    if (wire.to < 0 || static_cast<std::size_t>(wire.to) >= RS_PORTS * cells_.size()) return;
-    if (wire.severed != 0 || wires_[wire.to].severed != 0) return;
-    const std::size_t cell = static_cast<std::size_t>(wire.to) / RS_PORTS;
-    if (!alive(cell) || depth[cell] >= 0) return;
-    depth[cell] = hops;
-    next.push_back(cell);
-  };
-  for (std::size_t u = 0; u < units_.size(); ++u)
-    for (std::size_t p = 0; p < units_[u].config.ports; ++p)
-      if (port_powered(u, static_cast<int>(p) + 1) && unit_runs(u))
-        reach(wires_[RS_PORTS * cells_.size() + RS_SECTION_UNIT_PORTS_MAX * u + p], 1);
-  while (!next.empty()) {
-    const std::size_t cell = next.front();
-    next.pop_front();
-    for (std::size_t p = 0; p < RS_PORTS; ++p) reach(wires_[RS_PORTS * cell + p], depth[cell] + 1);
-  }
-  return depth;
+  PathSurvey survey(*this);
+  survey.update();
+  return survey.depth();
 }
 
 bool Network::formed() const {
