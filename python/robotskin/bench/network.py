@@ -165,6 +165,7 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
         nonlocal broken
         broken += 1
         print(f"broken: {seed.case}: {seed.breaks[0]}", file=sys.stderr)
+        print(f"    again: python -m robotskin.campaign {seed.seed}", file=sys.stderr)
 
     figures: dict[str, Any] = {}
     report = None
