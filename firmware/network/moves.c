@@ -43,7 +43,8 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
                  .target = {(uint8_t)grant.want_1_root, (uint8_t)grant.want_2_root, (uint8_t)grant.want_3_root},
                  .root = (uint8_t)grant.root,
                  .round = (uint8_t)grant.round,
-                 .open = grant.want_1_root != 0U};
+                 .open = grant.want_1_root != 0U,
+                 .last_resort = (uint8_t)grant.last_resort};
   for (unsigned p = 0; p < RS_PORTS; ++p) {
     rs_offer* offer = &route->neighbour[p].offer;
     if (grant.cell != RS_ID_NONE && offer->cell == grant.cell) offer->cell = RS_ID_NONE;

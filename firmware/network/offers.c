@@ -6,6 +6,8 @@
  * last resort. */
 #include "cell/parts.h"
 
+enum { MOST_DELTA = 15 }; /* that an offer can tell */
+
 bool rs_wants_open(const rs_route* route) {
   const rs_wants* wants = &route->wants;
   return wants->open != 0U && route->parent_port != RS_NO_PARENT && wants->root == route->wave.root &&
@@ -35,7 +37,7 @@ void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height,
     if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->leaving) continue;
     const uint32_t hops = neighbour->hops + 1U;
     const uint32_t delta = hops > route->hops ? hops - route->hops : 0U;
-    if (delta >= route->wave.gain_threshold || delta > 15U) continue;
+    if (delta >= route->wave.gain_threshold) continue;
     for (unsigned w = 0; w < RS_WANTS; ++w) {
       if (route->wants.target[w] != neighbour->wave.root) continue;
       const uint32_t wanted = route->wants.size[w], cap = route->wave.depth_cap;
@@ -44,7 +46,7 @@ void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height,
       if (!whole && !lean) continue;
       const rs_offer own = {.cell = cell->id,
                             .size = whole ? route->subtree_size : (uint16_t)lean_size,
-                            .delta = (uint8_t)delta,
+                            .delta = (uint8_t)(delta < MOST_DELTA ? delta : MOST_DELTA),
                             .root = neighbour->wave.root,
                             .round = route->wants.round,
                             .whole = whole};

@@ -33,6 +33,23 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
   return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root && a->round == b->round;
 }
 
+/* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only with
+ * all that hangs on it; whoever has an equally near parent off the border goes there, and the trunk becomes light. */
+static bool hangs_at_border(const rs_route* route) {
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (neighbour->child || !rs_link_usable(neighbour) || neighbour->hops >= RS_HOPS_POISON) continue;
+    if (port + 1U == route->parent_port) {
+      if (neighbour->leaving) return true;
+      continue;
+    }
+    for (unsigned w = 0; w < RS_WANTS; ++w) {
+      if (route->wants.target[w] == neighbour->wave.root) return true;
+    }
+  }
+  return false;
+}
+
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
   const bool wanted = rs_wants_open(route);
@@ -70,6 +87,7 @@ void rs_subtree_update(rs_cell* cell) {
   route->subtree_lean_size = (uint16_t)lean_size;
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
+  route->yielding = wanted && route->hops > 1U && route->wants.last_resort && hangs_at_border(route);
   if (wanted) rs_offer_own(cell, lean_size, lean_height, &best);
   if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;

@@ -25,7 +25,7 @@ static void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* 
       .parent = route->parent_port == port + 1U,
       .heard = heard,
       .echo = route->parent_port == port + 1U ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing),
-      .leaving = route->hold && !route->hold_whole,
+      .leaving = (route->hold && !route->hold_whole) || route->yielding,
       .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);

@@ -180,6 +180,7 @@ typedef struct {
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
+  uint8_t yielding; /* hangs at the border to a tree that shall grow; children who need not hang on it leave */
   uint32_t hold_us; /* since */
 
   /* Tick time of the last adopted tick, and its complement: it says which ticks are played again, so it has to be

@@ -35,7 +35,7 @@ enum {
   RS_FORMING_TICKS = 20,        /* without a change of the trees' sizes: they are formed */
   RS_FORMING_MIN_TICKS = 40,    /* from the first tree on, at least */
   RS_GAIN_FORMING = 1,          /* hops to gain before a change of root */
-  RS_GAIN_STEADY = 12,          /* more than any granted move costs, so that nobody is pulled back */
+  RS_GAIN_STEADY = 24,          /* more than any granted move costs, so that nobody is pulled back */
   RS_DEPTH_RAISE_MAX = 4,       /* hops that balance may cost */
   RS_PEER_US = 4000,            /* between two datagrams to the other units of a group */
   RS_PEER_SILENCE_US = 30000,   /* without one, a unit counts no more */
