@@ -63,7 +63,7 @@ void rs_move_check(rs_cell* cell, uint32_t now_us);
 /* ---- network/offers.c: which cell of the subtree could move to another tree ---- */
 bool rs_wants_open(const rs_route* route);
 /* The better of a subtree's best offer and the own one; `lean_*` of what would move with this cell. */
-void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height, rs_offer* best);
+void rs_offer_own(const rs_cell* cell, uint32_t lean_size, rs_offer* best);
 void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best);
 
 /* ---- network/subtree.c: status frames ---- */

@@ -6,6 +6,9 @@
  * one is. Children that have an equally near parent which stays in the tree change over to it meanwhile. */
 #include "cell/parts.h"
 
+/* The children hear no newer tick while a move is held, and may not take that for a stale way. */
+_Static_assert(RS_HOLD_US + RS_TICK_US < RS_STALE_US, "a planned move is over before its children lose patience");
+
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
@@ -73,7 +76,8 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold && port + 1U == route->target_port) {
     const rs_neighbour* target = &route->neighbour[port];
-    if (target->wave.root != route->target_root || target->leaving) {
+    const bool within = target->hops < RS_HOPS_POISON && target->hops + 1U <= target->wave.depth_cap;
+    if (target->wave.root != route->target_root || target->leaving || !within) {
       route->hold = false;
     } else if (now_us - route->hold_us >= RS_HOLD_LEAVE_US && rs_route_feasible(route, port)) {
       rs_route_adopt(cell, port, now_us);

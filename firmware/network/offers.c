@@ -27,7 +27,7 @@ void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* bes
   *best = *offer;
 }
 
-void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height, rs_offer* best) {
+void rs_offer_own(const rs_cell* cell, uint32_t lean_size, rs_offer* best) {
   const rs_route* route = &cell->route;
   /* A root cell stays: without it the port would have no tree. */
   if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold || route->resting) return;
@@ -41,9 +41,9 @@ void rs_offer_own(const rs_cell* cell, uint32_t lean_size, uint32_t lean_height,
     for (unsigned w = 0; w < RS_WANTS; ++w) {
       if (route->wants.target[w] != neighbour->wave.root) continue;
       const uint32_t wanted = route->wants.size[w], cap = route->wave.depth_cap;
-      const bool whole = route->subtree_size <= wanted && hops + route->subtree_height <= cap;
-      const bool lean = route->wants.last_resort && lean_size <= wanted && hops + lean_height <= cap;
-      if (!whole && !lean) continue;
+      const bool whole = route->subtree_size <= wanted, lean = route->wants.last_resort && lean_size <= wanted;
+      /* All may come along, so the deepest of all must not come too deep. */
+      if ((!whole && !lean) || hops + route->subtree_height > cap) continue;
       const rs_offer own = {.cell = cell->id,
                             .size = whole ? route->subtree_size : (uint16_t)lean_size,
                             .delta = (uint8_t)(delta < MOST_DELTA ? delta : MOST_DELTA),

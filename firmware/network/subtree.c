@@ -53,7 +53,7 @@ static bool hangs_at_border(const rs_route* route) {
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
   const bool wanted = rs_wants_open(route);
-  uint32_t size = 1, lean_size = 1, height = 0, lean_height = 0;
+  uint32_t size = 1, lean_size = 1, height = 0;
   bool alternative = false;
   root_set foreign = {.count = 0};
   rs_offer best = {.cell = RS_ID_NONE};
@@ -63,10 +63,7 @@ void rs_subtree_update(rs_cell* cell) {
     if (neighbour->child && neighbour->up) {
       size += neighbour->size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
-      if (!neighbour->alternative) {
-        lean_size += neighbour->lean_size;
-        if (neighbour->height >= lean_height) lean_height = neighbour->height + 1U;
-      }
+      if (!neighbour->alternative) lean_size += neighbour->lean_size;
       for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
         if (neighbour->foreign[i] != route->wave.root) add_root(&foreign, neighbour->foreign[i]);
       }
@@ -88,7 +85,7 @@ void rs_subtree_update(rs_cell* cell) {
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
   route->yielding = wanted && route->hops > 1U && route->wants.last_resort && hangs_at_border(route);
-  if (wanted) rs_offer_own(cell, lean_size, lean_height, &best);
+  if (wanted) rs_offer_own(cell, lean_size, &best);
   if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;
   report_roots(route, &foreign);

@@ -25,7 +25,7 @@ enum {
   RS_FLAP_FORGET_US = 1000000,  /* a link that held so long starts anew */
   RS_STATUS_US = 8000,          /* to the parent, at least so often */
   RS_STATUS_PAUSE_US = 300,     /* and at most so often */
-  RS_HOLD_US = 6000,            /* a planned move not done by then is given up */
+  RS_HOLD_US = 3000,            /* a planned move not done by then is given up */
   RS_HOLD_LEAVE_US = 400,       /* before it is done, so that children who can stay in the tree learn of it and do */
   RS_WANTS_TICKS = 24,          /* wants so old are forgotten */
   RS_GRANT_TICKS = 2,           /* between two grants of a tree */

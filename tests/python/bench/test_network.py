@@ -54,6 +54,13 @@ def test_a_skin_forms_and_settles_better_than_it_formed(seed, tmp_path):
     assert (tmp_path / "balance.png").exists()
 
 
+@pytest.mark.parametrize("which", [36, 74, 98])
+def test_a_trunk_along_a_border_loses_its_branches_and_is_given_away(which):
+    run = network_runs.settle("sheared_sheet", 3, which)
+    assert max(run.loads) <= 67
+    assert run.depth <= run.least_depth + 4
+
+
 @pytest.mark.parametrize("kind", [KINDS[0], "cell with cable", "zombie", "flap"])
 def test_each_kind_of_fault_strikes_and_heals(kind, seed, tmp_path):
     healing = heal(kind, "ur5" if kind == "link" else "sheet", seed % 20)
