@@ -33,8 +33,9 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
   return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root && a->round == b->round;
 }
 
-/* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only with
- * all that hangs on it; whoever has an equally near parent off the border goes there, and the trunk becomes light. */
+/* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
+ * with all that hangs on it; whoever has an equally near parent off the border goes there, and the trunk becomes light.
+ */
 static bool hangs_at_border(const rs_route* route) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
