@@ -59,6 +59,8 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us);
 /* What an advert of another neighbour than the parent means for a move; true if the cell has moved. */
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us);
 void rs_move_check(rs_cell* cell, uint32_t now_us);
+/* Whether a neighbour may become the parent by a move: its ticks come as fast as the own ones, and it stays. */
+bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour);
 
 /* ---- network/offers.c: which cell of the subtree could move to another tree ---- */
 bool rs_wants_open(const rs_route* route);
@@ -106,6 +108,8 @@ void rs_queues_forget_samples(rs_cell* cell);
 void rs_queues_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/transmit.c: the next frame of each idle port ---- */
+uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us); /* until it may be sent; 0: now */
+uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us);                /* likewise */
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
 
 /* ---- cell/sampling.c ---- */

@@ -62,6 +62,8 @@ void rs_links_check(rs_cell* cell, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
+    /* A stuck cell may say the same for ever; a cell that has forgotten how near it was must not believe it again. */
+    if (now_us - neighbour->turned_us >= RS_STALE_LIMIT_US) neighbour->stale = true;
     /* Nobody is there; should memory say otherwise, it is damaged. */
     if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US) {
       neighbour->child = neighbour->hears_us = false;

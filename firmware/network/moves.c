@@ -9,15 +9,20 @@
 /* The children hear no newer tick while a move is held, and may not take that for a stale way. */
 _Static_assert(RS_HOLD_US + RS_TICK_US < RS_STALE_US, "a planned move is over before its children lose patience");
 
+bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {
+  const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);
+  return rs_link_usable(neighbour) && !neighbour->child && !neighbour->leaving && neighbour->hops < RS_HOPS_MAX &&
+         (behind < RS_STALE_TICKS || behind >= 0x8000U);
+}
+
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
-    if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
-    if (neighbour->wave.root != target_root || neighbour->leaving) continue;
-    if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->hops + 1U > route->wave.depth_cap) continue;
+    if (port + 1U == route->parent_port || !rs_move_open(route, neighbour)) continue;
+    if (neighbour->wave.root != target_root || neighbour->hops + 1U > route->wave.depth_cap) continue;
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
@@ -39,6 +44,9 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     ++cell->counts.tags_refused;
     return;
   }
+  /* Its wants and grants are in force already, or over. */
+  const uint16_t before = (uint16_t)(route->wants.sequence - grant.sequence);
+  if (route->wants.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return;
   rs_queue_down(cell, frame);
   route->wants =
       (rs_wants){.sequence = (uint16_t)grant.sequence,

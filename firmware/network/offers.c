@@ -33,8 +33,7 @@ void rs_offer_own(const rs_cell* cell, uint32_t lean_size, rs_offer* best) {
   if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold || route->resting) return;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
-    if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
-    if (neighbour->hops >= RS_HOPS_POISON - 1U || neighbour->leaving) continue;
+    if (port + 1U == route->parent_port || !rs_move_open(route, neighbour)) continue;
     const uint32_t hops = neighbour->hops + 1U;
     const uint32_t delta = hops > route->hops ? hops - route->hops : 0U;
     if (delta >= route->wave.gain_threshold) continue;

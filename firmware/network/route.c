@@ -41,6 +41,7 @@ void rs_route_advertise(rs_cell* cell, uint32_t now_us) {
 /* R2 */
 bool rs_route_feasible(const rs_route* route, unsigned port) {
   const rs_neighbour* neighbour = &route->neighbour[port];
+  if (neighbour->stale) return false;
   const rs_distance bound = {route->feasible_sequence, route->feasible_hops};
   const rs_distance offer = {neighbour->wave.sequence, neighbour->hops};
   return rs_feasible(route->unbound, bound, offer);
@@ -78,8 +79,6 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     route->timed = true;
     rs_sampling_restart(cell, now_us);
   }
-  route->known_time = rs_wave_time(&route->wave);
-  route->known_time_complement = ~route->known_time;
   if (moved) route->hold = false;
   if (elsewhere) rs_subtree_update(cell);
   rs_route_advertise(cell, now_us);
@@ -176,12 +175,28 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   }
 }
 
+/* Whether a tick is from before what this neighbour has said since it was last without a way: nobody goes back, so it
+ * is played again. One that has just booted names no root. If the memory of what it said is damaged, that is of no
+ * account as soon as it stands still. */
+static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick) {
+  if (!neighbour->met || neighbour->hops == RS_HOPS_POISON || neighbour->stale) return false;
+  if (tick->root == 0U) return neighbour->nonce == tick->nonce && neighbour->wave.root != 0U;
+  rs_wave wave;
+  rs_wave_of_tick(&wave, tick);
+  const uint32_t behind = (rs_wave_time(&neighbour->wave) - rs_wave_time(&wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  return behind > 0U && behind < 1U << (RS_TICK_TIME_BITS - 1);
+}
+
 void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
 
+  if (from_before(neighbour, &tick)) {
+    ++cell->counts.tags_refused;
+    return;
+  }
   if (neighbour->met && neighbour->nonce != tick.nonce) {
     /* It rebooted: all that was learnt from it is void. */
     if (neighbour->up) rs_link_down(cell, port, now_us);
@@ -220,6 +235,10 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
       ++cell->counts.tags_refused;
       return;
     }
+    if (!rs_waves_equal(&wave, &neighbour->wave)) {
+      neighbour->turned_us = now_us;
+      neighbour->stale = false;
+    }
     neighbour->wave = wave;
     neighbour->hops = (uint8_t)tick.hops;
     neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
@@ -238,6 +257,12 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     tick_of_parent(cell, port, now_us);
   } else {
     tick_of_other(cell, port, now_us);
+  }
+  /* Only of a wave that has just come is it certain that a root made it: what is known of neighbours may be damaged. */
+  if (route->parent_port == port + 1U && tick.hops != RS_HOPS_POISON &&
+      rs_waves_equal(&route->wave, &neighbour->wave)) {
+    route->known_time = rs_wave_time(&route->wave);
+    route->known_time_complement = ~route->known_time;
   }
 }
 

@@ -9,9 +9,9 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
       route->advertised_us + RS_HEARTBEAT_US - now_us,
       rs_torque_wait_us(cell, now_us),
       route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
-      route->parent_port == RS_NO_PARENT
-          ? RS_HEARTBEAT_US
-          : route->reported_us + (uint32_t)(cell->queues.status_due ? RS_STATUS_PAUSE_US : RS_STATUS_US) - now_us,
+      route->parent_port == RS_NO_PARENT ? RS_HEARTBEAT_US
+      : cell->queues.status_due          ? rs_status_wait_us(cell, now_us)
+                                         : route->reported_us + RS_STATUS_US - now_us,
       cell->id == RS_ID_NONE ? cell->join_us - now_us : cell->topology_us - now_us,
       route->neighbour[0].up ? route->neighbour[0].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
       route->neighbour[1].up ? route->neighbour[1].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
@@ -22,7 +22,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
     if (limit_us[i] != 0U && limit_us[i] < wait_us) wait_us = limit_us[i];
   }
   for (unsigned due = cell->queues.advert_due, port = 0; due != 0U; due >>= 1, ++port) {
-    const uint32_t left_us = cell->queues.advert_us[port & 3U] + RS_ADVERT_PAUSE_US - now_us;
+    const uint32_t left_us = rs_advert_wait_us(cell, port & 3U, now_us);
     if ((due & 1U) != 0U && left_us != 0U && left_us < wait_us) wait_us = left_us;
   }
   cell->timer_us = now_us + wait_us;

@@ -6,9 +6,42 @@
 #include "cell/parts.h"
 
 enum {
-  SLOW_SHARE = 8, /* one slow frame is sent for every so many others, if any waits */
-  DATA_SHARE = 2  /* and one clock sample */
+  SLOW_SHARE = 8,       /* one slow frame is sent for every so many others, if any waits, */
+  SLOW_SHARE_FULL = 32, /* or so many while samples are half a queue behind: slow ones come again, samples do not, */
+  DATA_SHARE = 2        /* and one clock sample */
 };
+
+uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us) {
+  const rs_queues* queues = &cell->queues;
+  const uint32_t since_us = now_us - queues->advert_us[port][queues->advert_next[port] % RS_ADVERTS];
+  return since_us < RS_ADVERTS_US ? RS_ADVERTS_US - since_us : 0U;
+}
+
+static void note_advert(rs_queues* queues, unsigned port, uint32_t now_us) {
+  const unsigned at = queues->advert_next[port] % RS_ADVERTS;
+  queues->advert_us[port][at] = now_us;
+  queues->advert_next[port] = (uint8_t)((at + 1U) % RS_ADVERTS);
+}
+
+/* A bucket that holds a burst of status frames and fills again by one in each mean time; `status_spent_us` is when it
+ * is full. A time further off than an empty bucket needs is damaged memory. */
+static uint32_t status_spent_us(const rs_cell* cell, uint32_t now_us) {
+  const uint32_t spent_us = cell->route.status_spent_us - now_us;
+  return spent_us <= RS_STATUS_BURST * RS_STATUS_MEAN_US ? spent_us : 0U;
+}
+
+uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us) {
+  const uint32_t since_us = now_us - cell->route.reported_us;
+  const uint32_t pause_us = since_us < RS_STATUS_PAUSE_US ? RS_STATUS_PAUSE_US - since_us : 0U;
+  const uint32_t spent_us = status_spent_us(cell, now_us), enough_us = (RS_STATUS_BURST - 1U) * RS_STATUS_MEAN_US;
+  const uint32_t fill_us = spent_us > enough_us ? spent_us - enough_us : 0U;
+  return pause_us > fill_us ? pause_us : fill_us;
+}
+
+static void note_status(rs_cell* cell, uint32_t now_us) {
+  cell->route.status_spent_us = now_us + status_spent_us(cell, now_us) + RS_STATUS_MEAN_US;
+  cell->route.reported_us = now_us;
+}
 
 static void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
@@ -42,14 +75,15 @@ static bool take(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size
 
 static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
-  if (queues->slow.count > 0U && queues->passed_over >= SLOW_SHARE) {
+  const unsigned slow_share = queues->data.count > RS_QUEUE_DATA / 2U ? SLOW_SHARE_FULL : SLOW_SHARE;
+  if (queues->slow.count > 0U && queues->passed_over >= slow_share) {
     queues->passed_over = 0;
     return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
   }
   if (queues->slow.count > 0U) ++queues->passed_over;
   if (rs_retention_next_torque(cell, frame, now_us)) return true;
-  if (queues->status_due && now_us - cell->route.reported_us >= RS_STATUS_PAUSE_US) {
-    cell->route.reported_us = now_us;
+  if (queues->status_due && rs_status_wait_us(cell, now_us) == 0U) {
+    note_status(cell, now_us);
     rs_subtree_pack(cell, frame);
     return true;
   }
@@ -100,9 +134,9 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     const bool torque_first = port + 1U == cell->route.parent_port && cell->retention.announcements > 0U;
     if (torque_first && rs_retention_next_torque(cell, frame, now_us)) {
       found = true;
-    } else if ((queues->advert_due & bit) != 0U && now_us - queues->advert_us[port] >= RS_ADVERT_PAUSE_US) {
+    } else if ((queues->advert_due & bit) != 0U && rs_advert_wait_us(cell, port, now_us) == 0U) {
       queues->advert_due &= (uint8_t)~bit;
-      queues->advert_us[port] = now_us;
+      note_advert(queues, port, now_us);
       pack_advert(cell, port, now_us, frame);
       found = true;
     } else if (port + 1U == cell->route.parent_port) {

@@ -27,6 +27,7 @@
 #include "robotskin/hearing.h"
 #include "robotskin/retention.h"
 #include "robotskin/settings.h"
+#include "robotskin/timing.h"
 #include "robotskin/torque.h"
 #include "robotskin/torque_parameters.h"
 #include "robotskin/wire.h"
@@ -133,6 +134,7 @@ typedef struct {
   rs_hearing hearing; /* of its events and torque sums; if it is a child */
   uint32_t origin_us; /* when the root sent that tick, cell's clock */
   uint32_t heard_us;  /* last valid frame */
+  uint32_t turned_us; /* when its wave last became another one */
   uint32_t up_us;     /* link up since */
   uint32_t held_until_us;
   uint32_t lost; /* frames with a wrong checksum */
@@ -154,6 +156,7 @@ typedef struct {
   uint8_t leaving;
   uint8_t alternative; /* a child that has another parent in reach */
   uint8_t held;        /* hold-down until held_until_us */
+  uint8_t stale;       /* its wave has stood still: no way to a root, whatever it says */
 } rs_neighbour;
 
 typedef struct {
@@ -164,6 +167,7 @@ typedef struct {
   uint32_t orphaned_us;
   uint32_t advertised_us;
   uint32_t reported_us;       /* last status to the parent */
+  uint32_t status_spent_us;   /* until then, status frames sent count against the burst */
   uint32_t quarantine_us;     /* end of quarantine, if in_quarantine */
   uint16_t feasible_sequence; /* feasible distance: an advert must come strictly before it to be adopted */
   uint8_t feasible_hops;
@@ -204,10 +208,11 @@ typedef struct {
 
 typedef struct {
   rs_ring data, slow, down;
-  uint8_t busy;                  /* bit p - 1: a frame is going out on port p */
-  uint32_t started_us[RS_PORTS]; /* when it started */
-  uint8_t advert_due;            /* bit p - 1: port p is to get a tick frame */
-  uint32_t advert_us[RS_PORTS];  /* when it last got one */
+  uint8_t busy;                             /* bit p - 1: a frame is going out on port p */
+  uint32_t started_us[RS_PORTS];            /* when it started */
+  uint8_t advert_due;                       /* bit p - 1: port p is to get a tick frame */
+  uint32_t advert_us[RS_PORTS][RS_ADVERTS]; /* when it got the last ones, */
+  uint8_t advert_next[RS_PORTS];            /* the oldest of them here */
   uint8_t status_due;
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */

@@ -27,7 +27,7 @@ RS_INLINE bool rs_newer(uint16_t a, uint16_t b) {
 /* R2: whether a cell with this feasible distance (`unbound`: none yet) may adopt a neighbour that advertises `offer`.
  */
 RS_INLINE bool rs_feasible(bool unbound, rs_distance bound, rs_distance offer) {
-  if (offer.hops >= RS_HOPS_POISON - 1) return false;
+  if (offer.hops >= RS_HOPS_MAX) return false;
   if (unbound || rs_newer(offer.sequence, bound.sequence)) return true;
   return offer.sequence == bound.sequence && offer.hops < bound.hops;
 }

@@ -9,7 +9,8 @@ enum {
   RS_FRAME_US = RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE * 1000 / (RS_LINK_BAUD / 1000), /* 50: one frame on a link */
   RS_TICK_US = 1000,
   RS_HEARTBEAT_US = 1250,                          /* a cell that hears no new tick speaks up by itself */
-  RS_ADVERT_PAUSE_US = 250,                        /* between two ticks of a port: at most four a millisecond */
+  RS_ADVERTS = 4,                                  /* ticks of a port, at most, */
+  RS_ADVERTS_US = 1000,                            /* in any span of this length */
   RS_SENDING_US = 3000,                            /* no frame goes out for so long */
   RS_LINK_UP_FRAMES = 3,                           /* valid frames before a link counts */
   RS_LINK_DOWN_US = 3500,                          /* without a valid frame: three heartbeats missed */
@@ -23,9 +24,11 @@ enum {
   RS_HOLD_DOWN_US = 8000,     /* after a second loss of a link, doubling with each further one */
   RS_HOLD_DOWN_MAX_US = 2000000,
   RS_FLAP_FORGET_US = 1000000,  /* a link that held so long starts anew */
-  RS_STATUS_US = 8000,          /* to the parent, at least so often */
-  RS_STATUS_PAUSE_US = 300,     /* and at most so often */
-  RS_HOLD_US = 3000,            /* a planned move not done by then is given up */
+  RS_STATUS_US = 8000,          /* to the parent, at least so often, */
+  RS_STATUS_PAUSE_US = 300,     /* with at least so long between two, */
+  RS_STATUS_BURST = 4,          /* so many in short order, */
+  RS_STATUS_MEAN_US = 2000,     /* and on the average one in so long */
+  RS_HOLD_US = 3000,            /* a planned move not done by then is given up, before anybody takes it for stale */
   RS_HOLD_LEAVE_US = 400,       /* before it is done, so that children who can stay in the tree learn of it and do */
   RS_WANTS_TICKS = 24,          /* wants so old are forgotten */
   RS_GRANT_TICKS = 2,           /* between two grants of a tree */

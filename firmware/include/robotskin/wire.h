@@ -30,6 +30,7 @@ enum {
   RS_ID_LAST = 0x3FFE,
   RS_HOPS_POISON = 255, /* "do not route through me" */
   RS_TTL_START = 63,
+  RS_HOPS_MAX = RS_TTL_START + 1, /* of a cell: from further away no frame gets to the root */
   RS_LINK_BAUD = 4000000,
   RS_LINK_BITS_PER_BYTE = 10, /* 8N1 */
   RS_CELLS_PER_PORT = 66,     /* at 250 Hz: 82.5 % of 80 */
