@@ -1,4 +1,4 @@
-# Libraries that come as Python wheels: Pinocchio with Eigen and Boost headers, ProxSuite, MuJoCo.
+# Libraries that come as Python wheels: Pinocchio with Coal, Eigen and Boost headers, ProxSuite, MuJoCo.
 # They are searched on sys.path, because an isolated build puts them in an overlay that sysconfig does not know.
 if(ROBOTSKIN_PYTHON)
   find_package(Python 3.11 REQUIRED COMPONENTS Interpreter Development.Module)
@@ -13,6 +13,7 @@ execute_process(
 list(PREPEND CMAKE_PREFIX_PATH ${CMEEL_PREFIX})
 
 find_package(pinocchio 4.1 REQUIRED CONFIG)
+find_package(coal 3.0 REQUIRED CONFIG)
 find_package(Boost REQUIRED CONFIG)
 
 execute_process(

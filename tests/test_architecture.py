@@ -29,6 +29,7 @@ PYTHON_ORDER = [
     "robots",
     "layout",
     "selfconfig",
+    "control",
     "world",
     "campaign",
     "record",
@@ -86,7 +87,7 @@ def test_firmware_knows_nothing_above_it() -> None:
 
 def test_pinocchio_and_eigen_stay_behind_the_robot_model() -> None:
     for source in sorted((ROOT / "core").rglob("*.[ch]pp")):
-        heavy = re.search(r"#include <(pinocchio|Eigen)/", source.read_text())
+        heavy = re.search(r"#include <(pinocchio|Eigen|coal|proxsuite)/", source.read_text())
         if heavy:
             assert source.suffix == ".cpp", source
             assert source.parent.name in {"model", "control"}, source

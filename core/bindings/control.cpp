@@ -207,6 +207,7 @@ void bind_control(nb::module_ module) {
   bind_gains(module);
   bind_skin_task(module);
   bind_resolver(module);
+  bind_control_tasks(module);
 }
 
 }  // namespace robotskin::bindings

@@ -202,6 +202,7 @@ void bind_robot(nb::module_ module) {
   robot::bind_table(module);
   robot::bind_guard(module);
   robot::bind_cycle(module);
+  bind_task_cycle(module);
 }
 
 }  // namespace robotskin::bindings

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 
+#include "control/task.hpp"
 #include "model/robot_dynamics.hpp"
 
 namespace robotskin::control {
@@ -12,5 +13,15 @@ namespace robotskin::control {
 inline void gravity_task(const RobotDynamics& dynamics, std::span<double> torque) noexcept {
   std::ranges::copy(dynamics.gravity_torque(), torque.begin());
 }
+
+// The same in a stack, where it stands outside of the levels: a part of gravity holds nothing.
+class GravityTask final : public Task {
+ public:
+  explicit GravityTask(std::size_t joint_count) : Task("gravity", joint_count, 0) {}
+  [[nodiscard]] bool update(const TaskInput& input) noexcept override {
+    gravity_task(input.dynamics, torque_);
+    return true;
+  }
+};
 
 }  // namespace robotskin::control

@@ -17,15 +17,20 @@ class LowPass {
   void reset() noexcept {
     for (double& value : value_) value = 0;
   }
+  // The next step takes its input as it is: who enters late does not come up from zero.
+  void prime() noexcept { primed_ = true; }
   // (n) in and out; the result stays valid until the next step.
   std::span<const double> step(std::span<const double> input) noexcept {
-    for (std::size_t i = 0; i < value_.size(); ++i) value_[i] += share_ * (input[i] - value_[i]);
+    const double share = primed_ ? 1.0 : share_;
+    primed_ = false;
+    for (std::size_t i = 0; i < value_.size(); ++i) value_[i] += share * (input[i] - value_[i]);
     return value_;
   }
 
  private:
   std::vector<double> value_;
   double share_;
+  bool primed_ = false;
 };
 
 }  // namespace robotskin::control

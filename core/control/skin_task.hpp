@@ -31,6 +31,10 @@ class SkinTask {
   // (N) newton, what each cell asked for in the last compute, in the order of the skin model.
   std::span<const double> magnitudes() const noexcept { return magnitude_; }
 
+  // (n, 6) force and moment about the joint's origin, in the joint's frame, that the cells of each joint's body asked
+  // for in the last compute (23).
+  std::span<const double> body_wrenches() const noexcept { return joint_wrench_; }
+
   // The bare product, without activation and torques: (n, 6) force, moment about the joint's origin, joint frame.
   std::span<const double> joint_wrenches() noexcept;
 

@@ -1,6 +1,7 @@
 """Stage 7: tasks, fusion and the torque resolver."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+import enum
 from typing import Annotated
 
 import numpy
@@ -293,3 +294,537 @@ class TorqueResolver:
         command: robotskin._core.model.JointCommand,
     ) -> None:
         """Fills the command from torques (n) Nm."""
+
+class Task:
+    """
+    A task: a torque on the joints, and the motions (rows) that tasks of lower levels leave alone.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def largest_rows(self) -> int: ...
+    @property
+    def torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm"""
+
+    @property
+    def rows(self) -> NDArray[numpy.float64]:
+        """(rows, n)"""
+
+    def start(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        skin: robotskin._core.skin.SkinState,
+        share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        period_s: float = 0.001,
+    ) -> None:
+        """Begin where the robot is; a stack calls this when the task enters it."""
+
+    def update(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        skin: robotskin._core.skin.SkinState,
+        share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        period_s: float = 0.001,
+    ) -> None:
+        """
+        One tick; the dynamics are at position (n) rad and velocity (n) rad/s, share is (N) float32.
+        """
+
+class PythonTask(Task):
+    """
+    A task computed by a Python function, for trying things out: it takes the interpreter's lock in the tick.
+    """
+
+    def __init__(self, name: str, joint_count: int, largest_rows: int, compute: Callable) -> None:
+        """
+        compute(dynamics, position, velocity, skin) returns torque (n) Nm and rows (at most largest_rows, n). A task that raises stops the robot; `error` tells why.
+        """
+
+    @property
+    def error(self) -> str:
+        """what compute raised last, empty if nothing"""
+
+class GravityTask(Task):
+    """The torque that holds the robot still; stands outside of levels."""
+
+    def __init__(self, joint_count: int) -> None: ...
+
+class JointTask(Task):
+    """K (reference - q) - D v; as a posture, on the lowest level."""
+
+    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointGains, name: str = "joint") -> None: ...
+    def request_reference(
+        self, reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    ) -> None:
+        """(n) rad inside the limits, else ControlError."""
+
+    def request_gains(self, gains: JointGains) -> None:
+        """The gains in use move to these."""
+
+    @property
+    def reference(self) -> NDArray[numpy.float64]:
+        """(n) rad"""
+
+class SplineJointTask(JointTask):
+    """A joint task whose reference moves by a quintic."""
+
+    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointGains, speed: float) -> None:
+        """speed in rad/s, of the fastest joint."""
+
+    @property
+    def arrived(self) -> bool: ...
+
+class CartesianGains:
+    """Impedance along and about x, y, z of the base."""
+
+    def __init__(self, stiffness: Sequence[float], damping: Sequence[float]) -> None:
+        """N/m and Nm/rad, N s/m and Nm s/rad; axes with neither are left free."""
+
+    @property
+    def stiffness(self) -> list[float]: ...
+    @stiffness.setter
+    def stiffness(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def damping(self) -> list[float]: ...
+    @damping.setter
+    def damping(self, arg: Sequence[float], /) -> None: ...
+
+class CartesianTask(Task):
+    """An impedance of a link's frame about a pose."""
+
+    def __init__(
+        self, robot: robotskin._core.model.RobotModel, link: str, gains: CartesianGains, name: str = "Cartesian"
+    ) -> None: ...
+    def request_reference(
+        self,
+        base_from_link: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)
+        ],
+    ) -> None:
+        """(4, 4), metres."""
+
+    @property
+    def reference(self) -> NDArray[numpy.float64]: ...
+    @property
+    def error(self) -> NDArray[numpy.float64]:
+        """(6) m and rad of the last tick"""
+
+class SplineCartesianTask(CartesianTask):
+    """A Cartesian task whose reference moves along a line by a quintic."""
+
+    def __init__(
+        self, robot: robotskin._core.model.RobotModel, link: str, gains: CartesianGains, speed: float, turn_speed: float
+    ) -> None:
+        """speeds in m/s and rad/s."""
+
+    @property
+    def arrived(self) -> bool: ...
+
+class JointLimitGains:
+    def __init__(self) -> None: ...
+    @property
+    def margin_rad(self) -> float: ...
+    @margin_rad.setter
+    def margin_rad(self, arg: float, /) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """Nm/rad"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """Nm s/rad"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+class JointLimitTask(Task):
+    """Pushes joints back that come near a position limit."""
+
+    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointLimitGains = ...) -> None: ...
+
+class SelfCollisionGains:
+    def __init__(self) -> None: ...
+    @property
+    def safe_m(self) -> float:
+        """the distance at which the task begins to act"""
+
+    @safe_m.setter
+    def safe_m(self, arg: float, /) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """N/m"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """N s/m"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+class NearPair:
+    """Two bodies that are near each other, in the base frame."""
+
+    @property
+    def pair(self) -> int: ...
+    @property
+    def joint_a(self) -> int: ...
+    @property
+    def joint_b(self) -> int: ...
+    @property
+    def distance_m(self) -> float: ...
+    @property
+    def point_a(self) -> list[float]: ...
+    @property
+    def point_b(self) -> list[float]: ...
+    @property
+    def a_to_b(self) -> list[float]: ...
+
+class SelfCollisionTask(Task):
+    """
+    Pushes bodies apart that come nearer to each other than a safe distance.
+    """
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        hulls: Sequence[
+            tuple[
+                int,
+                Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+            ]
+        ],
+        pairs: Sequence[tuple[int, int]],
+        gains: SelfCollisionGains = ...,
+    ) -> None:
+        """
+        hulls: [(joint or -1, points (m, 3) metres in its frame)]; pairs: which of them must not meet. Raises ModelError for hulls and pairs that are none.
+        """
+
+    @property
+    def near(self) -> list[NearPair]:
+        """pairs nearer than the safe distance in the last tick"""
+
+    @property
+    def measured(self) -> int:
+        """pairs whose distance the last tick measured exactly"""
+
+class SkinReactionTask(Task):
+    """The touch moves what it touches (eq. 14 to 17)."""
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        gains: SkinGains,
+        bandwidth_hz: float = 0.0,
+        period_s: float = 0.001,
+    ) -> None: ...
+    @property
+    def magnitudes(self) -> NDArray[numpy.float64]:
+        """(N) newton"""
+
+class SkinCartesianTask(Task):
+    """Every touch of the limb moves the frame of one of its links."""
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        gains: SkinGains,
+        link: str,
+        bandwidth_hz: float = 0.0,
+        period_s: float = 0.001,
+    ) -> None: ...
+    @property
+    def force(self) -> NDArray[numpy.float64]:
+        """(3) newton, base frame"""
+
+class ContactImpedanceGains:
+    """W = inertia x'' + damping x' + stiffness x (26)."""
+
+    def __init__(self, inertia: float = 2.5, damping: float = 14.0, stiffness: float = 20.0) -> None: ...
+    @property
+    def inertia(self) -> float:
+        """kg"""
+
+    @inertia.setter
+    def inertia(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """N s/m"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """N/m"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+
+class ContactImpedanceTask(Task):
+    """Where a link is touched, it moves like a mass on a spring (eq. 26)."""
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        skin_gains: SkinGains,
+        gains: ContactImpedanceGains = ...,
+    ) -> None: ...
+
+class MapSkinTask(Task):
+    """Touch turned into torques by a sensory-motor map (IV-A)."""
+
+    def __init__(
+        self,
+        joint_count: int,
+        cell_count: int,
+        gains: SkinGains,
+        posture: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        weight: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, None, None), order="C", device="cpu", writable=False)
+        ],
+        lever: float,
+    ) -> None:
+        """
+        posture (T, n) rad and weight (T, N, n) of a SensoryMotorMap in the order of the skin; lever in metres.
+        """
+
+    @property
+    def recalled(self) -> int: ...
+
+class ForceGains:
+    def __init__(self) -> None: ...
+    @property
+    def integral(self) -> float:
+        """1/s"""
+
+    @integral.setter
+    def integral(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """N s/m"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+    @property
+    def largest_force(self) -> float:
+        """N"""
+
+    @largest_force.setter
+    def largest_force(self, arg: float, /) -> None: ...
+
+class ForceTask(Task):
+    """The limb presses with a force that its skin measures."""
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        skin_gains: SkinGains,
+        link: str,
+        gains: ForceGains = ...,
+    ) -> None: ...
+    def request_force(
+        self, force: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    ) -> None:
+        """(3) newton, base frame."""
+
+    @property
+    def measured(self) -> NDArray[numpy.float64]:
+        """(3) newton, base frame: how the cells say that the limb presses"""
+
+class Fusion(enum.Enum):
+    """How the tasks of a stack become one torque."""
+
+    weighted_sum = 0
+    """eq. 18"""
+
+    null_space = 1
+    """eq. 19 and 20, dynamically consistent"""
+
+    null_space_at_rest = 2
+    """eq. 19 and 20 with Moore-Penrose inverses"""
+
+    quadratic = 3
+    """a quadratic programme a level, within the limits"""
+
+class Inverse(enum.Enum):
+    dynamically_consistent = 0
+
+    moore_penrose = 1
+
+class LimitForm(enum.Enum):
+    acceleration = 0
+
+    paper = 1
+    """eq. 27 as printed"""
+
+class Damping:
+    """
+    Below the threshold directions are protected by s^2 / (s^2 + damping^2 ...).
+    """
+
+    def __init__(self, threshold: float = 0.02, damping: float = 0.02) -> None: ...
+    @property
+    def threshold(self) -> float: ...
+    @threshold.setter
+    def threshold(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float: ...
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+class QuadraticLimits:
+    """Position, velocity and torque limits of the programmes."""
+
+    @staticmethod
+    def of(robot: robotskin._core.model.RobotModel, braking: float = 10.0) -> QuadraticLimits: ...
+    @property
+    def lower(self) -> list[float]: ...
+    @lower.setter
+    def lower(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def upper(self) -> list[float]: ...
+    @upper.setter
+    def upper(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def velocity(self) -> list[float]: ...
+    @velocity.setter
+    def velocity(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def torque(self) -> list[float]: ...
+    @torque.setter
+    def torque(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def braking(self) -> list[float]: ...
+    @braking.setter
+    def braking(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def margin_rad(self) -> float: ...
+    @margin_rad.setter
+    def margin_rad(self, arg: float, /) -> None: ...
+    @property
+    def horizon_s(self) -> float: ...
+    @horizon_s.setter
+    def horizon_s(self, arg: float, /) -> None: ...
+    @property
+    def form(self) -> LimitForm: ...
+    @form.setter
+    def form(self, arg: LimitForm, /) -> None: ...
+    @property
+    def position_rate(self) -> float: ...
+    @position_rate.setter
+    def position_rate(self, arg: float, /) -> None: ...
+    @property
+    def velocity_rate(self) -> float: ...
+    @velocity_rate.setter
+    def velocity_rate(self, arg: float, /) -> None: ...
+
+class StackEntry:
+    """A task, its level (0 the highest, -1 outside of levels) and weight."""
+
+    def __init__(self, task: Task, level: int = 0, weight: float = 1.0) -> None: ...
+    @property
+    def task(self) -> Task: ...
+    @property
+    def level(self) -> int: ...
+    @property
+    def weight(self) -> float: ...
+
+UNPROJECTED: int = -1
+
+class TaskStack:
+    """Which tasks, on which levels, fused in which way."""
+
+    def __init__(
+        self,
+        joint_count: int,
+        entries: Sequence[StackEntry],
+        fusion: Fusion,
+        damping: Damping = ...,
+        limits: QuadraticLimits | None = None,
+    ) -> None: ...
+    def compute(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        skin: robotskin._core.skin.SkinState,
+        share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        period_s: float = 0.001,
+    ) -> NDArray[numpy.float64]:
+        """(n) Nm, for a robot without added inertia or friction."""
+
+    def start(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        skin: robotskin._core.skin.SkinState,
+        share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        period_s: float = 0.001,
+    ) -> None: ...
+    @property
+    def fusion(self) -> Fusion: ...
+
+class NullSpaceFusion:
+    """Strict hierarchy by recursive null spaces (eq. 19, 20)."""
+
+    def __init__(self, joint_count: int, largest_rows: int, inverse: Inverse, damping: Damping = ...) -> None: ...
+    def fuse(
+        self,
+        mass: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        levels: Sequence[
+            tuple[
+                Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+                Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+            ]
+        ],
+    ) -> NDArray[numpy.float64]:
+        """
+        (n) Nm from mass (n, n) and levels [(torque (n), rows (s, n))], the highest first.
+        """
+
+class QuadraticFusion:
+    """Strict hierarchy by quadratic programmes within the limits."""
+
+    def __init__(self, joint_count: int, largest_rows: int, levels: int, limits: QuadraticLimits) -> None: ...
+    def fuse(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        levels: Sequence[
+            tuple[
+                Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+                Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+            ]
+        ],
+    ) -> NDArray[numpy.float64]:
+        """(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse."""
+
+    @property
+    def constrained(self) -> int:
+        """programmes of the last fuse that met a limit"""
+
+    @property
+    def unsolved(self) -> int: ...
+    @property
+    def claimed(self) -> int: ...
+
+QUADRATIC_TOLERANCE: float = 1e-06

@@ -345,3 +345,111 @@ class SkinCycle:
 
     @property
     def report(self) -> GuardReport: ...
+
+class TaskCycleGains:
+    """Gains of the task cycle beside those of its tasks."""
+
+    def __init__(
+        self, touch: robotskin._core.control.SkinGains, resolver: robotskin._core.control.ResolverGains
+    ) -> None: ...
+    @property
+    def touch(self) -> robotskin._core.control.SkinGains: ...
+    @touch.setter
+    def touch(self, arg: robotskin._core.control.SkinGains, /) -> None: ...
+    @property
+    def resolver(self) -> robotskin._core.control.ResolverGains: ...
+    @resolver.setter
+    def resolver(self, arg: robotskin._core.control.ResolverGains, /) -> None: ...
+    @property
+    def touch_bandwidth_hz(self) -> float: ...
+    @touch_bandwidth_hz.setter
+    def touch_bandwidth_hz(self, arg: float, /) -> None: ...
+    @property
+    def fade_s(self) -> float: ...
+    @fade_s.setter
+    def fade_s(self, arg: float, /) -> None: ...
+
+class TaskCycle:
+    """
+    Any behaviour: joint state and skin state in, the tasks of a stack fused, joint command out.
+
+    Requests may come from any thread, those for a stack from one; step belongs to one.
+    """
+
+    def __init__(
+        self,
+        robot: robotskin._core.model.RobotModel,
+        skin: robotskin._core.skin.SkinModel,
+        gains: TaskCycleGains,
+        limits: GuardLimits,
+        entries: Sequence[robotskin._core.control.StackEntry],
+        fusion: robotskin._core.control.Fusion,
+        damping: robotskin._core.control.Damping = ...,
+        quadratic: robotskin._core.control.QuadraticLimits | None = None,
+    ) -> None:
+        """
+        Raises ModelError, ControlError or GuardError for what does not fit together.
+        """
+
+    def step(
+        self,
+        joints: robotskin._core.model.JointState,
+        skin: robotskin._core.skin.SkinState,
+        now_ns: int,
+        command: robotskin._core.model.JointCommand,
+    ) -> GuardReport:
+        """
+        One period. Fills the command, which goes to the robot if the report says send.
+        """
+
+    def time_steps(
+        self,
+        joints: Sequence[robotskin._core.model.JointState],
+        skin: robotskin._core.skin.SkinState,
+        start_ns: int,
+        command: robotskin._core.model.JointCommand,
+        steps: int,
+    ) -> NDArray[numpy.int64]:
+        """
+        (steps, 2) nanoseconds on the clock and of the processor that each of as many periods took, on the joint states in turn.
+        """
+
+    def request_run(self, run: bool) -> None: ...
+    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
+    def request_skin_task(self, on: bool) -> None:
+        """Off: no task feels any cell."""
+
+    def request_patch_mask(self, patch: int, masked: bool) -> bool: ...
+    def request_stack(
+        self,
+        entries: Sequence[robotskin._core.control.StackEntry],
+        fusion: robotskin._core.control.Fusion,
+        damping: robotskin._core.control.Damping = ...,
+        quadratic: robotskin._core.control.QuadraticLimits | None = None,
+    ) -> None:
+        """
+        The tasks from the next period on; those that stay go on as they are. The torque does not jump.
+        """
+
+    @property
+    def joint_count(self) -> int: ...
+    @property
+    def cell_count(self) -> int: ...
+    @property
+    def patch_count(self) -> int: ...
+    @property
+    def touch_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm of the forces felt"""
+
+    @property
+    def fused_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm"""
+
+    @property
+    def log(self) -> dict:
+        """
+        The last second: 'time_ns' (ticks), 'state' (ticks), 'values' (ticks, 4, n) position, velocity, fused torque and command. It ends where a fault stopped the robot.
+        """
+
+    @property
+    def report(self) -> GuardReport: ...

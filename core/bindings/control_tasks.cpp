@@ -1,0 +1,403 @@
+// Binds the task library, the fusions and the stack.
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings/arrays.hpp"
+#include "bindings/bindings.hpp"
+#include "bindings/python_task.hpp"
+#include "control/cartesian_task.hpp"
+#include "control/contact_impedance_task.hpp"
+#include "control/control_error.hpp"
+#include "control/force_task.hpp"
+#include "control/gravity_task.hpp"
+#include "control/joint_limit_task.hpp"
+#include "control/joint_stack_task.hpp"
+#include "control/map_skin_task.hpp"
+#include "control/self_collision_task.hpp"
+#include "control/skin_stack_task.hpp"
+#include "control/task_stack.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::bindings {
+namespace {
+
+using control::Task;
+using control::TaskInput;
+using Doubles = InputArray<double>;
+using Shares = InputArray<float>;
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Owned = nb::ndarray<nb::numpy, double>;
+
+void require(bool accepted, const char* what) {
+  if (!accepted) throw std::invalid_argument(what);
+}
+
+template <typename Call>
+auto with_input(const RobotDynamics& dynamics, Doubles position, Doubles velocity, const skin::SkinState& skin,
+                Shares share, double period_s, const Call& call) {
+  require(position.shape(0) == dynamics.joint_count() && velocity.shape(0) == dynamics.joint_count(),
+          "position and velocity must have one entry a joint");
+  return call(TaskInput{dynamics, span_of(position), span_of(velocity), skin, span_of(share), period_s});
+}
+
+Owned rows_of(const Task& task) {
+  return copy_of(task.rows(), {task.row_count(), task.joint_count()});
+}
+
+void bind_task(nb::module_& module) {
+  nb::class_<Task>(module, "Task",
+                   "A task: a torque on the joints, and the motions (rows) that tasks of lower levels leave alone.")
+      .def_prop_ro("name", &Task::name)
+      .def_prop_ro("joint_count", &Task::joint_count)
+      .def_prop_ro("largest_rows", &Task::largest_rows)
+      .def_prop_ro(
+          "torque", [](const Task& self) { return copy_of(self.torque()); }, nb::rv_policy::move, "(n) Nm")
+      .def_prop_ro("rows", rows_of, nb::rv_policy::move, "(rows, n)")
+      .def(
+          "start",
+          [](Task& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity, const skin::SkinState& skin,
+             Shares share, double period_s) {
+            with_input(dynamics, position, velocity, skin, share, period_s,
+                       [&](const TaskInput& input) { self.start(input); });
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001,
+          "Begin where the robot is; a stack calls this when the task enters it.")
+      .def(
+          "update",
+          [](Task& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity, const skin::SkinState& skin,
+             Shares share, double period_s) {
+            with_input(dynamics, position, velocity, skin, share, period_s, [&](const TaskInput& input) {
+              require(self.update(input), "the task has no answer to this state; the skin must have its cells");
+            });
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001,
+          "One tick; the dynamics are at position (n) rad and velocity (n) rad/s, share is (N) float32.");
+  nb::class_<PythonTask, Task>(
+      module, "PythonTask",
+      "A task computed by a Python function, for trying things out: it takes the interpreter's lock in the tick.")
+      .def(nb::init<std::string, std::size_t, std::size_t, nb::callable>(), "name"_a, "joint_count"_a, "largest_rows"_a,
+           "compute"_a,
+           "compute(dynamics, position, velocity, skin) returns torque (n) Nm and rows (at most largest_rows, n). A "
+           "task "
+           "that raises stops the robot; `error` tells why.")
+      .def_prop_ro("error", &PythonTask::error, "what compute raised last, empty if nothing");
+}
+
+void bind_model_tasks(nb::module_& module) {
+  using control::CartesianGains;
+  using control::CartesianTask;
+  using control::GravityTask;
+  using control::JointLimitGains;
+  using control::JointLimitTask;
+  using control::JointTask;
+  using control::SplineCartesianTask;
+  using control::SplineJointTask;
+  nb::class_<GravityTask, Task>(module, "GravityTask",
+                                "The torque that holds the robot still; stands outside of levels.")
+      .def(nb::init<std::size_t>(), "joint_count"_a);
+  nb::class_<JointTask, Task>(module, "JointTask", "K (reference - q) - D v; as a posture, on the lowest level.")
+      .def(
+          "__init__",
+          [](JointTask* self, const RobotModel& robot, control::JointGains gains, std::string name) {
+            new (self) JointTask(robot, std::move(gains), std::move(name));
+          },
+          "robot"_a, "gains"_a, "name"_a = "joint")
+      .def(
+          "request_reference", [](JointTask& self, Doubles goal) { self.request_reference(span_of(goal)); },
+          "reference"_a, "(n) rad inside the limits, else ControlError.")
+      .def("request_gains", &JointTask::request_gains, "gains"_a, "The gains in use move to these.")
+      .def_prop_ro(
+          "reference", [](const JointTask& self) { return copy_of(self.reference()); }, nb::rv_policy::move, "(n) rad");
+  nb::class_<SplineJointTask, JointTask>(module, "SplineJointTask", "A joint task whose reference moves by a quintic.")
+      .def(nb::init<const RobotModel&, control::JointGains, double>(), "robot"_a, "gains"_a, "speed"_a,
+           "speed in rad/s, of the fastest joint.")
+      .def_prop_ro("arrived", &SplineJointTask::arrived);
+  nb::class_<CartesianGains>(module, "CartesianGains", "Impedance along and about x, y, z of the base.")
+      .def(
+          "__init__",
+          [](CartesianGains* self, std::array<double, 6> stiffness, std::array<double, 6> damping) {
+            new (self) CartesianGains{stiffness, damping};
+          },
+          "stiffness"_a, "damping"_a, "N/m and Nm/rad, N s/m and Nm s/rad; axes with neither are left free.")
+      .def_rw("stiffness", &CartesianGains::stiffness)
+      .def_rw("damping", &CartesianGains::damping);
+  nb::class_<CartesianTask, Task>(module, "CartesianTask", "An impedance of a link's frame about a pose.")
+      .def(
+          "__init__",
+          [](CartesianTask* self, const RobotModel& robot, const std::string& link, CartesianGains gains,
+             std::string name) { new (self) CartesianTask(robot, link, gains, std::move(name)); },
+          "robot"_a, "link"_a, "gains"_a, "name"_a = "Cartesian")
+      .def(
+          "request_reference",
+          [](CartesianTask& self, Rows pose) {
+            require(pose.shape(0) == 4 && pose.shape(1) == 4, "a pose is (4, 4)");
+            self.request_reference({pose.data(), 16});
+          },
+          "base_from_link"_a, "(4, 4), metres.")
+      .def_prop_ro(
+          "reference", [](const CartesianTask& self) { return copy_of(self.reference(), {4, 4}); }, nb::rv_policy::move)
+      .def_prop_ro(
+          "error", [](const CartesianTask& self) { return copy_of(self.error()); }, nb::rv_policy::move,
+          "(6) m and rad of the last tick");
+  nb::class_<SplineCartesianTask, CartesianTask>(module, "SplineCartesianTask",
+                                                 "A Cartesian task whose reference moves along a line by a quintic.")
+      .def(nb::init<const RobotModel&, const std::string&, CartesianGains, double, double>(), "robot"_a, "link"_a,
+           "gains"_a, "speed"_a, "turn_speed"_a, "speeds in m/s and rad/s.")
+      .def_prop_ro("arrived", &SplineCartesianTask::arrived);
+  nb::class_<JointLimitGains>(module, "JointLimitGains")
+      .def(nb::init<>())
+      .def_rw("margin_rad", &JointLimitGains::margin_rad)
+      .def_rw("stiffness", &JointLimitGains::stiffness, "Nm/rad")
+      .def_rw("damping", &JointLimitGains::damping, "Nm s/rad");
+  nb::class_<JointLimitTask, Task>(module, "JointLimitTask", "Pushes joints back that come near a position limit.")
+      .def(nb::init<const RobotModel&, JointLimitGains>(), "robot"_a, "gains"_a = JointLimitGains{});
+}
+
+void bind_self_collision(nb::module_& module) {
+  using control::SelfCollisionGains;
+  using control::SelfCollisionTask;
+  nb::class_<SelfCollisionGains>(module, "SelfCollisionGains")
+      .def(nb::init<>())
+      .def_rw("safe_m", &SelfCollisionGains::safe_m, "the distance at which the task begins to act")
+      .def_rw("stiffness", &SelfCollisionGains::stiffness, "N/m")
+      .def_rw("damping", &SelfCollisionGains::damping, "N s/m");
+  nb::class_<NearPair>(module, "NearPair", "Two bodies that are near each other, in the base frame.")
+      .def_ro("pair", &NearPair::pair)
+      .def_ro("joint_a", &NearPair::joint_a)
+      .def_ro("joint_b", &NearPair::joint_b)
+      .def_ro("distance_m", &NearPair::distance_m)
+      .def_ro("point_a", &NearPair::point_a)
+      .def_ro("point_b", &NearPair::point_b)
+      .def_ro("a_to_b", &NearPair::a_to_b);
+  nb::class_<SelfCollisionTask, Task>(module, "SelfCollisionTask",
+                                      "Pushes bodies apart that come nearer to each other than a safe distance.")
+      .def(
+          "__init__",
+          [](SelfCollisionTask* self, const RobotModel& robot, const std::vector<std::pair<int, Rows>>& hulls,
+             std::vector<std::pair<std::size_t, std::size_t>> pairs, SelfCollisionGains gains) {
+            std::vector<BodyHull> bodies;
+            for (const auto& [joint, points] : hulls) {
+              require(points.shape(1) == 3, "the points of a hull are (m, 3)");
+              bodies.push_back({joint, {points.data(), points.data() + points.size()}});
+            }
+            new (self) SelfCollisionTask(robot, SelfDistance(robot, bodies, std::move(pairs)), gains);
+          },
+          "robot"_a, "hulls"_a, "pairs"_a, "gains"_a = SelfCollisionGains{},
+          "hulls: [(joint or -1, points (m, 3) metres in its frame)]; pairs: which of them must not meet. Raises "
+          "ModelError for hulls and pairs that are none.")
+      .def_prop_ro(
+          "near",
+          [](const SelfCollisionTask& self) { return std::vector<NearPair>(self.near().begin(), self.near().end()); },
+          "pairs nearer than the safe distance in the last tick")
+      .def_prop_ro("measured", &SelfCollisionTask::measured, "pairs whose distance the last tick measured exactly");
+}
+
+void bind_skin_tasks(nb::module_& module) {
+  using control::ContactImpedanceGains;
+  using control::ContactImpedanceTask;
+  using control::MapSkinTask;
+  using control::SkinCartesianTask;
+  using control::SkinGains;
+  using control::SkinReactionTask;
+  nb::class_<SkinReactionTask, Task>(module, "SkinReactionTask", "The touch moves what it touches (eq. 14 to 17).")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, double, double>(), "robot"_a, "skin"_a,
+           "gains"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001)
+      .def_prop_ro(
+          "magnitudes", [](const SkinReactionTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
+          "(N) newton");
+  nb::class_<SkinCartesianTask, Task>(module, "SkinCartesianTask",
+                                      "Every touch of the limb moves the frame of one of its links.")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, const std::string&, double, double>(),
+           "robot"_a, "skin"_a, "gains"_a, "link"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001)
+      .def_prop_ro(
+          "force", [](const SkinCartesianTask& self) { return copy_of(std::span<const double>(self.force())); },
+          nb::rv_policy::move, "(3) newton, base frame");
+  nb::class_<ContactImpedanceGains>(module, "ContactImpedanceGains", "W = inertia x'' + damping x' + stiffness x (26).")
+      .def(
+          "__init__",
+          [](ContactImpedanceGains* self, double inertia, double damping, double stiffness) {
+            new (self) ContactImpedanceGains{inertia, damping, stiffness};
+          },
+          "inertia"_a = 2.5, "damping"_a = 14.0, "stiffness"_a = 20.0)
+      .def_rw("inertia", &ContactImpedanceGains::inertia, "kg")
+      .def_rw("damping", &ContactImpedanceGains::damping, "N s/m")
+      .def_rw("stiffness", &ContactImpedanceGains::stiffness, "N/m");
+  nb::class_<ContactImpedanceTask, Task>(module, "ContactImpedanceTask",
+                                         "Where a link is touched, it moves like a mass on a spring (eq. 26).")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, ContactImpedanceGains>(), "robot"_a,
+           "skin"_a, "skin_gains"_a, "gains"_a = ContactImpedanceGains{});
+  nb::class_<MapSkinTask, Task>(module, "MapSkinTask", "Touch turned into torques by a sensory-motor map (IV-A).")
+      .def(
+          "__init__",
+          [](MapSkinTask* self, std::size_t joints, std::size_t cells, const SkinGains& gains,
+             nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu> posture,
+             nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu> weight, double lever) {
+            control::SkinMap map{{posture.data(), posture.data() + posture.size()},
+                                 {weight.data(), weight.data() + weight.size()}};
+            new (self) MapSkinTask(joints, cells, gains, std::move(map), lever);
+          },
+          "joint_count"_a, "cell_count"_a, "gains"_a, "posture"_a, "weight"_a, "lever"_a,
+          "posture (T, n) rad and weight (T, N, n) of a SensoryMotorMap in the order of the skin; lever in metres.")
+      .def_prop_ro("recalled", &MapSkinTask::recalled);
+}
+
+void bind_force(nb::module_& module) {
+  using control::ForceGains;
+  using control::ForceTask;
+  nb::class_<ForceGains>(module, "ForceGains")
+      .def(nb::init<>())
+      .def_rw("integral", &ForceGains::integral, "1/s")
+      .def_rw("damping", &ForceGains::damping, "N s/m")
+      .def_rw("largest_force", &ForceGains::largest_force, "N");
+  nb::class_<ForceTask, Task>(module, "ForceTask", "The limb presses with a force that its skin measures.")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, control::SkinGains, const std::string&, ForceGains>(),
+           "robot"_a, "skin"_a, "skin_gains"_a, "link"_a, "gains"_a = ForceGains{})
+      .def(
+          "request_force", [](ForceTask& self, Doubles force) { self.request_force(span_of(force)); }, "force"_a,
+          "(3) newton, base frame.")
+      .def_prop_ro(
+          "measured", [](const ForceTask& self) { return copy_of(std::span<const double>(self.measured())); },
+          nb::rv_policy::move, "(3) newton, base frame: how the cells say that the limb presses");
+}
+
+void bind_fusion(nb::module_& module) {
+  using control::Damping;
+  using control::Fusion;
+  using control::Inverse;
+  using control::LimitForm;
+  using control::NullSpaceFusion;
+  using control::QuadraticFusion;
+  using control::QuadraticLimits;
+  using control::StackEntry;
+  using control::TaskStack;
+  nb::enum_<Fusion>(module, "Fusion", "How the tasks of a stack become one torque.")
+      .value("weighted_sum", Fusion::weighted_sum, "eq. 18")
+      .value("null_space", Fusion::null_space, "eq. 19 and 20, dynamically consistent")
+      .value("null_space_at_rest", Fusion::null_space_at_rest, "eq. 19 and 20 with Moore-Penrose inverses")
+      .value("quadratic", Fusion::quadratic, "a quadratic programme a level, within the limits");
+  nb::enum_<Inverse>(module, "Inverse")
+      .value("dynamically_consistent", Inverse::dynamically_consistent)
+      .value("moore_penrose", Inverse::moore_penrose);
+  nb::enum_<LimitForm>(module, "LimitForm")
+      .value("acceleration", LimitForm::acceleration)
+      .value("paper", LimitForm::paper, "eq. 27 as printed");
+  nb::class_<Damping>(module, "Damping", "Below the threshold directions are protected by s^2 / (s^2 + damping^2 ...).")
+      .def(
+          "__init__", [](Damping* self, double threshold, double damping) { new (self) Damping{threshold, damping}; },
+          "threshold"_a = 0.02, "damping"_a = 0.02)
+      .def_rw("threshold", &Damping::threshold)
+      .def_rw("damping", &Damping::damping);
+  nb::class_<QuadraticLimits>(module, "QuadraticLimits", "Position, velocity and torque limits of the programmes.")
+      .def_static("of", &QuadraticLimits::of, "robot"_a, "braking"_a = 10.0)
+      .def_rw("lower", &QuadraticLimits::lower)
+      .def_rw("upper", &QuadraticLimits::upper)
+      .def_rw("velocity", &QuadraticLimits::velocity)
+      .def_rw("torque", &QuadraticLimits::torque)
+      .def_rw("braking", &QuadraticLimits::braking)
+      .def_rw("margin_rad", &QuadraticLimits::margin_rad)
+      .def_rw("horizon_s", &QuadraticLimits::horizon_s)
+      .def_rw("form", &QuadraticLimits::form)
+      .def_rw("position_rate", &QuadraticLimits::position_rate)
+      .def_rw("velocity_rate", &QuadraticLimits::velocity_rate);
+  nb::class_<StackEntry>(module, "StackEntry", "A task, its level (0 the highest, -1 outside of levels) and weight.")
+      .def(
+          "__init__",
+          [](StackEntry* self, std::shared_ptr<Task> task, int level, double weight) {
+            new (self) StackEntry{std::move(task), level, weight};
+          },
+          "task"_a, "level"_a = 0, "weight"_a = 1.0)
+      .def_ro("task", &StackEntry::task)
+      .def_ro("level", &StackEntry::level)
+      .def_ro("weight", &StackEntry::weight);
+  module.attr("UNPROJECTED") = StackEntry::unprojected;
+  nb::class_<TaskStack>(module, "TaskStack", "Which tasks, on which levels, fused in which way.")
+      .def(nb::init<std::size_t, std::vector<StackEntry>, Fusion, Damping, std::optional<QuadraticLimits>>(),
+           "joint_count"_a, "entries"_a, "fusion"_a, "damping"_a = Damping{}, "limits"_a = nb::none())
+      .def(
+          "compute",
+          [](TaskStack& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+             const skin::SkinState& skin, Shares share, double period_s) {
+            std::vector<double> fused(self.joint_count());
+            with_input(dynamics, position, velocity, skin, share, period_s, [&](const TaskInput& input) {
+              require(self.compute(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(), fused),
+                      "the stack has no answer to this state");
+            });
+            return copy_of(std::span<const double>(fused));
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001,
+          "(n) Nm, for a robot without added inertia or friction.")
+      .def(
+          "start",
+          [](TaskStack& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+             const skin::SkinState& skin, Shares share, double period_s) {
+            with_input(dynamics, position, velocity, skin, share, period_s,
+                       [&](const TaskInput& input) { self.start(input, nullptr); });
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001)
+      .def_prop_ro("fusion", &TaskStack::fusion);
+
+  using Levels = std::vector<std::pair<Doubles, Rows>>;
+  const auto spans = [](const Levels& levels, std::size_t joints) {
+    std::vector<control::FusionLevel> result;
+    for (const auto& [torque, rows] : levels) {
+      require(torque.shape(0) == joints && rows.shape(1) == joints, "levels must have one column a joint");
+      result.push_back({span_of(torque), {rows.data(), rows.size()}});
+    }
+    return result;
+  };
+  nb::class_<NullSpaceFusion>(module, "NullSpaceFusion", "Strict hierarchy by recursive null spaces (eq. 19, 20).")
+      .def(nb::init<std::size_t, std::size_t, Inverse, Damping>(), "joint_count"_a, "largest_rows"_a, "inverse"_a,
+           "damping"_a = Damping{})
+      .def(
+          "fuse",
+          [spans](NullSpaceFusion& self, Rows mass, const Levels& levels) {
+            std::vector<double> fused(mass.shape(0));
+            require(self.fuse({mass.data(), mass.size()}, spans(levels, fused.size()), fused),
+                    "mass and levels must have one column a joint, mass must be positive definite");
+            return copy_of(std::span<const double>(fused));
+          },
+          "mass"_a, "levels"_a, "(n) Nm from mass (n, n) and levels [(torque (n), rows (s, n))], the highest first.");
+  nb::class_<QuadraticFusion>(module, "QuadraticFusion", "Strict hierarchy by quadratic programmes within the limits.")
+      .def(nb::init<std::size_t, std::size_t, std::size_t, QuadraticLimits>(), "joint_count"_a, "largest_rows"_a,
+           "levels"_a, "limits"_a)
+      .def(
+          "fuse",
+          [spans](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+                  Doubles unprojected, const Levels& levels) {
+            const std::size_t joints = dynamics.joint_count();
+            std::vector<double> fused(joints);
+            const skin::SkinState none;
+            require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
+                    "arrays must have one entry a joint");
+            const TaskInput input{dynamics, span_of(position), span_of(velocity), none, {}, 0.001};
+            require(self.fuse(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(), span_of(unprojected),
+                              spans(levels, joints), fused),
+                    "the programmes have no finite answer");
+            return copy_of(std::span<const double>(fused));
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "levels"_a,
+          "(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse.")
+      .def_prop_ro("constrained", &QuadraticFusion::constrained, "programmes of the last fuse that met a limit")
+      .def_prop_ro("unsolved", &QuadraticFusion::unsolved)
+      .def_prop_ro("claimed", &QuadraticFusion::claimed);
+  module.attr("QUADRATIC_TOLERANCE") = QuadraticFusion::tolerance;
+}
+
+}  // namespace
+
+void bind_control_tasks(nb::module_& module) {
+  bind_task(module);
+  bind_model_tasks(module);
+  bind_self_collision(module);
+  bind_skin_tasks(module);
+  bind_force(module);
+  bind_fusion(module);
+}
+
+}  // namespace robotskin::bindings

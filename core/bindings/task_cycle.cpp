@@ -1,0 +1,148 @@
+// Binds the task cycle.
+#include "robot/task_cycle.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
+#include <time.h>
+
+#include <chrono>
+
+#include "bindings/arrays.hpp"
+#include "bindings/bindings.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::bindings {
+namespace {
+
+using control::Damping;
+using control::Fusion;
+using control::QuadraticLimits;
+using control::StackEntry;
+using control::TaskStack;
+using robot::GuardReport;
+using robot::StateLog;
+using robot::TaskCycle;
+using robot::TaskCycleGains;
+
+void require_joints(std::size_t joints, const JointState& state, const JointCommand& command) {
+  if (state.position.size() != joints || state.velocity.size() != joints || command.value.size() != joints)
+    throw std::invalid_argument("joint state and command must have one entry a joint");
+}
+
+nb::dict log_of(const TaskCycle& self) {
+  const StateLog& log = self.log();
+  const std::size_t ticks = log.count(), joints = log.joint_count();
+  std::vector<double> values(ticks * StateLog::width * joints);
+  std::vector<std::int64_t> times(ticks);
+  std::vector<std::uint8_t> states(ticks);
+  for (std::size_t i = 0; i < ticks; ++i) {
+    times[i] = log.tick(i).time_ns;
+    states[i] = static_cast<std::uint8_t>(log.tick(i).state);
+    std::ranges::copy(log.values(i), values.begin() + static_cast<std::ptrdiff_t>(i * StateLog::width * joints));
+  }
+  nb::dict result;
+  result["time_ns"] = copy_of(std::span<const std::int64_t>(times));
+  result["state"] = copy_of(std::span<const std::uint8_t>(states));
+  result["values"] = copy_of(std::span<const double>(values), {ticks, StateLog::width, joints});
+  return result;
+}
+
+}  // namespace
+
+void bind_task_cycle(nb::module_& module) {
+  nb::class_<TaskCycleGains>(module, "TaskCycleGains", "Gains of the task cycle beside those of its tasks.")
+      .def(
+          "__init__",
+          [](TaskCycleGains* self, control::SkinGains touch, control::ResolverGains resolver) {
+            new (self) TaskCycleGains{std::move(touch), std::move(resolver)};
+          },
+          "touch"_a, "resolver"_a)
+      .def_rw("touch", &TaskCycleGains::touch)
+      .def_rw("resolver", &TaskCycleGains::resolver)
+      .def_rw("touch_bandwidth_hz", &TaskCycleGains::touch_bandwidth_hz)
+      .def_rw("fade_s", &TaskCycleGains::fade_s);
+  nb::class_<TaskCycle>(
+      module, "TaskCycle",
+      "Any behaviour: joint state and skin state in, the tasks of a stack fused, joint command out.\n\n"
+      "Requests may come from any thread, those for a stack from one; step belongs to one.")
+      .def(
+          "__init__",
+          [](TaskCycle* self, const RobotModel& model, const skin::SkinModel& skin, TaskCycleGains gains,
+             robot::GuardLimits limits, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
+             std::optional<QuadraticLimits> quadratic) {
+            auto stack = std::make_unique<TaskStack>(model.joint_count(), std::move(entries), fusion, damping,
+                                                     std::move(quadratic));
+            new (self) TaskCycle(model, skin, std::move(gains), std::move(limits), std::move(stack));
+          },
+          "robot"_a, "skin"_a, "gains"_a, "limits"_a, "entries"_a, "fusion"_a, "damping"_a = Damping{},
+          "quadratic"_a = nb::none(), "Raises ModelError, ControlError or GuardError for what does not fit together.")
+      .def(
+          "step",
+          [](TaskCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
+             JointCommand& command) -> const GuardReport& {
+            require_joints(self.joint_count(), joints, command);
+            return self.step(joints, skin, now_ns, command);
+          },
+          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, nb::rv_policy::reference_internal,
+          "One period. Fills the command, which goes to the robot if the report says send.")
+      .def(
+          "time_steps",
+          [](TaskCycle& self, std::vector<std::shared_ptr<JointState>> joints, skin::SkinState& skin,
+             std::int64_t start_ns, JointCommand& command, std::size_t steps) {
+            if (joints.empty()) throw std::invalid_argument("there must be a joint state");
+            for (const auto& state : joints) require_joints(self.joint_count(), *state, command);
+            // The processor's time of this thread tells what the period costs where others use the machine, too.
+            const auto processor_ns = [] {
+              timespec now{};
+              clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+              return now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
+            };
+            std::vector<std::int64_t> times(2 * steps);
+            for (std::size_t i = 0; i < steps; ++i) {
+              const std::int64_t now_ns = start_ns + static_cast<std::int64_t>(i) * 1'000'000;
+              JointState& state = *joints[i % joints.size()];
+              state.stamp_ns = skin.time_ns = now_ns;
+              const std::int64_t processor_before = processor_ns();
+              const auto before = std::chrono::steady_clock::now();
+              self.step(state, skin, now_ns, command);
+              times[2 * i] = std::chrono::nanoseconds(std::chrono::steady_clock::now() - before).count();
+              times[2 * i + 1] = processor_ns() - processor_before;
+            }
+            return copy_of(std::span<const std::int64_t>(times), {steps, 2});
+          },
+          "joints"_a, "skin"_a, "start_ns"_a, "command"_a, "steps"_a,
+          "(steps, 2) nanoseconds on the clock and of the processor that each of as many periods took, on the joint "
+          "states "
+          "in turn.")
+      .def("request_run", &TaskCycle::request_run, "run"_a)
+      .def("request_mode", &TaskCycle::request_mode, "mode"_a)
+      .def("request_skin_task", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
+      .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a)
+      .def(
+          "request_stack",
+          [](TaskCycle& self, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
+             std::optional<QuadraticLimits> quadratic) {
+            self.request_stack(std::make_unique<TaskStack>(self.joint_count(), std::move(entries), fusion, damping,
+                                                           std::move(quadratic)));
+          },
+          "entries"_a, "fusion"_a, "damping"_a = Damping{}, "quadratic"_a = nb::none(),
+          "The tasks from the next period on; those that stay go on as they are. The torque does not jump.")
+      .def_prop_ro("joint_count", &TaskCycle::joint_count)
+      .def_prop_ro("cell_count", &TaskCycle::cell_count)
+      .def_prop_ro("patch_count", &TaskCycle::patch_count)
+      .def_prop_ro(
+          "touch_torque", [](const TaskCycle& self) { return copy_of(self.touch_torque()); }, nb::rv_policy::move,
+          "(n) Nm of the forces felt")
+      .def_prop_ro(
+          "fused_torque", [](const TaskCycle& self) { return copy_of(self.fused_torque()); }, nb::rv_policy::move,
+          "(n) Nm")
+      .def_prop_ro("log", log_of,
+                   "The last second: 'time_ns' (ticks), 'state' (ticks), 'values' (ticks, 4, n) position, velocity, "
+                   "fused torque and command. It ends where a fault stopped the robot.")
+      .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal);
+}
+
+}  // namespace robotskin::bindings

@@ -1,0 +1,46 @@
+// Force task: the limb presses on its surroundings with a force that its skin measures.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "control/mailbox.hpp"
+#include "control/skin_task.hpp"
+#include "control/spatial.hpp"
+#include "control/task.hpp"
+#include "control/touched_bodies.hpp"
+
+namespace robotskin::control {
+
+struct ForceGains {
+  double integral = 2;        // 1/s, of the force that is missing
+  double damping = 100;       // N s/m of the frame
+  double largest_force = 50;  // N, bound of what is commanded along each axis
+};
+
+// torque = J_v^T (F + integral of k (F - F_measured) - D v), F newton along the axes of the base, F_measured the force
+// with which the cells on all that the link's joint carries say that they press. Claims 3 rows.
+class ForceTask final : public Task {
+ public:
+  // Throws ModelError for an unknown link, ControlError for a link on the base and gains that do not fit. Of
+  // `skin_gains` only the thresholds are read.
+  ForceTask(const RobotModel& robot, const skin::SkinModel& skin, SkinGains skin_gains, const std::string& link,
+            ForceGains gains);
+
+  // From any thread; (3) newton, no longer than largest_force, else ControlError.
+  void request_force(std::span<const double> force);
+  void start(const TaskInput& input) noexcept override;
+  [[nodiscard]] bool update(const TaskInput& input) noexcept override;
+  const Vector3& measured() const noexcept { return measured_; }  // newton, base frame
+
+ private:
+  SkinTask skin_task_;
+  TouchedBodies bodies_;
+  ForceGains gains_;
+  std::size_t link_, joint_;
+  Mailbox force_box_;
+  Vector3 force_{}, integral_{}, measured_{}, scratch_{};
+  std::vector<double> jacobian_, ignored_;  // (6, n), (n)
+};
+
+}  // namespace robotskin::control

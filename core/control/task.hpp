@@ -1,0 +1,61 @@
+// What every task of the library is: torques on the joints, and the motions that it lays claim to.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/robot_dynamics.hpp"
+#include "skin/skin_state.hpp"
+
+namespace robotskin::control {
+
+// What a task may know of one tick: n joints, N cells.
+struct TaskInput {
+  const RobotDynamics& dynamics;     // updated with position and velocity
+  std::span<const double> position;  // (n) rad
+  std::span<const double> velocity;  // (n) rad/s
+  const skin::SkinState& skin;
+  std::span<const float> share;  // (N) 0 to 1, how much of each cell counts
+  double period_s;
+};
+
+// A task owns its results and has room for them from the start: update allocates, locks and throws nothing. A user's
+// task derives from this class and fills torque_ and rows_.
+class Task {
+ public:
+  // `largest_rows` bounds the rows of every tick.
+  Task(std::string name, std::size_t joint_count, std::size_t largest_rows)
+      : torque_(joint_count), rows_(joint_count * largest_rows), name_(std::move(name)), largest_rows_(largest_rows) {}
+  virtual ~Task() = default;
+  Task(const Task&) = delete;
+  Task& operator=(const Task&) = delete;
+
+  // Begins where the robot is: called in the tick in which the task enters a stack, and while the robot holds still.
+  virtual void start(const TaskInput&) noexcept {}
+  // Fills torque and rows. False if they could not be computed; the robot is then stopped.
+  [[nodiscard]] virtual bool update(const TaskInput& input) noexcept = 0;
+
+  const std::string& name() const noexcept { return name_; }
+  std::size_t joint_count() const noexcept { return torque_.size(); }
+  std::size_t largest_rows() const noexcept { return largest_rows_; }
+  std::size_t row_count() const noexcept { return row_count_; }
+
+  // (n) Nm that the task asks for, of which a task of a higher level may leave only a part.
+  std::span<const double> torque() const noexcept { return torque_; }
+  // (row_count, n) the motions, a row each, that tasks of lower levels must leave alone. A row shrinks to nothing as
+  // its task fades, so that no torque of a lower level steps.
+  std::span<const double> rows() const noexcept { return {rows_.data(), row_count_ * torque_.size()}; }
+
+ protected:
+  std::vector<double> torque_;
+  std::vector<double> rows_;
+  std::size_t row_count_ = 0;
+
+ private:
+  std::string name_;
+  std::size_t largest_rows_;
+};
+
+}  // namespace robotskin::control

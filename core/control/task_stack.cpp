@@ -1,0 +1,101 @@
+#include "control/task_stack.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "control/control_error.hpp"
+
+namespace robotskin::control {
+
+TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
+                     std::optional<QuadraticLimits> limits)
+    : joints_(joint_count), entries_(std::move(entries)), fusion_(fusion), unprojected_(joint_count) {
+  if (entries_.empty()) throw ControlError("task stack: there is no task in it");
+  std::size_t largest_rows = 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const StackEntry& entry = entries_[i];
+    if (!entry.task) throw ControlError("task stack: entry " + std::to_string(i) + " has no task");
+    const std::string& name = entry.task->name();
+    for (std::size_t k = 0; k < i; ++k)
+      if (entries_[k].task == entry.task) throw ControlError("task stack: task '" + name + "' is in it twice");
+    if (entry.task->joint_count() != joints_)
+      throw ControlError("task stack: task '" + name + "' is for " + std::to_string(entry.task->joint_count()) +
+                         " joints, the robot has " + std::to_string(joints_));
+    if (entry.level < StackEntry::unprojected)
+      throw ControlError("task stack: level " + std::to_string(entry.level) + " of task '" + name +
+                         "' must be 0 or more, or -1 for unprojected");
+    if (!std::isfinite(entry.weight) || entry.weight < 0)
+      throw ControlError("task stack: weight " + std::to_string(entry.weight) + " of task '" + name +
+                         "' must be finite and not negative");
+    if (entry.level != StackEntry::unprojected) largest_rows += entry.task->largest_rows();
+  }
+  std::ranges::stable_sort(entries_, {}, &StackEntry::level);
+  std::size_t levels = 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (entries_[i].level != StackEntry::unprojected && (i == 0 || entries_[i].level != entries_[i - 1].level))
+      ++levels;
+  levels_.resize(levels);
+  level_torque_.resize(levels * joints_);
+  level_rows_.resize(largest_rows * joints_);
+
+  if (fusion == Fusion::null_space)
+    null_space_.emplace(joints_, largest_rows, Inverse::dynamically_consistent, damping);
+  if (fusion == Fusion::null_space_at_rest) null_space_.emplace(joints_, largest_rows, Inverse::moore_penrose, damping);
+  if (fusion == Fusion::quadratic) {
+    if (!limits) throw ControlError("task stack: quadratic fusion needs the robot's limits");
+    quadratic_.emplace(joints_, largest_rows, levels, std::move(*limits));
+  }
+}
+
+bool TaskStack::holds(const Task* task) const noexcept {
+  return std::ranges::any_of(entries_, [task](const StackEntry& entry) { return entry.task.get() == task; });
+}
+
+void TaskStack::start(const TaskInput& input, const TaskStack* before) noexcept {
+  for (const StackEntry& entry : entries_)
+    if (before == nullptr || !before->holds(entry.task.get())) entry.task->start(input);
+}
+
+bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
+                        std::span<double> fused) noexcept {
+  std::ranges::fill(unprojected_, 0.0);
+  std::ranges::fill(level_torque_, 0.0);
+  double* torque = unprojected_.data();
+  double* rows = level_rows_.data();
+  std::size_t level = 0;  // of the next new one
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const StackEntry& entry = entries_[i];
+    if (!entry.task->update(input)) return false;
+    const bool projected = entry.level != StackEntry::unprojected;
+    if (projected && (i == 0 || entry.level != entries_[i - 1].level)) {
+      torque = &level_torque_[level * joints_];
+      levels_[level++] = {{torque, joints_}, {rows, 0}};
+    }
+    const std::span<const double> own = entry.task->torque();
+    for (std::size_t joint = 0; joint < joints_; ++joint) torque[joint] += entry.weight * own[joint];
+    if (!projected) continue;
+    std::ranges::copy(entry.task->rows(), rows);
+    rows += entry.task->rows().size();
+    const double* first = levels_[level - 1].rows.data();
+    levels_[level - 1].rows = {first, static_cast<std::size_t>(rows - first)};
+  }
+  switch (fusion_) {
+    case Fusion::weighted_sum:
+      std::ranges::fill(fused, 0.0);
+      for (const FusionLevel& one : levels_)
+        for (std::size_t joint = 0; joint < joints_; ++joint) fused[joint] += one.torque[joint];
+      break;
+    case Fusion::null_space:
+    case Fusion::null_space_at_rest:
+      if (!null_space_->fuse(mass, levels_, fused)) return false;
+      break;
+    case Fusion::quadratic:
+      return quadratic_->fuse(input, mass, bias, unprojected_, levels_, fused);
+  }
+  for (std::size_t joint = 0; joint < joints_; ++joint) fused[joint] += unprojected_[joint];
+  return std::ranges::all_of(fused, [](double value) { return std::isfinite(value); });
+}
+
+}  // namespace robotskin::control

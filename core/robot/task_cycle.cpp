@@ -1,0 +1,100 @@
+#include "robot/task_cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "control/control_error.hpp"
+
+namespace robotskin::robot {
+namespace {
+
+control::SkinGains touch_gains(control::SkinGains gains) {
+  std::ranges::fill(gains.force_weight, 1.0F);
+  std::ranges::fill(gains.proximity_weight, 0.0F);
+  return gains;
+}
+
+GuardLimits with_period(GuardLimits limits, double period_s) {
+  limits.period_s = period_s;
+  return limits;
+}
+
+std::size_t ticks_a_second(double period_s) {
+  return static_cast<std::size_t>(std::clamp(1 / period_s, 1.0, 1e5));
+}
+
+}  // namespace
+
+TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, GuardLimits limits,
+                     std::unique_ptr<control::TaskStack> stack)
+    : gains_(std::move(gains)),
+      dynamics_(robot),
+      touch_task_(robot, skin, touch_gains(gains_.touch)),
+      mask_(skin, gains_.fade_s),
+      skin_fade_(gains_.fade_s, 1.0),
+      touch_filter_(robot.joint_count(), gains_.touch_bandwidth_hz, gains_.resolver.period_s),
+      stack_(std::move(stack), gains_.fade_s),
+      resolver_(robot, gains_.resolver),
+      guard_(robot, with_period(std::move(limits), gains_.resolver.period_s)),
+      log_(ticks_a_second(gains_.resolver.period_s), robot.joint_count()),
+      share_(skin.size(), 1.0F),
+      touch_torque_(robot.joint_count()),
+      fused_torque_(robot.joint_count()),
+      mass_(robot.joint_count() * robot.joint_count()),
+      bias_(robot.joint_count()) {
+  if (stack_.stack().joint_count() != robot.joint_count())
+    throw control::ControlError("task cycle: the stack is for " + std::to_string(stack_.stack().joint_count()) +
+                                " joints, the robot has " + std::to_string(robot.joint_count()));
+}
+
+const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
+                                   JointCommand& command) noexcept {
+  const double period = gains_.resolver.period_s;
+  const std::size_t count = joint_count();
+  const auto fits = [count](const std::vector<double>& values) {
+    return values.size() == count && std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+  };
+  const SafetyState state = guard_.report().state;
+  const bool moves = state == SafetyState::running || state == SafetyState::degraded;
+
+  bool valid = fits(joints.position) && fits(joints.velocity) && command.value.size() == count;
+  if (valid) {
+    if (!moves) {  // whoever holds still starts again from where it is, at rest
+      resolver_.reset(joints);
+      touch_filter_.reset();
+    }
+    command.mode = mode_.load(std::memory_order_relaxed);
+    resolver_.begin(joints, command.mode);
+    valid = dynamics_.update(resolver_.position(), resolver_.velocity());
+  }
+  const std::span<const float> mask = mask_.step(period);
+  const auto skin_share = static_cast<float>(skin_fade_.step(skin_on_.load(std::memory_order_relaxed), period));
+  for (std::size_t cell = 0; cell < share_.size(); ++cell) share_[cell] = skin_share * mask[cell];
+
+  if (valid) valid = touch_task_.compute(dynamics_, skin, mask, touch_torque_);
+  if (valid) {
+    const std::span<const double> touch = touch_filter_.step(touch_torque_);
+    // What answers to torques is the robot with the inertia and the friction that its user wants it to have.
+    std::ranges::copy(dynamics_.mass_matrix(), mass_.begin());
+    const control::VirtualRobotGains& virtual_robot = gains_.resolver.virtual_robot;
+    for (std::size_t i = 0; i < count; ++i) {
+      mass_[i * count + i] += virtual_robot.inertia[i] + virtual_robot.friction[i] * period;
+      bias_[i] = dynamics_.nonlinear_effects()[i] + virtual_robot.friction[i] * resolver_.velocity()[i] - touch[i];
+    }
+    const control::TaskInput input{dynamics_, resolver_.position(), resolver_.velocity(), skin, share_, period};
+    if (!moves) stack_.restart(input);
+    valid = stack_.compute(input, mass_, bias_, fused_torque_) &&  // (18) or (19), (20)
+            resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);
+  }
+
+  // SAFETY: the guard has the last word; nothing after it changes the command.
+  const GuardReport& report =
+      guard_.check(dynamics_, joints, skin, now_ns, run_.load(std::memory_order_relaxed), valid, command);
+  if (report.state != SafetyState::stopped || report.reason == Reason::asked)
+    log_.record(now_ns, report.state, joints, fused_torque_, command);
+  return report;
+}
+
+}  // namespace robotskin::robot

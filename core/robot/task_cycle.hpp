@@ -1,0 +1,83 @@
+// The task cycle: joint state and skin state in, the tasks of a stack fused, joint command out, once a period.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "control/fade.hpp"
+#include "control/low_pass.hpp"
+#include "control/patch_mask.hpp"
+#include "control/skin_task.hpp"
+#include "control/stack_switch.hpp"
+#include "control/torque_resolver.hpp"
+#include "model/joint_command.hpp"
+#include "model/joint_state.hpp"
+#include "robot/guard.hpp"
+#include "robot/state_log.hpp"
+#include "skin/skin_state.hpp"
+
+namespace robotskin::robot {
+
+struct TaskCycleGains {
+  control::SkinGains touch;         // which cells' forces count as a touch; the weights are not read
+  control::ResolverGains resolver;  // its period is the cycle's
+  double touch_bandwidth_hz = 0;    // of the measured touch, 0: unfiltered
+  double fade_s = 0.25;             // how long switching the stack, the skin or a patch takes
+};
+
+// Any behaviour: a stack of tasks, fused (18) or (19), through the torque resolver and past the guard. Requests may
+// come from any thread, those for a stack from one; step belongs to one.
+class TaskCycle {
+ public:
+  // Throws ModelError, ControlError or GuardError for a robot, a skin, gains, limits and a stack that do not fit
+  // together.
+  TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, GuardLimits limits,
+            std::unique_ptr<control::TaskStack> stack);
+
+  // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,
+  // which has n joints; it goes to the robot if the report says `send`. Never allocates, locks or throws.
+  const GuardReport& step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
+                          JointCommand& command) noexcept;
+
+  void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
+  void request_mode(CommandMode mode) noexcept { mode_.store(mode, std::memory_order_relaxed); }
+  // Off: no task feels any cell.
+  void request_skin(bool on) noexcept { skin_on_.store(on, std::memory_order_relaxed); }
+  // False if there is no such patch.
+  [[nodiscard]] bool request_patch_mask(std::size_t patch, bool masked) noexcept {
+    return mask_.request(patch, masked);
+  }
+  void request_stack(std::unique_ptr<control::TaskStack> stack) { stack_.request(std::move(stack)); }
+
+  std::size_t joint_count() const noexcept { return fused_torque_.size(); }
+  std::size_t cell_count() const noexcept { return touch_task_.cell_count(); }
+  std::size_t patch_count() const noexcept { return mask_.patch_count(); }
+  std::span<const double> touch_torque() const noexcept { return touch_torque_; }  // (n) Nm of the forces felt
+  std::span<const double> fused_torque() const noexcept { return fused_torque_; }  // (n) Nm
+  const control::TaskStack& stack() const noexcept { return stack_.stack(); }
+  const GuardReport& report() const noexcept { return guard_.report(); }
+  // The last second before now, or before the robot stopped by a fault.
+  const StateLog& log() const noexcept { return log_; }
+
+ private:
+  TaskCycleGains gains_;
+  RobotDynamics dynamics_;
+  control::SkinTask touch_task_;
+  control::PatchMask mask_;
+  control::Fade skin_fade_;
+  control::LowPass touch_filter_;
+  control::StackSwitch stack_;
+  control::TorqueResolver resolver_;
+  Guard guard_;
+  StateLog log_;
+  std::vector<float> share_;                         // (N)
+  std::vector<double> touch_torque_, fused_torque_;  // (n)
+  std::vector<double> mass_, bias_;                  // (n, n), (n)
+  std::atomic<bool> run_{false}, skin_on_{true};
+  std::atomic<CommandMode> mode_{CommandMode::position};
+};
+
+}  // namespace robotskin::robot
