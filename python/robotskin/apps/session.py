@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core.driver import Driver
-from robotskin._core.model import CommandMode, JointCommand, JointState
-from robotskin._core.robot import SafetyState, SkinSource
-from robotskin._core.skin import Health, SkinReader, SkinState, SkinTorque, TorqueReader
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin._core.robot import SafetyState, SkinCycle, SkinSource
+from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState, SkinTorque, TorqueReader
 from robotskin._core.world import UdpTransport
 from robotskin.apps.torque_setup import TorqueSetup
+from robotskin.control import Controller
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
@@ -80,7 +81,7 @@ class Session:
         self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.layout))
-        self.cycle = self.gains.cycle((control or robot).core, model, self.home)
+        self.cycle = self.make_cycle((control or robot).core, model)
         self.torques: CellTorques | None = None
         """What the cells are told, if they are."""
         self.own_torque = SkinTorque(robot.joint_count)
@@ -103,6 +104,10 @@ class Session:
         self.set_interface(interface)
         if mode not in MODES:
             raise UnknownNameError("mode", mode, MODES)
+
+    def make_cycle(self, robot: RobotModel, skin: SkinModel) -> SkinCycle | Controller:
+        """What computes the commands; skin compliance, unless a derived session knows another."""
+        return self.gains.cycle(robot, skin, self.home)
 
     # ---- The flow ----
 

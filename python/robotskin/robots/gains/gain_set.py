@@ -11,13 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.control import InnerLoopGains, JointGains, ResolverGains, SkinGains, VirtualRobotGains
+from robotskin._core.control import (
+    CartesianGains,
+    InnerLoopGains,
+    JointGains,
+    ResolverGains,
+    SkinGains,
+    VirtualRobotGains,
+)
 from robotskin._core.model import BASE, RobotDynamics, RobotModel
 from robotskin._core.robot import CycleGains, GuardLimits, SkinCycle
 from robotskin._core.skin import SkinModel
 from robotskin.errors import RobotskinError, UnknownNameError
 
-# What a file must hold: "n" a number for each joint, "1" one number.
+# What a file must hold, beside the named sets and what behaviours choose of them: "n" a number for each joint, "6" for
+# each axis, "1" one number, "text" a name.
 FIELDS = {
     "posture": {"home": "n"},
     "joint": {"stiffness": "n", "damping": "n"},
@@ -53,7 +61,10 @@ FIELDS = {
     },
     "goal": {"speed_rad_s": "1"},
     "limits": {"acceleration": "n", "stop_deceleration": "n", "torque_rate": "n"},
+    "cartesian": {"link": "text", "stiffness": "6", "damping": "6", "speed_m_s": "1", "turn_speed_rad_s": "1"},
 }
+SHARES = ("joint", "cartesian", "skin", "speed")
+"""What a named gain set states, each a share of the gains above."""
 
 
 class GainError(RobotskinError):
@@ -149,6 +160,13 @@ class GainSet:
         cycle.goal_speed = values["goal"]["speed_rad_s"]
         return cycle
 
+    def choose(self, behaviour: str) -> ChosenGains:
+        """The gains of a behaviour (gain selector, IV-B4). Raises UnknownNameError for one the file does not name."""
+        chosen = self.values["behaviours"]
+        if behaviour not in chosen:
+            raise UnknownNameError(f"behaviour with gains for {self.robot}", behaviour, chosen)
+        return ChosenGains(self, chosen[behaviour], self.values["sets"][chosen[behaviour]])
+
     def guard_limits(self, robot: RobotModel) -> GuardLimits:
         """Limits of the guard beside those of the robot model. Raises GainError for another robot's file."""
         self._require_joints(robot)
@@ -163,6 +181,54 @@ class GainSet:
         joints = len(self.values["posture"]["home"])
         if joints != robot.joint_count:
             raise GainError(f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}")
+
+
+@dataclass(frozen=True)
+class ChosenGains:
+    """The gains of one robot as a named set scales them; `share` is what the set states."""
+
+    gains: GainSet
+    name: str
+    share: dict[str, float]
+
+    @property
+    def joint(self) -> JointGains:
+        """Of joint tasks."""
+        values, share = self.gains.values["joint"], self.share["joint"]
+        return JointGains(*((share * np.array(values[name])).tolist() for name in ("stiffness", "damping")))
+
+    @property
+    def cartesian(self) -> CartesianGains:
+        """Of Cartesian tasks."""
+        values, share = self.gains.values["cartesian"], self.share["cartesian"]
+        return CartesianGains(*((share * np.array(values[name])).tolist() for name in ("stiffness", "damping")))
+
+    @property
+    def link(self) -> str:
+        """The link that Cartesian tasks move."""
+        return str(self.gains.values["cartesian"]["link"])
+
+    @property
+    def speed_rad_s(self) -> float:
+        """Of joint splines."""
+        return self.share["speed"] * self.gains.values["goal"]["speed_rad_s"]
+
+    @property
+    def speed_m_s(self) -> float:
+        """Of Cartesian splines."""
+        return self.share["speed"] * self.gains.values["cartesian"]["speed_m_s"]
+
+    @property
+    def turn_speed_rad_s(self) -> float:
+        """Of Cartesian splines."""
+        return self.share["speed"] * self.gains.values["cartesian"]["turn_speed_rad_s"]
+
+    def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
+        """Of skin tasks, for the home posture."""
+        gains, share = self.gains.cycle_gains(robot, skin).skin, self.share["skin"]
+        gains.force_weight = (share * np.array(gains.force_weight)).tolist()
+        gains.proximity_weight = (share * np.array(gains.proximity_weight)).tolist()
+        return gains
 
 
 def _jacobians(
@@ -192,9 +258,13 @@ def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise GainError(f"{file}: {error}") from error
+    sets, behaviours = values.get("sets", {}), values.get("behaviours", {})
+    _check_sets(sets, behaviours, file)
     for section, given in values.items():
+        if section in ("sets", "behaviours"):
+            continue
         if section not in FIELDS:
-            raise GainError(f"{file}: unknown section [{section}]; there are {', '.join(FIELDS)}")
+            raise GainError(f"{file}: unknown section [{section}]; there are {', '.join(FIELDS)}, sets, behaviours")
         for name in given:
             if name not in FIELDS[section]:
                 raise GainError(f"{file}: unknown field {section}.{name}; there are {', '.join(FIELDS[section])}")
@@ -204,12 +274,18 @@ def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
             if name not in values.get(section, {}):
                 raise GainError(f"{file}: {section}.{name} is missing")
             value = values[section][name]
+            if kind == "text":
+                if not isinstance(value, str) or not value:
+                    raise GainError(f"{file}: {section}.{name} is {value!r}, it must be {_KINDS[kind]}")
+                continue
             numbers = value if isinstance(value, list) else [value]
-            if isinstance(value, list) != (kind == "n"):
+            if isinstance(value, list) != (kind in ("n", "6")):
                 raise GainError(f"{file}: {section}.{name} is {value!r}, it must be {_KINDS[kind]}")
             for number in numbers:
                 if isinstance(number, bool) or not isinstance(number, int | float) or not np.isfinite(number):
                     raise GainError(f"{file}: {section}.{name} holds {number!r}, which is no finite number")
+            if kind == "6" and len(numbers) != 6:
+                raise GainError(f"{file}: {section}.{name} has {len(numbers)} values, it must be {_KINDS[kind]}")
             if kind == "n":
                 joints = joints if joints is not None else len(numbers)
                 if len(numbers) != joints:
@@ -217,4 +293,24 @@ def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
     return values
 
 
-_KINDS = {"n": "a list with a number for each joint", "1": "one number"}
+def _check_sets(sets: dict[str, dict[str, Any]], behaviours: dict[str, Any], file: str) -> None:
+    for name, shares in sets.items():
+        for share in SHARES:
+            if share not in shares:
+                raise GainError(f"{file}: sets.{name}.{share} is missing")
+        for share, value in shares.items():
+            if share not in SHARES:
+                raise GainError(f"{file}: unknown field sets.{name}.{share}; there are {', '.join(SHARES)}")
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < np.inf:
+                raise GainError(f"{file}: sets.{name}.{share} is {value!r}, it must be a finite number of at least 0")
+    for behaviour, name in behaviours.items():
+        if name not in sets:
+            raise GainError(f"{file}: behaviours.{behaviour} names the set {name!r}; there are {', '.join(sets)}")
+
+
+_KINDS = {
+    "n": "a list with a number for each joint",
+    "6": "a list with a number for each of six axes",
+    "1": "one number",
+    "text": "a name",
+}

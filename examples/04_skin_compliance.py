@@ -1,0 +1,17 @@
+"""Behaviour: hold a posture and give way to touch (joint, skin and gravity task)."""
+
+import numpy as np
+
+from robotskin import layout, robots
+from robotskin.apps.behaviour_session import BehaviourSession
+from robotskin.apps.touches import push_and_release, pushed_cell
+
+session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "skin_compliance", interface="position")
+session.boot()
+push = push_and_release(session, pushed_cell(session, "forearm_link"), force_n=10.0)
+print(
+    f"gave way by {1e3 * push.displacement_m:.0f} mm and came back to within {np.rad2deg(push.return_error_rad):.2f}°"
+)
+assert push.displacement_m > 0.02
+assert push.return_error_rad < 0.02
+session.shut_down()

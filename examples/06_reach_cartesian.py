@@ -1,0 +1,19 @@
+"""Behaviour: hold the hand's pose and give way to touch (Cartesian, skin and gravity task)."""
+
+import numpy as np
+
+from robotskin import layout, robots
+from robotskin.apps.behaviour_script import hand_pose
+from robotskin.apps.behaviour_session import BehaviourSession
+from robotskin.control import CartesianGoal
+
+session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), interface="torque")
+session.boot()
+goal = hand_pose(session)
+goal[:3, 3] += [0.0, 0.05, 0.03]
+session.controller.go(CartesianGoal(goal, gradually=False))
+session.run(seconds=6.0)
+error = np.linalg.norm(hand_pose(session)[:3, 3] - goal[:3, 3])
+print(f"{session.controller.behaviour.name}: {1e3 * error:.1f} mm from the goal")
+assert error < 0.01
+session.shut_down()

@@ -1,0 +1,20 @@
+"""Behaviour: teaching by hand, the robot goes where it is pushed and stays there (skin and gravity task)."""
+
+import numpy as np
+
+from robotskin import layout, robots
+from robotskin.apps.behaviour_session import BehaviourSession
+from robotskin.apps.touches import pushed_cell
+
+session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_joint", interface="position")
+session.boot()
+cell = pushed_cell(session, "forearm_link")
+start = session.cell_position(cell)
+session.world.push(cell, force_n=10.0)
+session.run(seconds=2.0)
+session.world.release()
+session.run(seconds=1.0)
+moved_m = np.linalg.norm(session.cell_position(cell) - start)
+print(f"the arm was led {1e3 * moved_m:.0f} mm and stayed there")
+assert moved_m > 0.03
+session.shut_down()

@@ -1,0 +1,20 @@
+"""Behaviour: teaching by hand, the robot's hand goes where its arm is pushed (skin Cartesian and gravity task)."""
+
+import numpy as np
+
+from robotskin import layout, robots
+from robotskin.apps.behaviour_script import hand_pose
+from robotskin.apps.behaviour_session import BehaviourSession
+from robotskin.apps.touches import pushed_cell
+
+session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_cartesian", interface="velocity")
+session.boot()
+cell = pushed_cell(session, "forearm_link")
+push = -session.world.base_from_cell(cell)[:3, 2]
+start = hand_pose(session)[:3, 3]
+session.world.push(cell, force_n=10.0)
+session.run(seconds=1.5)
+moved = hand_pose(session)[:3, 3] - start
+print(f"the hand was led {1e3 * np.linalg.norm(moved):.0f} mm")
+assert moved @ push > 0.5 * np.linalg.norm(moved) > 0.005
+session.shut_down()

@@ -1,0 +1,109 @@
+"""`robotskin run`: a robot does one of the behaviours of figure 11, in the browser or as a scripted test."""
+
+from __future__ import annotations
+
+import secrets
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    robot: Annotated[str, typer.Argument(help="A robot with a gain file: ur5, allegro_right_hand, dual_arm or talos.")],
+    behaviour: Annotated[
+        str,
+        typer.Option(
+            help="skin_compliance, reach_joint_goal_compliant, reach_cartesian_compliant, "
+            "reach_cartesian_goal_compliant, kinesthetic_joint or kinesthetic_cartesian."
+        ),
+    ] = "skin_compliance",
+    interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
+    fusion: Annotated[
+        str | None,
+        typer.Option(help="weighted_sum, null_space, null_space_at_rest or quadratic; default: the behaviour's own."),
+    ] = None,
+    goal: Annotated[
+        str | None,
+        typer.Option(help="Numbers with commas: rad for every joint, or metres x,y,z by which the hand is to move."),
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No page: touch at random, measure, and end.")] = False,
+    seconds: Annotated[float, typer.Option(help="Simulated seconds of touches with --headless.", min=0)] = 10.0,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Run a behaviour on a skinned robot: everything between contact and motor command is real, the two ends simulated.
+
+    Exit status 0 means that the controller never stopped and no limit was violated.
+    """
+    from rich.console import Console
+
+    from robotskin import control, robots
+    from robotskin import layout as layouts
+    from robotskin._core import firmware
+    from robotskin._core.control import Fusion
+    from robotskin.apps.behaviour_script import set_goal
+    from robotskin.apps.behaviour_session import BehaviourSession
+    from robotskin.errors import UnknownNameError
+    from robotskin.robots.gains import GainSet
+
+    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    wanted = control.behaviour(behaviour)
+    if fusion is not None:
+        names = [one.name for one in Fusion]
+        if fusion not in names:
+            raise UnknownNameError("fusion", fusion, names)
+        wanted = wanted.with_fusion(Fusion[fusion])
+    target = numbers_of(goal)
+    console = Console()
+    with console.status(f"loading {robot}"):
+        GainSet.load(robot)
+        model = robots.load(robot)
+        skin = layouts.finished(model.name)
+        key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
+        session = BehaviourSession(model, skin, wanted, seed, key=key, interface=interface, mode=mode)
+    if headless:
+        raise typer.Exit(run_script(session, seconds, target, json_file))
+    from robotskin.cli.demo import show
+
+    if target is not None:
+        set_goal(session, target)
+    show(session, port)
+
+
+def numbers_of(text: str | None) -> list[float] | None:
+    """The numbers of --goal. Raises InputError for what is none."""
+    from robotskin.errors import InputError
+
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(f"--goal {text}: must be numbers with commas between them") from None
+
+
+def run_script(session: object, seconds: float, goal: list[float] | None, json_file: Path | None) -> int:
+    """Run the script, print its table, write its figures; the exit status."""
+    from rich.console import Console
+
+    from robotskin.apps import behaviour_script
+    from robotskin.apps.behaviour_session import BehaviourSession
+    from robotskin.apps.figures import broken, table_of, write_figures
+
+    assert isinstance(session, BehaviourSession)
+    console = Console()
+    try:
+        with console.status("boot") as status:
+            figures = behaviour_script.run(session, seconds, goal, status.update)
+    finally:
+        session.shut_down()
+    bounds = behaviour_script.bounds()
+    title = f"{session.robot.name}, {session.controller.behaviour.name}, {session.interface}"
+    console.print(table_of(title, figures, bounds))
+    if json_file is not None:
+        write_figures(json_file, session.seed, figures)
+    return 1 if broken(bounds, figures) else 0

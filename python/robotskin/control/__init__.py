@@ -1,0 +1,21 @@
+"""Behaviours of skinned robots: tasks from the core's library, put together by name, and changed while they run."""
+
+from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
+from robotskin.control.controller import Controller
+from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
+from robotskin.control.task_library import TASKS, TaskLibrary
+
+__all__ = [
+    "BEHAVIOURS",
+    "TASKS",
+    "Behaviour",
+    "CartesianGoal",
+    "Controller",
+    "ForceGoal",
+    "Goal",
+    "JointGoal",
+    "Primitive",
+    "TaskLibrary",
+    "behaviour",
+    "primitive",
+]

@@ -1,0 +1,41 @@
+"""`robotskin run`: a behaviour through an interface, and what does not fit is refused before anything starts."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.cli import main
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(main.app, ["run", *map(str, arguments)])
+
+
+def test_a_behaviour_runs_headless(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "run.json"
+    goal = "0.2,-1.3,1.4,-1.6,-1.5,0.1"
+    options = ("--behaviour", "reach_joint_goal_compliant", "--interface", "velocity", "--goal", goal, "--headless")
+    answer = run("ur5", *options, "--seconds", 1.5, "--seed", seed, "--json", file)
+    assert answer.exit_code == 0, answer.output
+    figures = json.loads(file.read_text())
+    assert figures["limit_violations"] == 0
+    assert figures["running"] == 1
+    assert "joint_error_rad" in figures
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("ur6",), "ur5"),
+        (("ur5", "--behaviour", "skin_complience"), "skin_compliance"),
+        (("ur5", "--interface", "torqe"), "torque"),
+        (("ur5", "--fusion", "nullspace"), "null_space"),
+        (("ur5", "--goal", "1,two"), "numbers"),
+    ],
+)
+def test_what_is_no_choice_is_refused_with_the_choices(arguments: tuple[str, ...], message: str) -> None:
+    answer = run(*arguments, "--headless")
+    assert answer.exit_code == 2
+    assert message in answer.output

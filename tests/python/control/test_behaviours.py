@@ -1,0 +1,214 @@
+"""Behaviours are figure 11, goals choose among them, and the controller changes between them without harm."""
+
+import numpy as np
+import pytest
+
+from robotskin import robots
+from robotskin._core.control import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
+from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.robot import SafetyState
+from robotskin._core.skin import Health, SkinState
+from robotskin.control import (
+    BEHAVIOURS,
+    Behaviour,
+    CartesianGoal,
+    Controller,
+    ForceGoal,
+    JointGoal,
+    TaskLibrary,
+    behaviour,
+    primitive,
+)
+from robotskin.errors import InputError, UnknownNameError
+from robotskin.layout import finished
+from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+
+FIGURE_11 = {
+    "skin_compliance": {"joint", "skin", "gravity"},
+    "reach_joint_goal_compliant": {"spline_joint", "skin", "gravity"},
+    "reach_cartesian_compliant": {"cartesian", "skin", "gravity"},
+    "reach_cartesian_goal_compliant": {"spline_cartesian", "skin_cartesian", "gravity"},
+    "kinesthetic_joint": {"skin", "gravity"},
+    "kinesthetic_cartesian": {"skin_cartesian", "gravity"},
+}
+
+
+class Rig:
+    """A controller on a UR5 that follows its position commands exactly."""
+
+    def __init__(self, start: str = "skin_compliance") -> None:
+        self.robot, self.skin_model, self.gains = (
+            robots.load("ur5").core,
+            finished("ur5").skin_model(),
+            GainSet.load("ur5"),
+        )
+        self.controller = Controller(self.robot, self.skin_model, self.gains, start)
+        self.joints, self.command = JointState(6), JointCommand(CommandMode.position, 6)
+        self.joints.position = self.gains.home
+        self.skin = SkinState(len(self.skin_model))
+        self.skin.health[:] = Health.alive.value
+        self.now_ns = 10**9
+        self.controller.request_run(True)
+
+    def run(self, seconds: float) -> SafetyState:
+        for _ in range(round(1000 * seconds)):
+            self.now_ns += 1_000_000
+            self.joints.stamp_ns = self.skin.time_ns = self.now_ns
+            report = self.controller.step(self.joints, self.skin, self.now_ns, self.command)
+            if report.send:
+                self.joints.velocity = (self.command.value - self.joints.position) / 0.001
+                self.joints.position = self.command.value.copy()
+        return report.state
+
+    def forearm_cell(self) -> int:
+        on = np.flatnonzero(self.skin_model.link == self.skin_model.link_names.index("forearm_link"))
+        return int(on[len(on) // 2])
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def test_behaviours_are_those_of_the_figure() -> None:
+    assert {name: set(one.tasks) for name, one in BEHAVIOURS.items()} == FIGURE_11
+    assert all(one.fusion is Fusion.weighted_sum for one in BEHAVIOURS.values())
+
+
+@pytest.mark.parametrize("robot", robots_with_gains())
+@pytest.mark.parametrize("name", sorted(BEHAVIOURS))
+def test_every_behaviour_can_be_made_for_every_robot_with_gains(robot: str, name: str) -> None:
+    controller = Controller(robots.load(robot).core, finished(robot).skin_model(), GainSet.load(robot), name)
+    assert set(controller.tasks) == FIGURE_11[name]
+
+
+def test_skin_compliance_holds_and_gives_way(rig) -> None:
+    assert rig.run(0.3) == SafetyState.running
+    np.testing.assert_allclose(rig.joints.position, rig.gains.home, atol=1e-6)
+    rig.skin.normal_force[rig.forearm_cell()] = 2.0
+    rig.run(1.5)
+    assert np.abs(rig.joints.position - rig.gains.home).max() > 0.02
+    rig.skin.normal_force[:] = 0
+    rig.run(3.0)
+    np.testing.assert_allclose(rig.joints.position, rig.gains.home, atol=5e-3)
+
+
+def test_a_joint_goal_is_reached(rig) -> None:
+    goal = rig.gains.home + np.array([0.3, 0.1, -0.2, 0.1, 0.0, 0.2])
+    rig.run(0.1)
+    rig.controller.go(JointGoal(goal))
+    assert rig.controller.behaviour.name == "reach_joint_goal_compliant"
+    assert rig.run(5.0) == SafetyState.running
+    np.testing.assert_allclose(rig.joints.position, goal, atol=2e-3)
+
+
+@pytest.mark.parametrize("gradually", [True, False])
+def test_a_cartesian_goal_is_reached(rig, gradually) -> None:
+    rig.run(0.1)
+    rig.controller.use("reach_cartesian_compliant")
+    rig.run(0.1)
+    task = next(task for task in rig.controller.tasks.values() if isinstance(task, CartesianTask))
+    goal = task.reference
+    goal[:3, 3] += [0.05, -0.08, 0.04]
+    rig.controller.go(CartesianGoal(goal, gradually))
+    assert rig.run(12.0) == SafetyState.running
+    task = next(task for task in rig.controller.tasks.values() if isinstance(task, CartesianTask))
+    np.testing.assert_allclose(task.error[:3], 0, atol=5e-3)
+
+
+def test_kinesthetic_teaching_goes_where_it_is_pushed_and_stays(rig) -> None:
+    rig.run(0.1)
+    rig.controller.go(ForceGoal())
+    rig.run(0.5)
+    np.testing.assert_allclose(rig.joints.position, rig.gains.home, atol=1e-4)
+    rig.skin.normal_force[rig.forearm_cell()] = 2.0
+    rig.run(1.0)
+    rig.skin.normal_force[:] = 0
+    rig.run(0.5)
+    left = rig.joints.position.copy()
+    assert np.abs(left - rig.gains.home).max() > 0.01
+    rig.run(1.0)
+    np.testing.assert_allclose(rig.joints.position, left, atol=1e-3)
+
+
+def test_a_goal_that_is_refused_changes_nothing(rig) -> None:
+    rig.run(0.1)
+    before = rig.controller.behaviour
+    with pytest.raises(ControlError, match="reference"):
+        rig.controller.go(JointGoal(np.full(6, 100.0)))
+    with pytest.raises(ControlError, match="7 values"):
+        rig.controller.go(JointGoal(np.zeros(7)))
+    with pytest.raises(InputError, match="shape"):
+        rig.controller.go(CartesianGoal(np.eye(3)))
+    with pytest.raises(InputError, match="finite"):
+        rig.controller.go(JointGoal([np.nan] * 6))
+    assert rig.controller.behaviour == before
+    with pytest.raises(UnknownNameError, match="skin_compliance"):
+        rig.controller.use("skin_complience")
+    rig.controller.use("kinesthetic_joint")
+    with pytest.raises(InputError, match="no task that follows"):
+        rig.controller.set_reference(rig.gains.home)
+    assert rig.run(0.1) == SafetyState.running
+
+
+def test_goals_choose_behaviours() -> None:
+    assert primitive(JointGoal([0.0])).behaviour.name == "reach_joint_goal_compliant"
+    assert primitive(JointGoal([0.0], gradually=False)).behaviour.name == "skin_compliance"
+    assert primitive(CartesianGoal(np.eye(4))).behaviour.name == "reach_cartesian_goal_compliant"
+    assert primitive(ForceGoal(hand=True)).behaviour.name == "kinesthetic_cartesian"
+    with pytest.raises(InputError, match="no goal"):
+        primitive("up")  # type: ignore[arg-type]
+
+
+def test_a_users_task_takes_part_in_a_behaviour(rig) -> None:
+    def swing(library: TaskLibrary, gains: object) -> PythonTask:
+        def compute(dynamics, position, velocity, skin):
+            return np.array([0.0, 0, 0, 0, 0, 30.0]), np.zeros((0, 6))
+
+        return PythonTask("swing", 6, 0, compute)
+
+    rig.controller.library.add("swing", swing)
+    own = Behaviour("skin_compliance", {"swing": 0, "joint": 0, "gravity": -1}, Fusion.weighted_sum, "swings")
+    rig.run(0.1)
+    rig.controller.use(own)
+    assert rig.run(3.0) == SafetyState.running
+    assert rig.joints.position[5] - rig.gains.home[5] == pytest.approx(30 / 120, rel=0.02)
+
+
+def test_every_gain_set_is_a_share_of_the_robots_gains() -> None:
+    gains = GainSet.load("ur5")
+    reaching, teaching = gains.choose("reach_joint_goal_compliant"), gains.choose("kinesthetic_joint")
+    assert reaching.speed_rad_s == pytest.approx(0.6 * 0.5)
+    assert max(teaching.joint.stiffness) == 0
+    with pytest.raises(UnknownNameError, match="skin_compliance"):
+        gains.choose("dancing")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('skin_compliance = "compliant"', 'skin_compliance = "complaint"', "names the set 'complaint'"),
+        ("[sets.teaching]", "[sets.teaching]\nvigour = 2.0", "unknown field sets.teaching.vigour"),
+        ("speed = 0.6", "speed = -0.6", "sets.reaching.speed is -0.6"),
+        ('link = "ee_link"', "link = 3", "cartesian.link is 3"),
+        ("speed_m_s = 0.15", "", "cartesian.speed_m_s is missing"),
+    ],
+)
+def test_damaged_gain_sets_are_refused_by_field(tmp_path, old, new, message) -> None:
+    from importlib import resources
+
+    text = (resources.files("robotskin.robots.gains") / "ur5.toml").read_text(encoding="utf-8")
+    path = tmp_path / "ur5.toml"
+    path.write_text(text.replace(old, new, 1))
+    assert path.read_text() != text
+    with pytest.raises(GainError, match=message):
+        GainSet.load(str(path))
+
+
+def test_tasks_are_made_by_name(rig) -> None:
+    chosen = rig.gains.choose("skin_compliance")
+    assert isinstance(rig.controller.library.make("gravity", chosen), GravityTask)
+    assert isinstance(rig.controller.library.make("posture", chosen), JointTask)
+    with pytest.raises(UnknownNameError, match="joint_limits"):
+        rig.controller.library.make("joint_limit", chosen)
+    assert behaviour("kinesthetic_joint").with_fusion(Fusion.null_space).fusion is Fusion.null_space
