@@ -1,0 +1,52 @@
+"""The control framework: times of ticks, leaks between priorities, torque jumps, contact through each interface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robotskin.bench import (
+    control_interfaces,
+    control_map,
+    control_priority,
+    control_soak,
+    control_switch,
+    control_ticks,
+)
+from robotskin.errors import UnknownNameError
+
+PARTS = ("ticks", "skin", "priority", "switch", "map", "spread", "collision", "proximity", "soak")
+
+
+def run(
+    *,
+    seed: int = 1,
+    parts: str = ",".join(PARTS),
+    ticks: int = 20000,
+    states: int = 10000,
+    pushed_cells: int = 10,
+    soak_seconds: float = 600.0,
+) -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them; a part that is left out leaves its keys out.
+
+    `ticks` periods a timed stack, `states` random states for the leaks, `pushed_cells` cells pushed with 5, 15 and 30 N
+    through each interface, `soak_seconds` for every behaviour on each of three robots.
+    """
+    wanted = [part.strip() for part in parts.split(",")]
+    for part in wanted:
+        if part not in PARTS:
+            raise UnknownNameError("part of bench control", part, PARTS)
+    measure = {
+        "ticks": lambda: control_ticks.tick_figures(seed, ticks),
+        "skin": lambda: control_ticks.skin_figures(seed, ticks),
+        "priority": lambda: control_priority.priority_figures(seed, states),
+        "switch": lambda: control_switch.switch_figures(seed),
+        "map": lambda: control_map.map_figures(seed),
+        "spread": lambda: control_interfaces.spread_figures(seed, pushed_cells),
+        "collision": lambda: control_interfaces.collision_figures(seed),
+        "proximity": lambda: control_interfaces.proximity_figures(seed),
+        "soak": lambda: control_soak.soak_figures(seed, soak_seconds),
+    }
+    figures: dict[str, Any] = {}
+    for part in wanted:
+        figures |= measure[part]()
+    return figures

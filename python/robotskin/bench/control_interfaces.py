@@ -1,0 +1,144 @@
+"""`robotskin bench control`, contact: the same pushes through each interface, collisions, and hands that come near."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotskin.bench.control_rig import PERIOD_S, ControlRig
+
+INTERFACES = ("position", "velocity", "torque")
+FORCES_N = (5.0, 15.0, 30.0)
+COLLISION_M_S = 0.25
+
+Figures = dict[str, float]
+
+
+def spread_figures(seed: int, cells: int, hold_s: float = 2.5) -> Figures:
+    """(max - min) / mean over the interfaces, of displacement and of 63 % rise time, frictionless pushes on a UR5.
+
+    `interface_spread` is the worst mean over pushes of the two; `interface_spread_uncompensated` the same with a robot
+    whose joints have Coulomb friction and whose position interface has neither servo lead nor bias correction.
+    """
+    plain, rough = _spreads(seed, cells, hold_s, rough=False), _spreads(seed, max(1, cells // 3), hold_s, rough=True)
+    return {
+        "interface_spread": max(plain),
+        "interface_spread_displacement": plain[0],
+        "interface_spread_rise": plain[1],
+        "interface_spread_uncompensated": max(rough),
+        "interface_pushes": float(cells * len(FORCES_N)),
+    }
+
+
+def _spreads(seed: int, cells: int, hold_s: float, rough: bool) -> tuple[float, float]:
+    answers: dict[tuple[int, float], list[tuple[float, float]]] = {}
+    for interface in INTERFACES:
+        rig = ControlRig("ur5", "skin_compliance", interface, seed)
+        if rough:
+            _take_compensation_away(rig)
+        for cell in rig.soft_cells(cells, np.random.default_rng(seed)):
+            for force in FORCES_N:
+                answers.setdefault((cell, force), []).append(_answer(rig, cell, force, hold_s))
+        if not rig.running:
+            raise RuntimeError(f"{interface}: the robot stopped: {rig.controller.report.text}")
+    values = np.array(list(answers.values()))  # (pushes, interfaces, 2)
+    spread = (values.max(axis=1) - values.min(axis=1)) / values.mean(axis=1)
+    displacement, rise = spread.mean(axis=0)
+    return float(displacement), float(rise)
+
+
+def _take_compensation_away(rig: ControlRig) -> None:
+    from robotskin._core.robot import TaskCycle, TaskCycleGains
+
+    cycle = rig.gains.cycle_gains(rig.robot.core, rig.model)
+    resolver = cycle.resolver
+    resolver.servo_lag_s = resolver.servo_lag_s2 = 0.0
+    resolver.position_bias_per_s = 1e-9
+    inner = resolver.inner_loop
+    inner.integral = [0.0] * rig.robot.joint_count
+    resolver.inner_loop = inner
+    own = TaskCycleGains(cycle.skin, resolver)
+    own.touch_bandwidth_hz, own.fade_s = cycle.skin_bandwidth_hz, cycle.fade_s
+    controller = rig.controller
+    controller.cycle = TaskCycle(
+        rig.robot.core,
+        rig.model,
+        own,
+        rig.gains.guard_limits(rig.robot.core),
+        controller._entries(),
+        controller.fusion,
+    )
+    controller.request_mode(rig.command.mode)
+    controller.request_run(True)
+    dofs = rig.world.scene.model.jnt_dofadr[rig.world.scene.robot_joints]
+    rig.world.scene.model.dof_frictionloss[dofs] = 0.02 * np.asarray(rig.robot.effort_limit)
+    rig.run(0.1)
+
+
+def _answer(rig: ControlRig, cell: int, force_n: float, hold_s: float) -> tuple[float, float]:
+    """Steady displacement in metres and the time in which it first was 63 % of that, in seconds."""
+    start = rig.place(cell)
+    rig.push(cell, force_n)
+    moved = []
+    for _ in range(round(hold_s / PERIOD_S)):
+        rig.step()
+        moved.append(float(np.linalg.norm(rig.place(cell) - start)))
+    rig.push(cell, 0.0)
+    rig.run(hold_s)
+    steady = float(np.mean(moved[-100:]))
+    return steady, PERIOD_S * float(np.argmax(np.array(moved) >= 0.63 * steady))
+
+
+def collision_figures(seed: int) -> Figures:
+    """Peak contact force when a hand of 0.5 kg meets the forearm at 0.25 m/s and keeps coming for 0.1 m."""
+    figures: Figures = {}
+    for interface in INTERFACES:
+        for skin_on, key in ((False, "stiff"), (True, "skin")):
+            rig = ControlRig("ur5", "skin_compliance", interface, seed)
+            rig.controller.request_skin_task(skin_on)
+            rig.run(0.4)
+            cell = _forearm_cell(rig)
+            rig.world.approach(cell, 0.05, 0.5)
+            rig.run(1.0)
+            rig.world.approach(cell, -0.1, COLLISION_M_S)
+            peak = 0.0
+            for _ in range(800):
+                rig.step()
+                peak = max(peak, rig.contact_n())
+            figures[f"push_peak_force_{key}_{interface}_n"] = peak
+    figures["push_peak_force_n"] = max(figures[f"push_peak_force_skin_{one}_n"] for one in INTERFACES)
+    figures["push_peak_force_stiff_n"] = min(figures[f"push_peak_force_stiff_{one}_n"] for one in INTERFACES)
+    return figures
+
+
+def proximity_figures(seed: int, speed_m_s: float = 0.02, way_m: float = 0.1) -> Figures:
+    """Whether a ball of 5 cm that moves on a straight line into the forearm ever touches it, if the robot can retreat.
+
+    The robot is taught by hand (kinesthetic joint behaviour), so that nothing holds it back but its friction. The ball
+    starts 6 cm before a cell and goes `way_m`, so that it would go 4 cm deep.
+    """
+    least, retreat = np.inf, np.inf
+    for interface in INTERFACES:
+        rig = ControlRig("ur5", "kinesthetic_joint", interface, seed)
+        cell = _forearm_cell(rig)
+        place, normal, radius = rig.place(cell), rig.normal(cell), 0.05
+        for tick in range(round(way_m / speed_m_s / PERIOD_S)):
+            rig.ball = (place + (radius + 0.06 - speed_m_s * tick * PERIOD_S) * normal, radius)
+            rig.step()
+            least = min(least, rig.gap_m())
+        retreat = min(retreat, float((place - rig.place(cell)) @ normal))
+    return {
+        "proximity_contact_free": float(least > 0),
+        "proximity_least_gap_m": float(least),
+        "proximity_retreat_m": float(retreat),
+        "proximity_speed_m_s": speed_m_s,
+    }
+
+
+def _forearm_cell(rig: ControlRig) -> int:
+    """Of the cells the skin task can move, one of the forearm that faces sideways."""
+    weight = rig.gains.force_weights(rig.robot.core, rig.model)
+    soft = rig.gains.stiff_compliance(rig.robot.core, rig.model) * (1 + weight)
+    forearm = rig.model.link == rig.model.link_names.index("forearm_link")
+    fits = forearm & (soft > 0.9 * soft.max())
+    sideways = 1 - np.abs(rig.world.base_from_cell()[:, 2, 2])
+    return int(np.argmax(np.where(fits, sideways, -1)))

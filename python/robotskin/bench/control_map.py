@@ -1,0 +1,69 @@
+"""`robotskin bench control`, the map skin task: does a learnt map move the robot as its Jacobian would (eq. 17)?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotskin._core.control import MapSkinTask, SkinGains, SkinTask
+from robotskin._core.model import RobotDynamics
+from robotskin._core.skin import Health, SkinState
+from robotskin.bench.selfconfig_map import PLAN_SEED, START, STEPS
+from robotskin.layout import finished
+from robotskin.robots import load
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.selfconfig.babbling.plan import plan_babbling
+from robotskin.selfconfig.configuration import configure, learn_map
+from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
+from robotskin.selfconfig.simulated.motion import AccelerometerFaults
+from robotskin.selfconfig.simulated.recording import simulate_babbling
+
+LEAST_TORQUE_NM = 0.2
+"""Touches whose true torque is less, of 10 N, tell no direction."""
+
+
+def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
+    """One learnt map of the UR5 in its 260 cells; touches of single cells in the postures it was learnt in.
+
+    `map_task_agreement`: share of touches whose torque makes less than 90 degrees with that of eq. 17, so that the
+    joints move the cell inward; `map_task_cosine`: median of the cosine.
+    """
+    robot, layout = load("ur5"), finished("ur5")
+    random = np.random.default_rng(seed)
+    plan = plan_babbling(FreeSpace(robot, floor_m=0.0), START, np.random.default_rng(PLAN_SEED))
+    faults = AccelerometerFaults.draw(random, len(layout), AccelerometerImperfections())
+    recording = simulate_babbling(robot, layout, plan, random, faults=faults)
+    learnt = learn_map(robot, recording, configure(robot, recording, steps=STEPS))
+
+    skin = layout.skin_model()
+    row = {int(key): index for index, key in enumerate(learnt.cell)}
+    keys = layout.section_unit.astype(np.int64) << 16 | layout.id
+    known = np.array([int(key) in row for key in keys])
+    weight = np.zeros((len(learnt.posture), len(layout), robot.joint_count))
+    weight[:, known] = learnt.weight[:, [row[int(key)] for key in keys[known]]]
+
+    gains = SkinGains.uniform(len(layout), 1.0, 0.0, 0.35, 0.9, 0.02, 0.05)
+    by_map = MapSkinTask(robot.joint_count, len(layout), gains, learnt.posture, weight, 0.3)
+    by_model = SkinTask(robot.core, skin, gains)
+    dynamics, share = RobotDynamics(robot.core), np.ones(len(layout), dtype=np.float32)
+    zero = np.zeros(robot.joint_count)
+    state = SkinState(len(layout))
+    state.health[:] = Health.alive.value
+    cosines = []
+    for _ in range(touches):
+        posture = np.ascontiguousarray(learnt.posture[random.integers(len(learnt.posture))])
+        dynamics.update(posture, zero)
+        cell = int(random.choice(np.flatnonzero(known)))
+        state.normal_force[:] = 0
+        state.normal_force[cell] = 10 / 3
+        true = by_model.compute(dynamics, state, share)
+        by_map.start(dynamics, posture, zero, state, share)
+        by_map.update(dynamics, posture, zero, state, share)
+        if np.linalg.norm(true) < LEAST_TORQUE_NM or not by_map.torque.any():
+            continue  # no direction to speak of, or removed as too small to be grounded
+        cosines.append(float(by_map.torque @ true / np.linalg.norm(by_map.torque) / np.linalg.norm(true)))
+    return {
+        "map_task_agreement": float((np.array(cosines) > 0).mean()),
+        "map_task_cosine": float(np.median(cosines)),
+        "map_task_touches": float(len(cosines)),
+        "map_task_touches_without_direction": float(touches - len(cosines)),
+    }

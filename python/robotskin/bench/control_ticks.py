@@ -1,0 +1,184 @@
+"""`robotskin bench control`, times: whole ticks, state in and command out, and the skin task in them.
+
+A microsecond depends on the machine and on who else uses it, so each time stands beside its ratio to one kernel of the
+same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`), and beside the processor's own time of the
+thread, which waiting for others does not stretch.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin import robots
+from robotskin._core.control import (
+    UNPROJECTED,
+    CartesianTask,
+    Fusion,
+    GravityTask,
+    JointLimitTask,
+    JointTask,
+    QuadraticLimits,
+    SkinGains,
+    SkinReactionTask,
+    StackEntry,
+    time_skin_task,
+)
+from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.robot import SafetyState, TaskCycle, TaskCycleGains
+from robotskin._core.skin import Health, SkinModel, SkinState
+from robotskin.control.self_collision import self_collision_task
+from robotskin.layout import finished
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet
+
+Figures = dict[str, Any]
+REFERENCE = "RobotDynamics.update of talos (Pinocchio: nonlinear effects, gravity, mass matrix, its factor)"
+STATES = 64
+TOUCHED_SHARE = 0.1
+
+
+def tick_figures(seed: int, ticks: int) -> Figures:
+    """Times of the ticks of Talos and of the UR5."""
+    figures: Figures = {"reference_kernel": REFERENCE, "reference_us": reference_us(seed)}
+    rng = np.random.default_rng(seed)
+    talos, ur5 = Rig("talos", rng), Rig("ur5", rng)
+    for key, fusion, squeeze in (
+        ("nullspace", Fusion.null_space, 1.0),
+        ("hqp", Fusion.quadratic, 1.0),
+        ("hqp_limited", Fusion.quadratic, 0.25),
+    ):
+        entries = talos.five_levels(("gripper_left_base_link", "gripper_right_base_link"))
+        figures |= talos.times(f"talos_tick_{key}", entries, fusion, ticks, squeeze)
+    figures |= ur5.times("ur5_tick", ur5.five_levels(("ee_link",)), Fusion.null_space, ticks, 1.0)
+    for key in [key for key in figures if key.endswith("median_us") and "tick" in key]:
+        figures[key.replace("_us", "_ratio")] = figures[key] / figures["reference_us"]
+    return figures
+
+
+def skin_figures(seed: int, rounds: int) -> Figures:
+    """Times of the skin task with thresholds, activation and torques, at 1260 and at 100 000 cells."""
+    rng = np.random.default_rng(seed)
+    robot, skin = robots.load("talos").core, finished("talos").skin_model()
+    small = _skin_times(robot, skin, rng, rounds)
+    large = _skin_times(robot, _repeated(skin, 100_000), rng, max(rounds // 100, 40))
+    a_cell = small["task"] / len(skin)
+    return {
+        "skin_task_1260_us": small["task"],
+        "skin_product_1260_us": small["product"],
+        "skin_task_ratio": small["task"] / small["product"],
+        "skin_task_100000_us": large["task"],
+        "skin_task_scaling": large["task"] / 100_000 / a_cell,
+    }
+
+
+def reference_us(seed: int, rounds: int = 3000) -> float:
+    """Median microseconds of the reference kernel."""
+    rng = np.random.default_rng(seed)
+    return _skin_times(robots.load("talos").core, finished("talos").skin_model(), rng, rounds)["kinematics"]
+
+
+class Rig:
+    """A robot in its finished skin, in states near its home posture, some cells touched."""
+
+    def __init__(self, name: str, rng: np.random.Generator) -> None:
+        self.robot: Robot = robots.load(name)
+        self.core, self.skin = self.robot.core, finished(name).skin_model()
+        self.gain_set = GainSet.load(name)
+        self.gains = self.gain_set.cycle_gains(self.core, self.skin)
+        self.states = self._path(rng)
+        self.touch = _touched(len(self.skin), rng, TOUCHED_SHARE)
+
+    def _path(self, rng: np.random.Generator) -> list[JointState]:
+        """Joint states around a closed path, so that nothing jumps from one to the next."""
+        home, n = self.gain_set.home, self.core.joint_count
+        room = np.minimum(np.minimum(home - self.core.lower, self.core.upper - home) / 2, 0.2)
+        turn = rng.uniform(0, 2 * np.pi, n)
+        states = []
+        for i in range(STATES):
+            state = JointState(n)
+            state.position = home + room * np.sin(2 * np.pi * i / STATES + turn)
+            state.velocity = np.minimum(0.3, 0.3 * self.core.velocity_limit) * np.cos(2 * np.pi * i / STATES + turn)
+            states.append(state)
+        return states
+
+    def five_levels(self, hands: tuple[str, ...]) -> list[StackEntry]:
+        """Limits, self-collision, hands, skin, posture; gravity beside them."""
+        pose = self.gain_set.choose("reach_cartesian_compliant").cartesian
+        return [
+            StackEntry(GravityTask(self.core.joint_count), UNPROJECTED),
+            StackEntry(JointLimitTask(self.core), 0),
+            StackEntry(self_collision_task(self.robot, self.gain_set.home), 1),
+            *(StackEntry(CartesianTask(self.core, hand, pose, hand), 2) for hand in hands),
+            StackEntry(SkinReactionTask(self.core, self.skin, self.gains.skin, self.gains.skin_bandwidth_hz), 3),
+            StackEntry(JointTask(self.core, self.gains.joint, "posture"), 4),
+        ]
+
+    def times(self, key: str, entries: list[StackEntry], fusion: Fusion, ticks: int, squeeze: float) -> Figures:
+        """Median, 99 % and worst of ticks; `squeeze` is the share of the torque limits that the programmes get."""
+        limits = QuadraticLimits.of(self.core)
+        gravity = 1.2 * np.abs(_gravity(self.robot, self.gain_set.home))
+        limits.torque = np.maximum(squeeze * np.array(limits.torque), gravity).tolist()
+        gains = TaskCycleGains(self.gains.skin, self.gains.resolver)
+        gains.touch_bandwidth_hz, gains.fade_s = self.gains.skin_bandwidth_hz, self.gains.fade_s
+        guard = self.gain_set.guard_limits(self.core)
+        cycle = TaskCycle(self.core, self.skin, gains, guard, entries, fusion, quadratic=limits)
+        cycle.request_mode(CommandMode.torque)
+        cycle.request_run(True)
+        command = JointCommand(CommandMode.torque, self.core.joint_count)
+        warm_up = 200
+        cycle.time_steps(self.states, self.touch, 10**9, command, warm_up)
+        start_ns = 10**9 + warm_up * 1_000_000
+        measured = cycle.time_steps(self.states, self.touch, start_ns, command, ticks) / 1e3
+        if cycle.report.state != SafetyState.running:
+            raise RuntimeError(f"{key}: the robot stopped while it was timed: {cycle.report.text}")
+        wall, processor = measured.T
+        return {
+            f"{key}_median_us": float(np.median(wall)),
+            f"{key}_p99_us": float(np.percentile(wall, 99)),
+            f"{key}_max_us": float(wall.max()),
+            f"{key}_processor_median_us": float(np.median(processor)),
+            f"{key}_processor_p99_us": float(np.percentile(processor, 99)),
+            f"{key}_processor_max_us": float(processor.max()),
+        }
+
+
+def _gravity(robot: Robot, posture: NDArray[np.float64]) -> NDArray[np.float64]:
+    from robotskin._core.model import RobotDynamics
+
+    dynamics = RobotDynamics(robot.core)
+    dynamics.update(posture, np.zeros(robot.joint_count))
+    return dynamics.gravity_torque
+
+
+def _touched(cells: int, rng: np.random.Generator, share: float) -> SkinState:
+    state = SkinState(cells)
+    state.health[:] = Health.alive.value
+    touched = rng.uniform(size=cells) < share
+    state.normal_force[touched] = rng.uniform(0, 2, (int(touched.sum()), 3))
+    state.proximity[touched] = rng.uniform(0, 0.3, int(touched.sum()))
+    return state
+
+
+def _skin_times(robot: Any, skin: SkinModel, rng: np.random.Generator, rounds: int) -> dict[str, float]:
+    gains = SkinGains.uniform(len(skin), 3.0, 20.0, 0.35, 0.9, 0.02, 0.05)
+    posture = rng.uniform(np.maximum(robot.lower, -1), np.minimum(robot.upper, 1))
+    states = _touched(len(skin), rng, 1.0), _touched(len(skin), rng, 1.0)
+    time_skin_task(robot, skin, gains, *states, posture, 20)
+    times = time_skin_task(robot, skin, gains, *states, posture, rounds)
+    return {name: float(np.median(values)) / 1e3 for name, values in times.items()}
+
+
+def _repeated(skin: SkinModel, cells: int) -> SkinModel:
+    """The same skin over and over, its cells still in the order of their links."""
+    index = np.sort(np.resize(np.arange(len(skin)), cells))
+    return SkinModel(
+        link_names=skin.link_names,
+        key=np.arange(1, cells + 1, dtype=np.uint32),
+        link=skin.link[index],
+        link_from_cell=skin.link_from_cell[index],
+        neighbours=np.tile(np.array([-1, 0], dtype=np.int32), (cells, 4, 1)),
+        patch=np.full(cells, -1, dtype=np.int32),
+    )

@@ -1,0 +1,32 @@
+"""The benchmark of control, few rounds: its figures are measured, and those that are laws hold."""
+
+import pytest
+
+from robotskin.bench.control import run
+from robotskin.errors import UnknownNameError
+
+
+def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
+    figures = run(seed=seed, parts="ticks,skin", ticks=150)
+    assert "RobotDynamics.update" in figures["reference_kernel"]
+    assert figures["reference_us"] > 0
+    for key in ("talos_tick_nullspace", "talos_tick_hqp", "talos_tick_hqp_limited", "ur5_tick"):
+        assert 0 < figures[f"{key}_median_us"] <= figures[f"{key}_p99_us"] <= figures[f"{key}_max_us"]
+        assert figures[f"{key}_median_ratio"] == pytest.approx(figures[f"{key}_median_us"] / figures["reference_us"])
+    assert 0 < figures["skin_task_1260_us"] < figures["skin_task_100000_us"]
+
+
+def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
+    figures = run(seed=seed, parts="priority,switch", states=200)
+    assert figures["priority_states"] > 20
+    assert figures["priority_leak"] <= 1e-6
+    assert figures["static_leak"] <= 1e-9
+    assert figures["priority_leak_singular_over_bound"] <= 1e-6
+    assert figures["hqp_leak_over_tolerance"] <= 10
+    assert figures["switch_jump_nm"] <= 1e-3
+    assert figures["switch_slope_ok"] == 1
+
+
+def test_a_part_that_is_none_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="priority"):
+        run(parts="priorty")
