@@ -139,14 +139,15 @@ def _head(robot: Robot, recording: BabblingRecording, configuration: Configurati
 
 
 def _patches(configuration: Configuration, truth: Truth | None) -> str:
-    heading = ["patch", "cells", "link", "root cell", "σ rotation °", "σ place mm", "hinge mm", "what is open"]
+    heading = ["patch", "cells", "link", "by", "root cell", "σ rotation °", "σ place mm", "hinge mm", "what is open"]
     if truth:
         heading += ["true link", "error °", "error mm", "cells' mean error °", "cells' mean error mm"]
     rows = []
     for number, patch in enumerate(configuration.patches):
         shape, place = patch.reconstruction, patch.localisation
         root = configuration.topology.cell[configuration.topology.root[number]]
-        row: list[object] = [number, len(patch.cells), place.link if place else "—", int(root)]
+        row: list[object] = [number, len(patch.cells), place.link if place else "—"]
+        row += [patch.by if place else "—", int(root)]
         row += [float(np.degrees(place.deviation()[0])), 1e3 * place.deviation()[1]] if place else ["—", "—"]
         row.append(1e3 * shape.hinge_m if shape else "—")
         row.append(patch.problem or "nothing")

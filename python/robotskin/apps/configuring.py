@@ -17,13 +17,16 @@ from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, robots_with_gains
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import Configuration, configure
+from robotskin.selfconfig.configuration import Configuration, configure, place_by_pictures
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.robustness.change import Change, changes, place_changes
 from robotskin.selfconfig.robustness.gravity_baseline import GravityBaseline
 from robotskin.selfconfig.robustness.reconfiguration import Reconfiguration, reconfigure
+from robotskin.selfconfig.simulated.pictures import photograph
 
 Array = NDArray[np.float64]
+
+CAMERA_POSTURES = 4
 
 
 def worn_layout(robot: Robot, path: Path | None = None) -> Layout:
@@ -76,6 +79,30 @@ def babble(
         return exploration.babble(plan, progress=progress)
     finally:
         exploration.stop()
+
+
+def placed_by_camera(
+    robot: Robot, layout: Layout, recording: BabblingRecording, configuration: Configuration, seed: int = 1
+) -> Configuration:
+    """The configuration with what motion left open placed by pictures of the simulated skin's LEDs.
+
+    A camera looks at every such patch in the first postures in which the robot rested.
+
+    Args:
+        robot: that wears the skin.
+        layout: of the simulated world; nothing but the camera looks at it.
+        recording: of the babbling.
+        configuration: made from it.
+        seed: of where the camera stands, and its noise.
+    """
+    key = layout.section_unit.astype(np.int64) << 16 | layout.id
+    open_ = [
+        np.flatnonzero(np.isin(key, configuration.topology.cell[patch.cells]))
+        for patch in configuration.patches
+        if not patch.placed
+    ]
+    pictures = photograph(robot, layout, open_, recording.rest_posture[:CAMERA_POSTURES], np.random.default_rng(seed))
+    return place_by_pictures(robot, recording, configuration, pictures)
 
 
 @dataclass(frozen=True, eq=False)

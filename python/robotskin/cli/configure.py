@@ -48,6 +48,12 @@ def command(
     urdf: Annotated[
         Path | None, typer.Option(help="Write the kinematics that the skin alone told as a URDF.", dir_okay=False)
     ] = None,
+    camera: Annotated[
+        bool,
+        typer.Option(
+            "--camera", help="Patches that motion leaves open are placed by pictures of their LEDs (simulated skins)."
+        ),
+    ] = False,
     steps: Annotated[
         str, typer.Option(help="Which steps, with commas between.")
     ] = "topology,activity,reconstruction,kinematics,localisation,map",
@@ -59,6 +65,8 @@ def command(
 
     The steps of figure 4 of the paper: explore the running network, babble safely, reconstruct the shape of every
     patch, find its place on the limbs; then the sensory-motor map. Cells, network, driver and guard are the real ones.
+    With --camera, patches that motion leaves open, such as those on a first link with a vertical axis, are shaped and
+    placed by pictures of their blinking LEDs.
     With --check the robot moves (or --from tells what it felt) to find out what has changed: a cell exchanged, a patch
     moved, a link slipped, a plug opened; all else stays as it was configured.
     """
@@ -67,12 +75,15 @@ def command(
     from rich.table import Table
 
     from robotskin import robots
-    from robotskin.apps.configuring import babble, check_again, home_posture, worn_layout
+    from robotskin.apps.configuring import babble, check_again, home_posture, placed_by_camera, worn_layout
+    from robotskin.errors import InputError
     from robotskin.selfconfig.configuration import configure, learn_map
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
     from robotskin.selfconfig.readings.recording import BabblingRecording
 
     console = Console()
+    if camera and source is not None and layout is None:
+        raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
     model = robots.load(robot)
     chosen = tuple(steps.split(","))
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
@@ -104,6 +115,9 @@ def command(
             before = tuple(step for step in chosen if step != "map")
             checked = check_again(model, BabblingRecording.load(check), recorded, steps=before, progress=tell)
         found = checked.again.configuration if checked else configure(model, recorded, steps=chosen, progress=tell)
+        if camera and truth is not None:
+            tell("pictures", 0.0)
+            found = placed_by_camera(model, truth, recorded, found, seed)
         learned = None
         if "map" in chosen:
             tell("map", 0.0)
@@ -118,7 +132,7 @@ def command(
             if offset:
                 console.print(f"  add {offset:+.5f} to the measured position of {joint}")
     table = Table(title=f"{model.name}: {len(recorded)} cells heard, {int(found.placed().sum())} placed")
-    for heading in ("patch", "cells", "link", "σ °", "σ mm", "open"):
+    for heading in ("patch", "cells", "link", "by", "σ °", "σ mm", "open"):
         table.add_column(heading, justify="right" if heading in ("patch", "cells", "σ °", "σ mm") else "left")
     for number, patch in enumerate(found.patches):
         place = patch.localisation
@@ -127,6 +141,7 @@ def command(
             str(number),
             str(len(patch.cells)),
             place.link if place else "—",
+            patch.by if place else "—",
             f"{57.2958 * deviation[0]:.2f}" if deviation else "—",
             f"{1e3 * deviation[1]:.2f}" if deviation else "—",
             patch.problem or "nothing",

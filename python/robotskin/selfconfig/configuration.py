@@ -23,6 +23,8 @@ from robotskin.selfconfig.kinematics.activity import KinematicTree, activity_mat
 from robotskin.selfconfig.kinematics.configured_kinematics import kinematics_from, refined
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics.kinematics import KinematicsError
+from robotskin.selfconfig.localisation.led_pictures import LedPictures
+from robotskin.selfconfig.localisation.led_shape import shape_and_place_by_leds
 from robotskin.selfconfig.localisation.localisation import Localisation, LocalisationError
 from robotskin.selfconfig.localisation.motion_localisation import MotionSignals, localise_by_motion, motion_signals
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap, SignRule, build_map
@@ -51,13 +53,14 @@ class ConfiguredPatch:
     """What is known of one patch.
 
     cells: (n,) rows of the topology; reconstruction: its shape; localisation: its place; None where the data cannot
-    tell, and `problem` says why.
+    tell, and `problem` says why. by: what told them, "motion" or "pictures".
     """
 
     cells: NDArray[np.int64]
     reconstruction: Reconstruction | None = None
     localisation: Localisation | None = None
     problem: str = ""
+    by: str = "motion"
 
     @property
     def placed(self) -> bool:
@@ -322,6 +325,50 @@ def localise_patches(
         return replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else "")
 
     return _told("localisation", one, range(len(patches)), progress)
+
+
+def place_by_pictures(
+    robot: Robot, recording: BabblingRecording, configuration: Configuration, pictures: LedPictures
+) -> Configuration:
+    """The configuration with the patches that motion left open shaped and placed by pictures of their LEDs.
+
+    Where gravity never turns, as on a first link with a vertical axis, motion tells neither a patch's shape nor its
+    place along and angle about that axis. What motion placed stays as it is.
+
+    Args:
+        robot: kinematic model.
+        recording: of the babbling; its rests count here, too.
+        configuration: made from it.
+        pictures: of the cells concerned; three postures or more.
+    """
+    start = time.perf_counter()
+    order = rows_of(recording, configuration.topology)
+    samples = samples_in(recording, order)
+    patches = []
+    for number, patch in enumerate(configuration.patches):
+        sightings = pictures.of(configuration.topology.cell[patch.cells])
+        if patch.placed or not sightings:
+            patches.append(patch)
+            continue
+        try:
+            shape, place = shape_and_place_by_leds(
+                robot,
+                pictures.camera,
+                sightings,
+                configuration.topology,
+                number,
+                links=carriers_of(robot, configuration.activity[:, patch.cells], configuration.swung) or None,
+                rest_posture=recording.rest_posture,
+                rest=GravitySamples(samples.mean[patch.cells], samples.deviation[patch.cells]),
+            )
+        except LocalisationError as error:
+            patches.append(replace(patch, problem=f"{patch.problem}; by pictures: {error}"))
+            continue
+        open_ = ", ".join(direction.name for direction in place.open)
+        problem = f"pictures leave open: {open_}" if open_ else ""
+        patches.append(replace(patch, reconstruction=shape, localisation=place, problem=problem, by="pictures"))
+    seconds = configuration.seconds | {"pictures": time.perf_counter() - start}
+    return replace(configuration, patches=tuple(patches), seconds=seconds)
 
 
 def _told(

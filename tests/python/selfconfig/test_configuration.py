@@ -2,13 +2,23 @@ import numpy as np
 import pytest
 
 from robotskin import layout as layouts
+from robotskin.apps.configuring import placed_by_camera
 from robotskin.apps.session import cells_in
 from robotskin.errors import UnknownNameError
 from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
-from robotskin.selfconfig.configuration import ConfigurationError, configure, learn_map, rigid_topology
+from robotskin.selfconfig.configuration import (
+    Configuration,
+    ConfigurationError,
+    configure,
+    learn_map,
+    place_by_pictures,
+    rigid_topology,
+)
 from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal, limbs
+from robotskin.selfconfig.localisation.led_camera import Camera
+from robotskin.selfconfig.localisation.led_pictures import LedPictures
 from robotskin.selfconfig.map.sensory_motor_map import sign_agreement
 from robotskin.selfconfig.readings.expected_motion import normal_jacobian
 from robotskin.selfconfig.readings.recording import BabblingRecording
@@ -39,6 +49,11 @@ def recording(ur5, worn, plan, pytestconfig) -> BabblingRecording:
     return simulate_babbling(ur5, worn, plan, np.random.default_rng(pytestconfig.getoption("--seed")))
 
 
+@pytest.fixture(scope="module")
+def found(ur5, recording) -> Configuration:
+    return configure(ur5, recording)
+
+
 def test_every_swing_of_a_plan_begins_where_the_robot_rests_and_is_free(ur5, plan) -> None:
     space = FreeSpace(ur5, floor_m=0.0)
     assert sum(len(swings) for swings in plan.swings) == 18
@@ -52,8 +67,7 @@ def test_every_swing_of_a_plan_begins_where_the_robot_rests_and_is_free(ur5, pla
     assert not plan.blocked
 
 
-def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recording) -> None:
-    found = configure(ur5, recording)
+def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recording, found) -> None:
     layout = found.layout()
     rows = cells_in(worn, layout)
     # Nothing but gravity's axis turns the first link, so its two patches cannot be known, and are not guessed.
@@ -90,6 +104,23 @@ def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recordin
     raw = learned.weight[:, placed]
     # Vectors were normalised; undone enough to leave out what lies in the noise.
     assert sign_agreement(raw, true[:, placed], least=0.3) >= 0.99
+
+
+def test_pictures_place_what_motion_leaves_open_and_nothing_else(ur5, worn, recording, found, pytestconfig) -> None:
+    whole = placed_by_camera(ur5, worn, recording, found, pytestconfig.getoption("--seed"))
+    layout = whole.layout()
+    rows = cells_in(worn, layout)
+    assert len(layout) == len(worn) == 260
+    assert [layout.links[i] for i in layout.link] == [worn.links[worn.link[row]] for row in rows]
+    for before, after in zip(found.patches, whole.patches, strict=True):
+        assert after is before if before.placed else after.by == "pictures"
+    shoulder = np.array([layout.links[i] == "shoulder_link" for i in layout.link])
+    rotation_deg, position_mm = mean_errors(layout.link_from_cell[shoulder], worn.link_from_cell[rows[shoulder]])
+    assert position_mm < 1.0
+    assert rotation_deg < 8.0
+    # Without pictures of them, they stay as they are.
+    nothing = place_by_pictures(ur5, recording, found, LedPictures(Camera(), ()))
+    assert all(one is other for one, other in zip(nothing.patches, found.patches, strict=True))
 
 
 def test_the_order_of_the_reports_changes_nothing(ur5, recording) -> None:
