@@ -58,3 +58,11 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     placed, where = layout.link_from_cell[there], rows[there]
     assert mean_errors(placed, slid.link_from_cell[where])[1] < 3.0
     assert mean_errors(placed, worn.link_from_cell[where])[1] > 5.0
+
+
+def test_a_camera_needs_a_skin_to_look_at(tmp_path) -> None:
+    recording = tmp_path / "felt.npz"
+    recording.write_bytes(b"")
+    refused = CliRunner().invoke(app, ["configure", "ur5", "--camera", "--from", str(recording)])
+    assert refused.exit_code != 0
+    assert "--layout must name it" in f"{refused.exception} {refused.output}"
