@@ -31,6 +31,7 @@ PYTHON_ORDER = [
     "selfconfig",
     "control",
     "world",
+    "chip",
     "campaign",
     "record",
     "viewer",

@@ -2,6 +2,8 @@
 #ifndef ROBOTSKIN_CELL_PARTS_H
 #define ROBOTSKIN_CELL_PARTS_H
 
+#include <string.h>
+
 #include "robotskin/cell.h"
 #include "robotskin/crc.h"
 #include "robotskin/feasibility.h"
@@ -13,6 +15,15 @@ enum { RS_ALL_PORTS = (1 << RS_PORTS) - 1 };
 /* Whether time a is at or after time b, on a clock that wraps. */
 RS_INLINE bool rs_reached(uint32_t a, uint32_t b) {
   return (int32_t)(a - b) >= 0;
+}
+
+/* Copies a frame; both begin at a whole word. */
+RS_INLINE void rs_frame_copy(uint8_t* to, const uint8_t* from) {
+#if defined(__GNUC__)
+  __builtin_memcpy(__builtin_assume_aligned(to, 4), __builtin_assume_aligned(from, 4), RS_FRAME_BYTES);
+#else
+  memcpy(to, from, RS_FRAME_BYTES);
+#endif
 }
 
 /* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */
@@ -92,18 +103,31 @@ bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us);
 /* A tick has come: of the parent, or of a child (`was_child`: that was one before). */
 void rs_retention_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us);
 uint32_t rs_retention_announce(rs_cell* cell); /* `echo` of the next tick to the parent */
-void rs_retention_follow(rs_cell* cell);       /* after the parent may have changed */
+void rs_retention_move(rs_cell* cell);         /* the parent has changed */
+RS_INLINE void rs_retention_follow(rs_cell* cell) {
+  const rs_retention* retention = &cell->retention;
+  if (retention->parent_port != cell->route.parent_port || retention->parent_changes != cell->counts.parent_changes) {
+    rs_retention_move(cell);
+  }
+}
 void rs_retention_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/torque_epoch.c ---- */
 void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
-void rs_torque_follow(rs_cell* cell, uint32_t now_us); /* begins epochs and ends them */
+void rs_torque_advance(rs_cell* cell, uint32_t now_us); /* begins epochs and ends them */
+RS_INLINE void rs_torque_follow(rs_cell* cell, uint32_t now_us) {
+  const rs_torque_epoch* epoch = &cell->torque;
+  if (epoch->open || cell->route.origin_us != epoch->origin_us || rs_reached(now_us, epoch->begin_us)) {
+    rs_torque_advance(cell, now_us);
+  }
+}
 uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us);
 void rs_torque_check(rs_cell* cell);
 
 /* ---- network/queues.c ---- */
-bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us); /* by its type; false: no room */
-void rs_queue_down(rs_cell* cell, const uint8_t* frame);                /* to every child */
+bool rs_queue_up(rs_cell* cell, const uint8_t* frame,
+                 uint32_t now_us);                       /* by its type; false: no room. It begins at a whole word */
+void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
 void rs_queues_forget_samples(rs_cell* cell);
 void rs_queues_check(rs_cell* cell, uint32_t now_us);
 

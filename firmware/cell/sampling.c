@@ -103,7 +103,7 @@ static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refr
 #define CHANNEL_VALUE_0(counts) (uint32_t)(counts)
 #define CHANNEL_VALUE_1(counts) (counts)
                            RS_CHANNELS(CHANNEL_VALUE)};
-  uint8_t frame[RS_FRAME_BYTES];
+  RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_clock_pack(frame, &sample);
   rs_frame_seal(frame);
   /* What found no room counts as not sent: the next sample tries again. */

@@ -70,16 +70,27 @@ static unsigned ttl_position(rs_frame_type type) {
   }
 }
 
+/* Steps a checksum on over `count` zero bytes. */
+static uint32_t past_zeros(uint32_t crc, unsigned count) {
+  for (; count >= 4U; count -= 4U) crc = (uint32_t)contribution[3][crc >> 8] ^ contribution[2][crc & 0xFFU];
+  for (; count > 0U; --count) crc = ((crc << 8) & 0xFFFFU) ^ contribution[0][crc >> 8];
+  return crc;
+}
+
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
   const unsigned at = ttl_position(rs_frame_type_of(frame));
   if (at == 0U) return false;
   /* The field's six bits lie in at most two bytes. */
   const unsigned byte = at / 8U, shift = 10U - at % 8U;
-  uint32_t pair = ((uint32_t)frame[byte] << 8) | frame[byte + 1U];
-  if (((pair >> shift) & 0x3FU) == 0U) return false;
-  pair -= 1U << shift;
-  frame[byte] = (uint8_t)(pair >> 8);
-  frame[byte + 1U] = (uint8_t)pair;
-  rs_frame_seal(frame);
+  const uint32_t before = ((uint32_t)frame[byte] << 8) | frame[byte + 1U];
+  if (((before >> shift) & 0x3FU) == 0U) return false;
+  const uint32_t after = before - (1U << shift), changed = before ^ after;
+  frame[byte] = (uint8_t)(after >> 8);
+  frame[byte + 1U] = (uint8_t)after;
+  /* A checksum is linear: what changes in it is the checksum, started with 0, of what changes in the frame. */
+  const uint32_t change = past_zeros((uint32_t)contribution[1][changed >> 8] ^ contribution[0][changed & 0xFFU],
+                                     RS_CONTENT_BYTES - 2U - byte);
+  frame[RS_CONTENT_BYTES] ^= (uint8_t)(change >> 8);
+  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)change;
   return true;
 }

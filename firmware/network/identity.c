@@ -71,7 +71,7 @@ static void report_topology(rs_cell* cell, uint32_t now_us) {
                                 .neighbour_4 = id[3],
                                 .neighbour_port_4 = port[3],
                                 .errors_4 = logarithm(neighbour[3].lost)};
-  uint8_t frame[RS_FRAME_BYTES];
+  RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_topology_pack(frame, &topology);
   rs_frame_seal(frame);
   rs_queue_up(cell, frame, now_us);
@@ -84,7 +84,7 @@ static void ask_for_id(rs_cell* cell, uint32_t now_us) {
                         .nonce = cell->nonce,
                         .wanted = cell->settings.id,
                         .challenge = cell->challenge};
-  uint8_t frame[RS_FRAME_BYTES];
+  RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_join_pack(frame, &join);
   rs_frame_seal(frame);
   rs_queue_up(cell, frame, now_us);

@@ -57,7 +57,7 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
     }
     return false;
   }
-  memcpy(place, frame, RS_FRAME_BYTES);
+  rs_frame_copy(place, frame);
   return true;
 }
 

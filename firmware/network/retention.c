@@ -222,10 +222,9 @@ static void move(rs_cell* cell, bool left) {
   retention->announcements = 0;
 }
 
-void rs_retention_follow(rs_cell* cell) {
+void rs_retention_move(rs_cell* cell) {
   rs_retention* retention = &cell->retention;
   const rs_route* route = &cell->route;
-  if (retention->parent_port == route->parent_port && retention->parent_changes == cell->counts.parent_changes) return;
   const unsigned old_port = retention->parent_port;
   retention->parent_port = route->parent_port;
   retention->parent_changes = cell->counts.parent_changes;

@@ -28,7 +28,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   cell->timer_us = now_us + wait_us;
 }
 
-static void check(rs_cell* cell, uint32_t now_us) {
+static RS_APART void check(rs_cell* cell, uint32_t now_us) {
   rs_queues_check(cell, now_us);
   rs_retention_check(cell, now_us);
   rs_torque_check(cell);
@@ -40,7 +40,7 @@ static void check(rs_cell* cell, uint32_t now_us) {
   rs_timer_set(cell, now_us);
 }
 
-static uint32_t lasting(const rs_cell* cell) {
+static RS_APART uint32_t lasting(const rs_cell* cell) {
   uint32_t sum = cell->uid ^ ((uint32_t)cell->id << 8) ^ cell->keyed ^ 0x5EA1U;
   for (unsigned i = 0; i < sizeof cell->key.word / sizeof cell->key.word[0]; ++i) {
     sum = ((sum << 5) | (sum >> 27)) ^ cell->key.word[i];
@@ -52,7 +52,7 @@ void rs_cell_seal(rs_cell* cell) {
   cell->lasting = lasting(cell);
 }
 
-static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
+static RS_APART void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   memset(cell, 0, sizeof *cell);
   cell->uid = with->uid;
   rs_settings_load(&cell->settings, with->flash);
@@ -68,7 +68,7 @@ static void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
 }
 
 static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, uint32_t now_us) {
-  uint8_t frame[RS_FRAME_BYTES];
+  RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   memcpy(frame, received, RS_FRAME_BYTES);
   /* The order of distances forbids this; should it happen all the same, the time to live ends it. */
   if (port + 1U == cell->route.parent_port) ++cell->counts.frames_from_parent;
@@ -79,9 +79,9 @@ static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, ui
   rs_queue_up(cell, frame, now_us);
 }
 
-static void receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
   rs_neighbour* neighbour = &cell->route.neighbour[port];
-  if (!rs_frame_intact(frame)) {
+  if (!checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     ++neighbour->lost;
     return;
@@ -151,7 +151,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
   cell->queues.busy &= (uint8_t)~input->sent;
   switch (input->kind) {
     case RS_INPUT_FRAME:
-      if (port < RS_PORTS) receive(cell, port, input->frame, now_us);
+      if (port < RS_PORTS) receive(cell, port, input->frame, input->checked, now_us);
       break;
     case RS_INPUT_SENT:
       if (port < RS_PORTS) cell->queues.busy &= (uint8_t)~(1U << port);

@@ -174,7 +174,7 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
   if (epoch->open) report(cell, now_us);
 }
 
-void rs_torque_follow(rs_cell* cell, uint32_t now_us) {
+void rs_torque_advance(rs_cell* cell, uint32_t now_us) {
   rs_torque_epoch* epoch = &cell->torque;
   if (cell->route.parent_port != RS_NO_PARENT &&
       (cell->route.origin_us != epoch->origin_us || rs_reached(now_us, epoch->begin_us))) {

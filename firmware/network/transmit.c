@@ -43,7 +43,7 @@ static void note_status(rs_cell* cell, uint32_t now_us) {
   cell->route.reported_us = now_us;
 }
 
-static void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
+static RS_APART void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
   const rs_neighbour* neighbour = &route->neighbour[port];
   uint32_t age_us = now_us - route->origin_us;
@@ -67,7 +67,7 @@ static void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* 
 
 static bool take(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size, uint8_t* frame) {
   if (ring->count == 0U) return false;
-  memcpy(frame, frames[ring->first & (size - 1U)], RS_FRAME_BYTES);
+  rs_frame_copy(frame, frames[ring->first & (size - 1U)]);
   ring->first = (uint8_t)((ring->first + 1U) & (size - 1U));
   --ring->count;
   return true;
@@ -97,7 +97,7 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
 }
 
-static bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
+static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
   const uint8_t bit = (uint8_t)(1U << port);
   for (unsigned i = 0; i < queues->down.count; ++i) {
@@ -122,9 +122,9 @@ static unsigned wanted(const rs_cell* cell) {
   return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
 }
 
-void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
+/* Starts a frame on each of these ports that has one. */
+static RS_APART void start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
   rs_queues* queues = &cell->queues;
-  unsigned ready = wanted(cell) & ~(unsigned)queues->busy;
   for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
     if ((ready & 1U) == 0U) continue;
     const uint8_t bit = (uint8_t)(1U << port);
@@ -149,5 +149,14 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
     queues->started_us[port] = now_us;
     output->frame[port] = frame;
   }
-  output->waiting = (uint8_t)wanted(cell);
+}
+
+void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
+  unsigned waiting = wanted(cell);
+  const unsigned ready = waiting & ~(unsigned)cell->queues.busy;
+  if (ready != 0U) {
+    start(cell, ready, now_us, output);
+    waiting = wanted(cell);
+  }
+  output->waiting = (uint8_t)waiting;
 }

@@ -57,6 +57,7 @@ typedef struct {
   rs_input_kind kind;
   uint8_t port;            /* 1 to 4; of FRAME and SENT */
   uint8_t sent;            /* bit p - 1: the frame on port p has gone out since the last input */
+  bool checked;            /* of FRAME: its checksum is known to be right */
   bool fault;              /* of SAMPLE: a sensor is missing or saturated */
   const uint8_t* frame;    /* RS_FRAME_BYTES; of FRAME */
   const rs_sample* sample; /* of SAMPLE */
@@ -217,10 +218,10 @@ typedef struct {
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */
   uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
-  uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
-  uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
-  uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
-  uint8_t down_frame[RS_QUEUE_DOWN][RS_FRAME_BYTES];
+  RS_WORDS uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
+  RS_WORDS uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
+  RS_WORDS uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
+  RS_WORDS uint8_t down_frame[RS_QUEUE_DOWN][RS_FRAME_BYTES];
 } rs_queues;
 
 typedef struct {
@@ -239,7 +240,7 @@ typedef struct {
   uint16_t counter;
   uint8_t counted; /* counter and time are valid */
   uint8_t replied;
-  uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
+  RS_WORDS uint8_t reply[RS_FRAME_BYTES]; /* to the last command, repeated if that comes again */
 } rs_commanding;
 
 /* X(name, meaning) */

@@ -8,10 +8,16 @@
 #define RS_STATIC_ASSERT(condition, message) _Static_assert(condition, message)
 #endif
 
+/* RS_APART: a function that is never merged with its caller, which then has the few registers of a small processor for
+ * itself. RS_WORDS: begins at a whole word, so that it can be copied a word at a time. */
 #if defined(__GNUC__)
 #define RS_INLINE static inline __attribute__((always_inline, unused))
+#define RS_APART __attribute__((noinline))
+#define RS_WORDS __attribute__((aligned(4)))
 #else
 #define RS_INLINE static inline
+#define RS_APART
+#define RS_WORDS
 #endif
 
 #endif

@@ -31,6 +31,11 @@ rs_received rs_receiver_byte(rs_receiver* receiver, uint8_t byte, uint8_t frame[
 /* The line has been idle for two byte times: the next byte starts a frame. Returns whether a frame was cut short. */
 bool rs_receiver_idle(rs_receiver* receiver);
 
+/* Whether the next byte starts a frame. */
+RS_INLINE bool rs_receiver_at_boundary(const rs_receiver* receiver) {
+  return receiver->count == 0U && !receiver->sliding;
+}
+
 #ifdef __cplusplus
 }
 #endif

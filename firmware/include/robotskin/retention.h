@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "robotskin/portable.h"
 #include "robotskin/wire.h"
 
 #ifdef __cplusplus
@@ -49,8 +50,8 @@ typedef struct {
   uint32_t back_us;                          /* when it last went back */
   uint16_t event_time[RS_RETAINED_EVENTS];   /* of the sample; cell's clock / 64 us */
   uint16_t torque_time[RS_RETAINED_TORQUES]; /* of the sum; cell's clock / 64 us */
-  uint8_t event_frame[RS_RETAINED_EVENTS][RS_FRAME_BYTES];
-  uint8_t torque_frame[RS_RETAINED_TORQUES][RS_FRAME_BYTES];
+  RS_WORDS uint8_t event_frame[RS_RETAINED_EVENTS][RS_FRAME_BYTES];
+  RS_WORDS uint8_t torque_frame[RS_RETAINED_TORQUES][RS_FRAME_BYTES];
 } rs_retention;
 
 #ifdef __cplusplus

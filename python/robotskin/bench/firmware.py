@@ -1,0 +1,42 @@
+"""The cell's firmware on its chip, and the torque computed in the skin: size, cycles, errors, delays, compliance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from robotskin.bench.firmware_chip import CLOCK_HZ, cycle_figures, identity_figures, size_figures
+from robotskin.bench.firmware_compliance import compliance_figures
+from robotskin.bench.firmware_delay import CELLS, delay_figures
+from robotskin.bench.firmware_torque import operation_figures, sine_figures, torque_figures
+
+
+def run(
+    *,
+    seed: int = 1,
+    quick: Annotated[bool, typer.Option(help="A tenth of everything, for a look.")] = False,
+    picture: Annotated[Path | None, typer.Option(help="Draw the delays into this file.", dir_okay=False)] = None,
+) -> dict[str, Any]:
+    """Build the firmware for a Cortex-M0+ class part, run it in an emulator, and measure torques computed in the skin.
+
+    Takes about four minutes; needs the extra `chip`.
+    """
+    chip = cycle_figures(seed, 5 if quick else 50)
+    identity = identity_figures(seed, 500 if quick else 10_000)
+    stack = max(chip["stack_bytes"], identity["identity_stack_bytes"])
+    size = size_figures()
+    cell_us = 1e6 * chip["own_torque_cycles"] / CLOCK_HZ
+    return {
+        **size,
+        "ram_bytes": size["static_ram_bytes"] + stack,
+        **chip,
+        **identity,
+        "stack_bytes": stack,
+        **operation_figures(seed),
+        **sine_figures(),
+        **torque_figures(seed, 1000 if quick else 10_000),
+        **delay_figures(seed, cell_us, CELLS[:5] if quick else CELLS, picture),
+        **compliance_figures(seed, 3 if quick else 10),
+    }

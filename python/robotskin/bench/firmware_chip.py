@@ -1,0 +1,150 @@
+"""The cell's firmware on its chip: size, stack, cycles, and the same frames as a cell built for the host."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from robotskin import robots
+from robotskin._core import firmware
+from robotskin._core.world import LineQuality
+from robotskin.chip import build
+from robotskin.chip.meter import Count, Meter
+from robotskin.chip.rig import ChipRig, told_cell
+from robotskin.robots.chains import Chain
+
+CLOCK_HZ, SAMPLE_HZ = 48_000_000, 250
+BUDGET_CYCLES = CLOCK_HZ // SAMPLE_HZ
+SAMPLE_MS = 1000 // SAMPLE_HZ
+POSTURE = (0.5, -1.1, 0.9, 0.3, -0.4, 1.2)
+
+
+def rig_of(seed: int, columns: int, rows: int, roots: list[tuple[int, int]], chip_cell: int, **options: Any) -> ChipRig:
+    """A rig whose cells sit on the last link of a six-joint arm."""
+    chain = Chain.to(robots.load("ur5"), "wrist_3_link")
+    pose = np.eye(4)
+    pose[:3, 3] = (0.03, 0.02, 0.06)
+    told = told_cell(chain.of_cell(pose))
+    return ChipRig(build(), columns, rows, roots, chip_cell, told, chain.codes(POSTURE), seed, **options)
+
+
+def size_figures() -> dict[str, Any]:
+    """Bytes of the image."""
+    image = build()
+    return {"flash_bytes": image.flash_bytes, "static_ram_bytes": image.static_bytes}
+
+
+def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
+    """The busiest cell of a cable: 66 cells at 250 Hz, all of them in touch and computing torques of six joints.
+
+    It is the one at the section unit, so every frame of the other 65 goes through it.
+    """
+    root = 5
+    rig = rig_of(seed, 11, 6, [(root, 4)], root)
+    meter = Meter(rig.chip)
+    rig.run_ms(300)
+    rig.press(16)
+    rig.run_ms(100)
+    meter.on = True
+    before = rig.twin.samples
+    worst = Count()
+    total = Count()
+    for _ in range(samples):
+        rig.run_ms(SAMPLE_MS)
+        period = sum(meter.take(), Count())
+        total += period
+        if period.cycles > worst.cycles:
+            worst = period
+    meter.on = False
+    taken = rig.twin.samples - before
+    cells = int(rig.driver.torques()["cells"][0][0])
+    return {
+        "cells_through_the_chip": cells,
+        "samples_metered": taken,
+        "instructions_per_sample": total.instructions / taken,
+        "cycles_per_sample": total.cycles / taken,
+        "cycles_per_sample_worst": worst.cycles,
+        "cycles_per_sample_slow_multiplier": total.cycles_slow_multiplier / taken,
+        "cycles_per_sample_one_wait_state": total.cycles_one_wait / taken,
+        "cycle_budget_percent_48mhz_250hz": 100 * worst.cycles / BUDGET_CYCLES,
+        "cycle_budget_percent_slow_multiplier": 100 * worst.cycles_slow_multiplier / BUDGET_CYCLES,
+        "cycle_budget_percent_one_wait_state": 100 * worst.cycles_one_wait / BUDGET_CYCLES,
+        **_lone_figures(seed),
+        "stack_bytes": rig.chip.stack_bytes,
+        "differences_metered": rig.twin.differences,
+    }
+
+
+def _lone_figures(seed: int) -> dict[str, float]:
+    """The same with nobody's frames to pass on: a leaf of the tree."""
+    rig = rig_of(seed, 4, 1, [(0, 3)], 3)
+    meter = Meter(rig.chip)
+    rig.run_ms(300)
+    rig.press(16)
+    rig.run_ms(100)
+    meter.on = True
+    rig.run_ms(10 * SAMPLE_MS)
+    leaf_inputs = meter.take()
+    leaf = sum(leaf_inputs, Count())
+    meter.on = False
+    return {
+        "own_torque_cycles": max(one.cycles for one in leaf_inputs),
+        "cycles_per_sample_leaf": leaf.cycles / 10,
+        "cycle_budget_percent_leaf": 10 * leaf.cycles / BUDGET_CYCLES,
+    }
+
+
+def identity_figures(seed: int, samples: int) -> dict[str, Any]:
+    """A cell in the middle of a faulty skin, emulated, against the host-built one in its place, input by input.
+
+    Wires lose and damage frames; links are cut and mended, cells rebooted, the emulated one among them; commands change
+    its settings and keep them in its flash.
+    """
+    line = LineQuality()
+    line.lost_share, line.bit_error_rate = 1e-3, 1e-6
+    chip_cell = 6
+    rig = rig_of(seed, 4, 4, [(0, 3), (15, 1)], chip_cell, line=line)
+    draw = Random(seed)
+    rig.run_ms(200)
+    faults = reboots = commands = 0
+    cut: tuple[int, int] | None = None
+    while rig.twin.samples < samples:
+        rig.run_ms(draw.randint(5, 40))
+        kind = draw.random()
+        if cut is not None:
+            rig.network.mend(*cut)
+            cut = None
+        elif kind < 0.45:
+            cut = (chip_cell if draw.random() < 0.5 else draw.randrange(16), draw.randint(1, firmware.PORTS))
+            rig.network.cut(*cut)
+            faults += 1
+        elif kind < 0.5:
+            rig.network.reboot(draw.choice((chip_cell, 2, 5, 7, 10)), draw.randint(50_000, 10_000_000))
+            reboots += 1
+        elif kind < 0.6:
+            operation, index, value = draw.choice(
+                (
+                    ("offset", 1, draw.randint(0, 60)),
+                    ("threshold", draw.randint(0, 8), draw.randint(1, 50)),
+                    ("mode", 0, draw.randint(0, 1)),
+                    ("clock_rate", 0, 250),
+                    ("led", 0, draw.randint(0, 0xFFFFFF)),
+                    ("store", 0, 0),
+                    ("ping", 0, 0),
+                )
+            )
+            rig.driver.command(operation, value, index)
+            commands += 1
+    return {
+        "identical_frames": int(rig.twin.differences == 0),
+        "identity_samples": rig.twin.samples,
+        "identity_inputs": rig.twin.steps,
+        "identity_frames": rig.twin.frames,
+        "identity_differences": rig.twin.differences,
+        "identity_faults": faults,
+        "identity_reboots": reboots,
+        "identity_commands": commands,
+        "identity_stack_bytes": rig.chip.stack_bytes,
+    }

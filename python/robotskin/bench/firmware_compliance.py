@@ -1,0 +1,71 @@
+"""Compliance of the skinned UR5 with the torque from the host and from the skin, in one run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robotskin import robots
+from robotskin._core.robot import SkinCycle
+from robotskin.apps.session import Session
+from robotskin.layout import finished
+
+FORCE_N = 5.0
+LEAST_M = 5e-3
+SETTLE_S, REST_S = 2.0, 2.0
+
+
+def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
+    """Push cells all over the arm once with each source, and once more with the host, and compare how far they go.
+
+    Displacements after two seconds of a push of 5 N; an error is the difference of two lengths over the host's. Cells
+    that go by less than 5 mm are passed over. `again` is how well the host repeats itself.
+    """
+    session = Session(robots.load("ur5"), finished("ur5"), seed, link="in process", own_torques=True)
+    session.boot()
+    generator = np.random.default_rng(seed)
+    cells = generator.permutation(len(session.layout))
+    errors: list[float] = []
+    again: list[float] = []
+    lengths: list[float] = []
+    torque_errors: list[float] = []
+    cycle = session.cycle
+    assert isinstance(cycle, SkinCycle)
+    switched = 0
+    for cell in cells:
+        if len(errors) == pushes:
+            break
+        moved: list[float] = []
+        for source in ("host", "skin", "host"):
+            session.set_source(source)
+            session.run(REST_S)
+            start = session.cell_position(int(cell))
+            session.world.push(session.in_world(int(cell)), FORCE_N)
+            session.run(SETTLE_S)
+            moved.append(float(np.linalg.norm(session.cell_position(int(cell)) - start)))
+            switched += int(cycle.skin_source_share == (source == "skin"))
+            if session.own_torque.fresh:
+                host, own = np.asarray(cycle.host_skin_torque), np.asarray(session.own_torque.joint)
+                torque_errors.append(float(np.abs(own - host).max() / max(np.abs(host).max(), 1e-9)))
+            session.world.release()
+        if moved[0] < LEAST_M:
+            continue
+        lengths.append(moved[0])
+        errors.append(abs(moved[1] - moved[0]) / moved[0])
+        again.append(abs(moved[2] - moved[0]) / moved[0])
+    statistics = session.driver.statistics()
+    session.shut_down()
+    return {
+        "compliance_cells": len(session.layout),
+        "compliance_pushes": len(errors),
+        "compliance_displacement_mm": 1e3 * float(np.median(lengths)),
+        "compliance_error_rel_median": float(np.median(errors)),
+        "compliance_error_rel_max": max(errors),
+        "compliance_again_rel_median": float(np.median(again)),
+        "compliance_again_rel_max": max(again),
+        "compliance_torque_error_rel_median": float(np.median(torque_errors)),
+        "compliance_source_obeyed": switched,
+        "compliance_vectors": int(statistics["torque_vectors"]),
+        "compliance_vectors_partial": int(statistics["torque_partial"]),
+    }

@@ -1,0 +1,110 @@
+"""The firmware cross-built for a Cortex-M0+ class part, from the sources that every other cell is built from."""
+
+from __future__ import annotations
+
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from robotskin.chip.errors import ChipError
+
+FLASH_BYTES, RAM_BYTES = 48 * 1024, 12 * 1024
+FLASH_START, RAM_START = 0x00000000, 0x20000000
+
+SOURCES = Path(__file__).parents[3] / "firmware"
+ROOMS = ("cell", "torque", "network")
+OPTIMISATION = "-O2"
+FLAGS = (
+    "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-std=c11", "-ffreestanding",
+    "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables",
+    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-Wall", "-Wextra", "-Werror", "-g1",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ChipImage:
+    """What is written to the chip's flash, and where its landmarks are."""
+
+    flash: bytes
+    """From address 0 on: vectors, code, constants."""
+    symbols: dict[str, int]
+    """Addresses by name."""
+    static_bytes: int
+    """RAM of variables; the rest is the stack's."""
+
+    @property
+    def flash_bytes(self) -> int:
+        """All that the image takes of the flash, the kilobyte included in which the cell keeps its settings."""
+        return len(self.flash) + FLASH_BYTES - self.symbols["rs_kept_start"]
+
+
+def build(optimisation: str = OPTIMISATION, firmware: Path = SOURCES) -> ChipImage:
+    """Cross-build the firmware with the clang of the `ziglang` wheel.
+
+    Raises ChipError if sources or compiler are not here, or do not compile without a warning.
+    """
+    if not (firmware / "chip" / "main.c").is_file():
+        raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
+    if find_spec("ziglang") is None:
+        raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
+    sources = [str(path) for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
+    includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
+    with tempfile.TemporaryDirectory() as scratch:
+        elf = Path(scratch) / "cell.elf"
+        command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, optimisation, *includes, *sources]
+        command += ["-T", str(firmware / "chip" / "cortex_m0plus.ld"), "-Wl,--gc-sections", "-o", str(elf)]
+        caches = {"ZIG_GLOBAL_CACHE_DIR": str(_cache()), "ZIG_LOCAL_CACHE_DIR": str(_cache())}
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **caches}, check=False)
+        if done.returncode != 0:
+            raise ChipError(f"the firmware does not build for the chip:\n{done.stderr.strip()[:4000]}")
+        return read_elf(elf.read_bytes())
+
+
+def read_elf(elf: bytes) -> ChipImage:
+    """The image in a 32-bit little-endian ELF file. Raises ChipError for another file or one that does not fit."""
+    if elf[:6] != b"\x7fELF\x01\x01":
+        raise ChipError("the linker wrote no 32-bit little-endian ELF file")
+    program_at, section_at = struct.unpack_from("<II", elf, 28)
+    program_size, programs, section_size, sections = struct.unpack_from("<HHHH", elf, 42)
+    flash = bytearray()
+    top = RAM_START
+    for index in range(programs):
+        kind, at, address, physical, in_file, in_memory = struct.unpack_from(
+            "<6I", elf, program_at + index * program_size
+        )
+        if kind != 1 or in_memory == 0:
+            continue
+        if in_file:
+            flash.extend(b"\xff" * max(0, physical + in_file - len(flash)))
+            flash[physical : physical + in_file] = elf[at : at + in_file]
+        if address >= RAM_START:
+            top = max(top, address + in_memory)
+    symbols = _symbols(elf, section_at, section_size, sections)
+    if top > RAM_START + RAM_BYTES or len(flash) > symbols["rs_kept_start"]:
+        raise ChipError(f"{len(flash)} bytes of flash and {top - RAM_START} of RAM do not fit the chip")
+    return ChipImage(bytes(flash), symbols, symbols["rs_bss_end"] - RAM_START)
+
+
+def _symbols(elf: bytes, section_at: int, section_size: int, sections: int) -> dict[str, int]:
+    headers = [struct.unpack_from("<10I", elf, section_at + index * section_size) for index in range(sections)]
+    found = {}
+    for header in headers:
+        if header[1] != 2:
+            continue
+        names = headers[header[6]][4]
+        for at in range(header[4], header[4] + header[5], 16):
+            name, value = struct.unpack_from("<II", elf, at)
+            end = elf.index(b"\0", names + name)
+            found[elf[names + name : end].decode()] = value
+    return found
+
+
+def _cache() -> Path:
+    """Where the compiler keeps what it has built: beside the build, or in the user's cache."""
+    tree = SOURCES.parent / "build"
+    return (tree if tree.is_dir() else Path.home() / ".cache" / "robotskin") / "zig"
