@@ -16,7 +16,7 @@ void ControlMeter::frame_sent(const Ground& ground, std::size_t index, const std
   wire.advert_ns[wire.next] = now_ns;
   wire.next = static_cast<std::uint8_t>((wire.next + 1) % wire.advert_ns.size());
   const std::int64_t first_ns = wire.advert_ns[wire.next];
-  if (first_ns == 0 || now_ns - first_ns >= ms * 98 / 100 || ground.lawless(now_ns)) return;
+  if (first_ns == 0 || now_ns - first_ns >= advert_window_ns || ground.lawless(now_ns)) return;
   const bool cell = ground.is_cell(index);
   breaks_.add(Invariant::advert_rate, now_ns, {cell ? Ground::cell_of(index) : index},
               {{"port", static_cast<std::int64_t>(index % RS_PORTS) + 1},

@@ -213,7 +213,7 @@ const std::vector<std::int32_t>& Ground::reach(std::int64_t now_ns, std::int64_t
       return;
     }
     const std::size_t cell = cell_of(far);
-    if (depth_[cell] >= 0 || zombie_[cell]) return;
+    if (depth_[cell] >= 0 || zombie_[cell] || hops > RS_HOPS_MAX) return;
     depth_[cell] = hops;
     queue_.push_back(static_cast<std::int32_t>(cell));
   };

@@ -7,6 +7,8 @@ namespace {
 
 // A change of size goes up a hop every 300 us and a frame or two, the divisor 120 us a hop down.
 constexpr std::int64_t known_hop_ns = 400 * us + hop_ns, two_ticks_ns = 2 * ms;
+// Every queue of a path may be full when the divisor comes, and empties into the next as fast as the line goes.
+constexpr std::int64_t drained_hop_ns = RS_QUEUE_DATA * RS_FRAME_US * us;
 
 }  // namespace
 
@@ -44,20 +46,28 @@ void QueueWatch::cell_stepped(const world::Network& network, const Ground& groun
 }
 
 void QueueWatch::count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-                             const RecoveryWatch& recovery, bool undisturbed) {
+                             const RecoveryWatch& recovery, std::span<const std::uint32_t> load, PortLoad port,
+                             bool undisturbed) {
   const std::int64_t now_ns = network.time_ns();
   std::int32_t deepest = 0;
   for (std::size_t index = 0; index < cells_.size(); ++index)
     if (ground.runs(index) && network.cell(index).route.parent_port != RS_NO_PARENT)
       deepest = std::max<std::int32_t>(deepest, network.cell(index).route.hops);
-  const bool known = routes.changed_ns() + two_ticks_ns + deepest * known_hop_ns < counted_ns_;
-  const bool judged = !events_ && undisturbed && known && !ground.samples_disturbed(counted_ns_ - 20 * ms);
+  const std::int64_t known_ns = routes.changed_ns() + two_ticks_ns + deepest * known_hop_ns;
+  const bool drained = known_ns + deepest * drained_hop_ns < counted_ns_;
+  const bool judged =
+      !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed(counted_ns_ - 20 * ms);
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     const std::uint32_t dropped = network.cell(index).counts.frames_dropped;
-    if (judged && recovery.has_path(index) && dropped != cells_[index].dropped_in_all)
+    const rs_wave& wave = network.cell(index).route.wave;
+    const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
+    const bool too_low = load[wave.root] > divisor * port.bearable;
+    const bool empty = drained && load[wave.root] <= divisor * port.draining;
+    if (judged && (too_low || empty) && recovery.has_path(index) && dropped != cells_[index].dropped_in_all)
       breaks_.add(Invariant::overload, now_ns, {index},
                   {{"dropped", static_cast<std::int64_t>(dropped) - cells_[index].dropped_in_all},
-                   {"divisor", network.cell(index).route.wave.rate_divisor},
+                   {"divisor", wave.rate_divisor},
+                   {"cells", load[wave.root]},
                    {"us since a change of parent", (now_ns - routes.changed_ns()) / us}});
     cells_[index].dropped_in_all = dropped;
   }

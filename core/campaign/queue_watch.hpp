@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "campaign/ground.hpp"
@@ -18,9 +19,14 @@ class QueueWatch {
 
   QueueWatch(std::size_t cells, bool events, BreakLog& breaks) : breaks_(breaks), cells_(cells), events_(events) {}
 
-  // Every few milliseconds. Events are what no divisor thins out.
+  // Cells of a port at divisor 1: more than `bearable` need a larger one; up to `draining`, full queues become empty.
+  struct PortLoad {
+    std::uint32_t bearable, draining;
+  };
+
+  // Every few milliseconds. Events are what no divisor thins out. `load`: cells of each root.
   void count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-                   const RecoveryWatch& recovery, bool undisturbed);
+                   const RecoveryWatch& recovery, std::span<const std::uint32_t> load, PortLoad port, bool undisturbed);
 
   // `within_load`: no port has more cells than it can carry.
   void cell_stepped(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,

@@ -90,7 +90,7 @@ void Referee::weigh() {
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;
   balance_.weigh(now_ns, load, undisturbed);
-  if (whole_lines_) queues_.count_drops(*network_, *ground_, *routes_, *recovery_, undisturbed);
+  if (whole_lines_) queues_.count_drops(*network_, *ground_, *routes_, *recovery_, load, port_load_, undisturbed);
 }
 
 // Nothing that was queued under overload is left.

@@ -31,6 +31,18 @@ inline std::uint32_t cells_carried(const world::LineQuality& line) {
   return static_cast<std::uint32_t>(RS_CELLS_PER_PORT * RS_FRAME_US / frame_us + 0.01);
 }
 
+// What a section unit may know, the frames a line of its own clock carries less control and torque sums; and what
+// leaves a line as it is 5 % to empty queues with.
+inline QueueWatch::PortLoad port_load(const world::LineQuality& line, std::int32_t limbs) {
+  constexpr double line_hz = 1e6 / RS_FRAME_US, epoch_hz = 1e6 / (RS_EPOCH_TICKS * RS_TICK_US),
+                   control = ControlMeter::share_max;
+  const double worst_hz = 1e6 / ((RS_FRAME_US + line.jitter_us / 2) * (1 + 1e-6 * line.clock_drift_ppm));
+  const auto cells = [limbs](double samples_hz) {
+    return static_cast<std::uint32_t>((samples_hz - epoch_hz * limbs) / RS_CLOCK_RATE_DEFAULT_HZ);
+  };
+  return {.bearable = cells(line_hz * (1 - control)), .draining = cells(worst_hz * (0.95 - control))};
+}
+
 class Referee : public world::Observer, public world::DatagramSink {
  public:
   // The network is not there yet: it needs the ledger for its readings.
@@ -43,6 +55,7 @@ class Referee : public world::Observer, public world::DatagramSink {
         balance_(breaks_),
         topology_(drawn.wiring.cell_count(), breaks_),
         cells_carried_(cells_carried(drawn.options.line)),
+        port_load_(port_load(drawn.options.line, drawn.traffic.limbs)),
         whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
@@ -92,6 +105,7 @@ class Referee : public world::Observer, public world::DatagramSink {
   std::optional<RecoveryWatch> recovery_;
   std::optional<ControlMeter> control_;
   std::uint32_t cells_carried_;  // by a port
+  QueueWatch::PortLoad port_load_;
   bool whole_lines_;
   std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
 };

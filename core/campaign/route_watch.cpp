@@ -52,9 +52,9 @@ void RouteWatch::frame_arrives(std::size_t at_wire, const std::uint8_t* frame) {
     const Shadow& shadow = shadow_[cell];
     const unsigned port = static_cast<unsigned>(at_wire % RS_PORTS) + 1;
     if (shadow.port != port || ground_.lawless(now_ns)) return;
-    // Believed to lead elsewhere: the plug was moved.
+    // Believed to lead elsewhere, or back only by chance: the plug was moved.
     const std::int32_t far = ground_.far(at_wire);
-    if (far == Ground::nobody || !ground_.is_cell(static_cast<std::size_t>(far)) ||
+    if (!ground_.ready(at_wire, now_ns) || far == Ground::nobody || !ground_.is_cell(static_cast<std::size_t>(far)) ||
         shadow.parent != static_cast<std::int32_t>(Ground::cell_of(static_cast<std::size_t>(far))))
       return;
     breaks_.add(Invariant::hops_left, now_ns, {cell, static_cast<std::size_t>(shadow.parent)},

@@ -102,7 +102,7 @@ void rs_identity_check(rs_cell* cell, uint32_t now_us) {
       ask_for_id(cell, now_us);
     }
   } else if (rs_reached(now_us, cell->topology_us) || cell->topology_us - now_us > RS_TOPOLOGY_US) {
-    cell->topology_us = now_us + RS_TOPOLOGY_US;
+    cell->topology_us = now_us + RS_TOPOLOGY_US - rs_spread(cell->uid + now_us) % RS_TOPOLOGY_EARLY_US;
     report_topology(cell, now_us);
   }
 }

@@ -147,6 +147,9 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
   if (cell->route.parent_port > RS_PORTS) cell->route.parent_port = RS_NO_PARENT;
   if (cell->retention.announcements > RS_ANNOUNCEMENTS) cell->retention.announcements = 0;
   if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
+  /* Found out first: what comes in may set the timer anew, and would put off for ever what is due at its very moment.
+   */
+  const bool due = rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US;
   const unsigned port = (unsigned)input->port - 1U;
   cell->queues.busy &= (uint8_t)~input->sent;
   switch (input->kind) {
@@ -162,7 +165,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     default:
       break;
   }
-  if (rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US) {
+  if (due) {
     /* What is damaged of the tree heals by itself; what came with the boot does not. */
     if (cell->lasting != lasting(cell)) {
       output->restart = true;

@@ -6,16 +6,18 @@
 
 enum {
   LINE_WINDOW_TICKS = 8,
-  LINE_FULL = LINE_WINDOW_TICKS * RS_TICK_US / RS_FRAME_US * 19 / 20,
+  /* Jitter and slow clocks make frames longer; a line that is full may carry so little. */
+  LINE_FULL = LINE_WINDOW_TICKS * RS_TICK_US / RS_FRAME_US * 37 / 40,
   RATE_WINDOW_TICKS = 64,
   FALL_TICKS = 100,
   HOLD_TICKS = 1000,
   HOLD_TICKS_MAX = 60000,
   DIVISOR_MAX = 15,
-  /* Frames a line carries each second, and what it needs for ticks, status, torque sums, and the unforeseen. */
+  /* Frames a line carries each second, and what it needs for ticks, status, and the unforeseen. */
   LINE_HZ = 1000000 / RS_FRAME_US,
-  RESERVED_HZ = 1100 + 250 + 250 + 900,
-  PORT_HZ = LINE_HZ - RESERVED_HZ /* samples: those of 70 cells at 250 Hz */
+  RESERVED_HZ = 1100 + 250 + 900,
+  SUM_HZ = 1000000 / (RS_EPOCH_TICKS * RS_TICK_US), /* at least: one limb's torque sums */
+  PORT_HZ = LINE_HZ - RESERVED_HZ /* samples and torque sums: those of 70 cells at 250 Hz, and of a limb */
 };
 
 void rs_rate_start(rs_unit_rate* rate) {
@@ -25,12 +27,14 @@ void rs_rate_start(rs_unit_rate* rate) {
 
 void rs_rate_forget(rs_unit_rate* rate) {
   rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+  rate->sums_hz = SUM_HZ;
   rate->size = 0;
 }
 
 void rs_rate_heard(rs_unit_rate* rate, const uint8_t* frame) {
   ++rate->line;
   const rs_frame_type type = rs_frame_type_of(frame);
+  rate->sums += type == RS_TYPE_torque;
   if (type != RS_TYPE_clock && type != RS_TYPE_event) return;
   rate->samples += type == RS_TYPE_clock;
   if ((frame[RS_clock_dropped_AT / 8] >> (7U - RS_clock_dropped_AT % 8) & 1U) != 0U) rate->drops = true;
@@ -44,8 +48,10 @@ static void measure(rs_unit_rate* rate, uint32_t size) {
     /* Rates are known in steps of two, so what lies near is the same. */
     if (measured_hz > rate->rate_hz || known_hz * 5U < rate->rate_hz * 4U) rate->rate_hz = (uint16_t)known_hz;
     if (rate->rate_hz > RS_CLOCK_RATE_DEFAULT_HZ) rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+    const uint32_t sums_hz = rate->sums * 1000U / RATE_WINDOW_TICKS;
+    rate->sums_hz = (uint16_t)(sums_hz < SUM_HZ ? SUM_HZ : sums_hz > PORT_HZ / 2 ? PORT_HZ / 2 : sums_hz);
   }
-  rate->samples = 0;
+  rate->samples = rate->sums = 0;
   rate->ticks = 0;
   rate->size = (uint16_t)size;
 }
@@ -64,7 +70,8 @@ bool rs_rate_tick(rs_unit_rate* rate, uint32_t size) {
   if (rate->size != size) rate->size = 0;
   ++rate->ticks;
   if (rate->ticks >= RATE_WINDOW_TICKS) measure(rate, size);
-  uint32_t least = (size * rate->rate_hz + PORT_HZ - 1U) / PORT_HZ;
+  const uint32_t samples_hz = PORT_HZ - rate->sums_hz;
+  uint32_t least = (size * rate->rate_hz + samples_hz - 1U) / samples_hz;
   if (rate->ticks % LINE_WINDOW_TICKS == 0U) {
     const bool overflowing = rate->drops && rate->line >= LINE_FULL && size > 0U;
     if (overflowing && rate->overflowed) thin_out(rate, least);

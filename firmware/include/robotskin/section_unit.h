@@ -104,9 +104,11 @@ typedef struct {
 
 /* The rate divisor of a port: what its cells would send, against what the port carries. */
 typedef struct {
-  uint32_t samples;    /* clock frames heard in this window */
+  uint32_t samples;    /* clock frames heard in this window, */
+  uint32_t sums;       /* and torque frames */
   uint32_t line;       /* frames of any kind in this short window */
   uint16_t rate_hz;    /* samples a cell takes each second, as far as known; at most 250 */
+  uint16_t sums_hz;    /* torque frames of the tree each second */
   uint16_t ticks;      /* of this window */
   uint16_t size;       /* of the tree in this window, 0: it has changed */
   uint16_t low_ticks;  /* for which a smaller divisor would have done */
