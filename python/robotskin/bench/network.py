@@ -89,7 +89,8 @@ def set_jobs(seeds: int) -> list[tuple[str, int, int]]:
 
 def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
     """Forming, balance, depth, loss and latency."""
-    from robotskin.bench.network_balance import balance, balance_figures, misses
+    from robotskin.bench.network_balance import balance, balance_figures
+    from robotskin.bench.network_misses import misses
     from robotskin.bench.network_pictures import draw_balance
     from robotskin.bench.network_runs import naive_service, spread
     from robotskin.bench.network_service import service_figures
@@ -101,7 +102,7 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
         jobs = [job for job in jobs if job[0] not in ("talos", "dual_arm")]
     balances = list(spread(balance, jobs, processes, tell, "balance"))
     for miss in misses(balances):
-        print(f"beyond 1.10: {miss}", file=sys.stderr)
+        print(miss, file=sys.stderr)
     if pictures is not None:
         draw_balance(balances, pictures / "network_balance.png")
         draw_trees(skins("sheet", 3, 0), 0, pictures / "network_trees.png")

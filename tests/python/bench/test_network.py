@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from robotskin.bench import network, network_naive, network_peers, network_runs
-from robotskin.bench.network_balance import balance, balance_figures, misses
+from robotskin.bench.network_balance import balance, balance_figures
 from robotskin.bench.network_faults import KINDS, heal, recovery_figures
+from robotskin.bench.network_misses import misses
 from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
 from robotskin.bench.network_set import skins
 from robotskin.bench.network_size import grow, size_figures
@@ -52,6 +53,23 @@ def test_a_skin_forms_and_settles_better_than_it_formed(seed, tmp_path):
     assert isinstance(misses(found), list)
     draw_balance(found, tmp_path / "balance.png")
     assert (tmp_path / "balance.png").exists()
+
+
+@pytest.mark.parametrize(("kind", "ports", "which"), [("cylinder", 4, 1), ("cylinder", 5, 2), ("sheet", 4, 0)])
+def test_uneven_loads_are_explained(kind, ports, which):
+    """Skin 4:1 needs more than four extra hops for even loads, one cable of 5:2 is walled in, and 4:0 can be even."""
+    found = [balance(kind, ports, which)]
+    figures = balance_figures(found)
+    assert 66 <= found[0].best[0] <= found[0].within <= found[0].fullest
+    assert 1 <= figures[f"balance_ratio_to_possible_max_k{ports}"] <= figures[f"balance_ratio_max_k{ports}"]
+    missed = figures[f"balance_misses_k{ports}"]
+    assert missed == figures[f"balance_misses_proven_k{ports}"] == int(kind == "cylinder")
+    table = misses(found)
+    if missed:
+        assert table[1].startswith(f"{kind}:{ports}:{which} ")
+        assert "proven: " in table[1]
+    else:
+        assert found[0].within == 66
 
 
 @pytest.mark.parametrize("which", [36, 74, 98])

@@ -12,12 +12,16 @@ from robotskin.cli import main
 from robotskin.layout import LayoutFileError, finished, finished_names
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import (
+    Dealing,
     best_forest,
     bottleneck,
     hops_to_cables,
     judge,
     least_depth_of_even_loads,
+    least_depth_of_load,
+    least_depths,
     least_fullest,
+    least_load_within,
     read_networks,
     sentences,
 )
@@ -90,6 +94,33 @@ def brute_force(near: list[list[int]], roots: list[int]) -> int:
     return best
 
 
+def depth_of_tree(near: list[list[int]], owner: list[int], root: int) -> int:
+    """Hops of the deepest cell, the cable included, through cells of the tree alone; 1000 if one has no way."""
+    hops, queue = {root: 1}, [root]
+    for cell in queue:
+        for other in near[cell]:
+            if owner[other] == owner[root] and other not in hops:
+                hops[other] = hops[cell] + 1
+                queue.append(other)
+    return max(hops.values()) if len(hops) == owner.count(owner[root]) else 1000
+
+
+def fullest_by_depth(near: list[list[int]], roots: list[int]) -> dict[int, int]:
+    """By depth of the forest, the load of the fullest tree of the best one so deep, by trying all."""
+    best: dict[int, int] = {}
+    others = [cell for cell in range(len(near)) if cell not in roots]
+    owner = [0] * len(near)
+    for tree, root in enumerate(roots):
+        owner[root] = tree
+    for choice in product(range(len(roots)), repeat=len(others)):
+        for cell, tree in zip(others, choice, strict=True):
+            owner[cell] = tree
+        fullest = max(owner.count(tree) for tree in range(len(roots)))
+        depth = max(depth_of_tree(near, owner, root) for root in roots)
+        best[depth] = min(best.get(depth, len(near)), fullest)
+    return best
+
+
 def test_maximum_flow_equals_minimum_cut(generator):
     """Brute force over all sets of cells names the cut; and just that rate flows, not a frame more."""
     for _ in range(6):
@@ -117,6 +148,40 @@ def test_the_best_forest_is_what_brute_force_finds(generator):
         assert bound == truth
         assert max(owner.count(tree) for tree in range(len(roots))) == truth
         assert all(hangs_together(near, owner, root) for root in roots)
+
+
+def test_no_forest_undercuts_the_bound_of_its_depth(generator):
+    """Brute force over all forests: with suppositions and without, bounds on load and depth never exceed the best."""
+    bounds = {0: 0, 4: 0}
+    for _ in range(12):
+        network = small_network(generator, 10, int(generator.integers(2, 4)))
+        near, roots = near_and_roots(network)
+        best = fullest_by_depth(near, roots)
+        shallowest = int(least_depths(network).max())
+        for deepest in range(shallowest, shallowest + 4):
+            truth = min(load for depth, load in best.items() if depth <= deepest)
+            quick, sharp = (least_load_within(near, roots, deepest, len(near), passes) for passes in bounds)
+            assert least_fullest(near, roots) <= quick <= sharp <= truth
+            bounds[0] += quick
+            bounds[4] += sharp
+            for load in range(truth, len(near) + 1):
+                assert not Dealing(near, roots, deepest, load).refuted()
+                for passes in bounds:
+                    assert least_depth_of_load(near, roots, load, shallowest, passes) <= deepest
+    assert bounds[4] >= bounds[0]
+
+
+def test_a_depth_forbids_even_loads_that_a_greater_one_allows():
+    """In a row a cable serves all that is behind it; in a ring cables share, if trees may be deep enough."""
+    near = [[1], [0, 2], [1, 3], [2, 4], [3, 5], [4]]
+    assert [least_load_within(near, [0, 5], deepest, 6) for deepest in (3, 4)] == [3, 3]
+    near = [[1], [0, 2], [1, 3], [2, 4], [3, 5], [4, 6], [5, 7], [6]]
+    assert [least_load_within(near, [0, 2], deepest, 8) for deepest in (6, 8)] == [6, 6]
+    # A ring of eight with its cables side by side: even at a depth of four, and no forest is shallower.
+    ring = [[(cell - 1) % 8, (cell + 1) % 8] for cell in range(8)]
+    assert least_load_within(ring, [0, 1], 4, 8) == 4
+    assert least_depth_of_load(ring, [0, 1], 4, 2) == 4
+    assert least_depth_of_load(ring, [0, 1], 3, 2) is None
 
 
 @pytest.mark.parametrize("kind", ["sheet", "cylinder", "ring_12", "ur5"])

@@ -1,6 +1,7 @@
 """What the wiring of a skin can carry at the best: maximum flow, least depth, best trees, and where more would help."""
 
 from robotskin.layout.network_limits.advice import Advice, best_bridge, best_cable
+from robotskin.layout.network_limits.dealing import Dealing, least_depth_of_load, least_load_within
 from robotskin.layout.network_limits.depth import hops_to_cables, least_depth_of_even_loads, least_depths
 from robotskin.layout.network_limits.flow import Bottleneck, bottleneck
 from robotskin.layout.network_limits.reading import ReadNetwork, read_networks
@@ -11,6 +12,7 @@ from robotskin.layout.network_limits.words import sentences
 __all__ = [
     "Advice",
     "Bottleneck",
+    "Dealing",
     "Forest",
     "PartVerdict",
     "ReadNetwork",
@@ -22,8 +24,10 @@ __all__ = [
     "hops_to_cables",
     "judge",
     "least_depth_of_even_loads",
+    "least_depth_of_load",
     "least_depths",
     "least_fullest",
+    "least_load_within",
     "read_networks",
     "sentences",
 ]
