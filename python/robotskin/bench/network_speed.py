@@ -14,15 +14,20 @@ from robotskin.layout.network_limits import least_depths
 PLAIN_CELLS_KIND = ("sheet", 3, 0)
 """The skin of the plain store-and-forward network: 198 cells, three cables."""
 
+FORMATION_STEP_S = 1e-4
 
-def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None) -> World:
-    """A network without body or measurements, at 250 Hz; its datagrams lie in a mailbox until they are taken."""
+
+def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None, step_s: float = 0.001) -> World:
+    """A network without body or measurements, at 250 Hz; its datagrams lie in a mailbox until they are taken.
+
+    It runs in whole steps of `step_s`, and what section units tell each other arrives between two of them.
+    """
     chosen = NetworkOptions()
     chosen.seed = seed + 1
     chosen.unasked = True
     chosen.line = LineQuality()
     letters = Mailbox() if mailbox is None else mailbox
-    return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, letters, 0.001)
+    return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, letters, step_s)
 
 
 def pace(network: CellNetwork, seed: int, warm_s: float, seconds: float) -> dict[str, float]:
@@ -59,14 +64,12 @@ def speed_figures(seed: int, quick: bool = False) -> dict[str, float | int]:
 
 def formation_ms(network: CellNetwork, seed: int, longest_s: float) -> float:
     """Virtual time until every cell was on a shortest path, to a tenth of a millisecond; -1: not so soon."""
-    world = world_of(network, seed)
+    world = world_of(network, seed, step_s=FORMATION_STEP_S)
     least = least_depths(network).tolist()
-    now_ns = 0
-    while now_ns < 1e9 * longest_s:
-        now_ns += 100_000
-        world.run(100_000)
-        if now_ns > 4_000_000 and all(world.network.cell_hops(cell) == hops for cell, hops in enumerate(least)):
-            return 1e-6 * now_ns
+    while world.time_ns < 1e9 * longest_s:
+        world.run(round(1e9 * FORMATION_STEP_S))
+        if all(world.network.cell_hops(cell) == hops for cell, hops in enumerate(least)):
+            return 1e-6 * world.time_ns
     return -1.0
 
 

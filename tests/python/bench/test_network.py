@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robotskin.bench import network, network_naive, network_peers, network_runs
+from robotskin.bench import network, network_naive, network_peers, network_runs, network_speed
 from robotskin.bench.network_balance import balance, balance_figures
 from robotskin.bench.network_faults import KINDS, heal, recovery_figures
 from robotskin.bench.network_misses import misses
@@ -12,6 +12,7 @@ from robotskin.bench.network_set import skins
 from robotskin.bench.network_size import grow, size_figures
 from robotskin.bench.network_torque import torque_figures, torque_run
 from robotskin.bench.network_tree_picture import draw_trees, owners_of, parents_of
+from robotskin.layout.network_limits import least_depths
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):
@@ -20,6 +21,16 @@ def test_first_arrival_trees_hold_every_cell_once(seed):
     assert sum(loads) == len(skin)
     assert min(loads) >= 1
     assert loads == network_naive.first_arrival_loads(skin, seed)
+
+
+def test_a_network_forms_no_sooner_than_frames_travel(seed):
+    """50 us a frame and hop; and as late as the trial says, which watches every event, to a step of 0.1 ms."""
+    skin = skins("sheet", 3, seed % 100)
+    formed_ms = network_speed.formation_ms(skin, seed, 0.06)
+    assert formed_ms > 0.05 * least_depths(skin).max()
+    trial = network_runs.trial_of(skin, seed)
+    trial.run_until(0.06)
+    assert formed_ms == pytest.approx(trial.report().formation_ms, abs=2.0)
 
 
 @pytest.mark.parametrize("placement", network_naive.PLACEMENTS)
