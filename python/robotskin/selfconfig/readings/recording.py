@@ -6,6 +6,11 @@ a numpy archive (.npz); docs/selfconfig.md lists its arrays.
 
 from __future__ import annotations
 
+import io
+import lzma
+import struct
+import zipfile
+import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
+from robotskin.layout.cell import PORTS
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.common.gravity import ACCELERATION_STEP_MPS2
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
@@ -28,6 +34,18 @@ FORMAT = "robotskin-babbling"
 VERSION = 1
 MISSING_COUNTS = np.int16(-32768)
 """Stands in a file for a reading that did not come."""
+_DAMAGE = (
+    OSError,
+    ValueError,
+    LookupError,
+    EOFError,
+    RuntimeError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+    lzma.LZMAError,
+)
+"""What the zip format's readers raise of a file that was cut or changed."""
 
 
 class RecordingError(RobotskinError):
@@ -58,8 +76,12 @@ class BabblingRecording:
 
     def __post_init__(self) -> None:
         cells, joints = len(self.lists), len(self.joint_names)
+        keys, times = np.unique(self.lists.cell, return_counts=True)
+        _require("cell", len(keys) == cells, keys[times > 1].tolist(), "a key for every cell, each once")
         rests = len(self.rest_posture)
-        _require("rest_posture", self.rest_posture.shape == (rests, joints), self.rest_posture.shape, f"({rests}, n)")
+        posture_shape = self.rest_posture.shape
+        _require("rest_posture", posture_shape == (rests, joints), posture_shape, f"({rests}, {joints})")
+        _require_finite("rest_posture", self.rest_posture)
         shape = self.rest_acceleration.shape
         _require(
             "rest_acceleration",
@@ -70,9 +92,14 @@ class BabblingRecording:
         for number, swing in enumerate(self.swings):
             wanted = (cells, len(swing.time_s), 3)
             _require(f"swing {number}", swing.acceleration.shape == wanted, swing.acceleration.shape, str(wanted))
-            _require(f"swing {number}", 0 <= swing.swing.joint < joints, swing.swing.joint, f"joint 0 to {joints - 1}")
+            _require_sine(f"swing {number}", swing.swing, joints)
+            _require_finite(f"swing {number} time", swing.time_s)
         ports = self.unit_ports
         _require("unit_ports", ports.ndim == 2 and ports.shape[1] == 4, ports.shape, "(ports, 4)")
+        for number, (_, _, row, port) in enumerate(ports):
+            plugged = 0 <= row < cells and 1 <= port <= PORTS
+            valid = f"cell 0 to {cells - 1}, port 1 to {PORTS}"
+            _require(f"unit_ports {number}", plugged, f"cell {row}, port {port}", valid)
 
     def __len__(self) -> int:
         return len(self.lists)
@@ -115,12 +142,14 @@ class BabblingRecording:
             RecordingError: no such archive, another format or version, a missing array, or shapes that do not match.
         """
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-        except (OSError, ValueError, EOFError) as error:
-            raise RecordingError(f"{path}: no numpy archive: {error}") from error
-        found = (str(arrays.get("format", "")), int(arrays.get("version", 0)))
-        if found != (FORMAT, VERSION):
+            # Member by member, since numpy takes other files for single arrays or for pickles, and reads an array's
+            # header before anyone has compared its checksum.
+            with zipfile.ZipFile(path) as archive:
+                arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
+        except _DAMAGE as error:
+            raise RecordingError(f"{path}: no whole numpy archive (.npz): {error}") from error
+        found = (str(arrays.get("format", "")), str(arrays.get("version", 0)))
+        if found != (FORMAT, str(VERSION)):
             raise RecordingError(
                 f"{path}: format {found[0]!r} version {found[1]}: must be {FORMAT!r} version {VERSION}"
             )
@@ -128,8 +157,12 @@ class BabblingRecording:
             return _from_arrays(arrays)
         except KeyError as error:
             raise RecordingError(f"{path}: array {error} is missing") from error
-        except (RecordingError, ValueError) as error:
+        except (RecordingError, ValueError, TypeError, IndexError) as error:
             raise RecordingError(f"{path}: {error}") from error
+
+
+def _array(data: bytes) -> NDArray:
+    return np.asarray(np.lib.format.read_array(io.BytesIO(data), allow_pickle=False))
 
 
 def _from_arrays(arrays: dict[str, NDArray]) -> BabblingRecording:
@@ -185,6 +218,20 @@ def _to_counts(acceleration: Array) -> NDArray[np.int16]:
 
 def _from_counts(counts: NDArray[np.int16]) -> Array:
     return np.where(counts == MISSING_COUNTS, np.nan, counts * ACCELERATION_STEP_MPS2)
+
+
+def _require_finite(name: str, values: Array) -> None:
+    _require(name, bool(np.isfinite(values).all()), "not finite", "finite numbers")
+
+
+def _require_sine(name: str, sine: JointSine, joints: int) -> None:
+    """A joint of the robot, a posture of it, and a motion that has a period and an end."""
+    _require(name, 0 <= sine.joint < joints, sine.joint, f"joint 0 to {joints - 1}")
+    _require(f"{name} centre", np.shape(sine.centre) == (joints,), np.shape(sine.centre), f"({joints},)")
+    _require_finite(f"{name} centre", sine.centre)
+    motion = (sine.amplitude, sine.frequency_hz, sine.duration_s)
+    moves = bool(np.isfinite(motion).all()) and sine.frequency_hz > 0 and sine.duration_s > 0
+    _require(f"{name} motion", moves, motion, "amplitude, frequency above 0 Hz, duration above 0 s")
 
 
 def _require(name: str, holds: bool, value: object, valid: str) -> None:

@@ -77,6 +77,63 @@ def test_what_is_no_recording_is_refused_by_name(tmp_path: Path, seed: int) -> N
         BabblingRecording.load(whole)
 
 
+def test_a_damaged_file_is_refused_by_name(tmp_path: Path, seed: int) -> None:
+    """Cut anywhere, or with any byte changed, a file is either refused by its name or reads as it was."""
+    whole, damaged = tmp_path / "whole.npz", tmp_path / "damaged.npz"
+    recording = drawn(seed)
+    recording.save(whole)
+    data, random = whole.read_bytes(), np.random.default_rng(seed)
+    for length in random.integers(0, len(data), 20):
+        damaged.write_bytes(data[:length])
+        with pytest.raises(RecordingError, match=r"damaged\.npz"):
+            BabblingRecording.load(damaged)
+    refused = 0
+    for at in random.integers(0, len(data), 60):
+        damaged.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
+        try:
+            assert same(BabblingRecording.load(damaged), recording)
+        except RecordingError as error:
+            refused += 1
+            assert "damaged.npz" in str(error)
+    assert refused > 30
+    np.save(tmp_path / "single.npy", np.zeros(3))
+    with pytest.raises(RecordingError, match=r"single\.npy"):
+        BabblingRecording.load(tmp_path / "single.npy")
+    with pytest.raises(RecordingError, match=r"nowhere\.npz"):
+        BabblingRecording.load(tmp_path / "nowhere.npz")
+
+
+@pytest.mark.parametrize(
+    ("array", "at", "value"),
+    [
+        ("version", (), "new"),
+        ("cell", 1, (1 << 16) + 1),
+        ("rest_posture", (0, 0), np.nan),
+        ("swing_centre", (1, 1), np.inf),
+        ("swing_motion", (0, 1), 0.0),
+        ("swing_joint", 2, 5),
+        ("swing_1_time", 3, np.nan),
+        ("unit_ports", (0, 2), 5),
+        ("unit_ports", (0, 3), 0),
+    ],
+)
+def test_values_that_cannot_be_are_refused_by_name(
+    tmp_path: Path, seed: int, array: str, at: object, value: object
+) -> None:
+    path = tmp_path / "felt.npz"
+    drawn(seed).save(path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    if at == ():
+        arrays[array] = np.array(value)
+    else:
+        arrays[array][at] = value
+    np.savez(path, **arrays)
+    name = "swing [012]" if array.startswith("swing") else array
+    with pytest.raises(RecordingError, match=rf"felt\.npz.*{name}"):
+        BabblingRecording.load(path)
+
+
 def test_recordings_of_the_same_cells_are_joined_and_others_are_not(seed: int) -> None:
     one, two = drawn(seed), drawn(seed + 1)
     both = joined([one, two])
