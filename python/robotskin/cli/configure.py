@@ -77,7 +77,7 @@ def command(
     from robotskin import robots
     from robotskin.apps.configuring import babble, check_again, home_posture, placed_by_camera, worn_layout
     from robotskin.errors import InputError
-    from robotskin.selfconfig.configuration import configure, learn_map
+    from robotskin.selfconfig.configuration import configure, learn_map, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
     from robotskin.selfconfig.readings.recording import BabblingRecording
 
@@ -85,7 +85,20 @@ def command(
     if camera and source is not None and layout is None:
         raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
     model = robots.load(robot)
-    chosen = tuple(steps.split(","))
+    chosen = tuple(step.strip() for step in steps.split(","))
+    # Whatever can be refused is refused before the robot moves.
+    require_steps(chosen)
+    if camera and "localisation" not in chosen:
+        raise InputError(f"--camera: places patches in the step localisation, which --steps {steps} leaves out")
+    _require_writable("--output", output, "localisation", chosen)
+    _require_writable("--recording", recording)
+    _require_writable("--report", report)
+    _require_writable("--map", map_file, "map", chosen)
+    _require_writable("--map-picture", map_picture, "map", chosen)
+    _require_writable("--urdf", urdf, "kinematics", chosen)
+    earlier = BabblingRecording.load(check) if check is not None else None
+    if earlier is not None:
+        require_joints(model, earlier)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     truth = worn_layout(model, layout) if source is None or layout is not None else None
     with Progress(*columns, console=console, transient=True) as bar:
@@ -111,9 +124,9 @@ def command(
         if recording is not None:
             recorded.save(recording)
         checked = None
-        if check is not None:
+        if earlier is not None:
             before = tuple(step for step in chosen if step != "map")
-            checked = check_again(model, BabblingRecording.load(check), recorded, steps=before, progress=tell)
+            checked = check_again(model, earlier, recorded, steps=before, progress=tell)
         found = checked.again.configuration if checked else configure(model, recorded, steps=chosen, progress=tell)
         if camera and truth is not None:
             tell("pictures", 0.0)
@@ -144,7 +157,7 @@ def command(
             patch.by if place else "—",
             f"{57.2958 * deviation[0]:.2f}" if deviation else "—",
             f"{1e3 * deviation[1]:.2f}" if deviation else "—",
-            patch.problem or "nothing",
+            patch.problem or ("nothing" if place else "not asked for"),
         )
     console.print(table)
     spent = ", ".join(f"{step} {seconds:.1f} s" for step, seconds in found.seconds.items())
@@ -179,3 +192,21 @@ def command(
         with console.status("drawing the report"):
             write_report(report, model, recorded, found, learned, truth)
         console.print(f"report written to {report}")
+
+
+def _require_writable(option: str, path: Path | None, step: str = "", steps: tuple[str, ...] = ()) -> None:
+    """Refuse a file that would not be written after minutes of motion: its folder or the step that fills it is missing.
+
+    Raises:
+        InputError: names the option, the file and what is missing.
+    """
+    from robotskin.errors import InputError
+
+    if path is None:
+        return
+    if step and step not in steps:
+        raise InputError(f"{option} {path}: is made by the step {step}, which --steps {','.join(steps)} leaves out")
+    if not path.absolute().parent.is_dir():
+        raise InputError(f"{option} {path}: there is no folder {path.parent} to write it in")
+    if path.is_dir():
+        raise InputError(f"{option} {path}: is a folder; name a file in it")

@@ -123,21 +123,15 @@ def configure(
     Args:
         robot: kinematic model, z of the base frame up, with the recording's joints.
         recording: of the babbling.
-        steps: which to take, a beginning of `STEPS` ("map" is taken by `learn_map`).
+        steps: which to take of `STEPS`; topology and activity always are, and "map" is taken by `learn_map`.
         progress: told what is done.
 
     Raises:
-        ConfigurationError: a recording of other joints.
+        ConfigurationError: a recording of other joints, or a step without one that it builds on.
         UnknownNameError: no such step.
     """
-    for step in steps:
-        if step not in STEPS:
-            raise UnknownNameError("step", step, STEPS)
-    if recording.joint_names != robot.joint_names:
-        raise ConfigurationError(
-            f"recording of {recording.robot} with joints {', '.join(recording.joint_names)}; "
-            f"{robot.name} has {', '.join(robot.joint_names)}"
-        )
+    require_steps(steps)
+    require_joints(robot, recording)
     tell = progress or (lambda _step, _share: None)
     seconds: dict[str, float] = {}
     start = time.perf_counter()
@@ -191,6 +185,29 @@ def configure(
         lap("localisation")
     ports = ports_in(recording, order)
     return Configuration(robot.name, topology, activity, swung, tree, patches, ports, kinematics, trouble, seconds)
+
+
+def require_steps(steps: Sequence[str]) -> None:
+    """Refuse steps that do not exist, or that lack one they build on, before anything moves.
+
+    Raises:
+        ConfigurationError: kinematics or localisation without reconstruction.
+        UnknownNameError: no such step.
+    """
+    for step in steps:
+        if step not in STEPS:
+            raise UnknownNameError("step", step, STEPS)
+        if step in ("kinematics", "localisation") and "reconstruction" not in steps:
+            raise ConfigurationError(f"step {step}: builds on reconstruction, which is not among {', '.join(steps)}")
+
+
+def require_joints(robot: Robot, recording: BabblingRecording) -> None:
+    """Refuse a recording of other joints than the robot's, with a ConfigurationError that names both."""
+    if recording.joint_names != robot.joint_names:
+        raise ConfigurationError(
+            f"recording of {recording.robot} with joints {', '.join(recording.joint_names)}; "
+            f"{robot.name} has {', '.join(robot.joint_names)}"
+        )
 
 
 def measure_activity(recording: BabblingRecording) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

@@ -39,6 +39,36 @@ def recordings(tmp_path, seed: int):
     return *paths, worn, slid
 
 
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["--steps", "topology,guessing"], "unknown step 'guessing'"),
+        (["--steps", "topology,localisation"], "localisation: builds on reconstruction"),
+        (["--steps", "topology", "--map", "map.npz"], "--map map.npz"),
+        (["--steps", "topology", "-o", "found.json"], "--output found.json"),
+        (["--steps", "topology,reconstruction", "--urdf", "found.urdf"], "--urdf found.urdf"),
+        (["--report", "nowhere/found.html"], "--report nowhere/found.html"),
+        (["--output", "."], "--output ."),
+        (["--steps", "topology,reconstruction", "--camera"], "--camera: places patches in the step localisation"),
+        (["--check", "half.npz"], "half.npz: no whole numpy archive"),
+        (["--from", "half.npz"], "half.npz: no whole numpy archive"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_the_robot_moves(
+    arguments: list[str], named: str, tmp_path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def moved(*_: object, **__: object) -> None:
+        raise AssertionError("the robot moved")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("robotskin.apps.configuring.babble", moved)
+    (tmp_path / "half.npz").write_bytes(b"PK and then nothing")
+    result = CliRunner().invoke(app, ["configure", "ur5", *arguments])
+    assert result.exit_code == 2, result.output
+    assert named in " ".join(result.stderr.split())
+    assert [path.name for path in tmp_path.iterdir()] == ["half.npz"]
+
+
 def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_path) -> None:
     before, after, worn, slid = recordings
     target = tmp_path / "found.json"
