@@ -76,6 +76,7 @@ class BabblingRecording:
 
     def __post_init__(self) -> None:
         cells, joints = len(self.lists), len(self.joint_names)
+        _require("cell", cells > 0, "none", "one cell at least")
         keys, times = np.unique(self.lists.cell, return_counts=True)
         _require("cell", len(keys) == cells, keys[times > 1].tolist(), "a key for every cell, each once")
         rests = len(self.rest_posture)
@@ -92,6 +93,7 @@ class BabblingRecording:
         for number, swing in enumerate(self.swings):
             wanted = (cells, len(swing.time_s), 3)
             _require(f"swing {number}", swing.acceleration.shape == wanted, swing.acceleration.shape, str(wanted))
+            _require(f"swing {number} time", len(swing.time_s) > 1, len(swing.time_s), "two readings at least")
             _require_sine(f"swing {number}", swing.swing, joints)
             _require_finite(f"swing {number} time", swing.time_s)
         ports = self.unit_ports

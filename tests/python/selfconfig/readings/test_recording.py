@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,15 +88,15 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, seed: int) -> None:
         damaged.write_bytes(data[:length])
         with pytest.raises(RecordingError, match=r"damaged\.npz"):
             BabblingRecording.load(damaged)
-    refused = 0
+    refused: list[str] = []
     for at in random.integers(0, len(data), 60):
         damaged.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
         try:
             assert same(BabblingRecording.load(damaged), recording)
         except RecordingError as error:
-            refused += 1
-            assert "damaged.npz" in str(error)
-    assert refused > 30
+            refused.append(str(error))
+    assert len(refused) > 30
+    assert all("damaged.npz" in message for message in refused)
     np.save(tmp_path / "single.npy", np.zeros(3))
     with pytest.raises(RecordingError, match=r"single\.npy"):
         BabblingRecording.load(tmp_path / "single.npy")
@@ -132,6 +133,23 @@ def test_values_that_cannot_be_are_refused_by_name(
     name = "swing [012]" if array.startswith("swing") else array
     with pytest.raises(RecordingError, match=rf"felt\.npz.*{name}"):
         BabblingRecording.load(path)
+
+
+def test_a_recording_has_cells_and_its_swings_readings(seed: int) -> None:
+    recording = drawn(seed)
+    swing = recording.swings[1]
+    bare = replace(swing, time_s=swing.time_s[:0], acceleration=swing.acceleration[:, :0])
+    with pytest.raises(RecordingError, match="swing 1 time: 0: must be two"):
+        replace(recording, swings=(recording.swings[0], bare))
+    nothing = NeighbourLists(np.zeros(0), np.zeros((0, 4)))
+    with pytest.raises(RecordingError, match="cell: none"):
+        replace(
+            recording,
+            lists=nothing,
+            unit_ports=np.zeros((0, 4), dtype=np.int64),
+            rest_acceleration=recording.rest_acceleration[:0],
+            swings=(),
+        )
 
 
 def test_recordings_of_the_same_cells_are_joined_and_others_are_not(seed: int) -> None:
