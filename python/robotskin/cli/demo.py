@@ -78,7 +78,15 @@ def command(
         require_cells_on(believed_skin, link)
     key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
     session = Session(
-        model, skin, seed, key=key, interface=interface, mode=mode, believed=believed_skin, control=control
+        model,
+        skin,
+        seed,
+        key=key,
+        interface=interface,
+        mode=mode,
+        believed=believed_skin,
+        control=control,
+        own_torques=not headless,
     )
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))
