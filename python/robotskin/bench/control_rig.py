@@ -63,6 +63,7 @@ class ControlRig:
         self._felt: deque[tuple[Array, Array]] = deque()
         self._dynamics = RobotDynamics(self.robot.core)
         self._push: tuple[int, Array] | None = None
+        self._feeling = np.array([], dtype=int)
         self.controller.request_run(True)
         self.run(0.1)
 
@@ -92,9 +93,14 @@ class ControlRig:
 
     # ---- Touch ----
 
-    def push(self, cell: int, force_n: float) -> None:
-        """Push a cell without friction: a force along its inward normal, which turns with the cell."""
+    def push(self, cell: int, force_n: float, *, wide: bool = False) -> None:
+        """Push a cell without friction: a force along its inward normal, which turns with the cell.
+
+        A `wide` push is felt by the cell and its neighbours alike.
+        """
         self._push = (cell, np.array([0.0, 0.0, -force_n])) if force_n > 0 else None
+        beside = self.layout.neighbours[cell, :, 0] if wide else np.array([], dtype=int)
+        self._feeling = np.array([cell, *beside[beside >= 0]])
 
     def _apply_push(self) -> None:
         data = self.world.scene.data
@@ -111,7 +117,7 @@ class ControlRig:
     def _feel(self) -> None:
         force = self.world.cell_true_force()
         if self._push is not None:
-            force[self._push[0]] += np.linalg.norm(self._push[1]) / 3
+            force[self._feeling] += np.linalg.norm(self._push[1]) / 3 / len(self._feeling)
         near = np.zeros(len(self.layout))
         if self.ball is not None:
             distance = np.maximum(self._along_normals(), 0)
