@@ -175,16 +175,21 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   }
 }
 
-/* Whether a tick is from before what this neighbour has said since it was last without a way: nobody goes back, so it
- * is played again. One that has just booted names no root. If the memory of what it said is damaged, that is of no
- * account as soon as it stands still. */
-static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick) {
-  if (!neighbour->met || neighbour->hops == RS_HOPS_POISON || neighbour->stale) return false;
+/* Whether a tick is from before what this neighbour has said, and so played again: nobody goes back. One that has lost
+ * its way comes back with a newer wave alone, as an equal one may be what it said before it was lost. Only who has been
+ * without a way for long may forget; so an old wave counts once the neighbour's own has stood still, and it has not
+ * said for three heartbeats that there is no way: who hears it say both hears somebody else. One that has just booted
+ * names no root. If the memory of what it said is damaged, that is of no account as soon as it stands still. */
+static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, uint32_t now_us) {
+  if (!neighbour->met) return false;
+  const bool lost = neighbour->hops == RS_HOPS_POISON;
+  if (tick->hops == RS_HOPS_POISON && (lost || neighbour->stale)) return false;
+  if (neighbour->stale && now_us - neighbour->poisoned_us >= RS_LINK_DOWN_US) return false;
   if (tick->root == 0U) return neighbour->nonce == tick->nonce && neighbour->wave.root != 0U;
   rs_wave wave;
   rs_wave_of_tick(&wave, tick);
   const uint32_t behind = (rs_wave_time(&neighbour->wave) - rs_wave_time(&wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
-  return behind > 0U && behind < 1U << (RS_TICK_TIME_BITS - 1);
+  return behind < 1U << (RS_TICK_TIME_BITS - 1) && (behind > 0U || lost);
 }
 
 void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -193,7 +198,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
 
-  if (from_before(neighbour, &tick)) {
+  if (from_before(neighbour, &tick, now_us)) {
     ++cell->counts.tags_refused;
     return;
   }
@@ -222,6 +227,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
 
   if (tick.hops == RS_HOPS_POISON) {
     neighbour->hops = RS_HOPS_POISON;
+    neighbour->poisoned_us = now_us;
   } else {
     rs_wave wave;
     rs_wave_of_tick(&wave, &tick);

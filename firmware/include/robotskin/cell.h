@@ -131,12 +131,13 @@ typedef struct {
 
 /* What is known of the neighbour at one port. */
 typedef struct {
-  rs_wave wave;       /* its last accepted advert */
-  rs_hearing hearing; /* of its events and torque sums; if it is a child */
-  uint32_t origin_us; /* when the root sent that tick, cell's clock */
-  uint32_t heard_us;  /* last valid frame */
-  uint32_t turned_us; /* when its wave last became another one */
-  uint32_t up_us;     /* link up since */
+  rs_wave wave;         /* its last accepted advert */
+  rs_hearing hearing;   /* of its events and torque sums; if it is a child */
+  uint32_t origin_us;   /* when the root sent that tick, cell's clock */
+  uint32_t heard_us;    /* last valid frame */
+  uint32_t turned_us;   /* when its wave last became another one */
+  uint32_t poisoned_us; /* when it last said that it has no way to a root */
+  uint32_t up_us;       /* link up since */
   uint32_t held_until_us;
   uint32_t lost; /* frames with a wrong checksum */
   uint16_t id;
