@@ -19,6 +19,7 @@ RecoveryWatch::RecoveryWatch(const world::Network& network, Ground& ground, Rout
       breaks_(breaks),
       clean_lines_(clean_lines),
       path_(network.cell_count()),
+      path_since_ns_(network.cell_count(), never),
       whole_since_ns_(never) {}
 
 RecoveryWatch::Path RecoveryWatch::path_of(std::size_t cell) {
@@ -55,6 +56,8 @@ void RecoveryWatch::follow_paths() {
   attached_ = 0;
   for (std::size_t cell = 0; cell < path_.size(); ++cell)
     if (ground_.runs(cell) && path_of(cell) == Path::whole) ++attached_;
+  for (std::size_t cell = 0; cell < path_.size(); ++cell)
+    path_since_ns_[cell] = has_path(cell) ? std::min(path_since_ns_[cell], network_.time_ns()) : never;
 }
 
 // The repair enters the part that was cut off from those that still have their paths.

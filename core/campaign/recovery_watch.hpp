@@ -26,6 +26,8 @@ class RecoveryWatch {
   // Of all faults so far, from the last disturbance to the moment when all paths were whole, at most.
   std::int64_t longest_repair_ns() const { return longest_repair_ns_; }
   bool has_path(std::size_t cell) const { return path_[cell] == Path::whole; }
+  // The same of one cell, which may have been out of reach while all others had theirs.
+  std::int64_t path_since_ns(std::size_t cell) const { return path_since_ns_[cell]; }
   std::uint64_t cells_attached() const { return attached_; }
 
  private:
@@ -43,6 +45,7 @@ class RecoveryWatch {
   BreakLog& breaks_;
   bool clean_lines_;
   std::vector<Path> path_;
+  std::vector<std::int64_t> path_since_ns_;
   std::vector<std::int32_t> trail_;
   std::int64_t whole_since_ns_ = 0, longest_repair_ns_ = 0;
   std::uint64_t attached_ = 0;

@@ -167,7 +167,7 @@ void SampleLedger::poll(const world::Network& network, const Ground& ground, con
                     {{"number", entry.number}, {"us after the failure", (entry.time_ns - failure_.time_ns) / us}});
       if (!whole) continue;
       if (ground.samples_disturbed(entry.time_ns - 5 * ms) || recovery.whole_since_ns() > entry.time_ns ||
-          ground.booted_ns(index) > entry.time_ns || !recovery.has_path(index))
+          ground.booted_ns(index) > entry.time_ns || recovery.path_since_ns(index) > entry.time_ns)
         continue;
       breaks_.add(Invariant::none_lost, now_ns, {index},
                   {{"number", entry.number},

@@ -7,8 +7,10 @@
 enum {
   EVENT_MASK = RS_RETAINED_EVENTS - 1,
   TORQUE_MASK = RS_RETAINED_TORQUES - 1,
-  CYCLE = 16 * 64,                /* sample times are told modulo 16 ticks, in 64ths */
-  GUARD = 32,                     /* cell clocks are a little early or late */
+  CYCLE = 16 * 64, /* sample times are told modulo 16 ticks, in 64ths */
+  /* The time of another tree, whose cells have just come here, may be ahead by so much. What is left of the cycle must
+   * hold the oldest event that may come, which has been kept to the last and then sent on its way. */
+  GUARD = CYCLE - (RS_RETENTION_US + 500) * 64 / RS_TICK_US,
   IDENTITY_MASK = (int)0xFFFFFFC0 /* of a frame's first word: type, source and sequence */
 };
 

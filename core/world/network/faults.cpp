@@ -131,11 +131,11 @@ void Network::begin(Act& act) {
       break;
     case FaultKind::noise:
     case FaultKind::burst:
-      trouble(fault, true);
+      act.wires = troubled_by(fault);
+      trouble(act, true);
       break;
     case FaultKind::slow:
       cells_[cell].slow_ns = fault.by_ns;
-      trouble(fault, true);
       break;
     case FaultKind::zombie:
       if (cells_[cell].power != Cell::Power::on) break;
@@ -223,7 +223,7 @@ void Network::end(Act& act) {
       break;
     case FaultKind::noise:
     case FaultKind::burst:
-      trouble(fault, false);
+      trouble(act, false);
       break;
     case FaultKind::slow:
       cells_[cell].slow_ns = 0;
@@ -302,19 +302,25 @@ void Network::sever(std::size_t index, std::uint8_t why, bool out, bool in) {
   supply();
 }
 
-void Network::trouble(const Fault& fault, bool begins) {
+// Both ways of every wire it names.
+std::vector<std::size_t> Network::troubled_by(const Fault& fault) const {
+  std::vector<std::size_t> wires = wires_of(fault);
+  if (fault.cell < 0 && fault.unit < 0) return wires;
+  for (std::size_t i = 0, named = wires.size(); i < named; ++i)
+    if (wires_[wires[i]].to >= 0) wires.push_back(static_cast<std::size_t>(wires_[wires[i]].to));
+  return wires;
+}
+
+// It ends where it began, even if a plug has been moved meanwhile.
+void Network::trouble(const Act& act, bool begins) {
   troubles_.resize(wires_.size());
+  const Fault& fault = act.fault;
   const double by = begins ? fault.amount : -fault.amount;
-  const auto change = [&](std::size_t wire) {
+  for (const std::size_t wire : act.wires) {
     wires_[wire].troubled = true;
     if (fault.kind == FaultKind::noise)
       troubles_[wire].bit_error_rate = std::max(0.0, troubles_[wire].bit_error_rate + by);
     if (fault.kind == FaultKind::burst) troubles_[wire].lost_share = std::max(0.0, troubles_[wire].lost_share + by);
-  };
-  const bool everywhere = fault.cell < 0 && fault.unit < 0;
-  for (const std::size_t wire : wires_of(fault)) {
-    change(wire);
-    if (!everywhere && wires_[wire].to >= 0) change(static_cast<std::size_t>(wires_[wire].to));
   }
 }
 

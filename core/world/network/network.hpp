@@ -163,7 +163,8 @@ class Network {
   void join(std::size_t a, std::size_t b);
   void part(std::size_t wire);
   void wrap_at(const Fault& fault);
-  void trouble(const Fault& fault, bool begins);
+  std::vector<std::size_t> troubled_by(const Fault& fault) const;
+  void trouble(const Act& act, bool begins);
   void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
   void deliver_letter(std::size_t index);
   void trouble_ethernet(const Fault& fault, bool begins);

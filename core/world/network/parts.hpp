@@ -119,7 +119,7 @@ struct Network::Taped {
 struct Network::Act {
   Fault fault;
   int phase = 0;
-  std::vector<std::size_t> wires;  // that a late patch will have; the two that a plug had before
+  std::vector<std::size_t> wires;  // of a late patch, of noise or bursts; the two that a plug had before
   std::vector<Taped> tape;         // of a replay
   std::size_t played = 0;          // of the tape
 };
