@@ -15,6 +15,11 @@ bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {
          (behind < RS_STALE_TICKS || behind >= 0x8000U);
 }
 
+/* Whether the deepest cell of the subtree would not hang too deep there. More may have joined it since the offer. */
+static bool within_cap(const rs_route* route, const rs_neighbour* target, const rs_wave* wave) {
+  return target->hops + 1U + route->subtree_height <= wave->depth_cap;
+}
+
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
@@ -22,7 +27,7 @@ static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || !rs_move_open(route, neighbour)) continue;
-    if (neighbour->wave.root != target_root || neighbour->hops + 1U > route->wave.depth_cap) continue;
+    if (neighbour->wave.root != target_root || !within_cap(route, neighbour, &route->wave)) continue;
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
@@ -84,7 +89,7 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold && port + 1U == route->target_port) {
     const rs_neighbour* target = &route->neighbour[port];
-    const bool within = target->hops < RS_HOPS_POISON && target->hops + 1U <= target->wave.depth_cap;
+    const bool within = target->hops < RS_HOPS_POISON && within_cap(route, target, &target->wave);
     if (target->wave.root != route->target_root || target->leaving || !within) {
       route->hold = false;
     } else if (now_us - route->hold_us >= RS_HOLD_LEAVE_US && rs_route_feasible(route, port)) {

@@ -193,9 +193,30 @@ static void serve(rs_section_unit* unit, unsigned port) {
   balance->busy_until = tick + (balance->failed > 0U ? 0U : RS_SETTLE_TICKS + there_and_back(here));
 }
 
+/* How many cells tree j may take from tree k. Never so many that it becomes larger than the largest tree, with what
+ * other ports are giving it already: levelling must not make the fullest cable fuller. A tree that does not pass cells
+ * on takes no more than brings the two level, because what it takes beyond that stays there. */
+static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigned k, unsigned j, uint32_t most) {
+  uint32_t taken = trees->size[j];
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    const rs_unit_balance* other = &unit->port[port].balance;
+    if (port == trees->port[k] || !other->open) continue;
+    for (unsigned w = 0; w < RS_WANTS; ++w) {
+      if (other->want_root[w] == trees->root[j]) taken += other->want_size[w];
+    }
+  }
+  if (taken >= most) return 0;
+  const uint32_t below = most - taken;
+  if (trees->port[j] == RS_TREE_FOREIGN) return below;
+  const rs_unit_balance* balance = &unit->port[trees->port[j]].balance;
+  if (balance->failed <= FAILED_ROUNDS) return below;
+  const uint32_t level = trees->size[k] > taken + 1U ? (trees->size[k] - taken) / 2U : 0U;
+  return level < below ? level : below;
+}
+
 /* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
 static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
-                 const rs_unit_balance* lead) {
+                 uint32_t most, const rs_unit_balance* lead) {
   const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
@@ -216,6 +237,9 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
     if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
     if (balance->failed > 0U && levelling > size) size = levelling > 2047U ? 2047U : levelling;
+    const uint32_t most_taken = room(unit, trees, k, j, most);
+    if (most_taken == 0U) continue;
+    if (size > most_taken) size = most_taken;
     uint8_t root = trees->root[j];
     for (unsigned w = 0; w < RS_WANTS; ++w) {
       if (balance->want_root[w] != 0U && taken[w] >= flow) continue;
@@ -318,11 +342,12 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
   rs_trees_relax(&trees, unit->potential);
   for (unsigned first = 0; first < trees.count; ++first) {
     if (trees.component[first] != first) continue;
-    uint32_t cells = 0, count = 0;
+    uint32_t cells = 0, count = 0, most = 0;
     unsigned lead = RS_TREE_FOREIGN;
     for (unsigned k = first; k < trees.count; ++k) {
       if (trees.component[k] != first) continue;
       cells += trees.size[k];
+      if (trees.size[k] > most) most = trees.size[k];
       ++count;
       if (lead == RS_TREE_FOREIGN) lead = trees.port[k];
     }
@@ -332,7 +357,7 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
       const rs_unit_port* here = &unit->port[trees.port[k]];
       if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
           unit->tick_time >= here->balance.busy_until) {
-        want(unit, &trees, k, cells, count, &unit->port[lead].balance);
+        want(unit, &trees, k, cells, count, most, &unit->port[lead].balance);
       }
     }
     watch_progress(unit, &trees, first, &unit->port[lead].balance);

@@ -4,6 +4,7 @@ import pytest
 from small_world import SmallWorld
 
 from robotskin._core import firmware
+from robotskin.bench.network_runs import settle
 
 
 def sheet(columns: int, rows: int) -> list[tuple[tuple[int, int], tuple[int, int]]]:
@@ -40,6 +41,28 @@ def test_ports_share_the_cells_evenly(seed: int, key: bytes | None) -> None:
     assert max(sizes(world)) <= 17
     assert sum(sizes(world)) == 48
     assert max(world.cell(index).hops for index in range(48)) <= depth + 4
+
+
+def test_levelling_never_makes_the_fullest_cable_fuller(seed: int) -> None:
+    """The middle tree touches the smallest at its root only, which stays: it can take cells, but pass none on."""
+    links = [*sheet(12, 4), ((11, 1), (48, 4))]
+    world = SmallWorld(49, links, [(2, 3), (11, 3), (48, 3)], seed)
+    world.run_ms(35)
+    formed = sizes(world)
+    assert min(formed) == 1
+    fullest = 0
+    for _ in range(40):
+        world.run_ms(10)
+        fullest = max(fullest, *sizes(world))
+    assert sizes(world) != formed
+    assert fullest <= max(formed)
+
+
+@pytest.mark.parametrize(("kind", "ports", "skin_seed"), [("cylinder", 4, 2), ("cylinder", 5, 52), ("cylinder", 5, 96)])
+def test_what_has_joined_since_the_offer_does_not_come_too_deep(kind: str, ports: int, skin_seed: int) -> None:
+    run = settle(kind, ports, skin_seed)
+    assert max(run.loads) < max(run.formed)
+    assert run.depth <= run.least_depth + 4
 
 
 def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:
