@@ -31,16 +31,17 @@ inline std::uint32_t cells_carried(const world::LineQuality& line) {
   return static_cast<std::uint32_t>(RS_CELLS_PER_PORT * RS_FRAME_US / frame_us + 0.01);
 }
 
-// What a section unit may know, the frames a line of its own clock carries less control and torque sums; and what
-// leaves a line as it is 5 % to empty queues with.
+// What a section unit may know, the frames a line of its own clock carries less adverts, status and torque sums; and
+// what leaves a line as it is 5 % to empty queues with.
 inline QueueWatch::PortLoad port_load(const world::LineQuality& line, std::int32_t limbs) {
   constexpr double line_hz = 1e6 / RS_FRAME_US, epoch_hz = 1e6 / (RS_EPOCH_TICKS * RS_TICK_US),
                    control = ControlMeter::share_max;
+  constexpr double least_hz = 1e6 / RS_TICK_US + 1e6 / RS_STATUS_MEAN_US;
   const double worst_hz = 1e6 / ((RS_FRAME_US + line.jitter_us / 2) * (1 + 1e-6 * line.clock_drift_ppm));
   const auto cells = [limbs](double samples_hz) {
     return static_cast<std::uint32_t>((samples_hz - epoch_hz * limbs) / RS_CLOCK_RATE_DEFAULT_HZ);
   };
-  return {.bearable = cells(line_hz * (1 - control)), .draining = cells(worst_hz * (0.95 - control))};
+  return {.bearable = cells(line_hz - least_hz), .draining = cells(worst_hz * (0.95 - control))};
 }
 
 class Referee : public world::Observer, public world::DatagramSink {

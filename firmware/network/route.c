@@ -59,7 +59,7 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     }
     ++cell->counts.parent_changes;
     rs_identity_changed(cell, now_us);
-    cell->queues.status_due = true;
+    cell->queues.status_due = cell->queues.size_due = true;
   }
   if (moved || route->wave.root != neighbour->wave.root) rs_sampling_refresh(cell, now_us);
 

@@ -80,7 +80,9 @@ void rs_subtree_update(rs_cell* cell) {
   if (size > 0xFFFFU) size = 0xFFFFU;
   if (lean_size > 0xFFFFU) lean_size = 0xFFFFU;
   if (height > 0xFFU) height = 0xFFU;
-  if (size != route->subtree_size || height != route->subtree_height) cell->queues.status_due = true;
+  if (size != route->subtree_size || height != route->subtree_height) {
+    cell->queues.status_due = cell->queues.size_due = true;
+  }
   route->subtree_size = (uint16_t)size;
   route->subtree_lean_size = (uint16_t)lean_size;
   route->subtree_height = (uint8_t)height;
@@ -122,7 +124,7 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
 
 void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
   rs_subtree_update(cell);
-  cell->queues.status_due = false;
+  cell->queues.status_due = cell->queues.size_due = false;
   const rs_route* route = &cell->route;
   const rs_status status = {.type = RS_TYPE_status,
                             .sender = cell->id,

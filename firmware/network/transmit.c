@@ -33,7 +33,9 @@ static uint32_t status_spent_us(const rs_cell* cell, uint32_t now_us) {
 uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us) {
   const uint32_t since_us = now_us - cell->route.reported_us;
   const uint32_t pause_us = since_us < RS_STATUS_PAUSE_US ? RS_STATUS_PAUSE_US - since_us : 0U;
-  const uint32_t spent_us = status_spent_us(cell, now_us), enough_us = (RS_STATUS_BURST - 1U) * RS_STATUS_MEAN_US;
+  /* Offers use the upper half of the bucket, so that levelling leaves sizes a burst. */
+  const uint32_t burst = cell->queues.size_due ? RS_STATUS_BURST : RS_STATUS_BURST / 2U;
+  const uint32_t spent_us = status_spent_us(cell, now_us), enough_us = (burst - 1U) * RS_STATUS_MEAN_US;
   const uint32_t fill_us = spent_us > enough_us ? spent_us - enough_us : 0U;
   return pause_us > fill_us ? pause_us : fill_us;
 }
@@ -82,7 +84,9 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   }
   if (queues->slow.count > 0U) ++queues->passed_over;
   if (rs_retention_next_torque(cell, frame, now_us)) return true;
-  if (queues->status_due && rs_status_wait_us(cell, now_us) == 0U) {
+  /* Not before the advert by which a new parent learns that this is its child: it would not listen. */
+  const bool told = (queues->advert_due >> (cell->route.parent_port - 1U) & 1U) == 0U;
+  if (queues->status_due && told && rs_status_wait_us(cell, now_us) == 0U) {
     note_status(cell, now_us);
     rs_subtree_pack(cell, frame);
     return true;

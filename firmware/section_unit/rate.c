@@ -37,7 +37,7 @@ void rs_rate_heard(rs_unit_rate* rate, const uint8_t* frame) {
   rate->sums += type == RS_TYPE_torque;
   if (type != RS_TYPE_clock && type != RS_TYPE_event) return;
   rate->samples += type == RS_TYPE_clock;
-  if ((frame[RS_clock_dropped_AT / 8] >> (7U - RS_clock_dropped_AT % 8) & 1U) != 0U) rate->drops = true;
+  if ((frame[RS_clock_dropped_AT / 8] >> (7U - RS_clock_dropped_AT % 8) & 1U) != 0U) rate->drops = rate->lossy = true;
 }
 
 static void measure(rs_unit_rate* rate, uint32_t size) {
@@ -45,13 +45,15 @@ static void measure(rs_unit_rate* rate, uint32_t size) {
     const uint32_t divisor = rate->divisor > 1U ? rate->divisor : 1U;
     const uint32_t measured_hz = rate->samples * divisor * 1000U / (RATE_WINDOW_TICKS * size);
     const uint32_t known_hz = measured_hz + measured_hz / 16U + 1U;
-    /* Rates are known in steps of two, so what lies near is the same. */
-    if (measured_hz > rate->rate_hz || known_hz * 5U < rate->rate_hz * 4U) rate->rate_hz = (uint16_t)known_hz;
+    /* Rates are known in steps of two, so what lies near is the same; and what was lost on the way was sent. */
+    const bool slower = !rate->lossy && known_hz * 5U < rate->rate_hz * 4U;
+    if (measured_hz > rate->rate_hz || slower) rate->rate_hz = (uint16_t)known_hz;
     if (rate->rate_hz > RS_CLOCK_RATE_DEFAULT_HZ) rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
     const uint32_t sums_hz = rate->sums * 1000U / RATE_WINDOW_TICKS;
     rate->sums_hz = (uint16_t)(sums_hz < SUM_HZ ? SUM_HZ : sums_hz > PORT_HZ / 2 ? PORT_HZ / 2 : sums_hz);
   }
   rate->samples = rate->sums = 0;
+  rate->lossy = false;
   rate->ticks = 0;
   rate->size = (uint16_t)size;
 }

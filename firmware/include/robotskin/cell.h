@@ -216,6 +216,7 @@ typedef struct {
   uint32_t advert_us[RS_PORTS][RS_ADVERTS]; /* when it got the last ones, */
   uint8_t advert_next[RS_PORTS];            /* the oldest of them here */
   uint8_t status_due;
+  uint8_t size_due;                  /* the status tells a new size or depth, which the rate divisor waits for */
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */
   uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */

@@ -117,7 +117,8 @@ typedef struct {
   uint8_t floor;   /* least divisor until then */
   uint8_t divisor; /* in force */
   bool overflowed; /* cells lost frames in the last short window */
-  bool drops;      /* a cell has said in this short window that it lost frames */
+  bool drops;      /* a cell has said in this short window that it lost frames, */
+  bool lossy;      /* or in the long one */
 } rs_unit_rate;
 
 enum { RS_UNIT_TORQUE_SLOTS = 64 }; /* limbs and parts */
