@@ -5,8 +5,7 @@
 namespace robotskin::campaign {
 namespace {
 
-// A change of size goes up a hop every 300 us and a frame or two, the divisor 120 us a hop down.
-constexpr std::int64_t known_hop_ns = 400 * us + hop_ns, two_ticks_ns = 2 * ms;
+constexpr std::int64_t two_ticks_ns = 2 * ms;
 // Every queue of a path may be full when the divisor comes, and empties into the next as fast as the line goes.
 constexpr std::int64_t drained_hop_ns = RS_QUEUE_DATA * RS_FRAME_US * us;
 
@@ -53,7 +52,7 @@ void QueueWatch::count_drops(const world::Network& network, const Ground& ground
   for (std::size_t index = 0; index < cells_.size(); ++index)
     if (ground.runs(index) && network.cell(index).route.parent_port != RS_NO_PARENT)
       deepest = std::max<std::int32_t>(deepest, network.cell(index).route.hops);
-  const std::int64_t known_ns = routes.changed_ns() + two_ticks_ns + deepest * known_hop_ns;
+  const std::int64_t known_ns = routes.changed_ns() + two_ticks_ns + deepest * port.known_hop_ns;
   const bool drained = known_ns + deepest * drained_hop_ns < counted_ns_;
   const bool judged =
       !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed(counted_ns_ - 20 * ms);

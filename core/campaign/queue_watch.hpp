@@ -22,6 +22,7 @@ class QueueWatch {
   // Cells of a port at divisor 1: more than `bearable` need a larger one; up to `draining`, full queues become empty.
   struct PortLoad {
     std::uint32_t bearable, draining;
+    std::int64_t known_hop_ns;  // that a change of size takes up, and a divisor down
   };
 
   // Every few milliseconds. Events are what no divisor thins out. `load`: cells of each root.

@@ -41,7 +41,12 @@ inline QueueWatch::PortLoad port_load(const world::LineQuality& line, std::int32
   const auto cells = [limbs](double samples_hz) {
     return static_cast<std::uint32_t>((samples_hz - epoch_hz * limbs) / RS_CLOCK_RATE_DEFAULT_HZ);
   };
-  return {.bearable = cells(line_hz - least_hz), .draining = cells(worst_hz * (0.95 - control))};
+  // A status waits for its pause, a frame on the line, an advert and the torque sums; the divisor goes down with a
+  // tick.
+  const std::int64_t known_hop_ns = (RS_STATUS_PAUSE_US + (2 + limbs) * RS_FRAME_US) * us + hop_ns;
+  return {.bearable = cells(line_hz - least_hz),
+          .draining = cells(worst_hz * (0.95 - control)),
+          .known_hop_ns = known_hop_ns};
 }
 
 class Referee : public world::Observer, public world::DatagramSink {

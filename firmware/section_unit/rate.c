@@ -44,11 +44,10 @@ static void measure(rs_unit_rate* rate, uint32_t size) {
   if (rate->size == size && size > 0U) {
     const uint32_t divisor = rate->divisor > 1U ? rate->divisor : 1U;
     const uint32_t measured_hz = rate->samples * divisor * 1000U / (RATE_WINDOW_TICKS * size);
-    const uint32_t known_hz = measured_hz + measured_hz / 16U + 1U;
-    /* Rates are known in steps of two, so what lies near is the same; and what was lost on the way was sent. */
-    const bool slower = !rate->lossy && known_hz * 5U < rate->rate_hz * 4U;
-    if (measured_hz > rate->rate_hz || slower) rate->rate_hz = (uint16_t)known_hz;
-    if (rate->rate_hz > RS_CLOCK_RATE_DEFAULT_HZ) rate->rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+    /* Clock rates go in steps of two. Lines lose samples, so that a fifth more than a step is the next one. */
+    uint32_t known_hz = RS_CLOCK_RATE_DEFAULT_HZ;
+    while (known_hz > 1U && measured_hz * 5U < known_hz * 3U) known_hz /= 2U;
+    if (known_hz > rate->rate_hz || !rate->lossy) rate->rate_hz = (uint16_t)known_hz;
     const uint32_t sums_hz = rate->sums * 1000U / RATE_WINDOW_TICKS;
     rate->sums_hz = (uint16_t)(sums_hz < SUM_HZ ? SUM_HZ : sums_hz > PORT_HZ / 2 ? PORT_HZ / 2 : sums_hz);
   }
