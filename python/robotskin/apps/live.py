@@ -45,7 +45,8 @@ class LiveSession:
         self.failure: BaseException | None = None
         self._requests: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         world = session.world
-        self.network = SessionNetwork(NetworkWatch(world.network, session.layout, lambda: world.time_s), self._ask)
+        watch = NetworkWatch(world.network, world.layout, lambda: world.time_s)
+        self.network = SessionNetwork(watch, self._ask, session.layout, session.world_cells)
         self._touch: Touch | None = None
         self._touch_until_s: float | None = None
         self._restart = False
