@@ -136,7 +136,7 @@ static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const 
 static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   const rs_neighbour* parent = &route->neighbour[port];
-  if (parent->child || parent->hops == RS_HOPS_POISON) {
+  if (parent->child || parent->hops >= RS_HOPS_MAX) {
     rs_route_lose(cell, now_us);
   } else if (parent->leaving && rs_move_shed(cell, now_us)) {
     return;

@@ -212,6 +212,28 @@ def test_bit_errors_are_counted_and_break_nothing(seed: int) -> None:
             assert [fields[channel] for channel, *_ in firmware.CHANNELS] == [0] * 9
 
 
+def run_on_ticks(cell: firmware.Cell, now: int, first: int, ticks: int, **fields: int) -> int:
+    """Gives a lone cell a neighbour's tick each millisecond at port 1, and returns the time after the last."""
+    told = {"sender": 5, "nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, **fields}
+    for sequence in range(first, first + ticks):
+        now += 1000
+        for port in range(1, 5):
+            cell.sent(port, now)
+        cell.timer(now)
+        cell.frame(1, firmware.pack("tick", {**told, "sequence": sequence}), now)
+    return now
+
+
+@pytest.mark.parametrize("hops", [firmware.TTL_START + 1, 100, firmware.HOPS_POISON - 1])
+def test_no_parent_is_followed_further_than_frames_live(hops: int) -> None:
+    cell = firmware.Cell()
+    cell.boot(7, 1, 3_000_000)
+    now = run_on_ticks(cell, 3_000_000, 100, 12, hops=firmware.TTL_START, root=0x11)
+    assert (cell.parent_port, cell.hops) == (1, firmware.TTL_START + 1)
+    run_on_ticks(cell, now, 112, 3, hops=hops, root=0x11)
+    assert (cell.parent_port, cell.hops) == (0, firmware.HOPS_POISON)
+
+
 def test_one_seed_is_one_run(seed: int) -> None:
     def run() -> list[bytes]:
         links, roots = random_skin(14, 2, seed)
