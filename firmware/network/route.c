@@ -119,9 +119,11 @@ void rs_route_lose(rs_cell* cell, uint32_t now_us) {
   rs_route_advertise(cell, now_us);
 }
 
-/* Whether a root made this wave: always, without a key. With one, the tag must be right and, once the time is known,
- * the wave not from before it by more than the sequence numbers in flight: that is a tick played again. */
+/* Whether a root made this wave. None has number 0, so the empty wave of a neighbour that has said nothing yet proves
+ * nothing. Without a key that is all; with one, the tag must be right and, once the time is known, the wave not from
+ * before it by more than the sequence numbers in flight: that is a tick played again. */
 static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const rs_wave* wave) {
+  if (wave->root == 0U) return false;
   if (!cell->keyed || rs_waves_equal(wave, &neighbour->wave)) return true;
   if (cell->route.known_time == ~cell->route.known_time_complement) {
     const uint32_t ahead = (rs_wave_time(wave) - cell->route.known_time) & ((1U << RS_TICK_TIME_BITS) - 1U);

@@ -234,6 +234,20 @@ def test_no_parent_is_followed_further_than_frames_live(hops: int) -> None:
     assert (cell.parent_port, cell.hops) == (0, firmware.HOPS_POISON)
 
 
+@pytest.mark.parametrize("key", [None, bytes(range(16))])
+def test_the_tick_of_no_root_is_followed_by_nobody(key: bytes | None) -> None:
+    """All that the tag covers is zero, as in the memory of a cell whose neighbour has said nothing yet."""
+    cell = firmware.Cell()
+    cell.boot(7, 1, 0, key=key)
+    for now in range(1000, 19_000, 1000):
+        for port in range(1, 5):
+            cell.sent(port, now)
+        cell.timer(now)
+        cell.frame(1, firmware.pack("tick", {"sender": 5, "nonce": 9, "heard": 1, "hops": 3}), now)
+        assert cell.parent_port == 0, now
+    assert cell.counts["tags_refused"] > 0
+
+
 def test_one_seed_is_one_run(seed: int) -> None:
     def run() -> list[bytes]:
         links, roots = random_skin(14, 2, seed)
