@@ -19,17 +19,17 @@ static bool authentic(const rs_cell* cell, const uint8_t* frame, uint32_t tag, u
   return edge != era && rs_tags_equal(rs_command_tag(&cell->key, frame, edge & (TICK_TIME_MASK >> 16)), tag);
 }
 
+/* How many settings an operation has. */
+static uint32_t indices_of(uint32_t operation) {
+  if (operation == RS_OPERATION_threshold || operation == RS_OPERATION_offset) return RS_CHANNEL_COUNT;
+  return operation == RS_OPERATION_torque_word ? RS_TORQUE_WORDS : 1U;
+}
+
 /* One setting by the number of its operation: where it lies decides index and range. */
 static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t now_us) {
   rs_settings* settings = &cell->settings;
   const uint32_t index = command->index, value = command->value_low;
-  uint32_t indices = 1;
-  if (command->operation == RS_OPERATION_threshold || command->operation == RS_OPERATION_offset) {
-    indices = RS_CHANNEL_COUNT;
-  } else if (command->operation == RS_OPERATION_torque_word) {
-    indices = RS_TORQUE_WORDS;
-  }
-  if (index >= indices) return RS_REPLY_bad_index;
+  if (index >= indices_of(command->operation)) return RS_REPLY_bad_index;
   switch (command->operation) {
     case RS_OPERATION_clock_rate:
 #define RATE_IS(rate_hz, period_us) (rate_hz) == value ||
@@ -131,7 +131,12 @@ static void carry_out(rs_cell* cell, const rs_command* command, rs_reply* reply,
       break;
     case RS_OPERATION_read:
       reply->value_high = command->value_low & 0xFFFFU;
-      if (!get(cell, command->value_low, command->index, &reply->value_low)) reply->status = RS_REPLY_bad_value;
+      if (!get(cell, command->value_low, command->index, &reply->value_low)) {
+        reply->status = RS_REPLY_bad_value;
+      } else if (command->index >= indices_of(command->value_low)) {
+        reply->status = RS_REPLY_bad_index;
+        reply->value_low = 0;
+      }
       break;
     default:
       reply->status = set(cell, command, now_us);
