@@ -1,7 +1,7 @@
 // What must be true of the network whatever happens to it, and what is told when it is not.
 //
-// Numbers and names are those of the protocol page. The first group holds at every event ("nothing false may be
-// accepted"), the second once faults are over ("whole in bounded time").
+// What belongs together has one number. Some hold at every event ("nothing false may be accepted"), others once faults
+// are over ("whole in bounded time"); the watch that checks one says when.
 #pragma once
 
 #include <array>

@@ -175,7 +175,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(serial, 0, 5, "counts the sender's torque frames")             \
   X(last, 0, 1, "the sender's report of this epoch is complete")
 
-/* Sent on change and once a second. A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port by a
+/* Sent on change and about once a second (timing.h). A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port by a
  * record of that port with source 16383 and the cell there as neighbour 1. */
 #define RS_TOPOLOGY_FIELDS(X)                                           \
   X(type, 0, 4, "frame type")                                           \
