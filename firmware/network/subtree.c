@@ -30,8 +30,8 @@ static void report_roots(rs_route* route, const root_set* set) {
 }
 
 static bool offers_equal(const rs_offer* a, const rs_offer* b) {
-  return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root && a->round == b->round &&
-         a->whole == b->whole;
+  return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root &&
+         a->round == b->round && a->whole == b->whole;
 }
 
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only

@@ -175,8 +175,8 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(serial, 0, 5, "counts the sender's torque frames")             \
   X(last, 0, 1, "the sender's report of this epoch is complete")
 
-/* Sent on change and about once a second (timing.h). A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port by a
- * record of that port with source 16383 and the cell there as neighbour 1. */
+/* Sent on change, else within a second. A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port
+ * by a record of that port with source 16383 and the cell there as neighbour 1. */
 #define RS_TOPOLOGY_FIELDS(X)                                           \
   X(type, 0, 4, "frame type")                                           \
   X(source, 0, 14, "id of the cell")                                    \
