@@ -107,7 +107,7 @@ def limits_of_uneven(network: CellNetwork, run: Settled, best: int) -> tuple[int
     """`Balance.within` of a compact skin, and `Balance.even_depth`; suppositions only where they have to explain."""
     near, roots = roots_and_neighbours(network, 0)
     fullest, ideal = run.parts[0].fullest, run.parts[0].ideal
-    deepest = max(run.least_depth + EXTRA_HOPS, run.depth)
+    deepest = run.least_depth + EXTRA_HOPS
     within = least_load_within(near, roots, deepest, fullest)
     if fullest <= EVEN * ideal:
         return within, 0
