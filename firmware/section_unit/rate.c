@@ -93,5 +93,7 @@ bool rs_rate_tick(rs_unit_rate* rate, uint32_t size) {
     rate->divisor = (uint8_t)least;
     rate->low_ticks = 0;
   }
+  /* A window with two divisors in it measures neither. */
+  if (rate->divisor != before) rate->size = 0;
   return rate->divisor != before;
 }

@@ -127,7 +127,7 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
     named = "" if report.named_ms < 0 else f", all named after {report.named_ms:.2f} ms"
     console.print(f"{len(skin)} cells of {skin.name}, {len(skin.cables)} cables: {formed}{named}")
     if report.outcomes:
-        table = Table(title=f"{len(report.outcomes)} faults")
+        table = Table(title="Faults")
         for heading in ("fault", "cells cut off", "ways again after ms", "all joined after ms", "healed"):
             table.add_column(heading, justify="left" if heading in ("fault", "healed") else "right", overflow="fold")
         for outcome in report.outcomes:

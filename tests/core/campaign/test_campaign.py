@@ -20,6 +20,13 @@ def test_no_invariant_breaks(seed: int) -> None:
     assert not report["broken"], "\n".join("\n".join((one.case, *one.breaks)) for one in report["broken"])
 
 
+def test_the_page_lists_every_invariant() -> None:
+    page = (Path(__file__).parents[3] / "docs/network.md").read_text()
+    table = page.partition("<!-- invariants -->")[2].partition("<!-- end -->")[0].strip().splitlines()[2:]
+    rows = sorted(invariants(), key=lambda row: row[1])
+    assert table == [f"| I{number} | `{name}` | {text} |" for name, number, text in rows]
+
+
 @pytest.mark.parametrize("kept", KEPT, ids=lambda kept: kept["name"])
 def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     report = run_case(parse_case(kept["case"]))
