@@ -37,7 +37,7 @@ MUTANTS = {
     "torques_not_awaited": Mutant("no cell waits for its children's torque sums", ("torque_complete",)),
     "torques_miscounted": Mutant("a cell counts itself twice", ("torque_count",)),
     "events_unmarked": Mutant("events sent again do not say so", ("exactly_once",)),
-    "events_forgotten": Mutant("events are kept for a millisecond only", ("event_kept",)),
+    "events_forgotten": Mutant("events are kept for a tenth of a millisecond only", ("event_kept", "none_lost")),
     "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",)),
     "never_thinned_out": Mutant("the rate divisor stays one", ("overload",)),
 }

@@ -32,7 +32,7 @@ campaign_mutant(events_unmarked network/retention.c
   "if (false) {")
 campaign_mutant(events_forgotten include/robotskin/timing.h
   "RS_RETENTION_US = 12000"
-  "RS_RETENTION_US = 1000")
+  "RS_RETENTION_US = 100")
 campaign_mutant(neighbours_mixed_up network/identity.c
   ".neighbour_2 = id[1]"
   ".neighbour_2 = id[0]")
