@@ -1,5 +1,6 @@
 """Laws of the limits: flow equals cut, no forest beats its bound, brute force agrees, and advice keeps its promise."""
 
+from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
@@ -78,9 +79,8 @@ def hangs_together(near: list[list[int]], owner: list[int], root: int) -> bool:
     return len(seen) == owner.count(tree)
 
 
-def brute_force(near: list[list[int]], roots: list[int]) -> int:
-    """Load of the fullest tree of the best forest, by trying all."""
-    best = len(near)
+def all_owners(near: list[list[int]], roots: list[int]) -> Iterator[tuple[list[int], int]]:
+    """Every way to give each cell to a tree, whether trees hang together or not, and the load of the fullest."""
     others = [cell for cell in range(len(near)) if cell not in roots]
     owner = [0] * len(near)
     for tree, root in enumerate(roots):
@@ -88,7 +88,13 @@ def brute_force(near: list[list[int]], roots: list[int]) -> int:
     for choice in product(range(len(roots)), repeat=len(others)):
         for cell, tree in zip(others, choice, strict=True):
             owner[cell] = tree
-        fullest = max(owner.count(tree) for tree in range(len(roots)))
+        yield owner, max(owner.count(tree) for tree in range(len(roots)))
+
+
+def brute_force(near: list[list[int]], roots: list[int]) -> int:
+    """Load of the fullest tree of the best forest, by trying all."""
+    best = len(near)
+    for owner, fullest in all_owners(near, roots):
         if fullest < best and all(hangs_together(near, owner, root) for root in roots):
             best = fullest
     return best
@@ -108,14 +114,7 @@ def depth_of_tree(near: list[list[int]], owner: list[int], root: int) -> int:
 def fullest_by_depth(near: list[list[int]], roots: list[int]) -> dict[int, int]:
     """By depth of the forest, the load of the fullest tree of the best one so deep, by trying all."""
     best: dict[int, int] = {}
-    others = [cell for cell in range(len(near)) if cell not in roots]
-    owner = [0] * len(near)
-    for tree, root in enumerate(roots):
-        owner[root] = tree
-    for choice in product(range(len(roots)), repeat=len(others)):
-        for cell, tree in zip(others, choice, strict=True):
-            owner[cell] = tree
-        fullest = max(owner.count(tree) for tree in range(len(roots)))
+    for owner, fullest in all_owners(near, roots):
         depth = max(depth_of_tree(near, owner, root) for root in roots)
         best[depth] = min(best.get(depth, len(near)), fullest)
     return best

@@ -78,12 +78,7 @@ def shape_and_place_by_leds(
         LocalisationError: see `localise_by_leds`; or a fit that does not settle.
     """
     cells = topology.cells_of(patch)
-    row = np.full(len(topology.cell), -1)
-    row[cells] = np.arange(len(cells))
-    edges = topology.edges[topology.patch[topology.edges[:, 0]] == patch].copy()
-    edges[:, [0, 2]] = row[edges[:, [0, 2]]]
-    turned = edges[:, 1] > edges[:, 3]
-    edges[turned] = edges[turned][:, [2, 3, 0, 1]]
+    row, edges = topology.within(patch)
     root = int(row[topology.root[patch]])
     vague = np.diag(np.repeat([START_TURN_RAD**2, START_SHIFT_M**2], 3))
     flat = _flat_lattice(topology, patch, cells, row)

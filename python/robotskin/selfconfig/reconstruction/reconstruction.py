@@ -90,12 +90,7 @@ def reconstruct(
     if len(samples.mean) != len(topology.cell):
         raise ValueError(f"samples of {len(samples.mean)} cells for a topology of {len(topology.cell)}")
     cells = topology.cells_of(patch)
-    row = np.full(len(topology.cell), -1)
-    row[cells] = np.arange(len(cells))
-    edges = topology.edges[topology.patch[topology.edges[:, 0]] == patch].copy()
-    edges[:, [0, 2]] = row[edges[:, [0, 2]]]
-    turned = edges[:, 1] > edges[:, 3]
-    edges[turned] = edges[turned][:, [2, 3, 0, 1]]
+    row, edges = topology.within(patch)
     own = GravitySamples(samples.mean[cells], samples.deviation[cells])
     require_observable(own, prior.offset_mps2)
     root = int(row[topology.root[patch]])

@@ -79,6 +79,21 @@ class Topology:
             raise ValueError(f"patch {patch}: must be 0 to {len(self.root) - 1}")
         return np.flatnonzero(self.patch == patch)
 
+    def within(self, patch: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(N,) each cell's row in `cells_of(patch)`, -1 elsewhere; (E, 4) the patch's edges by it, lower port first.
+
+        Raises:
+            ValueError: no such patch.
+        """
+        cells = self.cells_of(patch)
+        row = np.full(len(self.cell), -1)
+        row[cells] = np.arange(len(cells))
+        edges = self.edges[self.patch[self.edges[:, 0]] == patch].copy()
+        edges[:, [0, 2]] = row[edges[:, [0, 2]]]
+        turned = edges[:, 1] > edges[:, 3]
+        edges[turned] = edges[turned][:, [2, 3, 0, 1]]
+        return row, edges
+
 
 def explore(lists: NeighbourLists, edge_weight: ArrayLike | None = None) -> Topology:
     """Patches, root cells and shortest paths from neighbour lists.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robotskin.layout import Layout, finished
-from robotskin.robots import Robot, load
+from robotskin.layout import Layout
+from robotskin.robots import Robot
 from robotskin.selfconfig.localisation.led_camera import Camera, CameraView, looking_at
 from robotskin.selfconfig.localisation.led_detection import detect
 from robotskin.selfconfig.localisation.led_localisation import localise_by_leds
@@ -20,16 +20,6 @@ from robotskin.selfconfig.simulated.motion import AccelerometerFaults, rest_read
 
 CAMERA = Camera(distortion=(-0.12, 0.05, 0.001, -0.0005, 0.0))
 START = np.array([0.3, -1.2, 1.1, -0.4, 0.8, 0.2])
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load("ur5")
-
-
-@pytest.fixture(scope="module")
-def skin() -> Layout:
-    return finished("ur5")
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from robotskin.layout import Layout, finished
-from robotskin.robots import Robot, load
+from robotskin.layout import Layout
+from robotskin.robots import Robot
 from robotskin.selfconfig.localisation.led_shape import shape_and_place_by_leds
 from robotskin.selfconfig.localisation.localisation import LocalisationError, pose_error
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
@@ -14,16 +14,6 @@ from robotskin.selfconfig.topology.neighbours import NeighbourLists
 from robotskin.selfconfig.topology.topology import Topology, explore
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load("ur5")
-
-
-@pytest.fixture(scope="module")
-def skin() -> Layout:
-    return finished("ur5")
 
 
 @pytest.fixture(scope="module")
