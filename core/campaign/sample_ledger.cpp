@@ -1,6 +1,6 @@
 #include "campaign/sample_ledger.hpp"
 
-#include "robotskin/datagram.h"
+#include "campaign/datagram_frames.hpp"
 #include "robotskin/timing.h"
 #include "world/random.hpp"
 
@@ -86,19 +86,13 @@ void SampleLedger::cell_stepped(const world::Network& network, std::size_t index
 
 void SampleLedger::datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
                             std::span<const std::uint8_t> datagram) {
-  rs_datagram_header header;
-  if (rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) !=
-          RS_DATAGRAM_OK ||
-      header.kind != RS_DATAGRAM_KIND_frames)
-    return;
-  const std::uint8_t* record_at = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
-  for (unsigned i = 0; i < header.count; ++i, record_at += RS_DATAGRAM_RECORD_BYTES) {
-    const rs_frame_type type = rs_frame_type_of(record_at);
-    if (type != RS_TYPE_clock && type != RS_TYPE_event) continue;
+  for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
+    const rs_frame_type type = rs_frame_type_of(frame_at);
+    if (type != RS_TYPE_clock && type != RS_TYPE_event) return;
     rs_clock frame;
-    rs_clock_unpack(&frame, record_at);
+    rs_clock_unpack(&frame, frame_at);
     if (frame.source != RS_ID_NONE) record(network, ground, routes, frame);  // 0: stuffed in by a fault
-  }
+  });
 }
 
 void SampleLedger::record(const world::Network& network, const Ground& ground, const RouteWatch& routes,

@@ -2,25 +2,19 @@
 
 #include <array>
 
-#include "robotskin/datagram.h"
+#include "campaign/datagram_frames.hpp"
 
 namespace robotskin::campaign {
 
 void TopologyWatch::datagram(const world::Network& network, std::span<const std::uint8_t> datagram) {
-  rs_datagram_header header;
-  if (rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) !=
-          RS_DATAGRAM_OK ||
-      header.kind != RS_DATAGRAM_KIND_frames)
-    return;
-  const std::uint8_t* record_at = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
-  for (unsigned i = 0; i < header.count; ++i, record_at += RS_DATAGRAM_RECORD_BYTES) {
-    if (rs_frame_type_of(record_at) != RS_TYPE_topology) continue;
+  for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
+    if (rs_frame_type_of(frame_at) != RS_TYPE_topology) return;
     rs_topology topology;
-    rs_topology_unpack(&topology, record_at);
+    rs_topology_unpack(&topology, frame_at);
     // The world gives cell i the serial number i + 1.
-    if (topology.source == RS_ID_SECTION_UNIT || topology.uid == 0 || topology.uid > told_.size()) continue;
+    if (topology.source == RS_ID_SECTION_UNIT || topology.uid == 0 || topology.uid > told_.size()) return;
     told_[topology.uid - 1] = {network.time_ns(), topology};
-  }
+  });
 }
 
 void TopologyWatch::finish(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery) {

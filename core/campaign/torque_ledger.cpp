@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "robotskin/datagram.h"
+#include "campaign/datagram_frames.hpp"
 #include "robotskin/timing.h"
 
 namespace robotskin::campaign {
@@ -39,18 +39,13 @@ TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& brea
 
 void TorqueLedger::datagram(const world::Network& network, const Ground& ground,
                             std::span<const std::uint8_t> datagram) {
-  rs_datagram_header header;
-  if (!in_use() || rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) !=
-                       RS_DATAGRAM_OK)
-    return;
-  if (header.kind != RS_DATAGRAM_KIND_frames) return;
-  const std::uint8_t* record_at = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
-  for (unsigned i = 0; i < header.count; ++i, record_at += RS_DATAGRAM_RECORD_BYTES) {
-    if (rs_frame_type_of(record_at) != RS_TYPE_torque) continue;
+  if (!in_use()) return;
+  for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
+    if (rs_frame_type_of(frame_at) != RS_TYPE_torque) return;
     rs_torque torque;
-    rs_torque_unpack(&torque, record_at);
+    rs_torque_unpack(&torque, frame_at);
     if (torque.cells > 0) add(network, ground, torque);
-  }
+  });
 }
 
 void TorqueLedger::add(const world::Network& network, const Ground& ground, const rs_torque& torque) {

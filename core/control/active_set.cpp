@@ -52,8 +52,8 @@ struct ActiveSet::Workspace {
     return std::find(row.begin(), row.begin() + active, constraint) != row.begin() + active;
   }
 
-  // Takes away what rounding has left between y and the bounds of the active constraints.
-  bool meet_the_bounds(Eigen::Index size) {
+  // dual_step = the shares of the active normals whose products with these normals it was.
+  bool share_out(Eigen::Index size) {
     auto own = normals.topLeftCorner(size, active);
     auto block = gram.topLeftCorner(active, active);
     block.noalias() = own.transpose() * own;
@@ -61,9 +61,17 @@ struct ActiveSet::Workspace {
     const Eigen::LLT<Eigen::Ref<Matrix>> factor(in_place);
     if (factor.info() != Eigen::Success) return false;
     auto share = dual_step.head(active);
+    factor.solveInPlace(share);
+    return true;
+  }
+
+  // Takes away what rounding has left between y and the bounds of the active constraints.
+  bool meet_the_bounds(Eigen::Index size) {
+    auto own = normals.topLeftCorner(size, active);
+    auto share = dual_step.head(active);
     share = bound.head(active);
     share.noalias() -= own.transpose() * y.head(size);
-    factor.solveInPlace(share);
+    if (!share_out(size)) return false;
     y.head(size).noalias() += own * share;
     return true;
   }
@@ -73,14 +81,9 @@ struct ActiveSet::Workspace {
     auto own = normals.topLeftCorner(size, active);
     step.head(size) = normal.head(size);
     if (active == 0) return true;
-    auto block = gram.topLeftCorner(active, active);
-    block.noalias() = own.transpose() * own;
-    Eigen::Ref<Matrix> in_place = block;
-    const Eigen::LLT<Eigen::Ref<Matrix>> factor(in_place);
-    if (factor.info() != Eigen::Success) return false;
     auto share = dual_step.head(active);
     share.noalias() = own.transpose() * normal.head(size);
-    factor.solveInPlace(share);
+    if (!share_out(size)) return false;
     step.head(size).noalias() -= own * share;
     return true;
   }

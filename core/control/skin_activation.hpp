@@ -22,6 +22,14 @@ struct SkinGains {
   // The same numbers for every cell.
   static SkinGains uniform(std::size_t cells, float force_weight, float proximity_weight, float force_silent,
                            float force_full, float proximity_silent, float proximity_full);
+
+  // Weight 1 on force and none on proximity: the measured normal force as a torque.
+  SkinGains measured_force() const {
+    SkinGains gains = *this;
+    gains.force_weight.assign(force_weight.size(), 1.0F);
+    gains.proximity_weight.assign(proximity_weight.size(), 0.0F);
+    return gains;
+  }
 };
 
 // A cell's three sensors read 10 N each at most; more than this sum cannot be a touch and is cut.

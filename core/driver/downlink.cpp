@@ -57,7 +57,7 @@ void Driver::keep_alive(std::int64_t now_ns, const Sink& sink) {
   }
   for (std::size_t i = 0; i < unit_count_; ++i) {
     const UnitRow& unit = units_.row(i);
-    if (unit.heard_ns < now_ns - unit_silent_ns) continue;  // never heard: the least of times
+    if (silent(unit, now_ns)) continue;
     send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
     statistics_.keep_alives_sent.add();
   }
@@ -117,7 +117,7 @@ void Driver::send_joints(std::int64_t now_ns, const Sink& sink) {
   for (std::size_t i = 0; i < unit_count_; ++i) {
     const UnitRow& unit = units_.row(i);
     Link& link = links_[i];
-    if (unit.heard_ns < now_ns - unit_silent_ns) continue;  // never heard: the least of times
+    if (silent(unit, now_ns)) continue;
     // Without signs: a foreign datagram may claim any time, and its offset then wraps.
     const auto unit_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(now_ns) -
                                                    static_cast<std::uint64_t>(link.clock.offset_ns()) -

@@ -92,6 +92,7 @@ class Driver {
   std::uint32_t session() const { return session_; }
 
  private:
+  static bool silent(const UnitRow& unit, std::int64_t now_ns) { return now_ns - unit.heard_ns > unit_silent_ns; }
   // A section unit's clock may say anything: what it calls older than this is no more than this old, and never to come.
   static constexpr std::int64_t oldest_ns = 60'000'000'000;
 

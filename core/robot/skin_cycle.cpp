@@ -8,22 +8,12 @@
 #include "control/weighted_fusion.hpp"
 
 namespace robotskin::robot {
-namespace {
-
-// The measured normal force as a torque is the skin task with weight 1 on force and none on proximity.
-control::SkinGains touch_gains(control::SkinGains gains) {
-  std::ranges::fill(gains.force_weight, 1.0F);
-  std::ranges::fill(gains.proximity_weight, 0.0F);
-  return gains;
-}
-
-}  // namespace
 
 SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, CycleGains gains, GuardLimits limits)
     : gains_(std::move(gains)),
       dynamics_(robot),
       skin_task_(robot, skin, gains_.skin),
-      touch_task_(robot, skin, touch_gains(gains_.skin)),
+      touch_task_(robot, skin, gains_.skin.measured_force()),
       mask_(skin, gains_.fade_s),
       skin_source_(robot.joint_count(), gains_.fade_s),
       skin_fade_(gains_.fade_s, 1.0),

@@ -10,12 +10,6 @@
 namespace robotskin::robot {
 namespace {
 
-control::SkinGains touch_gains(control::SkinGains gains) {
-  std::ranges::fill(gains.force_weight, 1.0F);
-  std::ranges::fill(gains.proximity_weight, 0.0F);
-  return gains;
-}
-
 GuardLimits with_period(GuardLimits limits, double period_s) {
   limits.period_s = period_s;
   return limits;
@@ -31,7 +25,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
                      std::unique_ptr<control::TaskStack> stack)
     : gains_(std::move(gains)),
       dynamics_(robot),
-      touch_task_(robot, skin, touch_gains(gains_.touch)),
+      touch_task_(robot, skin, gains_.touch.measured_force()),
       mask_(skin, gains_.fade_s),
       skin_fade_(gains_.fade_s, 1.0),
       touch_filter_(robot.joint_count(), gains_.touch_bandwidth_hz, gains_.resolver.period_s),
