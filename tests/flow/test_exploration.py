@@ -14,7 +14,7 @@ from robotskin.robots.gains import GainSet
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import configure
+from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.topology.topology import explore
 

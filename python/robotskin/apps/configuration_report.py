@@ -24,11 +24,12 @@ from robotskin.apps.configuration_plots import (
 )
 from robotskin.layout import Layout
 from robotskin.robots import Robot
-from robotskin.selfconfig.configuration import Configuration, rows_of, samples_in
+from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.map.map_picture import map_figure
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
+from robotskin.selfconfig.recorded import rows_of, samples_in
 from robotskin.whole_file import whole_file
 
 if TYPE_CHECKING:

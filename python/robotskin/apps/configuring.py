@@ -17,7 +17,9 @@ from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, robots_with_gains
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import Configuration, configure, place_by_pictures
+from robotskin.selfconfig.configuration import Configuration
+from robotskin.selfconfig.configure import configure
+from robotskin.selfconfig.patch_steps import place_by_pictures
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.robustness.change import Change, changes, place_changes
 from robotskin.selfconfig.robustness.gravity_baseline import GravityBaseline

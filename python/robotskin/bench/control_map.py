@@ -12,7 +12,8 @@ from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import configure, learn_map
+from robotskin.selfconfig.configure import configure
+from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.recording import simulate_babbling

@@ -31,6 +31,7 @@ from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.postures import choose_postures
+from robotskin.selfconfig.common.one_thread import one_thread
 from robotskin.selfconfig.kinematics.activity import activity_matrix
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors, pose_errors, within_confidence
@@ -105,6 +106,7 @@ def run(
     return figures
 
 
+@one_thread
 def figures_of(part: str, seed: int, seeds: int, data: Path | None) -> Figures:
     """The figures of one part of `PARTS`, and the processor time that they took.
 

@@ -15,8 +15,10 @@ from robotskin.layout.layout import Layout
 from robotskin.robots import Robot, load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import Configuration, configure, learn_map
+from robotskin.selfconfig.configuration import Configuration
+from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
+from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.recording import simulate_babbling
 

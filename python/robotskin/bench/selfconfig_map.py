@@ -13,7 +13,8 @@ from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine, VelocitySine
 from robotskin.selfconfig.babbling.plan import plan_babbling
-from robotskin.selfconfig.configuration import configure, learn_map
+from robotskin.selfconfig.configure import configure
+from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.map.sensory_motor_map import build_map, sign_agreement
 from robotskin.selfconfig.readings.expected_motion import normal_jacobian
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections

@@ -77,8 +77,9 @@ def command(
     from robotskin import robots
     from robotskin.apps.configuring import babble, check_again, home_posture, placed_by_camera, worn_layout
     from robotskin.errors import InputError
-    from robotskin.selfconfig.configuration import configure, learn_map, require_joints, require_steps
+    from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
+    from robotskin.selfconfig.learned_map import learn_map
     from robotskin.selfconfig.readings.recording import BabblingRecording
 
     console = Console()

@@ -8,18 +8,14 @@ from robotskin.errors import UnknownNameError
 from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
-from robotskin.selfconfig.configuration import (
-    Configuration,
-    ConfigurationError,
-    configure,
-    learn_map,
-    place_by_pictures,
-    rigid_topology,
-)
+from robotskin.selfconfig.configuration import Configuration, ConfigurationError
+from robotskin.selfconfig.configure import configure, rigid_topology
 from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal, limbs
+from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.localisation.led_camera import Camera
 from robotskin.selfconfig.localisation.led_pictures import LedPictures
 from robotskin.selfconfig.map.sensory_motor_map import sign_agreement
+from robotskin.selfconfig.patch_steps import place_by_pictures
 from robotskin.selfconfig.readings.expected_motion import normal_jacobian
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors

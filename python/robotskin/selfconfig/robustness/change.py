@@ -16,8 +16,9 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from robotskin.robots import Robot
-from robotskin.selfconfig.configuration import Configuration, localise_patches
+from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.localisation.localisation import pose_error
+from robotskin.selfconfig.patch_steps import localise_patches
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.robustness.gravity_baseline import GravityBaseline, up_in_links

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from robotskin.robots import Robot
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
-from robotskin.selfconfig.configuration import Configuration, carriers_of, rows_of, samples_in
+from robotskin.selfconfig.configuration import Configuration
+from robotskin.selfconfig.patch_steps import carriers_of
 from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.recorded import rows_of, samples_in
 
 Array = NDArray[np.float64]
 

@@ -17,21 +17,15 @@ from scipy.spatial.transform import Rotation
 from robotskin.layout.cell import PORT_POINTS_M
 from robotskin.robots import Robot
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.common.one_thread import one_thread
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
-from robotskin.selfconfig.configuration import (
-    Configuration,
-    ConfigurationError,
-    ConfiguredPatch,
-    localise_patches,
-    ports_in,
-    reconstruct_patches,
-    rigid_topology,
-    rows_of,
-    samples_in,
-)
+from robotskin.selfconfig.configuration import Configuration, ConfigurationError, ConfiguredPatch
+from robotskin.selfconfig.configure import rigid_topology
+from robotskin.selfconfig.patch_steps import localise_patches, reconstruct_patches
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
 from robotskin.selfconfig.readings.recording import BabblingRecording
+from robotskin.selfconfig.recorded import ports_in, rows_of, samples_in
 from robotskin.selfconfig.robustness.change import Change
 from robotskin.selfconfig.robustness.gravity_baseline import up_in_links
 
@@ -51,6 +45,7 @@ class Reconfiguration:
     redone: tuple[int, ...]
 
 
+@one_thread
 def reconfigure(
     robot: Robot,
     configuration: Configuration,

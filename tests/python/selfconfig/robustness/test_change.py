@@ -10,7 +10,8 @@ from robotskin.layout import Layout, finished
 from robotskin.robots import Robot, load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
-from robotskin.selfconfig.configuration import Configuration, ConfigurationError, configure
+from robotskin.selfconfig.configuration import Configuration, ConfigurationError
+from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.robustness.change import Change, changes, place_changes
