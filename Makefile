@@ -54,13 +54,13 @@ fuzz: $(VENV)/deps.stamp  ## coverage-guided fuzzing of the driver (needs clang)
 lint: $(VENV)/deps.stamp  ## formatters and linters of the three languages
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/clang-format --dry-run --Werror $(C_FILES)
+	@$(BIN)/clang-format --dry-run --Werror $(C_FILES)
 	$(BIN)/mypy
 
 format: $(VENV)/deps.stamp  ## rewrite the sources in the house format
 	$(BIN)/ruff check --fix-only --quiet .
 	$(BIN)/ruff format --quiet .
-	$(BIN)/clang-format -i $(C_FILES)
+	@$(BIN)/clang-format -i $(C_FILES)
 
 bench: build  ## every benchmark, as JSON under out/bench
 	$(BIN)/robotskin bench all --directory out/bench
