@@ -66,9 +66,7 @@ def swing_readings(
         place, rotation = link_from_cell[there, :3, 3], link_from_cell[there, :3, :3]
         at_cell = motion.specific_force + np.einsum("mij,nj->nmi", motion.tidal(), place)
         felt[there] = at_cell @ rotation
-    felt = felt * faults.scale[:, None] + faults.offset[:, None]
-    felt += random.standard_normal(felt.shape) * imperfections.noise_mps2
-    return MotionRecording(swing, time_s, np.round(felt / imperfections.step_mps2) * imperfections.step_mps2)
+    return MotionRecording(swing, time_s, _reported(felt, faults, random, imperfections))
 
 
 def rest_readings(
@@ -95,6 +93,14 @@ def rest_readings(
     """
     up = np.stack([robot.base_from_link(posture)[link, 2, :3] for posture in postures], axis=1)
     felt = GRAVITY_MPS2 * np.einsum("nji,nkj->nki", link_from_cell[:, :3, :3], up)
-    felt = (felt * faults.scale[:, None] + faults.offset[:, None])[:, :, None]
-    felt = felt + random.standard_normal((len(link), len(postures), samples, 3)) * imperfections.noise_mps2
-    return np.round(felt / imperfections.step_mps2) * imperfections.step_mps2
+    return _reported(np.repeat(felt[:, :, None], samples, axis=2), faults, random, imperfections)
+
+
+def _reported(
+    felt: Array, faults: AccelerometerFaults, random: np.random.Generator, imperfections: AccelerometerImperfections
+) -> Array:
+    """(N, ..., 3) m/s², what faulty, noisy and stepped accelerometers make of what is felt, of the same shape."""
+    of_cell = (len(felt), *[1] * (felt.ndim - 2), 3)
+    noise = random.standard_normal(felt.shape) * imperfections.noise_mps2
+    read = felt * faults.scale.reshape(of_cell) + faults.offset.reshape(of_cell) + noise
+    return np.round(read / imperfections.step_mps2) * imperfections.step_mps2
