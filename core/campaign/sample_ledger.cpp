@@ -121,7 +121,7 @@ void SampleLedger::record(const world::Network& network, const Ground& ground, c
   // What has come by another way as well is marked, and told by source and sequence; then the host drops it. The
   // marked one may have been the faster.
   const bool again = entry.delivered != 0;
-  const bool known_again = again && frame.type == RS_TYPE_event && (frame.replayed != 0 || entry.replayed) &&
+  const bool known_again = again && (frame.replayed != 0 || entry.replayed) &&
                            entry.sequence == static_cast<std::uint8_t>(frame.sequence) && frame.source == entry.source;
   if (again && known_again) ++repeated_;
   entry.sequence = static_cast<std::uint8_t>(frame.sequence);

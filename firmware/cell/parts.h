@@ -50,7 +50,10 @@ uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_
 /* ---- network/links.c: which neighbours are there (R1) ---- */
 bool rs_link_usable(const rs_neighbour* neighbour);
 void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us);
+void rs_link_damaged(rs_cell* cell, unsigned port, uint32_t now_us); /* a frame has come with a wrong checksum */
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us);
+/* Whether a child has stayed behind the own ticks for longer than any move takes. */
+bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour);
 void rs_links_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/route.c: the parent (R2 to R9) ---- */
@@ -103,14 +106,16 @@ bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us);
 /* A tick has come: of the parent, or of a child (`was_child`: that was one before). */
 void rs_retention_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us);
 uint32_t rs_retention_announce(rs_cell* cell); /* `echo` of the next tick to the parent */
-void rs_retention_move(rs_cell* cell);         /* the parent has changed */
-RS_INLINE void rs_retention_follow(rs_cell* cell) {
+void rs_retention_move(rs_cell* cell, uint32_t now_us); /* the parent has changed */
+RS_INLINE void rs_retention_follow(rs_cell* cell, uint32_t now_us) {
   const rs_retention* retention = &cell->retention;
   if (retention->parent_port != cell->route.parent_port || retention->parent_changes != cell->counts.parent_changes) {
-    rs_retention_move(cell);
+    rs_retention_move(cell, now_us);
   }
 }
 void rs_retention_check(rs_cell* cell, uint32_t now_us);
+/* Age of a sample by its frame. What a cell holds for longer than the sample times go round never gets here. */
+uint32_t rs_sample_age_us(const rs_cell* cell, const uint8_t* frame, uint32_t now_us);
 
 /* ---- network/torque_epoch.c ---- */
 void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
@@ -129,6 +134,7 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame,
                  uint32_t now_us);                       /* by its type; false: no room. It begins at a whole word */
 void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
 void rs_queues_forget_samples(rs_cell* cell);
+void rs_queues_repeat(rs_cell* cell, uint32_t now_us); /* the last samples, which the parent may have lost */
 void rs_queues_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/transmit.c: the next frame of each idle port ---- */

@@ -77,6 +77,24 @@ static uint32_t past_zeros(uint32_t crc, unsigned count) {
   return crc;
 }
 
+/* Changes bits of two bytes. A checksum is linear: what changes in it is the checksum, started with 0, of what changes in
+ * the frame; so one that was wrong stays so. */
+static void change(uint8_t frame[RS_FRAME_BYTES], unsigned byte, uint32_t changed) {
+  frame[byte] ^= (uint8_t)(changed >> 8);
+  frame[byte + 1U] ^= (uint8_t)changed;
+  const uint32_t difference = past_zeros((uint32_t)contribution[1][changed >> 8] ^ contribution[0][changed & 0xFFU],
+                                         RS_CONTENT_BYTES - 2U - byte);
+  frame[RS_CONTENT_BYTES] ^= (uint8_t)(difference >> 8);
+  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)difference;
+}
+
+void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]) {
+  RS_STATIC_ASSERT((int)RS_clock_replayed_AT == (int)RS_event_replayed_AT, "samples are laid out alike");
+  const unsigned byte = RS_clock_replayed_AT / 8;
+  const uint32_t bit = 0x8000U >> RS_clock_replayed_AT % 8;
+  if ((((uint32_t)frame[byte] << 8) & bit) == 0U) change(frame, byte, bit);
+}
+
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
   const unsigned at = ttl_position(rs_frame_type_of(frame));
   if (at == 0U) return false;
@@ -84,13 +102,6 @@ bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
   const unsigned byte = at / 8U, shift = 10U - at % 8U;
   const uint32_t before = ((uint32_t)frame[byte] << 8) | frame[byte + 1U];
   if (((before >> shift) & 0x3FU) == 0U) return false;
-  const uint32_t after = before - (1U << shift), changed = before ^ after;
-  frame[byte] = (uint8_t)(after >> 8);
-  frame[byte + 1U] = (uint8_t)after;
-  /* A checksum is linear: what changes in it is the checksum, started with 0, of what changes in the frame. */
-  const uint32_t change = past_zeros((uint32_t)contribution[1][changed >> 8] ^ contribution[0][changed & 0xFFU],
-                                     RS_CONTENT_BYTES - 2U - byte);
-  frame[RS_CONTENT_BYTES] ^= (uint8_t)(change >> 8);
-  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)change;
+  change(frame, byte, before ^ (before - (1U << shift)));
   return true;
 }

@@ -43,6 +43,7 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
     neighbour->good = 0;
   }
   neighbour->heard_us = now_us;
+  neighbour->damaged = (uint8_t)(neighbour->damaged << 1);
   if (neighbour->up) return;
   if (neighbour->good < RS_LINK_UP_FRAMES) ++neighbour->good;
   if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
@@ -58,12 +59,36 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_identity_changed(cell, now_us);
 }
 
+/* What damages most frames lets some through, and would pass for a link for ever. */
+void rs_link_damaged(rs_cell* cell, unsigned port, uint32_t now_us) {
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  neighbour->damaged = (uint8_t)(neighbour->damaged << 1 | 1U);
+  unsigned damaged = 0;
+  for (unsigned bits = neighbour->damaged; bits != 0U; bits &= bits - 1U) ++damaged;
+  if (damaged < RS_LINK_DOWN_DAMAGED) return;
+  if (neighbour->up) {
+    rs_link_down(cell, port, now_us);
+    cell->queues.advert_due |= (uint8_t)(1U << port); /* it shall know at once that it is not heard */
+  }
+  neighbour->good = 0;
+}
+
+bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour) {
+  const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);
+  return neighbour->child && behind > RS_STALE_TICKS && behind < 0x8000U;
+}
+
 void rs_links_check(rs_cell* cell, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
     /* A stuck cell may say the same for ever; a cell that has forgotten how near it was must not believe it again. */
     if (now_us - neighbour->turned_us >= RS_STALE_LIMIT_US) neighbour->stale = true;
+    const bool lagging = rs_link_lagging(&cell->route, neighbour);
+    if (lagging != (neighbour->lagging != 0U)) {
+      neighbour->lagging = lagging;
+      rs_subtree_update(cell);
+    }
     /* Nobody is there; should memory say otherwise, it is damaged. */
     if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US) {
       neighbour->child = neighbour->hears_us = false;

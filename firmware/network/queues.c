@@ -38,10 +38,13 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
         /* The oldest sample is worth least. */
         queues->data.first = (uint8_t)((queues->data.first + 1U) & (RS_QUEUE_DATA - 1U));
         queues->data.count = RS_QUEUE_DATA - 1;
+        if (queues->data_again > 0U) --queues->data_again;
         ++cell->counts.frames_dropped;
         cell->sampling.dropped = true;
       }
       place = append(&queues->data, queues->data_frame, RS_QUEUE_DATA);
+      if (queues->data_sent > RS_QUEUE_DATA - queues->data.count)
+        queues->data_sent = (uint8_t)(RS_QUEUE_DATA - queues->data.count);
       break;
     default:
       place = replaceable(queues, frame);
@@ -84,7 +87,20 @@ void rs_queues_forget_samples(rs_cell* cell) {
   if (forgotten == 0U) return;
   cell->counts.frames_dropped += forgotten;
   cell->sampling.dropped = true;
-  queues->data.count = 0;
+  queues->data.count = queues->data_again = 0;
+}
+
+void rs_queues_repeat(rs_cell* cell, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  rs_ring* ring = &queues->data;
+  if (now_us - queues->data_sent_us > RS_REPEAT_US) queues->data_sent = 0;
+  for (; queues->data_sent > 0U && ring->count < RS_QUEUE_DATA; --queues->data_sent) {
+    const uint8_t last = (uint8_t)((ring->first - 1U) & (RS_QUEUE_DATA - 1U));
+    if (rs_sample_age_us(cell, queues->data_frame[last], now_us) > RS_REPEAT_US) return;
+    ring->first = last;
+    ++ring->count;
+    ++queues->data_again;
+  }
 }
 
 void rs_queues_check(rs_cell* cell, uint32_t now_us) {
@@ -93,6 +109,8 @@ void rs_queues_check(rs_cell* cell, uint32_t now_us) {
     if (now_us - queues->started_us[port] >= RS_SENDING_US) queues->busy &= (uint8_t)~(1U << port);
   }
   if (queues->data.count > RS_QUEUE_DATA) queues->data.count = 0;
+  if (queues->data_sent > RS_QUEUE_DATA - queues->data.count) queues->data_sent = 0;
+  if (queues->data_again > queues->data.count) queues->data_again = queues->data.count;
   if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;
   if (queues->down.count > RS_QUEUE_DOWN) queues->down.count = 0;
 }

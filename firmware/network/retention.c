@@ -64,8 +64,7 @@ static void prune(rs_cell* cell, uint32_t now_us) {
   }
 }
 
-/* Age of an event's sample. What a cell holds for longer than the sample times go round never gets here. */
-static uint32_t sample_age_us(const rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
+uint32_t rs_sample_age_us(const rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   uint32_t words[5];
   rs_content_load(words, frame);
   const uint32_t sampled =
@@ -95,7 +94,7 @@ bool rs_retention_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
     drop_first_event(cell);
   }
   const unsigned place = (retention->event.first + retention->event.count++) & EVENT_MASK;
-  retention->event_time[place] = coarse(now_us - (cell->route.timed ? sample_age_us(cell, frame, now_us) : 0U));
+  retention->event_time[place] = coarse(now_us - (cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U));
   memcpy(retention->event_frame[place], frame, RS_FRAME_BYTES);
   return true;
 }
@@ -166,10 +165,7 @@ bool rs_retention_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   skip_old_events(cell, now_us);
   if (ring->sent >= ring->count) return false;
   memcpy(frame, retention->event_frame[(ring->first + ring->sent) & EVENT_MASK], RS_FRAME_BYTES);
-  if (ring->sent < ring->tried) {
-    frame[RS_event_replayed_AT / 8] |= (uint8_t)(0x80U >> RS_event_replayed_AT % 8);
-    rs_frame_seal(frame);
-  }
+  if (ring->sent < ring->tried) rs_frame_mark_replayed(frame);
   note_sent(retention, ring);
   return true;
 }
@@ -224,7 +220,7 @@ static void move(rs_cell* cell, bool left) {
   retention->announcements = 0;
 }
 
-void rs_retention_move(rs_cell* cell) {
+void rs_retention_move(rs_cell* cell, uint32_t now_us) {
   rs_retention* retention = &cell->retention;
   const rs_route* route = &cell->route;
   const unsigned old_port = retention->parent_port;
@@ -233,10 +229,12 @@ void rs_retention_move(rs_cell* cell) {
   if (old_port != RS_NO_PARENT) {
     const rs_neighbour* old = &route->neighbour[(old_port - 1U) % RS_PORTS];
     const uint16_t behind = (uint16_t)(route->wave.sequence - old->wave.sequence);
-    retention->was_lost = !rs_link_usable(old) || old->hops == RS_HOPS_POISON || (behind > 2U && behind < 0x8000U) ||
-                          route->parent_port == RS_NO_PARENT;
+    retention->was_silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
+    retention->was_lost =
+        retention->was_silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
   }
   if (route->parent_port == RS_NO_PARENT) return;
+  if (retention->was_silent) rs_queues_repeat(cell, now_us);
   move(cell, !retention->was_lost);
 }
 

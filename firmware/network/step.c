@@ -84,6 +84,7 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
   if (!checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     ++neighbour->lost;
+    rs_link_damaged(cell, port, now_us);
     return;
   }
   rs_link_heard(cell, port, now_us);
@@ -173,7 +174,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     }
     check(cell, now_us);
   }
-  rs_retention_follow(cell);
+  rs_retention_follow(cell, now_us);
   rs_torque_follow(cell, now_us);
   rs_transmit(cell, now_us, output);
 

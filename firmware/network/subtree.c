@@ -63,6 +63,7 @@ void rs_subtree_update(rs_cell* cell) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port) continue;
     if (neighbour->child && neighbour->up) {
+      if (neighbour->lagging) continue;
       size += neighbour->size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
       if (!neighbour->alternative) lean_size += neighbour->lean_size;

@@ -75,6 +75,19 @@ static bool take(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size
   return true;
 }
 
+/* What is sent stays in the ring for a while, and may be sent again. */
+static bool take_sample(rs_queues* queues, uint32_t now_us, uint8_t* frame) {
+  if (!take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)) return false;
+  if (queues->data_again > 0U) {
+    --queues->data_again;
+    rs_frame_mark_replayed(frame);
+  }
+  if (now_us - queues->data_sent_us > RS_REPEAT_US) queues->data_sent = 0;
+  queues->data_sent_us = now_us;
+  ++queues->data_sent;
+  return true;
+}
+
 static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
   const unsigned slow_share = queues->data.count > RS_QUEUE_DATA / 2U ? SLOW_SHARE_FULL : SLOW_SHARE;
@@ -95,7 +108,7 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
     if (rs_retention_next_event(cell, frame, now_us)) return ++queues->data_passed_over, true;
   }
   queues->data_passed_over = 0;
-  if (take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)) return true;
+  if (take_sample(queues, now_us, frame)) return true;
   if (rs_retention_next_event(cell, frame, now_us)) return true;
   queues->passed_over = 0;
   return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);

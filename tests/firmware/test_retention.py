@@ -135,3 +135,69 @@ def test_a_quiet_skin_repeats_nothing(seed: int) -> None:
     world = event_skin(16, seed)
     world.run_ms(200)
     assert sum(fields["replayed"] for _, _, name, fields in world.records if name == "event") == 0
+
+
+def longest_silence_us(world: SmallWorld, cells: set[int], since_us: int) -> int:
+    """Between two samples of one cell that the host had not got before."""
+    cell_of = {world.cell(index).id: index for index in range(len(world.nodes))}
+    heard: dict[int, int] = {}
+    known: set[tuple[int, int]] = set()
+    longest = 0
+    for time, _, name, fields in world.records:
+        if name != "clock" or (fields["source"], fields["sequence"]) in known:
+            continue
+        known.add((fields["source"], fields["sequence"]))
+        index = cell_of[fields["source"]]
+        if index in cells and time >= since_us and index in heard:
+            longest = max(longest, time - heard[index])
+        heard[index] = time
+    return longest
+
+
+@pytest.mark.parametrize("trial", range(3))
+@pytest.mark.parametrize("fault", ["link", "one-way up", "one-way down", "cell"])
+def test_no_single_failure_silences_a_cell_for_three_samples(fault: str, trial: int, seed: int) -> None:
+    links, roots = random_skin(24, 2, 100 * seed + trial)
+    world = SmallWorld(24, links, roots, 100 * seed + trial)
+    world.run_ms(100 + 4 * world.random.random())
+    tree = [index for index in range(24) if world.parent(index) is not None and world.parent(index) >= 0]
+    victim = world.random.choice(tree)
+    up = (victim, world.cell(victim).parent_port)
+    dead = {world.parent(victim)} if fault == "cell" else set()
+    world.records.clear()
+    begun_us = world.now
+    world.run_ms(20)
+    if fault == "cell":
+        world.kill(*dead)
+    else:
+        world.cut_link(world.other[up] if fault == "one-way down" else up, one_way=fault != "link")
+    alive = reachable(world) - dead
+    world.run_ms(60)
+    assert longest_silence_us(world, alive, begun_us) < 12_500
+    again = [fields for _, _, name, fields in world.records if name == "clock" and fields["replayed"]]
+    assert len(again) <= len(alive)  # at most the last one of each
+
+
+def test_a_link_that_damages_most_frames_is_left(seed: int) -> None:
+    links, roots = random_skin(24, 2, seed)
+    world = SmallWorld(24, links, roots, seed)
+    world.run_ms(100)
+    tree = [index for index in range(24) if world.parent(index) is not None and world.parent(index) >= 0]
+    for victim in world.random.sample(tree, 4):
+        up = (victim, world.cell(victim).parent_port)
+        both = {up, world.other[up]}
+        world.cut |= both
+        others = world.distances()[victim] is not None
+        world.cut -= both
+
+        def noise(end: tuple[int, int], frame: bytes, both: set = both) -> bytes:
+            if end not in both or world.random.random() < 0.2:
+                return frame
+            return bytes([frame[0] ^ 1, *frame[1:]])
+
+        world.tamper = noise
+        world.run_ms(20)
+        if others:
+            assert (victim, world.cell(victim).parent_port) != up
+        world.tamper = None
+        world.run_ms(60)

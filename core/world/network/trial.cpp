@@ -146,6 +146,7 @@ void NetworkTrial::send(std::size_t unit, std::span<const std::uint8_t> datagram
     Sample& sample = cell->samples[unpacked.sequence];
     if (sample.sampled_ns >= 0) {
       ++(sample.heard ? report_.samples_twice : report_.samples_heard);
+      if (sample.heard) continue;  // nothing new
       sample.heard = true;
     }
     const std::int64_t now_ns = network_.time_ns();

@@ -150,6 +150,7 @@ typedef struct {
   uint8_t nonce;
   uint8_t port;     /* 1 to 4: the neighbour's own port */
   uint8_t good;     /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
+  uint8_t damaged;  /* which of the last eight frames were damaged, bit 0: the last */
   uint8_t flaps;    /* link losses in short order */
   uint8_t met;      /* nonce and advert have been heard */
   uint8_t up;       /* enough valid frames, none missed */
@@ -157,6 +158,7 @@ typedef struct {
   uint8_t child;    /* says that this cell is its parent */
   uint8_t leaving;
   uint8_t alternative; /* a child that has another parent in reach */
+  uint8_t lagging;     /* a child that does not take over the own ticks: nothing hangs on it */
   uint8_t held;        /* hold-down until held_until_us */
   uint8_t stale;       /* its wave has stood still: no way to a root, whatever it says */
 } rs_neighbour;
@@ -219,6 +221,9 @@ typedef struct {
   uint8_t size_due;                  /* the status tells a new size or depth, which the rate divisor waits for */
   uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;          /* ... and while clock frames waited */
+  uint8_t data_sent;                 /* clock frames before the first one that were sent lately and are still there */
+  uint8_t data_again;                /* of those that wait, the first so many have been sent before */
+  uint32_t data_sent_us;             /* when the last one was sent */
   uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
   RS_WORDS uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
   RS_WORDS uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];

@@ -29,6 +29,9 @@ bool rs_frame_intact(const uint8_t frame[RS_FRAME_BYTES]);
  * or the frame's type has no time to live. */
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]);
 
+/* Says of a sample that it is sent again; the checksum follows likewise. */
+void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]);
+
 #ifdef __cplusplus
 }
 #endif

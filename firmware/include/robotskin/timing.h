@@ -14,6 +14,7 @@ enum {
   RS_SENDING_US = 3000,                            /* no frame goes out for so long */
   RS_LINK_UP_FRAMES = 3,                           /* valid frames before a link counts */
   RS_LINK_DOWN_US = 3500,                          /* without a valid frame: three heartbeats missed */
+  RS_LINK_DOWN_DAMAGED = 4,                        /* of the last eight frames: the link is down as well */
   RS_QUARANTINE_US = RS_LINK_DOWN_US + RS_TICK_US, /* after boot, until every child of before has noticed */
   RS_STALE_US = 4500,         /* own sequence stands still: a fresher neighbour may take over from a living parent */
   RS_STALE_TICKS = 4,         /* ... if it is this much ahead */
@@ -47,6 +48,7 @@ enum {
   RS_PEER_PULL_US = 50,          /* by so much a tick */
   RS_PEER_LEAP_MS = 30000,       /* longest leap: half the tick numbers are newer */
   RS_ECHO_US = 250,              /* from going back to frames that were missed until the parent knows it */
+  RS_REPEAT_US = 3000,           /* clock frames sent so lately to a parent that was lost are sent to the new one */
   RS_RETENTION_US = 12000,       /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,     /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,      /* one that found no parent is given up after this */

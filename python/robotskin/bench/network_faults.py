@@ -7,8 +7,8 @@ from random import Random
 
 import numpy as np
 
-from robotskin._core.world import parse_faults
-from robotskin.bench.network_runs import run_to_balance, trial_of, wiring_of
+from robotskin._core.world import NetworkTrial, parse_faults
+from robotskin.bench.network_runs import RELEASE_S, STEP_S, run_to_balance, trial_of, wiring_of
 from robotskin.bench.network_set import draw, skins
 from robotskin.layout.cell_network import CellNetwork
 
@@ -40,6 +40,7 @@ class Healing:
     """A fault and what it did, milliseconds; see `FaultOutcome` and `TrialReport` of the world.
 
     healed: every cell in reach had a way at the end. host_gap_ms: longest silence of a cell, fault included.
+    thinned_out: the rate divisor of a cable was more than one after the fault.
     """
 
     kind: str
@@ -50,11 +51,12 @@ class Healing:
     cells_cut_off: int
     healed: bool
     host_gap_ms: float
+    thinned_out: bool
 
     @property
     def overloaded(self) -> bool:
-        """A full skin that lost a cable: no routing hears its cells at 250 Hz any more."""
-        return self.kind in ("cable", "cell with cable", "section unit") and self.skin != "ur5"
+        """A skin that lost a cable and had more cells on another than that carries at 250 Hz: they send at less."""
+        return self.kind in ("cable", "cell with cable", "section unit") and self.thinned_out
 
 
 def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) -> str:
@@ -86,6 +88,19 @@ def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) 
     return texts[kind] + at
 
 
+def thins_out(trial: NetworkTrial) -> bool:
+    """Whether cells of a cable send less than every sample."""
+    network = trial.network
+    return any(divisor > 1 for unit in range(network.unit_count) for divisor in network.rate_divisors(unit))
+
+
+def run_to_full_rate(trial: NetworkTrial) -> None:
+    """Run until no samples are thinned out, which they are for a while after a cable had too many cells."""
+    end_s = trial.time_s + RELEASE_S
+    while trial.time_s < end_s and thins_out(trial):
+        trial.run_until(trial.time_s + STEP_S)
+
+
 def heal(kind: str, skin: str, seed: int) -> Healing:
     """One run with one fault on a skin of the set with three cables (two section units where one of them stops)."""
     random = Random(f"fault {kind} {skin} {seed}")
@@ -93,15 +108,27 @@ def heal(kind: str, skin: str, seed: int) -> Healing:
     network = skins(skin, 3, (4 * seed + 3) % 100 if kind == "section unit" else seed)
     trial = trial_of(network, seed)
     run_to_balance(network, trial)
+    run_to_full_rate(trial)
     trial.measure_anew()
     text = fault_text(kind, network, random, 1e3 * trial.time_s + 4 + 4 * random.random())
     for fault in parse_faults(text, wiring_of(network), seed + 1):
         trial.network.inject(fault)
-    trial.run_until(trial.time_s + WATCHED_S)
+    end_s, thinned_out = trial.time_s + WATCHED_S, False
+    while trial.time_s < end_s:
+        trial.run_until(min(trial.time_s + STEP_S, end_s))
+        thinned_out = thinned_out or thins_out(trial)
     report = trial.report()
     (outcome,) = report.outcomes
     return Healing(
-        kind, skin, seed, text, outcome.recovery_ms, outcome.cells_cut_off, outcome.healed, report.host_gap_ms
+        kind,
+        skin,
+        seed,
+        text,
+        outcome.recovery_ms,
+        outcome.cells_cut_off,
+        outcome.healed,
+        report.host_gap_ms,
+        thinned_out,
     )
 
 

@@ -28,8 +28,8 @@ campaign_mutant(torques_miscounted network/torque_epoch.c
   "sum.cells = 1"
   "sum.cells = 2")
 campaign_mutant(events_unmarked network/retention.c
-  "if (ring->sent < ring->tried) {"
-  "if (false) {")
+  "if (ring->sent < ring->tried) rs_frame_mark_replayed"
+  "if (false) rs_frame_mark_replayed")
 campaign_mutant(events_forgotten include/robotskin/timing.h
   "RS_RETENTION_US = 12000"
   "RS_RETENTION_US = 100")
