@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "robotskin/timing.h"
-
 namespace robotskin::campaign {
 namespace {
 
@@ -17,6 +15,9 @@ constexpr std::int64_t link_up_ns = 4 * ms;
 constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 102 / 100;
 constexpr std::int64_t zombie_ns =
     RS_STALE_US * us + 2 * RS_STALE_TICKS * RS_TICK_US * us;  // noticed by standing still
+
+// Until a grant has come to the cell it is for, on the longest way.
+constexpr std::int64_t grant_way_ns = RS_HOPS_MAX * hop_ns;
 
 // A link lost for the n-th time is kept out for longer and longer.
 std::int64_t hold_ns(std::int32_t downs) {
@@ -89,11 +90,17 @@ void Ground::expect(const std::vector<Fault>& faults) {
 
 void Ground::disturb(std::int64_t for_ns, std::int64_t repair) {
   const std::int64_t end_ns = network_.time_ns() + for_ns;
+  waits_ = end_ns < moving_until_ns_ || (waits_ && network_.time_ns() < repaired_ns());
   disturbed_ns_ = std::max(disturbed_ns_, end_ns);
   restless_until_ns_ = std::max(restless_until_ns_, end_ns);
   base_ns_ = std::max(base_ns_, end_ns + repair);
   repaired_ns_ = std::max(repaired_ns_, base_ns_);
   samples_disturbed_ns_ = std::max(samples_disturbed_ns_, end_ns + repair);
+}
+
+void Ground::granted() {
+  moving_until_ns_ = network_.time_ns() + grant_way_ns + held_ns;
+  waits_ = waits_ || network_.time_ns() < repaired_ns_;
 }
 
 void Ground::booted(std::size_t cell) {

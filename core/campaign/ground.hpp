@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "robotskin/timing.h"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
@@ -16,6 +17,8 @@ inline constexpr std::int64_t us = 1000, ms = 1000 * us;
 inline constexpr std::int64_t hop_ns = 120 * us;  // a tick's way through a cell, at most
 // Without a hop: four heartbeats until a silent neighbour is noticed, one for the check, one for the next tick.
 inline constexpr std::int64_t repair_ns = 6 * ms;
+// A cell that was granted a move holds back the ticks of its tree for so long, and who waits for one behind it waits.
+inline constexpr std::int64_t held_ns = RS_HOLD_US * us * 102 / 100;
 inline constexpr std::int64_t legal_again_ns = 60 * ms;
 
 class Ground {
@@ -29,6 +32,7 @@ class Ground {
   void expect(const std::vector<world::Fault>& faults);
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
+  void granted();  // a cell may move
   void misled();  // a cell alone for long may follow a tick from earlier
   void settle();  // after either of them
 
@@ -60,7 +64,7 @@ class Ground {
   std::int64_t disturbed_ns() const { return disturbed_ns_; }  // the last change, or end of a disturbance so far
   bool calm(std::int64_t now_ns) const { return now_ns >= restless_until_ns_; }
   // Repairs may take until then; the referee adds the hops that the last fault cut off.
-  std::int64_t repaired_ns() const { return repaired_ns_; }
+  std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
   void allow_hops(std::int32_t hops) { repaired_ns_ = std::max(repaired_ns_, base_ns_ + hops * hop_ns); }
   // Memory was overwritten: what is false until then comes from that.
   bool lawless(std::int64_t now_ns) const {
@@ -89,6 +93,8 @@ class Ground {
   std::int64_t disturbed_ns_ = 0, restless_until_ns_ = 0, base_ns_ = 0, repaired_ns_ = 0;
   std::vector<std::int64_t> overwritten_ns_;  // the times to come, latest first
   std::int64_t next_overwritten_ns_ = std::numeric_limits<std::int64_t>::max() / 2;
+  std::int64_t moving_until_ns_ = -1;
+  bool waits_ = false;  // the present repair, for a move
   std::int64_t lawless_until_ns_ = 0, samples_disturbed_ns_ = 0;
   std::uint64_t revision_ = 0;
 };

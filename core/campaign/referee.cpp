@@ -37,7 +37,12 @@ void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_in
 void Referee::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
   control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
   if (from.at != world::WireEnd::At::unit) return;
-  if (rs_frame_type_of(frame) == RS_TYPE_grant) balance_.granted(network, *routes_, frame);
+  if (rs_frame_type_of(frame) == RS_TYPE_grant) {
+    balance_.granted(network, *routes_, frame);
+    rs_grant grant;
+    rs_grant_unpack(&grant, frame);
+    if (grant.cell != RS_ID_NONE) ground_->granted();
+  }
   if (rs_frame_type_of(frame) != RS_TYPE_tick) return;
   rs_tick tick;
   rs_tick_unpack(&tick, frame);

@@ -16,8 +16,15 @@ constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
 
 // A frame has 63 hops. One that had climbed a tree 40 hops deep may come down again and climb another when the tree's
 // root is lost, without any circle; so only a frame that met no change of parents while it lived must not run out. It
-// lives for 63 hops, and is kept for 12 ms.
+// lives for 63 hops, and is kept for 12 ms. Reports and requests wait behind all others, for how long nobody can say;
+// they come again by themselves, and what carried them in a circle would carry samples too.
 constexpr std::int64_t frame_lives_ns = RS_TTL_START * hop_ns + RS_RETENTION_US * us;
+
+bool is_report(const rs_input& input) {
+  if (input.kind != RS_INPUT_FRAME) return false;
+  const rs_frame_type type = rs_frame_type_of(input.frame);
+  return type == RS_TYPE_topology || type == RS_TYPE_join || type == RS_TYPE_reply;
+}
 
 bool comes_after(std::uint16_t a, std::uint16_t b) {
   const auto ahead = static_cast<std::uint16_t>(a - b);
@@ -74,7 +81,7 @@ void RouteWatch::cell_stepped(std::size_t cell, const rs_input& input) {
   }
   if (state.counts.hops_exhausted != shadow.hops_exhausted) {
     shadow.hops_exhausted = state.counts.hops_exhausted;
-    if (!ground_.lawless(network_.time_ns()) && network_.time_ns() > changed_ns_ + frame_lives_ns)
+    if (!is_report(input) && !ground_.lawless(network_.time_ns()) && network_.time_ns() > changed_ns_ + frame_lives_ns)
       breaks_.add(Invariant::hops_left, network_.time_ns(), {cell}, {{"out of hops at", route.hops}});
   }
   const bool same_parent = route.parent_port == shadow.port && route.hops == shadow.hops &&

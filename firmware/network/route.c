@@ -291,11 +291,16 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
     if (route->parent_port != RS_NO_PARENT || left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
   }
   rs_links_check(cell, now_us);
+  const bool held = route->hold;
   rs_move_check(cell, now_us);
 
   const rs_neighbour* parent = parent_of(route);
   if (parent != 0) {
-    if (!rs_link_usable(parent) || now_us - route->advanced_us >= RS_STALE_LIMIT_US) rs_route_lose(cell, now_us);
+    if (!rs_link_usable(parent) || now_us - route->advanced_us >= RS_STALE_LIMIT_US) {
+      rs_route_lose(cell, now_us);
+    } else if (held && !route->hold && rs_newer(parent->wave.sequence, route->wave.sequence)) {
+      tick_of_parent(cell, route->parent_port - 1U, now_us); /* what was held back */
+    }
   } else if (!route->in_quarantine) {
     const unsigned best = best_feasible(route);
     if (best < RS_PORTS) {

@@ -8,6 +8,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   const uint32_t limit_us[] = {
       route->advertised_us + RS_HEARTBEAT_US - now_us,
       rs_torque_wait_us(cell, now_us),
+      route->hold ? route->hold_us + RS_HOLD_US - now_us : RS_HEARTBEAT_US,
       route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
       route->parent_port == RS_NO_PARENT ? RS_HEARTBEAT_US
       : cell->queues.status_due          ? rs_status_wait_us(cell, now_us)
