@@ -33,8 +33,8 @@ class Ground {
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
   void granted();  // a cell may move
-  void misled();  // a cell alone for long may follow a tick from earlier
-  void settle();  // after either of them
+  void misled();   // a cell alone for long may follow a tick from earlier
+  void settle();   // after either of them
 
   // ---- Wires: 4 a cell, then 15 a section unit ----
   std::size_t wire_of_cell(std::size_t cell, unsigned port) const { return RS_PORTS * cell + port - 1; }

@@ -105,7 +105,7 @@ bool rs_retention_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us);
 bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us);
 /* A tick has come: of the parent, or of a child (`was_child`: that was one before). */
 void rs_retention_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us);
-uint32_t rs_retention_announce(rs_cell* cell); /* `echo` of the next tick to the parent */
+uint32_t rs_retention_announce(rs_cell* cell);          /* `echo` of the next tick to the parent */
 void rs_retention_move(rs_cell* cell, uint32_t now_us); /* the parent has changed */
 RS_INLINE void rs_retention_follow(rs_cell* cell, uint32_t now_us) {
   const rs_retention* retention = &cell->retention;

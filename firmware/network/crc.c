@@ -77,8 +77,8 @@ static uint32_t past_zeros(uint32_t crc, unsigned count) {
   return crc;
 }
 
-/* Changes bits of two bytes. A checksum is linear: what changes in it is the checksum, started with 0, of what changes in
- * the frame; so one that was wrong stays so. */
+/* Changes bits of two bytes. A checksum is linear: what changes in it is the checksum, started with 0, of what changes
+ * in the frame; so one that was wrong stays so. */
 static void change(uint8_t frame[RS_FRAME_BYTES], unsigned byte, uint32_t changed) {
   frame[byte] ^= (uint8_t)(changed >> 8);
   frame[byte + 1U] ^= (uint8_t)changed;

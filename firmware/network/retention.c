@@ -230,8 +230,7 @@ void rs_retention_move(rs_cell* cell, uint32_t now_us) {
     const rs_neighbour* old = &route->neighbour[(old_port - 1U) % RS_PORTS];
     const uint16_t behind = (uint16_t)(route->wave.sequence - old->wave.sequence);
     retention->was_silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
-    retention->was_lost =
-        retention->was_silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
+    retention->was_lost = retention->was_silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
   }
   if (route->parent_port == RS_NO_PARENT) return;
   if (retention->was_silent) rs_queues_repeat(cell, now_us);

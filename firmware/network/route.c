@@ -253,8 +253,8 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   }
   const bool was_lagging = neighbour->lagging;
   if (was_lagging) neighbour->lagging = rs_link_lagging(route, neighbour);
-  if (port + 1U != route->parent_port &&
-      (was_lagging || neighbour->hops != old_hops || neighbour->wave.root != old_root || neighbour->leaving != was_leaving)) {
+  if (port + 1U != route->parent_port && (was_lagging || neighbour->hops != old_hops ||
+                                          neighbour->wave.root != old_root || neighbour->leaving != was_leaving)) {
     rs_subtree_update(cell);
   }
 
