@@ -206,8 +206,13 @@ void bind_skin_tasks(nb::module_& module) {
   using control::SkinGains;
   using control::SkinReactionTask;
   nb::class_<SkinReactionTask, Task>(module, "SkinReactionTask", "The touch moves what it touches (eq. 14 to 17).")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, double, double>(), "robot"_a, "skin"_a,
-           "gains"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001)
+      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, double, double, double>(), "robot"_a,
+           "skin"_a, "gains"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001, "own_scale"_a = 1.0,
+           "own_scale: these gains over those that the cells have been told.")
+      .def_prop_ro(
+          "host_torque", [](const SkinReactionTask& self) { return copy_of(self.host_torque()); }, nb::rv_policy::move,
+          "(n) Nm, the host's sum, used or not")
+      .def_prop_ro("source_share", &SkinReactionTask::source_share, "1: all of the torque is the skin's own")
       .def_prop_ro(
           "magnitudes", [](const SkinReactionTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
           "(N) newton");

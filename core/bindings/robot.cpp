@@ -1,4 +1,5 @@
 // Binds the robot stage.
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
@@ -42,7 +43,8 @@ void bind_table(nb::module_& module) {
       .value("skin_partly_lost", Reason::skin_partly_lost)
       .value("command_not_finite", Reason::command_not_finite)
       .value("overrun", Reason::overrun)
-      .value("asked", Reason::asked);
+      .value("asked", Reason::asked)
+      .value("body_limit", Reason::body_limit);
   nb::enum_<Condition>(module, "Condition", nb::is_flag(), "What is checked every cycle, one bit each.")
       .value("joints_fresh", joints_fresh)
       .value("joints_inside", joints_inside)
@@ -51,7 +53,8 @@ void bind_table(nb::module_& module) {
       .value("command_finite", command_finite)
       .value("on_time", on_time)
       .value("wanted", wanted)
-      .value("at_rest", at_rest);
+      .value("at_rest", at_rest)
+      .value("contact_within", contact_within);
   module.def(
       "next_transition",
       [](SafetyState state, std::uint16_t conditions) -> nb::object {
@@ -60,7 +63,51 @@ void bind_table(nb::module_& module) {
         return nb::make_tuple(row->to, row->reason);
       },
       "state"_a, "conditions"_a, "(state, reason) that follow in the safety table, None if the state stays.");
+  module.def(
+      "safety_table",
+      [] {
+        nb::list rows;
+        for (const Transition& row : safety_table)
+          rows.append(nb::make_tuple(row.from, row.all_of, row.none_of, row.to, row.reason));
+        return rows;
+      },
+      "[(state, bits of Condition that must hold, bits that must not, state that follows, reason)]: the first row that "
+      "fits is taken.");
   module.def("reason_text", [](Reason reason) { return name(reason); }, "reason"_a, "The reason in words.");
+}
+
+void bind_body_limits(nb::module_& module) {
+  nb::class_<ContactLimit>(module, "ContactLimit", "Of force in N or pressure in N/cm^2; inf: none is given.")
+      .def(
+          "__init__",
+          [](ContactLimit* self, double transient, double quasi_static) {
+            new (self) ContactLimit{transient, quasi_static};
+          },
+          "transient"_a = ContactLimit{}.transient, "quasi_static"_a = ContactLimit{}.quasi_static)
+      .def_ro("transient", &ContactLimit::transient)
+      .def_ro("quasi_static", &ContactLimit::quasi_static);
+  nb::class_<BodyRegion>(module, "BodyRegion", "A region of a person's body and the cells that may meet it.")
+      .def(
+          "__init__",
+          [](BodyRegion* self, std::string region, std::vector<std::size_t> cells, ContactLimit force,
+             ContactLimit pressure, double transient_s) {
+            new (self) BodyRegion{std::move(region), std::move(cells), force, pressure, transient_s};
+          },
+          "name"_a, "cells"_a, "force"_a = ContactLimit{}, "pressure"_a = ContactLimit{}, "transient_s"_a = 0.0)
+      .def_ro("name", &BodyRegion::name)
+      .def_ro("cells", &BodyRegion::cells)
+      .def_ro("force", &BodyRegion::force, "N, on all of the region")
+      .def_ro("pressure", &BodyRegion::pressure, "N/cm^2, of a cell's force over its hexagon")
+      .def_ro("transient_s", &BodyRegion::transient_s, "for which a contact is transient");
+  nb::class_<BodyLimits>(module, "BodyLimits", "Limits of the contact with a person, region by region.")
+      .def(
+          "__init__",
+          [](BodyLimits* self, std::vector<BodyRegion> regions, double silent_n) {
+            new (self) BodyLimits{std::move(regions), silent_n};
+          },
+          "regions"_a, "silent_n"_a, "silent_n: a cell that feels no more is not touched.")
+      .def_ro("regions", &BodyLimits::regions);
+  module.def("cell_area_cm2", &cell_area_cm2, "Over which a cell's force is a pressure.");
 }
 
 void bind_guard(nb::module_& module) {
@@ -85,7 +132,8 @@ void bind_guard(nb::module_& module) {
       .def_rw("joints_timeout_ns", &GuardLimits::joints_timeout_ns)
       .def_rw("skin_timeout_ns", &GuardLimits::skin_timeout_ns)
       .def_rw("largest_cycle_ns", &GuardLimits::largest_cycle_ns)
-      .def_rw("period_s", &GuardLimits::period_s);
+      .def_rw("period_s", &GuardLimits::period_s)
+      .def_rw("body", &GuardLimits::body, "limits of contact, by body region");
   nb::class_<GuardReport>(module, "GuardReport", "What the guard decided in the last cycle.")
       .def_ro("state", &GuardReport::state)
       .def_ro("reason", &GuardReport::reason)
@@ -96,7 +144,12 @@ void bind_guard(nb::module_& module) {
       .def_ro("violations", &GuardReport::violations,
               "joint states measured beyond position, velocity or torque limits")
       .def_ro("alive_share", &GuardReport::alive_share)
-      .def_prop_ro("text", [](const GuardReport& self) { return name(self.reason); });
+      .def_prop_ro(
+          "text",
+          [](const GuardReport& self) {
+            return self.reason == Reason::body_limit ? text_of(self.excess) : std::string(name(self.reason));
+          },
+          "the reason in words, with the values where there are any");
   nb::class_<Guard>(module, "Guard", "The last word before the robot.")
       .def(nb::init<const RobotModel&, GuardLimits>(), "robot"_a, "limits"_a)
       .def(
@@ -200,6 +253,7 @@ namespace robotskin::bindings {
 
 void bind_robot(nb::module_ module) {
   robot::bind_table(module);
+  robot::bind_body_limits(module);
   robot::bind_guard(module);
   robot::bind_cycle(module);
   bind_task_cycle(module);

@@ -37,15 +37,17 @@ nb::dict log_of(const TaskCycle& self) {
   const std::size_t ticks = log.count(), joints = log.joint_count();
   std::vector<double> values(ticks * StateLog::width * joints);
   std::vector<std::int64_t> times(ticks);
-  std::vector<std::uint8_t> states(ticks);
+  std::vector<std::uint8_t> states(ticks), modes(ticks);
   for (std::size_t i = 0; i < ticks; ++i) {
     times[i] = log.tick(i).time_ns;
     states[i] = static_cast<std::uint8_t>(log.tick(i).state);
+    modes[i] = static_cast<std::uint8_t>(log.tick(i).mode);
     std::ranges::copy(log.values(i), values.begin() + static_cast<std::ptrdiff_t>(i * StateLog::width * joints));
   }
   nb::dict result;
   result["time_ns"] = copy_of(std::span<const std::int64_t>(times));
   result["state"] = copy_of(std::span<const std::uint8_t>(states));
+  result["mode"] = copy_of(std::span<const std::uint8_t>(modes));
   result["values"] = copy_of(std::span<const double>(values), {ticks, StateLog::width, joints});
   return result;
 }
@@ -82,12 +84,13 @@ void bind_task_cycle(nb::module_& module) {
       .def(
           "step",
           [](TaskCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-             JointCommand& command) -> const GuardReport& {
+             JointCommand& command, const skin::SkinTorque* own_torque) -> const GuardReport& {
             require_joints(self.joint_count(), joints, command);
-            return self.step(joints, skin, now_ns, command);
+            return self.step(joints, skin, now_ns, command, own_torque);
           },
-          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, nb::rv_policy::reference_internal,
-          "One period. Fills the command, which goes to the robot if the report says send.")
+          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, "own_torque"_a = nb::none(), nb::rv_policy::reference_internal,
+          "One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin "
+          "has computed itself.")
       .def(
           "time_steps",
           [](TaskCycle& self, std::vector<std::shared_ptr<JointState>> joints, skin::SkinState& skin,
@@ -119,6 +122,8 @@ void bind_task_cycle(nb::module_& module) {
           "in turn.")
       .def("request_run", &TaskCycle::request_run, "run"_a)
       .def("request_mode", &TaskCycle::request_mode, "mode"_a)
+      .def("request_skin_source", &TaskCycle::request_skin_source, "source"_a,
+           "Whose torque skin tasks contribute: what the skin says is used while it is fresh.")
       .def("request_skin_task", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
       .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a)
       .def(
@@ -140,7 +145,7 @@ void bind_task_cycle(nb::module_& module) {
           "fused_torque", [](const TaskCycle& self) { return copy_of(self.fused_torque()); }, nb::rv_policy::move,
           "(n) Nm")
       .def_prop_ro("log", log_of,
-                   "The last second: 'time_ns' (ticks), 'state' (ticks), 'values' (ticks, 4, n) position, velocity, "
+                   "The last second: 'time_ns', 'state', 'mode' (ticks), 'values' (ticks, 4, n) position, velocity, "
                    "fused torque and command. It ends where a fault stopped the robot.")
       .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal);
 }

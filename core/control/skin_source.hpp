@@ -20,14 +20,15 @@ class SkinSourceSwitch {
  public:
   SkinSourceSwitch(std::size_t joints, double fade_s) : fade_(fade_s), torque_(joints) {}
 
-  // torque (n) Nm that the skin task contributes. `skin` may be null: nothing is heard of the skin.
+  // torque (n) Nm that the skin task contributes. `skin` may be null: nothing is heard of the skin. `scale`: what the
+  // task asks for, over what the skin has been told to ask for.
   std::span<const double> step(SkinSource wanted, std::span<const double> host, const skin::SkinTorque* skin,
-                               double period_s) noexcept {
+                               double period_s, double scale = 1) noexcept {
     const bool heard = skin != nullptr && skin->fresh && skin->joint.size() == host.size();
     if (!heard) fade_.set(0);
     share_ = heard ? fade_.step(wanted == SkinSource::skin, period_s) : 0.0;
     for (std::size_t i = 0; i < host.size(); ++i)
-      torque_[i] = share_ > 0 ? (1 - share_) * host[i] + share_ * skin->joint[i] : host[i];
+      torque_[i] = share_ > 0 ? (1 - share_) * host[i] + share_ * scale * skin->joint[i] : host[i];
     return torque_;
   }
 

@@ -18,16 +18,20 @@ std::size_t moving_joint_of(const RobotModel& robot, const std::string& link) {
 }  // namespace
 
 SkinReactionTask::SkinReactionTask(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
-                                   double bandwidth_hz, double period_s)
+                                   double bandwidth_hz, double period_s, double own_scale)
     : Task("skin", robot.joint_count(), robot.joint_count()),
       skin_task_(robot, skin, gains),
       bodies_(robot, skin),
+      source_(robot.joint_count(), source_fade_s),
       filter_(robot.joint_count(), bandwidth_hz, period_s),
+      own_scale_(own_scale),
       asked_(robot.joint_count()) {}
 
 bool SkinReactionTask::update(const TaskInput& input) noexcept {
   if (!skin_task_.compute(input.dynamics, input.skin, input.share, asked_)) return false;
-  std::ranges::copy(filter_.step(asked_), torque_.begin());
+  const std::span<const double> used =
+      source_.step(input.source, asked_, input.own_torque, input.period_s, own_scale_ * input.skin_share);
+  std::ranges::copy(filter_.step(used), torque_.begin());
   row_count_ = 0;
   for (std::size_t body = 0; body < bodies_.count(); ++body) {
     const auto wrench = bodies_.wrench(input.dynamics, skin_task_.body_wrenches(), body);

@@ -11,20 +11,28 @@
 
 namespace robotskin::control {
 
-// The skin task; claims one row for each touched body, the motion along the wrench that it feels.
+// The skin task; claims one row for each touched body, the motion along the wrench that it feels. Its torque is the sum
+// of the host or the skin's own, whichever is asked for (skin_source.hpp).
 class SkinReactionTask final : public Task {
  public:
-  // Torques are filtered at `bandwidth_hz` (0: not). Throws ModelError, ControlError.
+  // Torques are filtered at `bandwidth_hz` (0: not). `own_scale`: these gains over those that the cells have been told.
+  // Throws ModelError, ControlError.
   SkinReactionTask(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
-                   double bandwidth_hz = 0, double period_s = 0.001);
+                   double bandwidth_hz = 0, double period_s = 0.001, double own_scale = 1);
   void start(const TaskInput&) noexcept override { filter_.prime(); }
   [[nodiscard]] bool update(const TaskInput& input) noexcept override;
   std::span<const double> magnitudes() const noexcept { return skin_task_.magnitudes(); }  // (N) newton
+  std::span<const double> host_torque() const noexcept { return asked_; }                  // (n) Nm, the host's sum
+  double source_share() const noexcept { return source_.share(); }  // 1: all of the torque is the skin's own
+
+  static constexpr double source_fade_s = 0.25;
 
  private:
   SkinTask skin_task_;
   TouchedBodies bodies_;
+  SkinSourceSwitch source_;
   LowPass filter_;
+  double own_scale_;
   std::vector<double> asked_;  // (n) Nm before the filter
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "control/skin_source.hpp"
 #include "model/robot_dynamics.hpp"
 #include "skin/skin_state.hpp"
 
@@ -19,6 +20,10 @@ struct TaskInput {
   const skin::SkinState& skin;
   std::span<const float> share;  // (N) 0 to 1, how much of each cell counts
   double period_s;
+  // What the skin has computed itself, null where it does not, and whose sum tasks of touch are to use.
+  const skin::SkinTorque* own_torque = nullptr;
+  SkinSource source = SkinSource::host;
+  double skin_share = 1;  // 0 to 1, how much the skin counts at all; part of `share`
 };
 
 // A task owns its results and has room for them from the start: update allocates, locks and throws nothing. A user's

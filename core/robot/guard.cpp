@@ -11,6 +11,8 @@ namespace {
 
 // Time in which a torque may bring a joint back inside its velocity limit, and a braking joint to rest.
 constexpr double torque_horizon_s = 0.02;
+// Share of the acceleration limit with which a command that was held back closes up to the one asked for.
+constexpr double catch_up_share = 0.5;
 // Natural frequency with which a stopped torque-controlled robot holds its place.
 constexpr double hold_rad_s = 20.0;
 
@@ -38,6 +40,7 @@ void inverse_dynamics(const RobotDynamics& dynamics, std::span<const double> acc
 
 Guard::Guard(const RobotModel& robot, GuardLimits limits)
     : limits_(std::move(limits)),
+      body_(limits_.body),
       lower_(robot.lower().begin(), robot.lower().end()),
       upper_(robot.upper().begin(), robot.upper().end()),
       velocity_limit_(robot.velocity_limit().begin(), robot.velocity_limit().end()),
@@ -75,7 +78,8 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
   check_time("joints_timeout_ns", limits_.joints_timeout_ns);
   check_time("skin_timeout_ns", limits_.skin_timeout_ns);
   check_time("largest_cycle_ns", limits_.largest_cycle_ns);
-  for (auto* values : {&last_position_, &last_velocity_, &last_torque_, &hold_, &acceleration_}) values->resize(joints);
+  for (auto* values : {&last_position_, &last_velocity_, &last_torque_, &hold_, &acceleration_, &asked_position_})
+    values->resize(joints);
 }
 
 const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
@@ -87,6 +91,7 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
   if (const Transition* row = next_transition(report_.state, report_.conditions)) {
     report_.state = row->to;
     report_.reason = row->reason;
+    if (row->reason == Reason::body_limit) report_.excess = excess_;
     if (row->to == SafetyState::stopped || row->to == SafetyState::ready) at_rest_ = false;
   }
   report_.stop_port = false;
@@ -147,6 +152,7 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
   const bool snapshot_young = skin.time_ns <= now_ns && skin.time_ns >= now_ns - limits_.skin_timeout_ns;
   if (snapshot_young && alive > 0 && report_.alive_share >= limits_.smallest_alive_share) found |= skin_fresh;
   if (report_.alive_share >= limits_.whole_alive_share) found |= skin_whole;
+  if (body_.within(skin, now_ns, excess_)) found |= contact_within;
 
   if (command.value.size() == count && all_finite(command.value)) found |= command_finite;
   if (last_cycle_ns_ == never_ns || now_ns - last_cycle_ns_ <= limits_.largest_cycle_ns) found |= on_time;
@@ -183,8 +189,19 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
       else if (std::abs(command.value[i] - from) <= limits_.largest_switch_step)
         from = command.value[i] - was * period;
     }
-    const double asked = command.mode == CommandMode::position ? (command.value[i] - from) / period : command.value[i];
-    double speed = towards(was, asked, limits_.acceleration[i] * period);
+    double asked = command.value[i];
+    double aim = asked;
+    if (command.mode == CommandMode::position) {
+      asked = (command.value[i] - from) / period;
+      // Who has been held back catches up no faster than it can end beside the controller's command, which goes on.
+      const double own = goes_on ? (command.value[i] - asked_position_[i]) / period : asked;
+      const double lag = command.value[i] - from - own * period;
+      const double catch_up =
+          std::min(std::abs(lag) / period, std::sqrt(2 * catch_up_share * limits_.acceleration[i] * std::abs(lag)));
+      aim = own + std::copysign(catch_up, lag);
+      asked_position_[i] = command.value[i];
+    }
+    double speed = towards(was, aim, limits_.acceleration[i] * period);
     const double fastest = speed_share * velocity_limit_[i];
     speed = std::clamp(speed, -fastest, fastest);
     // A joint may be only as fast as it can brake before its limit.
@@ -273,6 +290,7 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
     }
     const double from = goes_on ? last_position_[i] : joints.position[i];
     command.value[i] = std::clamp(from + speed * period, std::min(lower_[i], from), std::max(upper_[i], from));
+    asked_position_[i] = command.value[i];
   }
 }
 

@@ -2,23 +2,18 @@
 #pragma once
 
 #include <cstdint>
-#include <stdexcept>
 #include <vector>
 
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
 #include "model/robot_dynamics.hpp"
 #include "model/robot_model.hpp"
+#include "robot/body_limits.hpp"
+#include "robot/guard_error.hpp"
 #include "robot/safety_table.hpp"
 #include "skin/skin_state.hpp"
 
 namespace robotskin::robot {
-
-// Limits that do not fit the robot; the message names the limit, its value and what would fit.
-class GuardError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // Position, velocity and torque limits are the robot model's; these are the others.
 struct GuardLimits {
@@ -37,6 +32,7 @@ struct GuardLimits {
   std::int64_t skin_timeout_ns = 250'000'000;  // age of the snapshot: two heartbeats of a section unit missed
   std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
   double period_s = 0.001;
+  BodyLimits body;  // none: no limits of contact
 };
 
 struct GuardReport {
@@ -48,6 +44,7 @@ struct GuardReport {
   std::uint64_t interventions = 0;  // cycles in which the guard changed a running controller's command
   std::uint64_t violations = 0;  // cycles in which the measured robot was beyond a position, velocity or torque limit
   double alive_share = 0;        // share of cells alive
+  BodyExcess excess;             // the contact that led to Reason::body_limit; stays while stopped
 };
 
 class Guard {
@@ -76,6 +73,8 @@ class Guard {
   void remember(const JointState& joints, const JointCommand& command) noexcept;
 
   GuardLimits limits_;
+  BodyMonitor body_;
+  BodyExcess excess_;  // of this cycle
   std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
   GuardReport report_;
   CommandMode last_mode_ = CommandMode::position;
@@ -85,6 +84,7 @@ class Guard {
   std::int64_t last_cycle_ns_ = never_ns;
   std::int64_t last_joints_ns_ = never_ns;
   std::vector<double> last_position_, last_velocity_, last_torque_;  // (n) as commanded
+  std::vector<double> asked_position_;                               // (n) of the last cycle, before it was limited
   std::vector<double> hold_;                                         // (n) rad
   std::vector<double> acceleration_;                                 // (n)
 };

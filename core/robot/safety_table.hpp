@@ -19,9 +19,10 @@ enum Condition : std::uint16_t {
   skin_fresh = 1 << 2,     // the skin's snapshot is young enough and enough of its cells are alive to go on
   skin_whole = 1 << 3,     // enough of its cells are alive for full speed
   command_finite = 1 << 4,
-  on_time = 1 << 5,  // the last cycle did not overrun by more than the limit
-  wanted = 1 << 6,   // somebody wants the robot to run
-  at_rest = 1 << 7,  // no joint moves faster than the speed of rest
+  on_time = 1 << 5,         // the last cycle did not overrun by more than the limit
+  wanted = 1 << 6,          // somebody wants the robot to run
+  at_rest = 1 << 7,         // no joint moves faster than the speed of rest
+  contact_within = 1 << 8,  // no contact is beyond the limits of a body region, as far as any are given
 };
 
 enum class Reason : std::uint8_t {
@@ -33,6 +34,7 @@ enum class Reason : std::uint8_t {
   command_not_finite,  // the controller had no finite answer
   overrun,             // a cycle came too late
   asked,               // nobody wants the robot to run any more
+  body_limit,          // a contact beyond the limit of a body region, or one that cannot be known
 };
 
 struct Transition {
@@ -48,11 +50,12 @@ inline constexpr std::array safety_table = {
     Transition{SafetyState::off, joints_fresh, 0, SafetyState::ready, Reason::none},
 
     Transition{SafetyState::ready, 0, joints_fresh, SafetyState::off, Reason::joints_stale},
-    Transition{SafetyState::ready, wanted | joints_inside | skin_fresh | command_finite | on_time, 0,
+    Transition{SafetyState::ready, wanted | joints_inside | skin_fresh | command_finite | on_time | contact_within, 0,
                SafetyState::running, Reason::none},
 
     Transition{SafetyState::running, 0, joints_fresh, SafetyState::stopped, Reason::joints_stale},
     Transition{SafetyState::running, 0, joints_inside, SafetyState::stopped, Reason::joints_beyond},
+    Transition{SafetyState::running, 0, contact_within, SafetyState::stopped, Reason::body_limit},
     Transition{SafetyState::running, 0, skin_fresh, SafetyState::stopped, Reason::skin_lost},
     Transition{SafetyState::running, 0, command_finite, SafetyState::stopped, Reason::command_not_finite},
     Transition{SafetyState::running, 0, on_time, SafetyState::stopped, Reason::overrun},
@@ -61,6 +64,7 @@ inline constexpr std::array safety_table = {
 
     Transition{SafetyState::degraded, 0, joints_fresh, SafetyState::stopped, Reason::joints_stale},
     Transition{SafetyState::degraded, 0, joints_inside, SafetyState::stopped, Reason::joints_beyond},
+    Transition{SafetyState::degraded, 0, contact_within, SafetyState::stopped, Reason::body_limit},
     Transition{SafetyState::degraded, 0, skin_fresh, SafetyState::stopped, Reason::skin_lost},
     Transition{SafetyState::degraded, 0, command_finite, SafetyState::stopped, Reason::command_not_finite},
     Transition{SafetyState::degraded, 0, on_time, SafetyState::stopped, Reason::overrun},
@@ -83,7 +87,7 @@ constexpr const char* name(SafetyState state) noexcept {
 }
 
 constexpr const char* name(Reason reason) noexcept {
-  constexpr std::array<const char*, 8> names = {
+  constexpr std::array<const char*, 9> names = {
       "none",
       "no fresh joint state",
       "a joint is beyond its position or velocity limit",
@@ -92,6 +96,7 @@ constexpr const char* name(Reason reason) noexcept {
       "the controller's command is not finite",
       "a cycle came too late",
       "stopped on request",
+      "a contact is beyond the limit of a body region",
   };
   return names[static_cast<std::size_t>(reason)];
 }

@@ -10,6 +10,7 @@
 #include "control/fade.hpp"
 #include "control/low_pass.hpp"
 #include "control/patch_mask.hpp"
+#include "control/skin_source.hpp"
 #include "control/skin_task.hpp"
 #include "control/stack_switch.hpp"
 #include "control/torque_resolver.hpp"
@@ -39,11 +40,14 @@ class TaskCycle {
 
   // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,
   // which has n joints; it goes to the robot if the report says `send`. Never allocates, locks or throws.
+  // `own_torque`: what the skin has computed itself, if it does.
   const GuardReport& step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-                          JointCommand& command) noexcept;
+                          JointCommand& command, const skin::SkinTorque* own_torque = nullptr) noexcept;
 
   void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
   void request_mode(CommandMode mode) noexcept { mode_.store(mode, std::memory_order_relaxed); }
+  // Whose torque skin tasks contribute; masks of patches hold for the host's alone.
+  void request_skin_source(control::SkinSource source) noexcept { source_.store(source, std::memory_order_relaxed); }
   // Off: no task feels any cell.
   void request_skin(bool on) noexcept { skin_on_.store(on, std::memory_order_relaxed); }
   // False if there is no such patch.
@@ -77,6 +81,7 @@ class TaskCycle {
   std::vector<double> touch_torque_, fused_torque_;  // (n)
   std::vector<double> mass_, bias_;                  // (n, n), (n)
   std::atomic<bool> run_{false}, skin_on_{true};
+  std::atomic<control::SkinSource> source_{control::SkinSource::host};
   std::atomic<CommandMode> mode_{CommandMode::position};
 };
 

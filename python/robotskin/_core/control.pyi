@@ -530,7 +530,18 @@ class SkinReactionTask(Task):
         gains: SkinGains,
         bandwidth_hz: float = 0.0,
         period_s: float = 0.001,
-    ) -> None: ...
+        own_scale: float = 1.0,
+    ) -> None:
+        """own_scale: these gains over those that the cells have been told."""
+
+    @property
+    def host_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm, the host's sum, used or not"""
+
+    @property
+    def source_share(self) -> float:
+        """1: all of the torque is the skin's own"""
+
     @property
     def magnitudes(self) -> NDArray[numpy.float64]:
         """(N) newton"""

@@ -44,6 +44,8 @@ class Reason(enum.Enum):
 
     asked = 7
 
+    body_limit = 8
+
 class Condition(enum.Flag):
     """What is checked every cycle, one bit each."""
 
@@ -63,13 +65,68 @@ class Condition(enum.Flag):
 
     at_rest = 128
 
+    contact_within = 256
+
 def next_transition(state: SafetyState, conditions: int) -> object:
     """
     (state, reason) that follow in the safety table, None if the state stays.
     """
 
+def safety_table() -> list:
+    """
+    [(state, bits of Condition that must hold, bits that must not, state that follows, reason)]: the first row that fits is taken.
+    """
+
 def reason_text(reason: Reason) -> str:
     """The reason in words."""
+
+class ContactLimit:
+    """Of force in N or pressure in N/cm^2; inf: none is given."""
+
+    def __init__(self, transient: float = float("inf"), quasi_static: float = float("inf")) -> None: ...
+    @property
+    def transient(self) -> float: ...
+    @property
+    def quasi_static(self) -> float: ...
+
+class BodyRegion:
+    """A region of a person's body and the cells that may meet it."""
+
+    def __init__(
+        self,
+        name: str,
+        cells: Sequence[int],
+        force: ContactLimit = ...,
+        pressure: ContactLimit = ...,
+        transient_s: float = 0.0,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def cells(self) -> list[int]: ...
+    @property
+    def force(self) -> ContactLimit:
+        """N, on all of the region"""
+
+    @property
+    def pressure(self) -> ContactLimit:
+        """N/cm^2, of a cell's force over its hexagon"""
+
+    @property
+    def transient_s(self) -> float:
+        """for which a contact is transient"""
+
+class BodyLimits:
+    """Limits of the contact with a person, region by region."""
+
+    def __init__(self, regions: Sequence[BodyRegion], silent_n: float) -> None:
+        """silent_n: a cell that feels no more is not touched."""
+
+    @property
+    def regions(self) -> list[BodyRegion]: ...
+
+def cell_area_cm2() -> float:
+    """Over which a cell's force is a pressure."""
 
 class GuardError(robotskin.errors.RobotskinError):
     pass
@@ -148,6 +205,12 @@ class GuardLimits:
     def period_s(self) -> float: ...
     @period_s.setter
     def period_s(self, arg: float, /) -> None: ...
+    @property
+    def body(self) -> BodyLimits:
+        """limits of contact, by body region"""
+
+    @body.setter
+    def body(self, arg: BodyLimits, /) -> None: ...
 
 class GuardReport:
     """What the guard decided in the last cycle."""
@@ -179,7 +242,8 @@ class GuardReport:
     @property
     def alive_share(self) -> float: ...
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """the reason in words, with the values where there are any"""
 
 class Guard:
     """The last word before the robot."""
@@ -397,9 +461,10 @@ class TaskCycle:
         skin: robotskin._core.skin.SkinState,
         now_ns: int,
         command: robotskin._core.model.JointCommand,
+        own_torque: robotskin._core.skin.SkinTorque | None = None,
     ) -> GuardReport:
         """
-        One period. Fills the command, which goes to the robot if the report says send.
+        One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin has computed itself.
         """
 
     def time_steps(
@@ -416,6 +481,11 @@ class TaskCycle:
 
     def request_run(self, run: bool) -> None: ...
     def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
+    def request_skin_source(self, source: SkinSource) -> None:
+        """
+        Whose torque skin tasks contribute: what the skin says is used while it is fresh.
+        """
+
     def request_skin_task(self, on: bool) -> None:
         """Off: no task feels any cell."""
 
@@ -448,7 +518,7 @@ class TaskCycle:
     @property
     def log(self) -> dict:
         """
-        The last second: 'time_ns' (ticks), 'state' (ticks), 'values' (ticks, 4, n) position, velocity, fused torque and command. It ends where a fault stopped the robot.
+        The last second: 'time_ns', 'state', 'mode' (ticks), 'values' (ticks, 4, n) position, velocity, fused torque and command. It ends where a fault stopped the robot.
         """
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import queue
 import threading
@@ -15,7 +16,7 @@ from robotskin._core.world import HandTask
 from robotskin.apps.network_watch import NetworkWatch
 from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.apps.session_network import SessionNetwork
-from robotskin.errors import UnknownNameError
+from robotskin.errors import InputError, UnknownNameError
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Torques, Touch
 
@@ -99,6 +100,17 @@ class LiveSession:
             raise UnknownNameError("interface", interface, INTERFACES)
         self._ask(lambda: self.session.set_interface(interface))
 
+    @property
+    def behaviours(self) -> dict[str, str]:
+        """What the robot can be told to do, and what each means; empty where that is fixed."""
+        return self.session.behaviours
+
+    def set_behaviour(self, behaviour: str) -> None:
+        """Do something else; the torque does not jump."""
+        if behaviour not in self.behaviours:
+            raise UnknownNameError("behaviour", behaviour, self.behaviours or [self.session.behaviour])
+        self._ask(lambda: self.session.set_behaviour(behaviour))
+
     def set_mode(self, mode: str) -> None:
         """Let the cells send in another mode."""
         if mode not in MODES:
@@ -111,7 +123,7 @@ class LiveSession:
             raise UnknownNameError("source", source, SOURCES)
         if source == "skin" and self.session.torques is None:
             raise SessionError("the cells of this session do not compute torques")
-        self._ask(lambda: self.session.set_source(source))
+        self._ask(lambda: self._set_source(source))
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""
@@ -144,6 +156,11 @@ class LiveSession:
     def _end(self) -> None:
         self.session.world.release()
         self._touch = self._touch_until_s = None
+
+    def _set_source(self, source: str) -> None:
+        # The behaviour may have changed since the page asked: then the page shows the source that it has.
+        with contextlib.suppress(InputError):
+            self.session.set_source(source)
 
     def _go_home(self) -> None:
         self._end()
@@ -222,6 +239,7 @@ class LiveSession:
             time_s=session.world.time_s,
             joint_position=np.array(session.joints.position),
             skin=self._reading(),
+            behaviour=session.behaviour,
             interface=session.interface,
             mode=session.mode,
             skin_on=session.skin_on,

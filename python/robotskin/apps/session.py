@@ -233,6 +233,20 @@ class Session:
         self.cycle.request_skin_task(on)
         self.skin_on = on
 
+    @property
+    def behaviour(self) -> str:
+        """What the robot does, by name."""
+        return "skin_compliance"
+
+    @property
+    def behaviours(self) -> dict[str, str]:
+        """What `set_behaviour` takes, and what each means; empty where the behaviour is fixed."""
+        return {}
+
+    def set_behaviour(self, name: str) -> None:
+        """Do something else; raises SessionError where the behaviour is fixed."""
+        raise SessionError(f"behaviour {name}: this session runs {self.behaviour} alone")
+
     def mask_patch(self, patch: int, masked: bool) -> None:
         """Let the cells of a patch contribute nothing to the skin task."""
         self.cycle.request_patch_mask(patch, masked)

@@ -62,7 +62,7 @@ class ControlRig:
         """Centre in the base frame and radius, metres, of a ball that cells sense and nothing else meets."""
         self._felt: deque[tuple[Array, Array]] = deque()
         self._dynamics = RobotDynamics(self.robot.core)
-        self._push: tuple[int, Array] | None = None
+        self._push: tuple[int, Array, Array, float] | None = None
         self._feeling = np.array([], dtype=int)
         self.controller.request_run(True)
         self.run(0.1)
@@ -98,26 +98,38 @@ class ControlRig:
 
         A `wide` push is felt by the cell and its neighbours alike.
         """
-        self._push = (cell, np.array([0.0, 0.0, -force_n])) if force_n > 0 else None
+        self._push = self._push_on(cell, force_n) if force_n > 0 else None
         beside = self.layout.neighbours[cell, :, 0] if wide else np.array([], dtype=int)
         self._feeling = np.array([cell, *beside[beside >= 0]])
+
+    def _push_on(self, cell: int, force_n: float) -> tuple[int, Array, Array, float]:
+        """Body, point and force in that body's frame, and newton."""
+        data, body = self.world.scene.data, self.world.scene.cell_body[cell]
+        pose = self.world.body.world_from_cell().reshape(-1, 4, 4)[cell]
+        body_from_world = data.xmat[body].reshape(3, 3).T
+        point = body_from_world @ (pose[:3, 3] - data.xpos[body])
+        return body, point, body_from_world @ pose[:3, 2] * -force_n, force_n
 
     def _apply_push(self) -> None:
         data = self.world.scene.data
         data.xfrc_applied[:] = 0
         if self._push is None:
             return
-        cell, force = self._push
-        pose = self.world.body.world_from_cell().reshape(-1, 4, 4)[cell]
-        body = self.world.scene.cell_body[cell]
-        along = pose[:3, :3] @ force
+        body, point, force, _ = self._push
+        turn = data.xmat[body].reshape(3, 3)
+        x, y, z = turn @ point + data.xpos[body] - data.xipos[body]
+        along = turn @ force
         data.xfrc_applied[body, :3] = along
-        data.xfrc_applied[body, 3:] = np.cross(pose[:3, 3] - data.xipos[body], along)
+        data.xfrc_applied[body, 3:] = (
+            y * along[2] - z * along[1],
+            z * along[0] - x * along[2],
+            x * along[1] - y * along[0],
+        )
 
     def _feel(self) -> None:
         force = self.world.cell_true_force()
         if self._push is not None:
-            force[self._feeling] += np.linalg.norm(self._push[1]) / 3 / len(self._feeling)
+            force[self._feeling] += self._push[3] / 3 / len(self._feeling)
         near = np.zeros(len(self.layout))
         if self.ball is not None:
             distance = np.maximum(self._along_normals(), 0)

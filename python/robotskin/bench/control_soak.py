@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robotskin.bench.control_rig import PERIOD_S, ControlRig
+from robotskin.bench.progress import tell
 from robotskin.control import BEHAVIOURS
 
 PAIRINGS = (("allegro_right_hand", "torque"), ("dual_arm", "velocity"), ("talos", "position"))
@@ -34,10 +35,13 @@ def soak_figures(seed: int, seconds: float) -> dict[str, float]:
                 rig.run(rest * PERIOD_S)
                 ticks -= held + rest
             report = rig.controller.report
+            end = "running" if rig.running else f"stopped: {report.text}"
+            tell(f"soak: {robot}, {behaviour}: {seconds:.0f} s, {report.violations} violations, {end}")
             violations += report.violations
             interventions += report.interventions
             stops += not rig.running
             simulated += seconds
+    tell("")
     return {
         "soak_violations": float(violations),
         "soak_stops": float(stops),

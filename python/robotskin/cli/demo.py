@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import signal
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,6 +63,7 @@ def command(
     from robotskin import layout as layouts
     from robotskin import robots
     from robotskin._core import firmware
+    from robotskin.apps.behaviour_session import BehaviourSession
     from robotskin.apps.session import Session
     from robotskin.apps.touches import require_cells_on
     from robotskin.layout.mounting import read_for
@@ -76,12 +78,13 @@ def command(
     believed_skin, control = believed_model(console, believed, model, skin, seed)
     if believed_skin is not None:
         require_cells_on(believed_skin, link)
-    key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
-    session = Session(
+    # On the page the robot can be told to do something else.
+    kind = Session if headless else BehaviourSession
+    session = kind(
         model,
         skin,
-        seed,
-        key=key,
+        seed=seed,
+        key=secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES),
         interface=interface,
         mode=mode,
         believed=believed_skin,
@@ -142,8 +145,8 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     return 1 if missed else 0
 
 
-def show(session: Session, port: int) -> None:
-    """Serve the page until it is interrupted."""
+def show(session: Session, port: int, ready: Callable[[], None] = lambda: None) -> None:
+    """Serve the page until it is interrupted; `ready` is called when the robot runs."""
     from rich.console import Console
 
     from robotskin.apps.live import LiveSession
@@ -152,6 +155,7 @@ def show(session: Session, port: int) -> None:
     console = Console()
     with console.status("booting the skin"):
         took_s = session.boot()
+    ready()
     console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
     with LiveSession(session) as live, Page(live, port) as page:
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")

@@ -32,6 +32,35 @@ def command(
     seconds: Annotated[float, typer.Option(help="Simulated seconds of touches with --headless.", min=0)] = 10.0,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
+    skin_source: Annotated[
+        str,
+        typer.Option(help="Who sums the torque of the skin task: host, or skin: the cells themselves."),
+    ] = "host",
+    self_collision: Annotated[
+        bool,
+        typer.Option("--self-collision", help="Keep bodies apart and joints off their limits, too."),
+    ] = False,
+    skin_map: Annotated[
+        Path | None,
+        typer.Option(
+            "--skin-map",
+            help="React to touch by this map (robotskin configure --map FILE), without a kinematic model.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    body_limits: Annotated[
+        Path | None,
+        typer.Option(
+            "--body-limits",
+            help="Limits of contact by body region (TOML), at which the robot stops; docs/control.md.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    fault_file: Annotated[
+        Path, typer.Option("--fault-file", help="Where a fault leaves the last second of states (CSV).", dir_okay=False)
+    ] = Path("robotskin_fault.csv"),
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
@@ -47,31 +76,51 @@ def command(
     from robotskin._core.control import Fusion
     from robotskin.apps.behaviour_script import set_goal
     from robotskin.apps.behaviour_session import BehaviourSession
+    from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import UnknownNameError
     from robotskin.robots.gains import GainSet
+    from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+    from robotskin.viewer.session_view import SOURCES
 
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
-    wanted = control.behaviour(behaviour)
-    if fusion is not None:
-        names = [one.name for one in Fusion]
-        if fusion not in names:
-            raise UnknownNameError("fusion", fusion, names)
-        wanted = wanted.with_fusion(Fusion[fusion])
+    control.behaviour(behaviour)
+    names = [one.name for one in Fusion]
+    if fusion is not None and fusion not in names:
+        raise UnknownNameError("fusion", fusion, names)
+    if skin_source not in SOURCES:
+        raise UnknownNameError("skin source", skin_source, SOURCES)
     target = numbers_of(goal)
+    learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
+    limits = None if body_limits is None else BodyLimits.load(body_limits)
     console = Console()
     with console.status(f"loading {robot}"):
         GainSet.load(robot)
         model = robots.load(robot)
         skin = layouts.finished(model.name)
         key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
-        session = BehaviourSession(model, skin, wanted, seed, key=key, interface=interface, mode=mode)
+        session = BehaviourSession(
+            model,
+            skin,
+            behaviour,
+            seed,
+            key=key,
+            interface=interface,
+            mode=mode,
+            fusion=None if fusion is None else Fusion[fusion],
+            own_torques=skin_source == "skin" or not headless,
+            self_collision=self_collision,
+            skin_map=learnt,
+            body_limits=limits,
+            fault_file=fault_file,
+        )
+        session.set_source(skin_source)
     if headless:
         raise typer.Exit(run_script(session, seconds, target, json_file))
     from robotskin.cli.demo import show
 
-    if target is not None:
-        set_goal(session, target)
-    show(session, port)
+    show(session, port, lambda: set_goal(session, target) if target is not None else None)
+    if session.fault:
+        console.print(f"a fault stopped the robot: {session.fault}; its last second is in {fault_file}")
 
 
 def numbers_of(text: str | None) -> list[float] | None:
@@ -104,6 +153,8 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     bounds = behaviour_script.bounds()
     title = f"{session.robot.name}, {session.controller.behaviour.name}, {session.interface}"
     console.print(table_of(title, figures, bounds))
+    if session.fault:
+        console.print(f"a fault stopped the robot: {session.fault}; its last second is in {session.fault_file}")
     if json_file is not None:
         write_figures(json_file, session.seed, figures)
     return 1 if broken(bounds, figures) else 0

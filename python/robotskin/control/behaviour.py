@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robotskin._core.control import UNPROJECTED, Fusion
-from robotskin.errors import UnknownNameError
+from robotskin.errors import InputError, UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,24 @@ class Behaviour:
 
     def with_fusion(self, fusion: Fusion) -> Behaviour:
         """The same tasks fused in another way."""
-        return Behaviour(self.name, self.tasks, fusion, self.meaning)
+        return replace(self, fusion=fusion)
+
+    def with_map(self) -> Behaviour:
+        """The same, its reaction to touch recalled from a sensory-motor map: no kinematic model needed (IV-A).
+
+        Raises InputError where touch moves the hand, for which there is no map.
+        """
+        if "skin" not in self.tasks:
+            fits = ", ".join(name for name, one in BEHAVIOURS.items() if "skin" in one.tasks)
+            raise InputError(f"{self.name} by a sensory-motor map: only these have a map's form: {fits}")
+        tasks = {("map_skin" if name == "skin" else name): level for name, level in self.tasks.items()}
+        return replace(self, tasks=tasks)
+
+    def protected(self) -> Behaviour:
+        """The same, with tasks of the highest level that keep joints from their limits and bodies from each other."""
+        below = 0 if self.fusion is Fusion.weighted_sum else 1
+        tasks = {name: level + below if level >= 0 else level for name, level in self.tasks.items()}
+        return replace(self, tasks={"joint_limits": 0, "self_collision": 0} | tasks)
 
 
 def _paper(name: str, tasks: tuple[str, ...], meaning: str) -> Behaviour:

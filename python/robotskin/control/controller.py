@@ -9,6 +9,7 @@ from robotskin._core.control import (
     CartesianTask,
     Fusion,
     JointTask,
+    MapSkinTask,
     QuadraticLimits,
     SkinCartesianTask,
     SkinReactionTask,
@@ -16,13 +17,15 @@ from robotskin._core.control import (
     Task,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import GuardReport, SkinSource, TaskCycle, TaskCycleGains
+from robotskin._core.robot import BodyLimits, GuardReport, SkinSource, TaskCycle, TaskCycleGains
 from robotskin._core.skin import SkinModel, SkinState, SkinTorque
-from robotskin.control.behaviour import Behaviour, behaviour
+from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
 from robotskin.control.primitive import Goal, JointGoal, primitive
 from robotskin.control.task_library import TaskLibrary
 from robotskin.errors import InputError
+from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 
 class Controller:
@@ -35,40 +38,57 @@ class Controller:
         skin: N cells.
         gains: the robot's gain file.
         start: the behaviour to begin with, by name or made by hand.
+        fusion: how behaviours by name are fused, instead of their own way.
+        body: the robot's surfaces; behaviours by name then keep off joint limits and self-collision, too.
+        skin_map: a learnt map, from which behaviours by name then recall their reaction to touch, instead of from the
+            kinematic model (`Behaviour.with_map`).
+        body_limits: limits of contact, at which the guard stops the robot (`robotskin.control.body_limits`).
 
     Raises:
-        UnknownNameError: no such behaviour, task or gain set. GainError, ModelError, ControlError, GuardError: gains,
-            robot and skin that do not fit together.
+        UnknownNameError: no such behaviour, task or gain set. InputError: a map that does not fit. GainError,
+            ModelError, ControlError, GuardError: gains, robot and skin that do not fit together.
     """
 
     def __init__(
-        self, robot: RobotModel, skin: SkinModel, gains: GainSet, start: str | Behaviour = "skin_compliance"
+        self,
+        robot: RobotModel,
+        skin: SkinModel,
+        gains: GainSet,
+        start: str | Behaviour = "skin_compliance",
+        *,
+        fusion: Fusion | None = None,
+        body: Robot | None = None,
+        skin_map: SensoryMotorMap | None = None,
+        body_limits: BodyLimits | None = None,
     ) -> None:
         self.robot, self.gains = robot, gains
-        self.library = TaskLibrary(robot, skin)
+        self.library = TaskLibrary(robot, skin, body, skin_map)
+        self._fusion = fusion
         self._limits = QuadraticLimits.of(robot)
         cycle = gains.cycle_gains(robot, skin)
         own = TaskCycleGains(cycle.skin, cycle.resolver)
         own.touch_bandwidth_hz, own.fade_s = cycle.skin_bandwidth_hz, cycle.fade_s
         self.behaviour, self.tasks = self._made(start)
-        self.cycle = TaskCycle(
-            robot, skin, own, gains.guard_limits(robot), self._entries(), self.behaviour.fusion, quadratic=self._limits
-        )
+        limits = gains.guard_limits(robot)
+        if body_limits is not None:
+            limits.body = body_limits
+        self.cycle = TaskCycle(robot, skin, own, limits, self._entries(), self.behaviour.fusion, quadratic=self._limits)
 
     # ---- What it is to do ----
 
     def use(self, wanted: str | Behaviour) -> dict[str, Task]:
         """Change to a behaviour, by name or made by hand; returns its tasks by name. The torque does not jump."""
-        self.behaviour, self.tasks = self._made(wanted)
-        self.cycle.request_stack(self._entries(), self.behaviour.fusion, quadratic=self._limits)
+        made = self._made(wanted)
+        self.cycle.request_stack(_entries(*made), made[0].fusion, quadratic=self._limits)
+        self.behaviour, self.tasks = made
         return self.tasks
 
     def go(self, goal: Goal) -> None:
         """Reach a goal: the primitive generator chooses the behaviour. Nothing changes if the goal is refused."""
         chosen = primitive(goal)
         before = (self.behaviour, self.tasks)
-        if chosen.behaviour != self.behaviour:
-            self.behaviour, self.tasks = self._made(chosen.behaviour)
+        if chosen.behaviour.name != self.behaviour.name:
+            self.behaviour, self.tasks = self._made(chosen.behaviour.name)
         try:
             if chosen.reference is not None:
                 self.set_reference(chosen.reference)
@@ -95,12 +115,26 @@ class Controller:
             task.request_reference(values)
 
     def _made(self, wanted: str | Behaviour) -> tuple[Behaviour, dict[str, Task]]:
-        found = behaviour(wanted) if isinstance(wanted, str) else wanted
+        found = self._as_asked(behaviour(wanted)) if isinstance(wanted, str) else wanted
         chosen = self.gains.choose(found.name)
         return found, {name: self.library.make(name, chosen) for name in found.tasks}
 
+    def _as_asked(self, named: Behaviour) -> Behaviour:
+        """The form that a behaviour by name takes for this controller."""
+        if self._fusion is not None:
+            named = named.with_fusion(self._fusion)
+        if self.library.skin_map is not None:
+            named = named.with_map()
+        return named if self.library.body is None else named.protected()
+
     def _entries(self) -> list[StackEntry]:
-        return [StackEntry(self.tasks[name], level) for name, level in self.behaviour.tasks.items()]
+        return _entries(self.behaviour, self.tasks)
+
+    @property
+    def behaviours(self) -> dict[str, Behaviour]:
+        """Those that `use` takes by name, in the form that they have here."""
+        by_map = self.library.skin_map is not None
+        return {name: self._as_asked(one) for name, one in BEHAVIOURS.items() if "skin" in one.tasks or not by_map}
 
     # ---- The cycle ----
 
@@ -112,8 +146,8 @@ class Controller:
         command: JointCommand,
         own_torque: SkinTorque | None = None,
     ) -> GuardReport:
-        """One period; see `TaskCycle.step`. Tasks sum the cells' forces themselves; `own_torque` is not used."""
-        return self.cycle.step(joints, skin, now_ns, command)
+        """One period; see `TaskCycle.step`. `own_torque`: what the skin has computed itself, if it does."""
+        return self.cycle.step(joints, skin, now_ns, command, own_torque)
 
     def request_run(self, run: bool) -> None:
         """Start, or stop smoothly."""
@@ -128,9 +162,19 @@ class Controller:
         self.cycle.request_skin_task(on)
 
     def request_skin_source(self, source: SkinSource) -> None:
-        """Only the host's sums: raises InputError for those of the skin."""
-        if source is not SkinSource.host:
-            raise InputError(f"skin source {source.name}: tasks of behaviours sum the cells' forces on the host")
+        """Whose torque the skin task contributes. Raises InputError for the skin's where the behaviour has none."""
+        if source is not SkinSource.host and not self.takes_own_torque:
+            fits = ", ".join(name for name, one in self.behaviours.items() if "skin" in one.tasks) or "none by a map"
+            raise InputError(
+                f"skin source {source.name}: {self.behaviour.name} sums the cells' forces on the host; the skin's own "
+                f"torque is taken by {fits}"
+            )
+        self.cycle.request_skin_source(source)
+
+    @property
+    def takes_own_torque(self) -> bool:
+        """Whether the behaviour has a task that can take the skin's own torque."""
+        return any(isinstance(task, SkinReactionTask) for task in self.tasks.values())
 
     def request_patch_mask(self, patch: int, masked: bool) -> bool:
         """Let a patch contribute nothing; False if there is no such patch."""
@@ -153,7 +197,9 @@ class Controller:
         """(n) Nm that the behaviour's skin tasks ask for; zero where it has none."""
         asked = np.zeros(self.robot.joint_count)
         for task in self.tasks.values():
-            if isinstance(task, SkinReactionTask | SkinCartesianTask):
+            if isinstance(task, SkinReactionTask):
+                asked += task.host_torque
+            elif isinstance(task, SkinCartesianTask | MapSkinTask):
                 asked += task.torque
         return asked
 
@@ -161,3 +207,7 @@ class Controller:
     def fusion(self) -> Fusion:
         """How the tasks are fused."""
         return self.behaviour.fusion
+
+
+def _entries(behaviour: Behaviour, tasks: dict[str, Task]) -> list[StackEntry]:
+    return [StackEntry(tasks[name], level) for name, level in behaviour.tasks.items()]

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from robotskin._core.control import (
     CartesianTask,
     ContactImpedanceTask,
     GravityTask,
     JointLimitTask,
     JointTask,
+    MapSkinTask,
+    SelfCollisionTask,
     SkinCartesianTask,
     SkinReactionTask,
     SplineCartesianTask,
@@ -18,8 +22,11 @@ from robotskin._core.control import (
 )
 from robotskin._core.model import RobotModel
 from robotskin._core.skin import SkinModel
-from robotskin.errors import UnknownNameError
+from robotskin.control.self_collision import self_collision_task
+from robotskin.errors import InputError, UnknownNameError
+from robotskin.robots import Robot
 from robotskin.robots.gains import ChosenGains
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 Maker = Callable[["TaskLibrary", ChosenGains], Task]
 
@@ -30,11 +37,26 @@ class TaskLibrary:
     Args:
         robot: n joints.
         skin: N cells.
+        body: the robot's surfaces, for the task "self_collision".
+        skin_map: what the skin has learnt of itself, for the task "map_skin".
+
+    Raises:
+        InputError: a map of other joints, or of none of the skin's cells.
     """
 
-    def __init__(self, robot: RobotModel, skin: SkinModel) -> None:
-        self.robot, self.skin = robot, skin
+    def __init__(
+        self,
+        robot: RobotModel,
+        skin: SkinModel,
+        body: Robot | None = None,
+        skin_map: SensoryMotorMap | None = None,
+    ) -> None:
+        self.robot, self.skin, self.body = robot, skin, body
+        self.skin_map = skin_map
         self._makers: dict[str, Maker] = dict(_MAKERS)
+        self._self_collision: SelfCollisionTask | None = None
+        if skin_map is not None:
+            _require_fit(skin_map, robot, skin)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,6 +78,56 @@ def _skin_filter_hz(gains: ChosenGains) -> float:
     return float(gains.gains.values["skin"]["bandwidth_hz"])
 
 
+MAP_LEVER_M = 0.3
+"""Without a model nobody knows how long a cell's lever is; of an arm it is about this."""
+
+
+def _map_skin(own: TaskLibrary, gains: ChosenGains) -> Task:
+    """The map skin task, its weights chosen as those of the model's task are: a newton moves a cell by the same length.
+
+    Of that only the map is used: where its weights turn the joints the most, they turn them by that length over the
+    lever.
+    """
+    if own.skin_map is None:
+        raise InputError(
+            "task map_skin: there is no sensory-motor map: give skin_map (`robotskin configure --map FILE`)"
+        )
+    found = own.skin_map
+    row = {int(key): index for index, key in enumerate(found.cell)}
+    known = np.array([int(key) in row for key in own.skin.key])
+    weight = np.zeros((len(found.posture), len(own.skin), own.robot.joint_count))
+    weight[:, known] = found.weight[:, [row[int(key)] for key in own.skin.key[known]]]
+
+    values = gains.gains.values
+    turn = MAP_LEVER_M * np.abs(weight) / np.array(values["joint"]["stiffness"])
+    turn_of_cell = turn.max(axis=(0, 2))  # (N) rad/N
+    wanted = values["skin"]["compliance_m_per_n"] / MAP_LEVER_M
+    with np.errstate(divide="ignore"):
+        total = np.minimum(wanted, values["skin"]["largest_give_rad_per_n"]) / turn_of_cell
+    force = np.where(turn_of_cell > 0, np.clip(total - 1, 0, values["skin"]["largest_force_weight"]), 0.0)
+    skin = gains.skin_weighted(own.robot, own.skin, force)
+    return MapSkinTask(own.robot.joint_count, len(own.skin), skin, found.posture, weight, MAP_LEVER_M)
+
+
+def _require_fit(skin_map: SensoryMotorMap, robot: RobotModel, skin: SkinModel) -> None:
+    if tuple(skin_map.joint_names) != tuple(robot.joint_names):
+        raise InputError(
+            f"sensory-motor map of {skin_map.robot}: its joints are {', '.join(skin_map.joint_names)}, the robot's "
+            f"{', '.join(robot.joint_names)}"
+        )
+    if not np.isin(skin_map.cell, skin.key.astype(np.int64)).any():
+        raise InputError(f"sensory-motor map of {skin_map.robot}: it knows none of the skin's {len(skin)} cells")
+
+
+def _self_collision(own: TaskLibrary, gains: ChosenGains) -> Task:
+    """One for all behaviours: which pairs are always near is looked up once, in the home posture."""
+    if own._self_collision is None:
+        if own.body is None:
+            raise InputError("task self_collision: the robot's surfaces are not known: give body, a robots.Robot")
+        own._self_collision = self_collision_task(own.body, gains.gains.home)
+    return own._self_collision
+
+
 _MAKERS: dict[str, Maker] = {
     "gravity": lambda own, gains: GravityTask(own.robot.joint_count),
     "joint": lambda own, gains: JointTask(own.robot, gains.joint),
@@ -65,15 +137,21 @@ _MAKERS: dict[str, Maker] = {
         own.robot, gains.link, gains.cartesian, gains.speed_m_s, gains.turn_speed_rad_s
     ),
     "skin": lambda own, gains: SkinReactionTask(
-        own.robot, own.skin, gains.skin(own.robot, own.skin), _skin_filter_hz(gains)
+        own.robot,
+        own.skin,
+        gains.skin(own.robot, own.skin),
+        _skin_filter_hz(gains),
+        own_scale=gains.share["skin"],
     ),
+    "map_skin": _map_skin,
     "skin_cartesian": lambda own, gains: SkinCartesianTask(
-        own.robot, own.skin, gains.skin(own.robot, own.skin), gains.link, _skin_filter_hz(gains)
+        own.robot, own.skin, gains.hand_skin(own.robot, own.skin), gains.link, _skin_filter_hz(gains)
     ),
     "contact_impedance": lambda own, gains: ContactImpedanceTask(own.robot, own.skin, gains.skin(own.robot, own.skin)),
+    "self_collision": _self_collision,
     "joint_limits": lambda own, gains: JointLimitTask(own.robot),
     "posture": lambda own, gains: JointTask(own.robot, gains.joint, "posture"),
 }
 
 TASKS = tuple(_MAKERS)
-"""Names of the library's tasks. A map skin task needs a map, a self-collision task hulls: add them where these are."""
+"""Names of the library's tasks. "map_skin" needs a map, "self_collision" the robot's surfaces."""

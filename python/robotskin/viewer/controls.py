@@ -43,6 +43,15 @@ class Controls:
             self.distance = gui.add_slider("Hand at [cm]", 0.0, 30.0, 0.5, 6.0, visible=False)
             release = gui.add_button("Take the hand away", icon=viser.Icon.HAND_OFF)
         with gui.add_folder("Robot"):
+            names = {in_words(name): name for name in session.behaviours}
+            present = in_words(snapshot.behaviour)
+            self.behaviour = gui.add_dropdown(
+                "Behaviour",
+                (*names, *(() if present in names else (present,))),
+                initial_value=present,
+                visible=bool(names),
+            )
+            self._meaning = gui.add_markdown("", visible=bool(names))
             self.interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
             self._source = gui.add_dropdown(
@@ -68,6 +77,9 @@ class Controls:
             self.show_legend(self._cable)
 
         self._switches: dict[str, _Switch] = {
+            "behaviour": _Switch(
+                self.behaviour, lambda words: session.set_behaviour(names.get(words, words)), command, in_words
+            ),
             "interface": _Switch(self.interface, session.set_interface, command),
             "mode": _Switch(self._mode, session.set_mode, command),
             "source": _Switch(self._source, session.set_source, command),
@@ -101,6 +113,9 @@ class Controls:
         """Show what the session does now, whoever asked for it; `now_s` is the wall clock's, of any origin."""
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
+        meaning = _small(f"The robot {self.session.behaviours.get(snapshot.behaviour, 'does as it was told')}.")
+        if self._meaning.content != meaning:
+            self._meaning.content = meaning
 
     def use(self, tool: str) -> None:
         """Choose what a click does."""
@@ -136,8 +151,10 @@ class _Switch:
         handle: viser.GuiDropdownHandle[str] | viser.GuiCheckboxHandle,
         obey: Callable[[Any], None],
         command: Callable[[Callable[[], None]], None],
+        written: Callable[[Any], Any] = lambda value: value,
     ) -> None:
         self._handle = handle
+        self._written = written
         self._differs_since_s: float | None = None
 
         # An asynchronous callback sees the value that the person chose, before anything else can change it.
@@ -149,6 +166,7 @@ class _Switch:
 
     def show(self, value: Any, now_s: float) -> None:
         """Take over what the session has, unless a wish for something else is younger than `WISH_S`."""
+        value = self._written(value)
         if self._handle.value == value:
             self._differs_since_s = None
         elif self._differs_since_s is None:
@@ -158,5 +176,14 @@ class _Switch:
             self._differs_since_s = None
 
 
+def in_words(name: str) -> str:
+    """The name of a behaviour as a person reads it."""
+    return name.replace("_", " ")
+
+
 def _hint(tool: str) -> str:
-    return f"<sub>{HINT[tool]}</sub>"
+    return _small(HINT[tool])
+
+
+def _small(text: str) -> str:
+    return f"<sub>{text}</sub>"

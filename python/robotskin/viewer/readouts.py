@@ -84,11 +84,14 @@ def state_tiles(snapshot: Snapshot, silent_s: float = 0.0) -> str:
     colour = "#ff6b5e" if trouble else "#34c38f"
     skin = "skin on" if snapshot.skin_on else "skin off"
     detail = trouble or f"{snapshot.interface} interface, {snapshot.mode} mode, {skin}"
+    behaviour = escape(snapshot.behaviour)
+    does = f'<span style="font-weight:400;opacity:.8"> · {behaviour.replace("_", " ")}</span>' if behaviour else ""
     head = (
         f'<div style="{TILE_STYLE};border-left:3px solid {colour};margin-bottom:6px" '
         f'data-interface="{escape(snapshot.interface)}" data-mode="{escape(snapshot.mode)}">'
-        f'<div style="font-weight:600" data-controller="{escape(snapshot.controller_state)}">'
-        f'{escape(snapshot.controller_state)}</div><div style="font-size:12px;opacity:.8">{escape(detail)}</div></div>'
+        f'<div style="font-weight:600" data-controller="{escape(snapshot.controller_state)}" '
+        f'data-behaviour="{behaviour}">{escape(snapshot.controller_state)}{does}</div>'
+        f'<div style="font-size:12px;opacity:.8">{escape(detail)}</div></div>'
     )
     alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == list(Health).index(Health.ALIVE)))
     tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}")]

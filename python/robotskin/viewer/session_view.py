@@ -119,6 +119,8 @@ class Snapshot:
     skin_on: bool
     controller_state: str
     """What the controller does, in one or two words."""
+    behaviour: str = ""
+    """What it does, by name."""
     stop_reason: str = ""
     """Why it stopped; empty while it runs."""
     source: str = "host"
@@ -177,6 +179,13 @@ class SessionView(Protocol):
 
     def set_interface(self, interface: str) -> None:
         """Command the robot through one of `INTERFACES`."""
+
+    @property
+    def behaviours(self) -> Mapping[str, str]:
+        """What the robot can be told to do, by name, and what each means; empty where that is fixed."""
+
+    def set_behaviour(self, behaviour: str) -> None:
+        """Do one of `behaviours`."""
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in one of `MODES`."""

@@ -1,19 +1,30 @@
 """The last word before the robot: its table case by case, and what it lets through."""
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
+from guard_bench import PERIOD_NS, Bench
 
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
-from robotskin._core.robot import Condition, Guard, GuardError, GuardLimits, Reason, SafetyState, next_transition
-from robotskin._core.skin import Health, SkinState
+from robotskin._core.model import CommandMode
+from robotskin._core.robot import (
+    Condition,
+    Guard,
+    GuardError,
+    GuardLimits,
+    Reason,
+    SafetyState,
+    next_transition,
+    reason_text,
+    safety_table,
+)
+from robotskin._core.skin import Health
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 MODES = [POSITION, VELOCITY, TORQUE]
 OFF, READY, RUNNING, DEGRADED, STOPPED = SafetyState
 ALL = sum(condition.value for condition in Condition)
-PERIOD_NS = 1_000_000
 
 
 def without(*missing: Condition) -> int:
@@ -36,6 +47,7 @@ def without(*missing: Condition) -> int:
                 Condition.command_finite,
                 Condition.on_time,
                 Condition.wanted,
+                Condition.contact_within,
             )
         ],
         *[
@@ -48,6 +60,7 @@ def without(*missing: Condition) -> int:
                 (Condition.command_finite, Reason.command_not_finite),
                 (Condition.on_time, Reason.overrun),
                 (Condition.wanted, Reason.asked),
+                (Condition.contact_within, Reason.body_limit),
             )
         ],
         (RUNNING, ALL, None, None),
@@ -67,7 +80,13 @@ def test_a_row_of_the_table(state, conditions, follows, reason) -> None:
 
 
 def test_whatever_the_conditions_nothing_unsafe_runs_and_no_stop_is_skipped() -> None:
-    needed = Condition.joints_fresh, Condition.joints_inside, Condition.skin_fresh, Condition.command_finite
+    needed = (
+        Condition.joints_fresh,
+        Condition.joints_inside,
+        Condition.skin_fresh,
+        Condition.command_finite,
+        Condition.contact_within,
+    )
     for state, conditions in itertools.product(SafetyState, range(ALL + 1)):
         row = next_transition(state, conditions)
         following = state if row is None else row[0]
@@ -76,47 +95,6 @@ def test_whatever_the_conditions_nothing_unsafe_runs_and_no_stop_is_skipped() ->
             assert state in (READY, RUNNING, DEGRADED)
         if state in (RUNNING, DEGRADED):
             assert following in (RUNNING, DEGRADED, STOPPED)
-
-
-class Bench:
-    """A guard on the UR5 with everything in order."""
-
-    def __init__(self, ur5, **limits: float) -> None:
-        self.robot = ur5
-        self.limits = GuardLimits([100.0] * 6, [10.0] * 6, [20000.0] * 6)
-        for name, value in limits.items():
-            setattr(self.limits, name, value)
-        self.guard = Guard(ur5, self.limits)
-        self.dynamics = RobotDynamics(ur5)
-        self.joints, self.skin = JointState(6), SkinState(100)
-        self.joints.position[:] = [0.0, -1.4, 1.5, -1.6, -1.5, 0.0]
-        self.skin.health[:] = Health.alive.value
-        self.command = JointCommand(POSITION, 6)
-        self.now_ns, self.joints_age_ns, self.skin_age_ns = 10**9, 0, 0
-
-    def check(self, mode: CommandMode, value: np.ndarray, wanted: bool = True, finite: bool = True):
-        self.now_ns += PERIOD_NS
-        self.joints.stamp_ns = self.now_ns - self.joints_age_ns
-        self.skin.time_ns = self.now_ns - self.skin_age_ns
-        if np.isfinite(self.joints.position).all() and np.isfinite(self.joints.velocity).all():
-            self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
-        self.command.mode = mode
-        self.command.value = np.asarray(value, dtype=float)
-        return self.guard.check(self.dynamics, self.joints, self.skin, self.now_ns, wanted, finite, self.command)
-
-    def neutral(self, mode: CommandMode) -> np.ndarray:
-        if mode == POSITION:
-            return self.joints.position.copy()
-        if mode == VELOCITY:
-            return np.zeros(6)
-        self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
-        return self.dynamics.gravity_torque
-
-    def started(self, mode: CommandMode) -> "Bench":
-        for _ in range(3):
-            report = self.check(mode, self.neutral(mode))
-        assert report.state == RUNNING
-        return self
 
 
 @pytest.fixture
@@ -210,6 +188,25 @@ def test_a_fault_stops_the_robot_and_says_why(bench, mode, fault, reason) -> Non
     assert (report.send, report.stop_port) == (not blind, blind)
     if report.send:
         assert np.isfinite(bench.command.value).all()
+
+
+def test_a_command_that_was_held_back_closes_up_without_swinging(ur5) -> None:
+    """The controller's command stops at once from 0.5 rad/s, which takes the joint 25 ms at 20 rad/s²."""
+    bench = Bench(ur5)
+    bench.limits = GuardLimits([20.0] * 6, [10.0] * 6, [20000.0] * 6)
+    bench.guard = Guard(ur5, bench.limits)
+    bench.started(POSITION)
+    asked, ahead = bench.joints.position.copy(), []
+    for tick in range(400):
+        asked[0] += 0.5e-3 if tick < 200 else 0.0
+        bench.check(POSITION, asked)
+        bench.joints.position = bench.command.value.copy()
+        ahead.append(bench.command.value[0] - asked[0])
+    np.testing.assert_allclose(ahead[150:200], 0, atol=1e-9)
+    after = np.array(ahead[200:])
+    assert after.max() <= 0.5**2 / (2 * 20) + 0.5e-3
+    assert after.min() >= -1e-4, "it does not swing beyond the command"
+    assert np.abs(after[120:]).max() <= 1e-9
 
 
 def test_silence_of_cells_that_are_alive_is_no_fault(bench) -> None:
@@ -325,3 +322,21 @@ def test_limits_that_do_not_fit_are_refused(ur5) -> None:
         setattr(limits, name, value)
         with pytest.raises(GuardError, match=f"{name} is {value}"):
             Guard(ur5, limits)
+
+
+def test_the_page_shows_the_table() -> None:
+    """docs/control.md, row by row: state, what holds, what does not, state that follows, reason."""
+    page = (Path(__file__).parents[3] / "docs" / "control.md").read_text()
+    written = [
+        tuple(cell.strip() for cell in line.strip("|").split("|"))
+        for line in page.partition("| state | if |")[2].partition("\n\n")[0].splitlines()[2:]
+    ]
+
+    def names(bits: int) -> str:
+        return ", ".join(f"`{condition.name}`" for condition in Condition if bits & condition.value)
+
+    table = [
+        (state.name, names(all_of), names(none_of), follows.name, "" if reason == Reason.none else reason_text(reason))
+        for state, all_of, none_of, follows, reason in safety_table()
+    ]
+    assert written == table

@@ -1,6 +1,7 @@
 """A session without a world: an arm of two cylinders that turns about z in proportion to the push on it."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import trimesh
@@ -86,6 +87,7 @@ class StandInSession:
 
     title = "stand-in"
     network = None
+    behaviours: ClassVar = {"turn_aside": "turns where it is pushed", "hold_still": "holds still"}
 
     def __init__(self) -> None:
         self.robot = StandInRobot()
@@ -98,6 +100,7 @@ class StandInSession:
             interface="torque",
             mode="clock",
             skin_on=True,
+            behaviour="turn_aside",
             controller_state="running",
             statistics={"realtime_factor": 1.0, "frames_per_s": 30000.0},
         )
@@ -135,6 +138,12 @@ class StandInSession:
             raise UnknownNameError("interface", interface, INTERFACES)
         self.calls.append(("set_interface", interface))
         self.state = replace(self.state, interface=interface)
+
+    def set_behaviour(self, behaviour: str) -> None:
+        if behaviour not in self.behaviours:
+            raise UnknownNameError("behaviour", behaviour, self.behaviours)
+        self.calls.append(("set_behaviour", behaviour))
+        self.state = replace(self.state, behaviour=behaviour)
 
     def set_mode(self, mode: str) -> None:
         self.calls.append(("set_mode", mode))

@@ -128,6 +128,22 @@ class GainSet:
             total = np.minimum(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
         return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
 
+    def hand_force_weight(self, robot: RobotModel) -> float:
+        """w_f of eq. 14 of skin Cartesian tasks, for which a newton on any cell moves the hand by that same length.
+
+        The hand is the link of the Cartesian tasks, at home and held by the joint task; the length is the mean over the
+        directions, trace(J K⁻¹ Jᵀ) / 3.
+        """
+        gains = self.values["skin"]
+        dynamics = RobotDynamics(robot)
+        dynamics.update(np.ascontiguousarray(self.home), np.zeros(robot.joint_count))
+        jacobian = dynamics.link_jacobian(robot.link_index(self.values["cartesian"]["link"]))[:3]
+        turn = jacobian / np.array(self.values["joint"]["stiffness"])
+        moved = float(np.trace(turn @ jacobian.T)) / 3
+        give = float(np.linalg.norm(turn, axis=0).max())
+        total = min(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
+        return float(np.clip(total - 1, 0, gains["largest_force_weight"]))
+
     def cycle_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> CycleGains:
         """All gains of the skin cycle; `posture` (n) rad, default: home. Raises GainError for another robot's file."""
         self._require_joints(robot)
@@ -225,9 +241,18 @@ class ChosenGains:
 
     def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin tasks, for the home posture."""
+        return self.skin_weighted(robot, skin, self.gains.force_weights(robot, skin))
+
+    def hand_skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
+        """Of skin Cartesian tasks: every cell moves the hand alike."""
+        return self.skin_weighted(robot, skin, np.full(len(skin), self.gains.hand_force_weight(robot)))
+
+    def skin_weighted(self, robot: RobotModel, skin: SkinModel, force_weight: NDArray[np.float64]) -> SkinGains:
+        """Of tasks of the skin whose force weights (N) for the whole share are these; nearness is weighted alike."""
         gains, share = self.gains.cycle_gains(robot, skin).skin, self.share["skin"]
-        gains.force_weight = (share * np.array(gains.force_weight)).tolist()
-        gains.proximity_weight = (share * np.array(gains.proximity_weight)).tolist()
+        proximity = self.gains.values["skin"]["proximity_n"] * (1 + force_weight)
+        gains.force_weight = (share * force_weight).tolist()
+        gains.proximity_weight = (share * proximity).tolist()
         return gains
 
 

@@ -1,0 +1,50 @@
+"""A guard on a robot with everything in order, for tests to bring out of order."""
+
+import numpy as np
+
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
+from robotskin._core.robot import Guard, GuardLimits, SafetyState
+from robotskin._core.skin import Health, SkinState
+
+PERIOD_NS = 1_000_000
+
+
+class Bench:
+    """A guard on the UR5 with everything in order."""
+
+    def __init__(self, ur5, **limits: float) -> None:
+        self.robot = ur5
+        self.limits = GuardLimits([100.0] * 6, [10.0] * 6, [20000.0] * 6)
+        for name, value in limits.items():
+            setattr(self.limits, name, value)
+        self.guard = Guard(ur5, self.limits)
+        self.dynamics = RobotDynamics(ur5)
+        self.joints, self.skin = JointState(6), SkinState(100)
+        self.joints.position[:] = [0.0, -1.4, 1.5, -1.6, -1.5, 0.0]
+        self.skin.health[:] = Health.alive.value
+        self.command = JointCommand(CommandMode.position, 6)
+        self.now_ns, self.joints_age_ns, self.skin_age_ns = 10**9, 0, 0
+
+    def check(self, mode: CommandMode, value: np.ndarray, wanted: bool = True, finite: bool = True):
+        self.now_ns += PERIOD_NS
+        self.joints.stamp_ns = self.now_ns - self.joints_age_ns
+        self.skin.time_ns = self.now_ns - self.skin_age_ns
+        if np.isfinite(self.joints.position).all() and np.isfinite(self.joints.velocity).all():
+            self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
+        self.command.mode = mode
+        self.command.value = np.asarray(value, dtype=float)
+        return self.guard.check(self.dynamics, self.joints, self.skin, self.now_ns, wanted, finite, self.command)
+
+    def neutral(self, mode: CommandMode) -> np.ndarray:
+        if mode == CommandMode.position:
+            return self.joints.position.copy()
+        if mode == CommandMode.velocity:
+            return np.zeros(6)
+        self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
+        return self.dynamics.gravity_torque
+
+    def started(self, mode: CommandMode) -> "Bench":
+        for _ in range(3):
+            report = self.check(mode, self.neutral(mode))
+        assert report.state == SafetyState.running
+        return self
