@@ -11,17 +11,29 @@ static uint32_t hold_down_us(uint32_t flaps) {
   return hold_us < RS_HOLD_DOWN_MAX_US ? hold_us : RS_HOLD_DOWN_MAX_US;
 }
 
+static void set_flaps(rs_neighbour* neighbour, uint32_t flaps) {
+  neighbour->flaps = (uint8_t)flaps;
+  neighbour->flaps_complement = (uint8_t)~flaps;
+}
+
+static void check_flaps(rs_neighbour* neighbour) {
+  if (neighbour->flaps == (uint8_t)~neighbour->flaps_complement) return;
+  set_flaps(neighbour, 0);
+  neighbour->held = false;
+}
+
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   const bool parent = cell->route.parent_port == port + 1U;
+  check_flaps(neighbour);
   if (neighbour->up) {
     /* A link that falls again soon after coming up is kept out for longer and longer. */
-    if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) neighbour->flaps = 0;
+    if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) set_flaps(neighbour, 0);
     if (neighbour->flaps > 0U) {
       neighbour->held = true;
       neighbour->held_until_us = now_us + hold_down_us(neighbour->flaps);
     }
-    if (neighbour->flaps < 16U) ++neighbour->flaps;
+    if (neighbour->flaps < 16U) set_flaps(neighbour, neighbour->flaps + 1U);
   }
   neighbour->up = false;
   neighbour->good = 0;
@@ -47,6 +59,7 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   if (neighbour->up) return;
   if (neighbour->good < RS_LINK_UP_FRAMES) ++neighbour->good;
   if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
+  check_flaps(neighbour);
   if (neighbour->held) {
     const uint32_t left_us = neighbour->held_until_us - now_us;
     if (left_us != 0U && neighbour->flaps > 1U && neighbour->flaps <= 16U &&

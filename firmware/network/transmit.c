@@ -50,7 +50,8 @@ static RS_APART void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, 
   const rs_neighbour* neighbour = &route->neighbour[port];
   uint32_t age_us = now_us - route->origin_us;
   if (age_us > 0xFFFU) age_us = 0xFFFU;
-  const bool heard = neighbour->good > 0U && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
+  /* A link that is kept out is so for both. */
+  const bool heard = neighbour->good > 0U && !neighbour->held && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
   rs_tick tick = {
       .type = RS_TYPE_tick,
       .hops = route->hops,

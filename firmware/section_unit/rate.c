@@ -15,7 +15,10 @@ enum {
   DIVISOR_MAX = 15,
   /* Frames a line carries each second, and what it needs for ticks, status, and the unforeseen. */
   LINE_HZ = 1000000 / RS_FRAME_US,
-  RESERVED_HZ = 1100 + 250 + 900,
+  TICKS_HZ = 1100,
+  STATUS_HZ = 1000000 / RS_STATUS_MEAN_US,
+  OTHERS_HZ = 840,
+  RESERVED_HZ = TICKS_HZ + STATUS_HZ + OTHERS_HZ,
   SUM_HZ = 1000000 / (RS_EPOCH_TICKS * RS_TICK_US), /* at least: one limb's torque sums */
   PORT_HZ = LINE_HZ - RESERVED_HZ /* samples and torque sums: those of 70 cells at 250 Hz, and of a limb */
 };
