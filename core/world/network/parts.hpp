@@ -79,8 +79,7 @@ struct Network::Unit {
   std::int64_t time_ns(std::int64_t clock) const {
     const std::int64_t since_ns = clock - ahead_ns - drifting_ns;
     if (drift == 0) return drifting_ns + since_ns;
-    const std::int64_t time =
-        drifting_ns + static_cast<std::int64_t>(static_cast<double>(since_ns) / (1 + drift)) + 1;
+    const std::int64_t time = drifting_ns + static_cast<std::int64_t>(static_cast<double>(since_ns) / (1 + drift)) + 1;
     return clock_ns(time) < clock ? time + 1 : time;  // products are rounded
   }
   void set_drift(std::int64_t now_ns, double share) {

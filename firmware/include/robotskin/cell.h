@@ -148,15 +148,15 @@ typedef struct {
   uint8_t height; /* of its subtree */
   uint8_t hops;   /* as advertised */
   uint8_t nonce;
-  uint8_t port;     /* 1 to 4: the neighbour's own port */
-  uint8_t good;     /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
-  uint8_t damaged;  /* which of the last eight frames were damaged, bit 0: the last */
-  uint8_t flaps;    /* link losses in short order, */
+  uint8_t port;             /* 1 to 4: the neighbour's own port */
+  uint8_t good;             /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
+  uint8_t damaged;          /* which of the last eight frames were damaged, bit 0: the last */
+  uint8_t flaps;            /* link losses in short order, */
   uint8_t flaps_complement; /* and its complement: damaged memory must not keep a link out */
-  uint8_t met;      /* nonce and advert have been heard */
-  uint8_t up;       /* enough valid frames, none missed */
-  uint8_t hears_us; /* says that it hears this cell */
-  uint8_t child;    /* says that this cell is its parent */
+  uint8_t met;              /* nonce and advert have been heard */
+  uint8_t up;               /* enough valid frames, none missed */
+  uint8_t hears_us;         /* says that it hears this cell */
+  uint8_t child;            /* says that this cell is its parent */
   uint8_t leaving;
   uint8_t alternative; /* a child that has another parent in reach */
   uint8_t lagging;     /* a child that does not take over the own ticks: nothing hangs on it */
