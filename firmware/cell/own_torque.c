@@ -6,9 +6,11 @@
 enum { NO_CHECKSUM = 65536, EPOCH_MASK = (1 << RS_TICK_TIME_BITS) / RS_EPOCH_TICKS - 1 };
 
 static uint32_t sum_of(const rs_torque_parameters* parameters) {
-  const uint8_t* byte = (const uint8_t*)parameters;
+  RS_STATIC_ASSERT(sizeof *parameters % 2 == 0 && _Alignof(rs_torque_parameters) == 2,
+                   "parameters are whole halfwords");
+  const uint16_t* half = (const uint16_t*)(const void*)parameters;
   uint32_t sum = 0x5EA1U;
-  for (unsigned i = 0; i < sizeof *parameters; ++i) sum = ((sum << 5) | (sum >> 27)) + byte[i];
+  for (unsigned i = 0; i < sizeof *parameters / 2U; ++i) sum = ((sum << 5) | (sum >> 27)) + half[i];
   return sum;
 }
 

@@ -26,6 +26,15 @@ RS_INLINE void rs_frame_copy(uint8_t* to, const uint8_t* from) {
 #endif
 }
 
+/* Copies a frame as it came to a whole word. */
+RS_INLINE void rs_frame_bring(uint8_t* to, const uint8_t* from) {
+#if defined(RS_FRAMES_AT_WORDS)
+  rs_frame_copy(to, from);
+#else
+  memcpy(to, from, RS_FRAME_BYTES);
+#endif
+}
+
 /* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */
 RS_INLINE uint32_t rs_spread(uint32_t x) {
   x ^= x >> 16;
@@ -37,11 +46,35 @@ RS_INLINE uint32_t rs_spread(uint32_t x) {
 
 /* ---- network/wave.c: what a root fixes in its ticks, and its tag ---- */
 enum { RS_TICK_TIME_BITS = 26 };
-uint32_t rs_wave_time(const rs_wave* wave); /* 65536 era + sequence */
+RS_INLINE uint32_t rs_wave_time(const rs_wave* wave) {
+  return ((uint32_t)wave->era << 16) | wave->sequence;
+}
 uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave);
-void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick);
-void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave);
-bool rs_waves_equal(const rs_wave* a, const rs_wave* b);
+RS_INLINE void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick) {
+  *wave = (rs_wave){.tag = tick->tag,
+                    .sequence = (uint16_t)tick->sequence,
+                    .era = (uint16_t)tick->era,
+                    .root = (uint8_t)tick->root,
+                    .forming = (uint8_t)tick->forming,
+                    .depth_cap = (uint8_t)tick->depth_cap,
+                    .rate_divisor = (uint8_t)tick->rate_divisor,
+                    .gain_threshold = (uint8_t)tick->gain_threshold};
+}
+RS_INLINE void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
+  tick->tag = wave->tag;
+  tick->sequence = wave->sequence;
+  tick->era = wave->era;
+  tick->root = wave->root;
+  tick->forming = wave->forming;
+  tick->depth_cap = wave->depth_cap;
+  tick->rate_divisor = wave->rate_divisor;
+  tick->gain_threshold = wave->gain_threshold;
+}
+RS_INLINE bool rs_waves_equal(const rs_wave* a, const rs_wave* b) {
+  return a->tag == b->tag && a->sequence == b->sequence && a->era == b->era && a->root == b->root &&
+         a->forming == b->forming && a->depth_cap == b->depth_cap && a->rate_divisor == b->rate_divisor &&
+         a->gain_threshold == b->gain_threshold;
+}
 /* The tag of a joints frame of an epoch, whose number the frame tells modulo 64. */
 uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch);
 /* The tag of a command or grant frame sent in an era. */
@@ -141,6 +174,23 @@ void rs_queues_check(rs_cell* cell, uint32_t now_us);
 uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us); /* until it may be sent; 0: now */
 uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us);                /* likewise */
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
+/* Starts a frame on each of these ports (bit p: port p) that has one. */
+void rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output);
+/* Ports with something to send, now or as soon as they are free. */
+RS_INLINE unsigned rs_transmit_wanted(const rs_cell* cell) {
+  const rs_queues* queues = &cell->queues;
+  if (queues->down.count > 0U) return RS_ALL_PORTS;
+  const unsigned parent = 1U << cell->route.parent_port >> 1;
+  return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
+}
+
+/* ---- network/step.c ---- */
+/* rs_cell_step the long way: whatever comes, and whatever is due. */
+void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output);
+
+/* ---- network/passing.c: the short way of what comes most often ---- */
+/* After a step the long way: until when the short one may be taken. */
+void rs_pass_note(rs_cell* cell, uint32_t now_us);
 
 /* ---- cell/sampling.c ---- */
 uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
@@ -165,6 +215,13 @@ void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint
 
 /* Notes that uid, id or key are as they should be. */
 void rs_cell_seal(rs_cell* cell);
+
+/* Indices that damaged memory could carry out of their arrays before the next check. */
+RS_INLINE void rs_cell_hold_indices(rs_cell* cell) {
+  if (cell->route.parent_port > RS_PORTS) cell->route.parent_port = RS_NO_PARENT;
+  if (cell->retention.announcements > RS_ANNOUNCEMENTS) cell->retention.announcements = 0;
+  if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
+}
 
 /* When the next check is due; called by whoever changes one of its reasons. */
 void rs_timer_set(rs_cell* cell, uint32_t now_us);

@@ -27,9 +27,15 @@ typedef struct {
 } outward;
 
 static inward* const in = (inward*)0x40000000U;
-static outward* const out = (outward*)0x40001000U;
 
 extern const uint8_t rs_kept_start[];
+
+/* The page's address in a register, from which all its words are in reach. */
+static inline outward* outside(void) {
+  outward* out = (outward*)0x40001000U;
+  __asm__("" : "+l"(out));
+  return out;
+}
 
 void rs_board_start(rs_boot* boot) {
   boot->uid = in->uid;
@@ -43,14 +49,16 @@ uint32_t rs_board_now_us(void) {
 }
 
 void rs_board_alarms(uint32_t timer_us, bool sampling, uint32_t sample_us, uint32_t wanted) {
+  outward* out = outside();
   out->timer_us = timer_us;
   out->sampling = sampling;
   out->sample_us = sample_us;
   out->wanted = wanted;
 }
 
-uint32_t rs_board_wait(void) {
-  /* The emulator stops at the first instruction, and goes on at the second when something has happened. */
+RS_APART uint32_t rs_board_wait(void) {
+  /* The emulator stops at the first instruction, and goes on at the second when something has happened. So there is one
+   * such place, in a function apart. */
   __asm__ volatile(".global rs_board_asleep\nrs_board_asleep:\n wfi" ::: "memory");
   const uint32_t events = in->events;
   in->events = 0;
@@ -66,6 +74,7 @@ uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
 }
 
 void rs_board_send(unsigned port, const uint8_t* frame) {
+  outward* out = outside();
   out->frame[port] = (uint32_t)(uintptr_t)frame;
   out->started |= 1U << port;
 }
@@ -82,14 +91,17 @@ bool rs_board_sense(rs_sample* sample) {
 }
 
 void rs_board_light(uint32_t rgb) {
+  outward* out = outside();
   out->light = rgb;
   out->lit = 1;
 }
 
 void rs_board_keep(const uint8_t* flash) {
+  outward* out = outside();
   out->keep = (uint32_t)(uintptr_t)flash;
 }
 
 void rs_board_restart(void) {
+  outward* out = outside();
   out->restart = 1;
 }

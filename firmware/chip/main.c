@@ -2,85 +2,84 @@
 #include "board.h"
 #include "robotskin/crc.h"
 #include "robotskin/receiver.h"
+#include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */
+
+enum { PORTS_MASK = (1 << RS_PORTS) - 1 };
+
+/* The lowest port of a set. */
+static const uint8_t lowest[PORTS_MASK + 1] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 
 static rs_cell cell; /* the one place where a cell has an address of its own */
 static rs_receiver line[RS_PORTS];
+static rs_input input;
+static rs_output output;
 
-static void step(rs_input* input) {
-  rs_output output;
-  input->sent = (uint8_t)rs_board_sent();
-  rs_cell_step(&cell, input, rs_board_now_us(), &output);
+/* Carries out `input`. */
+RS_INLINE void step(rs_input_kind kind) {
+  input.kind = kind;
+  input.sent = (uint8_t)rs_board_sent();
+  rs_cell_step(&cell, &input, rs_board_now_us(), &output);
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     if (output.frame[port] != 0) rs_board_send(port, output.frame[port]);
   }
+  rs_board_alarms(output.timer_us, output.sampling, output.sample_us, output.waiting);
+  if ((output.led_changed | output.flash_changed | output.restart) == 0) return;
   if (output.led_changed) rs_board_light(output.led_rgb);
   if (output.flash_changed) rs_board_keep(output.flash);
-  rs_board_alarms(output.timer_us, output.sampling, output.sample_us, output.waiting);
   if (output.restart) rs_board_restart();
 }
 
 static void take_frame(unsigned port, const uint8_t* frame, bool intact) {
-  rs_input input = {.kind = RS_INPUT_FRAME, .port = (uint8_t)(port + 1U), .checked = intact, .frame = frame};
-  step(&input);
+  input.port = (uint8_t)(port + 1U);
+  input.checked = intact;
+  input.frame = frame;
+  step(RS_INPUT_FRAME);
 }
 
-/* Takes what has come together; if more has, the board says so again. */
-static void receive(unsigned port) {
+/* Bytes that are not one whole frame. */
+static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t count, bool idle) {
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
-  const uint8_t* bytes;
-  bool idle;
-  uint32_t count = rs_board_receive(port, &bytes, &idle);
   if (idle) rs_receiver_idle(&line[port]);
-  while (count > 0U) {
-    /* Nearly always a whole frame stands here, and needs no copy. */
-    if (count >= RS_FRAME_BYTES && rs_receiver_at_boundary(&line[port]) && rs_frame_intact(bytes)) {
-      take_frame(port, bytes, true);
-      bytes += RS_FRAME_BYTES;
-      count -= RS_FRAME_BYTES;
-      continue;
-    }
+  for (; count > 0U; --count) {
     const rs_received received = rs_receiver_byte(&line[port], *bytes++, frame);
-    --count;
     if (received != RS_RECEIVED_NOTHING) take_frame(port, frame, received == RS_RECEIVED_FRAME);
   }
 }
 
-/* Bit p - 1 of the lowest four: port p. */
-static void receive_all(uint32_t ports) {
-  for (unsigned port = 0; ports != 0U; ++port, ports >>= 1) {
-    if ((ports & 1U) != 0U) receive(port);
-  }
-}
-
-static void finish_all(uint32_t ports) {
-  for (unsigned port = 1; ports != 0U; ++port, ports >>= 1) {
-    if ((ports & 1U) == 0U) continue;
-    rs_input input = {.kind = RS_INPUT_SENT, .port = (uint8_t)port};
-    step(&input);
+/* Takes what has come together; if more has, the board says so again. Nearly always that is a whole frame, right, at
+ * the beginning of a word. */
+static void receive(unsigned port) {
+  const uint8_t* bytes;
+  bool idle;
+  const uint32_t count = rs_board_receive(port, &bytes, &idle);
+  if (count == RS_FRAME_BYTES && ((uintptr_t)bytes & 3U) == 0U && rs_receiver_at_boundary(&line[port]) &&
+      rs_frame_intact(bytes)) {
+    take_frame(port, bytes, true);
+  } else {
+    receive_bytes(port, bytes, count, idle);
   }
 }
 
 static void sample(void) {
   rs_sample taken;
-  rs_input input = {.kind = RS_INPUT_SAMPLE, .sample = &taken};
   input.fault = rs_board_sense(&taken);
-  step(&input);
+  input.sample = &taken;
+  step(RS_INPUT_SAMPLE);
 }
 
 int main(void) {
   rs_boot boot;
   rs_board_start(&boot);
-  rs_input start = {.kind = RS_INPUT_BOOT, .boot = &boot};
-  step(&start);
-  enum { PORTS_MASK = (1 << RS_PORTS) - 1 };
+  input.boot = &boot;
+  step(RS_INPUT_BOOT);
   for (;;) {
     const uint32_t events = rs_board_wait();
-    if ((events & (RS_BOARD_LINE * PORTS_MASK)) != 0U) receive_all(events / RS_BOARD_LINE & PORTS_MASK);
-    if ((events & (RS_BOARD_SENT * PORTS_MASK)) != 0U) finish_all(events / RS_BOARD_SENT & PORTS_MASK);
-    if ((events & RS_BOARD_SAMPLE) != 0U) sample();
-    if ((events & RS_BOARD_TIMER) != 0U) {
-      rs_input input = {.kind = RS_INPUT_TIMER};
-      step(&input);
+    for (unsigned ports = events / RS_BOARD_LINE & PORTS_MASK; ports != 0U; ports &= ports - 1U) receive(lowest[ports]);
+    for (unsigned ports = events / RS_BOARD_SENT & PORTS_MASK; ports != 0U; ports &= ports - 1U) {
+      input.port = (uint8_t)(lowest[ports] + 1U);
+      step(RS_INPUT_SENT);
     }
+    if ((events & RS_BOARD_SAMPLE) != 0U) sample();
+    if ((events & RS_BOARD_TIMER) != 0U) step(RS_INPUT_TIMER);
   }
 }

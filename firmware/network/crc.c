@@ -14,11 +14,21 @@ enum {
   S26 = STEP(S25), S27 = STEP(S26), S28 = STEP(S27), S29 = STEP(S28), S30 = STEP(S29),
   S31 = STEP(S30)
 };
+/* T0 to T5: of the lowest bits of byte 3, behind which 14 more follow; U counts on from S31, a byte a line. */
+#define NEXT_BYTE(to, from)                                                                                    \
+  to##_1 = STEP(from), to##_2 = STEP(to##_1), to##_3 = STEP(to##_2), to##_4 = STEP(to##_3), to##_5 = STEP(to##_4), \
+  to##_6 = STEP(to##_5), to##_7 = STEP(to##_6), to = STEP(to##_7)
+enum {
+  NEXT_BYTE(U5, S31), NEXT_BYTE(U6, U5), NEXT_BYTE(U7, U6), NEXT_BYTE(U8, U7), NEXT_BYTE(U9, U8),
+  NEXT_BYTE(U10, U9), NEXT_BYTE(U11, U10), NEXT_BYTE(U12, U11), NEXT_BYTE(U13, U12), NEXT_BYTE(U14, U13),
+  T0 = STEP(U14), T1 = STEP(T0), T2 = STEP(T1), T3 = STEP(T2), T4 = STEP(T3), T5 = STEP(T4)
+};
 // clang-format on
 #define BIT(i, k, s) ((((i) >> (k)) & 1) != 0 ? (s) : 0)
-#define ENTRY(i, a, b, c, d, e, f, g, h)                                                                              \
-  (uint16_t)(BIT(i, 0, a) ^ BIT(i, 1, b) ^ BIT(i, 2, c) ^ BIT(i, 3, d) ^ BIT(i, 4, e) ^ BIT(i, 5, f) ^ BIT(i, 6, g) ^ \
-             BIT(i, 7, h))
+#define SWAPPED(s) (uint16_t)(((s) >> 8 | (s) << 8) & 0xFFFF)
+#define ENTRY(i, a, b, c, d, e, f, g, h)                                                                           \
+  SWAPPED(BIT(i, 0, a) ^ BIT(i, 1, b) ^ BIT(i, 2, c) ^ BIT(i, 3, d) ^ BIT(i, 4, e) ^ BIT(i, 5, f) ^ BIT(i, 6, g) ^ \
+          BIT(i, 7, h))
 #define ROW_4(i, ...) \
   ENTRY((i), __VA_ARGS__), ENTRY((i) + 1, __VA_ARGS__), ENTRY((i) + 2, __VA_ARGS__), ENTRY((i) + 3, __VA_ARGS__)
 #define ROW_16(i, ...) \
@@ -27,38 +37,72 @@ enum {
   ROW_16((i), __VA_ARGS__), ROW_16((i) + 16, __VA_ARGS__), ROW_16((i) + 32, __VA_ARGS__), ROW_16((i) + 48, __VA_ARGS__)
 #define TABLE(...) {ROW_64(0, __VA_ARGS__), ROW_64(64, __VA_ARGS__), ROW_64(128, __VA_ARGS__), ROW_64(192, __VA_ARGS__)}
 
-/* contribution[k][b]: of byte b when k bytes follow it. */
+/* contribution[k][b]: of byte b when k bytes follow it, its upper byte first in memory, as checksums stand in frames.
+ */
 static const uint16_t contribution[4][256] = {
     TABLE(S0, S1, S2, S3, S4, S5, S6, S7), TABLE(S8, S9, S10, S11, S12, S13, S14, S15),
     TABLE(S16, S17, S18, S19, S20, S21, S22, S23), TABLE(S24, S25, S26, S27, S28, S29, S30, S31)};
 
+/* A hop taken from `ttl` left changes the bits of ttl ^ (ttl - 1); at 0 nothing is taken. */
+#define HOP(ttl) ENTRY((ttl) ^ ((ttl) + 63), T0, T1, T2, T3, T4, T5, 0, 0)
+#define HOPS_4(ttl) HOP(ttl), HOP((ttl) + 1), HOP((ttl) + 2), HOP((ttl) + 3)
+#define HOPS_16(ttl) HOPS_4(ttl), HOPS_4((ttl) + 4), HOPS_4((ttl) + 8), HOPS_4((ttl) + 12)
+const uint16_t rs_sample_hop_change[64] = {HOPS_16(0), HOPS_16(16), HOPS_16(32), HOPS_16(48)};
+
+/* The checksums below have their two bytes swapped, so that the next bytes of a little-endian word meet theirs. */
+static uint32_t load_little(const uint8_t* bytes) {
+  return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+static uint32_t after_byte(uint32_t crc, uint32_t byte) {
+  return crc >> 8 ^ contribution[0][(crc ^ byte) & 0xFFU];
+}
+
+static uint32_t after_half(uint32_t crc, uint32_t half) {
+  half ^= crc;
+  return (uint32_t)contribution[1][half & 0xFFU] ^ contribution[0][half >> 8];
+}
+
+static uint32_t after_word(uint32_t crc, uint32_t word) {
+#if defined(RS_FRAMES_AT_WORDS)
+  return after_half(after_half(crc, word & 0xFFFFU), word >> 16); /* two tables leave a small processor registers */
+#else
+  word ^= crc;
+  return (uint32_t)contribution[3][word & 0xFFU] ^ contribution[2][word >> 8 & 0xFFU] ^
+         contribution[1][word >> 16 & 0xFFU] ^ contribution[0][word >> 24];
+#endif
+}
+
 uint16_t rs_crc16(const uint8_t* bytes, uint32_t count) {
   uint32_t crc = RS_CRC_START;
-  for (; count >= 4U; count -= 4U, bytes += 4) {
-    crc = (uint32_t)contribution[3][bytes[0] ^ (crc >> 8)] ^ contribution[2][bytes[1] ^ (crc & 0xFFU)] ^
-          contribution[1][bytes[2]] ^ contribution[0][bytes[3]];
-  }
-  for (; count > 0U; --count, ++bytes) crc = ((crc << 8) & 0xFFFFU) ^ contribution[0][(crc >> 8) ^ *bytes];
-  return (uint16_t)crc;
+  for (; count >= 4U; count -= 4U, bytes += 4) crc = after_word(crc, load_little(bytes));
+  for (; count > 0U; --count, ++bytes) crc = after_byte(crc, *bytes);
+  return SWAPPED(crc);
+}
+
+/* Of the content of a frame, XORed with the checksum behind it. */
+RS_INLINE uint32_t of_frame(const uint8_t* frame) {
+  const uint8_t* at = (const uint8_t*)RS_AT_WORD(frame);
+  uint32_t crc = RS_CRC_START;
+  for (unsigned i = 0; i < RS_CONTENT_BYTES / 4U; ++i) crc = after_word(crc, load_little(at + 4U * i));
+  const uint32_t last = load_little(at + RS_CONTENT_BYTES - 2);
+  return after_half(crc, last & 0xFFFFU) ^ last >> 16;
 }
 
 void rs_frame_seal(uint8_t frame[RS_FRAME_BYTES]) {
-  const uint16_t crc = rs_crc16(frame, RS_CONTENT_BYTES);
-  frame[RS_CONTENT_BYTES] = (uint8_t)(crc >> 8);
-  frame[RS_CONTENT_BYTES + 1] = (uint8_t)crc;
+  frame[RS_CONTENT_BYTES] = frame[RS_CONTENT_BYTES + 1] = 0;
+  const uint32_t crc = of_frame(frame);
+  frame[RS_CONTENT_BYTES] = (uint8_t)crc;
+  frame[RS_CONTENT_BYTES + 1] = (uint8_t)(crc >> 8);
 }
 
 bool rs_frame_intact(const uint8_t frame[RS_FRAME_BYTES]) {
-  return rs_crc16(frame, RS_CONTENT_BYTES) == (((uint32_t)frame[RS_CONTENT_BYTES] << 8) | frame[RS_CONTENT_BYTES + 1]);
+  return of_frame(frame) == 0U;
 }
 
-/* Position of the first bit of a frame's time to live; 0 for a type that has none. */
+/* Position of the first bit of the time to live of a frame that is no sample; 0 for a type that has none. */
 static unsigned ttl_position(rs_frame_type type) {
   switch (type) {
-    case RS_TYPE_clock:
-      return RS_clock_ttl_AT;
-    case RS_TYPE_event:
-      return RS_event_ttl_AT;
     case RS_TYPE_topology:
       return RS_topology_ttl_AT;
     case RS_TYPE_reply:
@@ -72,8 +116,8 @@ static unsigned ttl_position(rs_frame_type type) {
 
 /* Steps a checksum on over `count` zero bytes. */
 static uint32_t past_zeros(uint32_t crc, unsigned count) {
-  for (; count >= 4U; count -= 4U) crc = (uint32_t)contribution[3][crc >> 8] ^ contribution[2][crc & 0xFFU];
-  for (; count > 0U; --count) crc = ((crc << 8) & 0xFFFFU) ^ contribution[0][crc >> 8];
+  for (; count >= 4U; count -= 4U) crc = after_word(crc, 0);
+  for (; count > 0U; --count) crc = after_byte(crc, 0);
   return crc;
 }
 
@@ -84,8 +128,8 @@ static void change(uint8_t frame[RS_FRAME_BYTES], unsigned byte, uint32_t change
   frame[byte + 1U] ^= (uint8_t)changed;
   const uint32_t difference = past_zeros((uint32_t)contribution[1][changed >> 8] ^ contribution[0][changed & 0xFFU],
                                          RS_CONTENT_BYTES - 2U - byte);
-  frame[RS_CONTENT_BYTES] ^= (uint8_t)(difference >> 8);
-  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)difference;
+  frame[RS_CONTENT_BYTES] ^= (uint8_t)difference;
+  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)(difference >> 8);
 }
 
 void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]) {
@@ -96,7 +140,13 @@ void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]) {
 }
 
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
-  const unsigned at = ttl_position(rs_frame_type_of(frame));
+  const rs_frame_type type = rs_frame_type_of(frame);
+  if (type == RS_TYPE_clock || type == RS_TYPE_event) {
+    if (!rs_sample_has_hop(frame)) return false;
+    rs_sample_take_hop(frame);
+    return true;
+  }
+  const unsigned at = ttl_position(type);
   if (at == 0U) return false;
   /* The field's six bits lie in at most two bytes. */
   const unsigned byte = at / 8U, shift = 10U - at % 8U;

@@ -1,14 +1,7 @@
-/* Frames that wait. All sizes are powers of two and every index is masked, so that no corrupted count leaves the
- * arrays.
- */
+/* Frames that wait. */
 #include <string.h>
 
-#include "cell/parts.h"
-
-static uint8_t* append(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size) {
-  if (ring->count >= size) return 0;
-  return frames[(ring->first + ring->count++) & (size - 1U)];
-}
+#include "network/rings.h"
 
 /* A report or request that waits is replaced by a newer one of the same cell. */
 static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
@@ -42,13 +35,12 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
         ++cell->counts.frames_dropped;
         cell->sampling.dropped = true;
       }
-      place = append(&queues->data, queues->data_frame, RS_QUEUE_DATA);
-      if (queues->data_sent > RS_QUEUE_DATA - queues->data.count)
-        queues->data_sent = (uint8_t)(RS_QUEUE_DATA - queues->data.count);
+      place = rs_ring_append(&queues->data, queues->data_frame, RS_QUEUE_DATA);
+      rs_samples_sent_within(queues);
       break;
     default:
       place = replaceable(queues, frame);
-      if (place == 0) place = append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      if (place == 0) place = rs_ring_append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
       break;
   }
   if (place == 0) {
@@ -72,7 +64,7 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
     if (neighbour->child && neighbour->up && port + 1U != cell->route.parent_port) ports |= (uint8_t)(1U << port);
   }
   if (ports == 0U) return;
-  uint8_t* place = append(&queues->down, queues->down_frame, RS_QUEUE_DOWN);
+  uint8_t* place = rs_ring_append(&queues->down, queues->down_frame, RS_QUEUE_DOWN);
   if (place == 0) {
     ++cell->counts.frames_dropped;
     return;

@@ -182,15 +182,13 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
  * without a way for long may forget; so an old wave counts once the neighbour's own has stood still, and it has not
  * said for three heartbeats that there is no way: who hears it say both hears somebody else. One that has just booted
  * names no root. If the memory of what it said is damaged, that is of no account as soon as it stands still. */
-static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, uint32_t now_us) {
+static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, const rs_wave* wave, uint32_t now_us) {
   if (!neighbour->met) return false;
   const bool lost = neighbour->hops == RS_HOPS_POISON;
   if (tick->hops == RS_HOPS_POISON && (lost || neighbour->stale)) return false;
   if (neighbour->stale && now_us - neighbour->poisoned_us >= RS_LINK_DOWN_US) return false;
   if (tick->root == 0U) return neighbour->nonce == tick->nonce && neighbour->wave.root != 0U;
-  rs_wave wave;
-  rs_wave_of_tick(&wave, tick);
-  const uint32_t behind = (rs_wave_time(&neighbour->wave) - rs_wave_time(&wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  const uint32_t behind = (rs_wave_time(&neighbour->wave) - rs_wave_time(wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
   return behind < 1U << (RS_TICK_TIME_BITS - 1) && (behind > 0U || lost);
 }
 
@@ -199,8 +197,10 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
+  rs_wave wave;
+  rs_wave_of_tick(&wave, &tick);
 
-  if (from_before(neighbour, &tick, now_us)) {
+  if (from_before(neighbour, &tick, &wave, now_us)) {
     ++cell->counts.tags_refused;
     return;
   }
@@ -231,8 +231,6 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     neighbour->hops = RS_HOPS_POISON;
     neighbour->poisoned_us = now_us;
   } else {
-    rs_wave wave;
-    rs_wave_of_tick(&wave, &tick);
     /* R8: nothing legitimate runs far ahead of a parent that is alive. */
     const uint16_t ahead = (uint16_t)(wave.sequence - route->wave.sequence);
     if (route->parent_port != RS_NO_PARENT && now_us - route->advanced_us < RS_STALE_TICKS * RS_TICK_US &&

@@ -2,29 +2,29 @@
 
 #include "cell/parts.h"
 
+/* The sooner of two waits. What is overdue looks far away on a clock that wraps, and is done at the check that ends
+ * this wait. */
+RS_INLINE uint32_t sooner(uint32_t wait_us, uint32_t limit_us) {
+  return limit_us - 1U < wait_us ? limit_us : wait_us;
+}
+
 void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   const rs_route* route = &cell->route;
-  uint32_t wait_us = RS_HEARTBEAT_US;
-  const uint32_t limit_us[] = {
-      route->advertised_us + RS_HEARTBEAT_US - now_us,
-      rs_torque_wait_us(cell, now_us),
-      route->hold ? route->hold_us + RS_HOLD_US - now_us : RS_HEARTBEAT_US,
-      route->in_quarantine ? route->quarantine_us - now_us : RS_HEARTBEAT_US,
-      route->parent_port == RS_NO_PARENT ? RS_HEARTBEAT_US
-      : cell->queues.status_due          ? rs_status_wait_us(cell, now_us)
-                                         : route->reported_us + RS_STATUS_US - now_us,
-      cell->id == RS_ID_NONE ? cell->join_us - now_us : cell->topology_us - now_us,
-      route->neighbour[0].up ? route->neighbour[0].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
-      route->neighbour[1].up ? route->neighbour[1].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
-      route->neighbour[2].up ? route->neighbour[2].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US,
-      route->neighbour[3].up ? route->neighbour[3].heard_us + RS_LINK_DOWN_US - now_us : RS_HEARTBEAT_US};
-  /* What is overdue looks far away on a clock that wraps, and is done at the check that ends this wait. */
-  for (unsigned i = 0; i < sizeof limit_us / sizeof limit_us[0]; ++i) {
-    if (limit_us[i] != 0U && limit_us[i] < wait_us) wait_us = limit_us[i];
+  uint32_t wait_us = sooner(RS_HEARTBEAT_US, route->advertised_us + RS_HEARTBEAT_US - now_us);
+  wait_us = sooner(wait_us, rs_torque_wait_us(cell, now_us));
+  if (route->hold) wait_us = sooner(wait_us, route->hold_us + RS_HOLD_US - now_us);
+  if (route->in_quarantine) wait_us = sooner(wait_us, route->quarantine_us - now_us);
+  if (route->parent_port != RS_NO_PARENT) {
+    wait_us = sooner(wait_us, cell->queues.status_due ? rs_status_wait_us(cell, now_us)
+                                                      : route->reported_us + RS_STATUS_US - now_us);
+  }
+  wait_us = sooner(wait_us, (cell->id == RS_ID_NONE ? cell->join_us : cell->topology_us) - now_us);
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (neighbour->up) wait_us = sooner(wait_us, neighbour->heard_us + RS_LINK_DOWN_US - now_us);
   }
   for (unsigned due = cell->queues.advert_due, port = 0; due != 0U; due >>= 1, ++port) {
-    const uint32_t left_us = rs_advert_wait_us(cell, port & 3U, now_us);
-    if ((due & 1U) != 0U && left_us != 0U && left_us < wait_us) wait_us = left_us;
+    if ((due & 1U) != 0U) wait_us = sooner(wait_us, rs_advert_wait_us(cell, port & 3U, now_us));
   }
   cell->timer_us = now_us + wait_us;
 }
@@ -137,7 +137,7 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
   }
 }
 
-void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
+RS_APART void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
   *output = (rs_output){.timer_us = now_us + RS_TOPOLOGY_US};
   if (input->kind == RS_INPUT_BOOT) {
     boot(cell, input->boot, now_us);
@@ -145,10 +145,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     output->restart = true;
     return;
   }
-  /* Indices that damaged memory could carry out of their arrays before the next check. */
-  if (cell->route.parent_port > RS_PORTS) cell->route.parent_port = RS_NO_PARENT;
-  if (cell->retention.announcements > RS_ANNOUNCEMENTS) cell->retention.announcements = 0;
-  if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
+  rs_cell_hold_indices(cell);
   /* Found out first: what comes in may set the timer anew, and would put off for ever what is due at its very moment.
    */
   const bool due = rs_reached(now_us, cell->timer_us) || cell->timer_us - now_us > RS_HEARTBEAT_US;
@@ -178,6 +175,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
   rs_retention_follow(cell, now_us);
   rs_torque_follow(cell, now_us);
   rs_transmit(cell, now_us, output);
+  rs_pass_note(cell, now_us);
 
   output->timer_us = cell->timer_us;
   output->sampling = cell->sampling.running;

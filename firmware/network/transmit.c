@@ -3,7 +3,7 @@
  * interrupted, and nothing waits for ever: samples and reports have a share of their own. */
 #include <string.h>
 
-#include "cell/parts.h"
+#include "network/rings.h"
 
 enum {
   SLOW_SHARE = 8,       /* one slow frame is sent for every so many others, if any waits, */
@@ -68,33 +68,12 @@ static RS_APART void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, 
   rs_frame_seal(frame);
 }
 
-static bool take(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size, uint8_t* frame) {
-  if (ring->count == 0U) return false;
-  rs_frame_copy(frame, frames[ring->first & (size - 1U)]);
-  ring->first = (uint8_t)((ring->first + 1U) & (size - 1U));
-  --ring->count;
-  return true;
-}
-
-/* What is sent stays in the ring for a while, and may be sent again. */
-static bool take_sample(rs_queues* queues, uint32_t now_us, uint8_t* frame) {
-  if (!take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)) return false;
-  if (queues->data_again > 0U) {
-    --queues->data_again;
-    rs_frame_mark_replayed(frame);
-  }
-  if (now_us - queues->data_sent_us > RS_REPEAT_US) queues->data_sent = 0;
-  queues->data_sent_us = now_us;
-  ++queues->data_sent;
-  return true;
-}
-
 static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
   const unsigned slow_share = queues->data.count > RS_QUEUE_DATA / 2U ? SLOW_SHARE_FULL : SLOW_SHARE;
   if (queues->slow.count > 0U && queues->passed_over >= slow_share) {
     queues->passed_over = 0;
-    return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
+    return rs_ring_take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
   }
   if (queues->slow.count > 0U) ++queues->passed_over;
   if (rs_retention_next_torque(cell, frame, now_us)) return true;
@@ -109,10 +88,18 @@ static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
     if (rs_retention_next_event(cell, frame, now_us)) return ++queues->data_passed_over, true;
   }
   queues->data_passed_over = 0;
-  if (take_sample(queues, now_us, frame)) return true;
+  if (queues->data.count > 0U) {
+    const bool again = queues->data_again > 0U;
+    rs_samples_take(queues, now_us, frame);
+    if (again) {
+      --queues->data_again;
+      rs_frame_mark_replayed(frame);
+    }
+    return true;
+  }
   if (rs_retention_next_event(cell, frame, now_us)) return true;
   queues->passed_over = 0;
-  return take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
+  return rs_ring_take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
 }
 
 static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame) {
@@ -132,17 +119,9 @@ static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame
   return false;
 }
 
-/* Ports with something to send, now or as soon as they are free. */
-static unsigned wanted(const rs_cell* cell) {
-  const rs_queues* queues = &cell->queues;
-  if (queues->down.count > 0U) return RS_ALL_PORTS;
-  const unsigned parent = 1U << cell->route.parent_port >> 1;
-  return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
-}
-
-/* Starts a frame on each of these ports that has one. */
-static RS_APART void start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
+RS_APART void rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
   rs_queues* queues = &cell->queues;
+  rs_cell_hold_indices(cell);
   for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
     if ((ready & 1U) == 0U) continue;
     const uint8_t bit = (uint8_t)(1U << port);
@@ -170,11 +149,11 @@ static RS_APART void start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_ou
 }
 
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
-  unsigned waiting = wanted(cell);
+  unsigned waiting = rs_transmit_wanted(cell);
   const unsigned ready = waiting & ~(unsigned)cell->queues.busy;
   if (ready != 0U) {
-    start(cell, ready, now_us, output);
-    waiting = wanted(cell);
+    rs_transmit_start(cell, ready, now_us, output);
+    waiting = rs_transmit_wanted(cell);
   }
-  output->waiting = (uint8_t)waiting;
+  output->waiting = cell->queues.waiting = (uint8_t)waiting;
 }

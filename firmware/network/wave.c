@@ -1,9 +1,5 @@
 #include "cell/parts.h"
 
-uint32_t rs_wave_time(const rs_wave* wave) {
-  return ((uint32_t)wave->era << 16) | wave->sequence;
-}
-
 uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave) {
   const uint8_t block[RS_CHASKEY_BLOCK_BYTES] = {(uint8_t)(RS_TYPE_tick << 4),
                                                  (uint8_t)(wave->era >> 8),
@@ -16,34 +12,6 @@ uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave) {
                                                  wave->rate_divisor,
                                                  wave->gain_threshold};
   return rs_chaskey_tag32(key, block);
-}
-
-void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick) {
-  *wave = (rs_wave){.tag = tick->tag,
-                    .sequence = (uint16_t)tick->sequence,
-                    .era = (uint16_t)tick->era,
-                    .root = (uint8_t)tick->root,
-                    .forming = (uint8_t)tick->forming,
-                    .depth_cap = (uint8_t)tick->depth_cap,
-                    .rate_divisor = (uint8_t)tick->rate_divisor,
-                    .gain_threshold = (uint8_t)tick->gain_threshold};
-}
-
-void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
-  tick->tag = wave->tag;
-  tick->sequence = wave->sequence;
-  tick->era = wave->era;
-  tick->root = wave->root;
-  tick->forming = wave->forming;
-  tick->depth_cap = wave->depth_cap;
-  tick->rate_divisor = wave->rate_divisor;
-  tick->gain_threshold = wave->gain_threshold;
-}
-
-bool rs_waves_equal(const rs_wave* a, const rs_wave* b) {
-  return a->tag == b->tag && a->sequence == b->sequence && a->era == b->era && a->root == b->root &&
-         a->forming == b->forming && a->depth_cap == b->depth_cap && a->rate_divisor == b->rate_divisor &&
-         a->gain_threshold == b->gain_threshold;
 }
 
 uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t era) {

@@ -212,20 +212,26 @@ typedef struct {
 } rs_ring;
 
 typedef struct {
+  /* What every frame asks for stands within the reach of a small processor's shortest instructions. */
+  uint32_t calm_us; /* until then nothing but traffic is to be done, and the short way may be taken (passing.c) */
   rs_ring data, slow, down;
-  uint8_t busy;                             /* bit p - 1: a frame is going out on port p */
-  uint32_t started_us[RS_PORTS];            /* when it started */
-  uint8_t advert_due;                       /* bit p - 1: port p is to get a tick frame */
-  uint32_t advert_us[RS_PORTS][RS_ADVERTS]; /* when it got the last ones, */
-  uint8_t advert_next[RS_PORTS];            /* the oldest of them here */
+  uint8_t busy;          /* bit p - 1: a frame is going out on port p */
+  uint8_t advert_due;    /* bit p - 1: port p is to get a tick frame */
+  uint8_t waiting;       /* bit p - 1: something waits for port p, as of the last step */
+  uint8_t parent_port;   /* 1 to 4: the parent's, while calm, */
+  uint8_t parent_bit;    /* its bit, */
+  uint8_t samples_alone; /* and whether nothing but samples waits for it */
   uint8_t status_due;
-  uint8_t size_due;                  /* the status tells a new size or depth, which the rate divisor waits for */
-  uint8_t passed_over;               /* frames sent to the parent while slow ones waited */
-  uint8_t data_passed_over;          /* ... and while clock frames waited */
-  uint8_t data_sent;                 /* clock frames before the first one that were sent lately and are still there */
-  uint8_t data_again;                /* of those that wait, the first so many have been sent before */
-  uint32_t data_sent_us;             /* when the last one was sent */
-  uint8_t down_ports[RS_QUEUE_DOWN]; /* bit p - 1: still to go out on port p */
+  uint8_t size_due;              /* the status tells a new size or depth, which the rate divisor waits for */
+  uint8_t passed_over;           /* frames sent to the parent while slow ones waited */
+  uint8_t data_passed_over;      /* ... and while clock frames waited */
+  uint8_t data_sent;             /* clock frames before the first one that were sent lately and are still there */
+  uint8_t data_again;            /* of those that wait, the first so many have been sent before */
+  uint32_t data_sent_us;         /* when the last one was sent */
+  uint32_t started_us[RS_PORTS]; /* when the frame that is going out started */
+  uint32_t advert_us[RS_PORTS][RS_ADVERTS]; /* when a port got its last adverts, */
+  uint8_t advert_next[RS_PORTS];            /* the oldest of them here */
+  uint8_t down_ports[RS_QUEUE_DOWN];        /* bit p - 1: still to go out on port p */
   RS_WORDS uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
   RS_WORDS uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
   RS_WORDS uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
@@ -234,10 +240,10 @@ typedef struct {
 
 typedef struct {
   uint32_t due_us;
+  uint8_t running;
+  uint8_t sequence;
   uint32_t sent_us; /* last own frame */
   int32_t sent_value[RS_CHANNEL_COUNT];
-  uint8_t sequence;
-  uint8_t running;
   uint8_t refresh_due;
   uint32_t refresh_us; /* not before this time, so that a tree does not refresh all at once */
   uint8_t dropped;     /* to be told in the next own frame */
@@ -288,16 +294,17 @@ typedef struct {
   uint32_t uid;
   uint16_t id; /* in force; RS_ID_NONE until named */
   uint16_t challenge;
+  rs_queues queues; /* near the beginning, see there */
   uint8_t nonce;
   uint8_t keyed;
   uint32_t lasting;                   /* check sum of what lasts from boot to boot: uid, id and key */
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
+  uint8_t topology_revision;
   uint32_t timer_us;
+  rs_sampling sampling;
+  rs_route route;
   uint32_t led_rgb;
   uint32_t topology_us, join_us; /* next due */
-  uint8_t topology_revision;
-  rs_route route;
-  rs_sampling sampling;
   rs_commanding commanding;
   rs_settings settings;
   rs_cell_counts counts;
@@ -307,7 +314,6 @@ typedef struct {
   rs_own_torque own_torque;
   rs_joints_state joints;
   rs_retention retention;
-  rs_queues queues;
 } rs_cell;
 
 RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a part with 12 KB of RAM");

@@ -32,6 +32,23 @@ bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]);
 /* Says of a sample that it is sent again; the checksum follows likewise. */
 void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]);
 
+/* What a hop taken changes in a sample's checksum, by the hops left before: it is linear, and the time to live is the
+ * lower part of byte 3. Byte 18 is the lower half. */
+extern const uint16_t rs_sample_hop_change[64];
+RS_STATIC_ASSERT((int)RS_clock_ttl_AT == 26 && (int)RS_clock_ttl_LAST == 31 && (int)RS_event_ttl_AT == 26,
+                 "hops left are the lower six bits of byte 3");
+
+/* Whether a clock or event frame has a hop left, and rs_frame_take_hop of one that has. */
+RS_INLINE bool rs_sample_has_hop(const uint8_t frame[RS_FRAME_BYTES]) {
+  return (frame[3] & 0x3FU) != 0U;
+}
+RS_INLINE void rs_sample_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
+  const uint32_t change = rs_sample_hop_change[frame[3] & 0x3FU];
+  --frame[3];
+  frame[RS_CONTENT_BYTES] ^= (uint8_t)change;
+  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)(change >> 8);
+}
+
 #ifdef __cplusplus
 }
 #endif

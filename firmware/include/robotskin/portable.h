@@ -8,7 +8,9 @@
 #define RS_STATIC_ASSERT(condition, message) _Static_assert(condition, message)
 #endif
 
-/* RS_APART: a function that is never merged with its caller, which then has the few registers of a small processor for
+/* RS_AT_WORD: of an address where a frame begins. A processor that loads whole words from whole words alone is built
+ * with RS_FRAMES_AT_WORDS, and then all frames begin at one; others take them as they come.
+ * RS_APART: a function that is never merged with its caller, which then has the few registers of a small processor for
  * itself. RS_WORDS: begins at a whole word, so that it can be copied a word at a time. */
 #if defined(__GNUC__)
 #define RS_INLINE static inline __attribute__((always_inline, unused))
@@ -18,6 +20,11 @@
 #define RS_INLINE static inline
 #define RS_APART
 #define RS_WORDS
+#endif
+#if defined(RS_FRAMES_AT_WORDS) && defined(__GNUC__)
+#define RS_AT_WORD(address) __builtin_assume_aligned((address), 4)
+#else
+#define RS_AT_WORD(address) (address)
 #endif
 
 #endif

@@ -271,14 +271,16 @@ RS_INLINE void rs_store32(uint8_t* bytes, uint32_t word) {
 
 /* The content as big-endian words; the last word holds 16 content bits on top and is zero below. */
 RS_INLINE void rs_content_load(uint32_t words[5], const uint8_t* bytes) {
-  for (unsigned i = 0; i < 4U; ++i) words[i] = rs_load32(bytes + 4U * i);
-  words[4] = ((uint32_t)bytes[16] << 24) | ((uint32_t)bytes[17] << 16);
+  const uint8_t* at = (const uint8_t*)RS_AT_WORD(bytes);
+  for (unsigned i = 0; i < 4U; ++i) words[i] = rs_load32(at + 4U * i);
+  words[4] = ((uint32_t)at[16] << 24) | ((uint32_t)at[17] << 16);
 }
 
 RS_INLINE void rs_content_store(uint8_t* bytes, const uint32_t words[5]) {
-  for (unsigned i = 0; i < 4U; ++i) rs_store32(bytes + 4U * i, words[i]);
-  bytes[16] = (uint8_t)(words[4] >> 24);
-  bytes[17] = (uint8_t)(words[4] >> 16);
+  uint8_t* at = (uint8_t*)RS_AT_WORD(bytes);
+  for (unsigned i = 0; i < 4U; ++i) rs_store32(at + 4U * i, words[i]);
+  at[16] = (uint8_t)(words[4] >> 24);
+  at[17] = (uint8_t)(words[4] >> 16);
 }
 
 RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {

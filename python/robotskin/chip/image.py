@@ -22,7 +22,7 @@ OPTIMISATION = "-O2"
 FLAGS = (
     "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-std=c11", "-ffreestanding",
     "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables",
-    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-Wall", "-Wextra", "-Werror", "-g1",
+    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-DRS_FRAMES_AT_WORDS", "-DRS_BOARD=\"emulated_board.c\"", "-Wall", "-Wextra", "-Werror", "-g1",
 )  # fmt: skip
 
 
@@ -52,7 +52,8 @@ def build(optimisation: str = OPTIMISATION, firmware: Path = SOURCES) -> ChipIma
         raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
     if find_spec("ziglang") is None:
         raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
-    sources = [str(path) for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
+    found = [path for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
+    sources = [str(path) for path in found if not path.stem.endswith("_board")]  # main.c includes the board's
     includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
     with tempfile.TemporaryDirectory() as scratch:
         elf = Path(scratch) / "cell.elf"

@@ -1,0 +1,175 @@
+/* The short way of what a cell gets most often: samples of its subtree, frames that are out, and ticks of neighbours
+ * that say only that they are still there.
+ *
+ * The cell at a section unit passes on a sample of every cell of its tree each period, and any cell hears four ticks a
+ * millisecond. As long as nothing is due and no state changes but that of the queues, such an input needs none of the
+ * questions that a step asks otherwise; how long that is, the long way finds out when it ends. Both ways do the same:
+ * what a frame does here it would do there, and nothing else. */
+#include "network/rings.h"
+
+/* The time left from now until a later one that is at most `limit_us` away; 0 if it has come. */
+static uint32_t left_us(uint32_t time_us, uint32_t limit_us, uint32_t now_us) {
+  const uint32_t left = time_us - now_us;
+  return left <= limit_us ? left : 0U;
+}
+
+/* Whether nothing but samples waits for the parent; as long as it is calm, that remains so. */
+RS_INLINE bool samples_alone(const rs_cell* cell) {
+  const rs_queues* queues = &cell->queues;
+  const rs_retention* retention = &cell->retention;
+  return (queues->advert_due & queues->parent_bit) == 0U &&
+         (queues->status_due | queues->slow.count | queues->data_again) == 0U &&
+         retention->event.sent >= retention->event.count && retention->torque.sent >= retention->torque.count;
+}
+
+void rs_pass_note(rs_cell* cell, uint32_t now_us) {
+  const rs_torque_epoch* epoch = &cell->torque;
+  rs_queues* queues = &cell->queues;
+  uint32_t calm_us = left_us(cell->timer_us, RS_HEARTBEAT_US, now_us);
+  const uint32_t begin_us = left_us(epoch->begin_us, INT32_MAX, now_us);
+  if (begin_us < calm_us) calm_us = begin_us;
+  if (epoch->open) {
+    const uint32_t deadline_us = left_us(epoch->deadline_us, RS_TORQUE_WAIT_MAX_US, now_us);
+    if (deadline_us < calm_us) calm_us = deadline_us;
+  }
+  if (cell->route.origin_us != epoch->origin_us) calm_us = 0;
+  queues->parent_port = cell->route.parent_port;
+  queues->parent_bit = (uint8_t)(1U << queues->parent_port >> 1);
+  queues->samples_alone = samples_alone(cell);
+  queues->calm_us = now_us + (queues->parent_port != RS_NO_PARENT ? calm_us : 0U);
+}
+
+/* A sample of the subtree joins those that wait for the parent. */
+static bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const rs_input* input, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  const uint8_t* frame = input->frame;
+  if (!rs_sample_has_hop(frame) || queues->data.count >= RS_QUEUE_DATA) return false;
+  if (!input->checked && !rs_frame_intact(frame)) return false;
+  neighbour->heard_us = now_us;
+  uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);
+  rs_samples_sent_within(queues);
+  rs_frame_bring(place, frame);
+  rs_sample_take_hop(place);
+  queues->waiting |= queues->parent_bit;
+  return true;
+}
+
+/* Whether a tick is of the wave that this cell passes on. */
+static bool of_own_wave(const rs_route* route, const rs_tick* tick) {
+  const rs_wave* wave = &route->wave;
+  return tick->tag == wave->tag && tick->sequence == wave->sequence && tick->era == wave->era &&
+         tick->root == wave->root && tick->forming == wave->forming && tick->depth_cap == wave->depth_cap &&
+         tick->rate_divisor == wave->rate_divisor && tick->gain_threshold == wave->gain_threshold;
+}
+
+/* Whether it tells nothing new of a neighbour that is there, but that it is there. */
+static bool as_before(const rs_neighbour* neighbour, const rs_tick* tick) {
+  return tick->hops == neighbour->hops && tick->hops != RS_HOPS_POISON && tick->sender == neighbour->id &&
+         tick->sender_port + 1U == neighbour->port && tick->nonce == neighbour->nonce && tick->heard != 0U &&
+         neighbour->hears_us && neighbour->met && !neighbour->lagging &&
+         (tick->parent != 0U) == (neighbour->child != 0U) && (tick->leaving != 0U) == (neighbour->leaving != 0U);
+}
+
+/* Whether a neighbour with the own wave could become the parent. */
+static bool could_be_parent(const rs_route* route, const rs_neighbour* neighbour) {
+  if (neighbour->child) return false;
+  return route->hold || route->neighbour[(route->parent_port - 1U) % RS_PORTS].leaving || route->unbound ||
+         route->wave.sequence != route->feasible_sequence || neighbour->hops < route->feasible_hops;
+}
+
+/* A tick of a neighbour that is not the parent, about a wave that is known to be a root's. */
+static RS_APART bool take_tick(rs_cell* cell, unsigned port, const rs_input* input, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  rs_neighbour* neighbour = &route->neighbour[port];
+  rs_tick tick;
+  rs_tick_unpack(&tick, input->frame);
+  if (!of_own_wave(route, &tick) || !as_before(neighbour, &tick) || could_be_parent(route, neighbour)) return false;
+  const uint32_t time = rs_wave_time(&route->wave);
+  const uint32_t ahead = (time - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  if (ahead >> (RS_TICK_TIME_BITS - 1) != 0U || time != route->known_time || time != ~route->known_time_complement ||
+      route->in_quarantine || route->wave.root == 0U || neighbour->wave.root != route->wave.root) {
+    return false;
+  }
+  if (!input->checked && !rs_frame_intact(input->frame)) return false;
+  neighbour->heard_us = now_us;
+  if (tick.parent != 0U && rs_hearing_compare(&neighbour->hearing, tick.echo)) {
+    cell->queues.advert_due |= (uint8_t)(1U << port);
+    cell->queues.waiting |= (uint8_t)(1U << port);
+  }
+  if (!rs_waves_equal(&route->wave, &neighbour->wave)) {
+    neighbour->turned_us = now_us;
+    neighbour->stale = false;
+  }
+  neighbour->wave = route->wave;
+  neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
+  return true;
+}
+
+/* Takes a frame as the long way would; false, and nothing changed, if it asks for that. */
+static RS_APART bool take_frame(rs_cell* cell, const rs_input* input, uint32_t now_us) {
+  const unsigned port = (unsigned)input->port - 1U;
+  if (port >= RS_PORTS || input->port == cell->queues.parent_port) return false;
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up || neighbour->damaged != 0U) {
+    return false;
+  }
+  switch (rs_frame_type_of(input->frame)) {
+    case RS_TYPE_clock:
+      return take_sample(cell, neighbour, input, now_us);
+    case RS_TYPE_tick:
+      return take_tick(cell, port, input, now_us);
+    default:
+      return false;
+  }
+}
+
+/* The oldest sample goes out to the parent. */
+RS_INLINE void send_sample(rs_cell* cell, uint32_t now_us, rs_output* output) {
+  rs_queues* queues = &cell->queues;
+  const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
+  uint8_t* frame = queues->sending[port];
+  queues->busy |= queues->parent_bit;
+  queues->data_passed_over = 0;
+  queues->started_us[port] = now_us;
+  output->frame[port] = frame;
+  rs_samples_take(queues, now_us, frame);
+}
+
+static RS_APART void send_anything(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
+  rs_transmit_start(cell, ready, now_us, output);
+  cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
+  cell->queues.samples_alone = samples_alone(cell);
+}
+
+/* Sends what can go out, `sent` being free (bit p: port p), and fills the output. */
+RS_INLINE void pass_on(rs_cell* cell, unsigned sent, uint32_t now_us, rs_output* output) {
+  rs_queues* queues = &cell->queues;
+  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = 0;
+  output->timer_us = cell->timer_us;
+  output->sample_us = cell->sampling.due_us;
+  output->sampling = cell->sampling.running;
+  output->led_changed = output->flash_changed = output->restart = false;
+  queues->busy &= (uint8_t)~sent;
+  const unsigned ready = queues->waiting & ~(unsigned)queues->busy;
+  if (ready != 0U) {
+    if (ready == queues->parent_bit && queues->samples_alone && queues->data.count > 0U) {
+      send_sample(cell, now_us, output);
+      if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
+    } else {
+      send_anything(cell, ready, now_us, output);
+    }
+  }
+  output->waiting = queues->waiting;
+}
+
+void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
+  const bool calm = cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
+  unsigned sent = input->sent;
+  if (calm && input->kind == RS_INPUT_SENT && input->port <= RS_PORTS) {
+    sent |= 1U << input->port >> 1;
+  } else if (!calm || input->kind != RS_INPUT_FRAME || !take_frame(cell, input, now_us)) {
+    rs_step(cell, input, now_us, output);
+    return;
+  }
+  pass_on(cell, sent, now_us, output);
+}
