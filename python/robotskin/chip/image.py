@@ -22,7 +22,8 @@ OPTIMISATION = "-O2"
 FLAGS = (
     "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-std=c11", "-ffreestanding",
     "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables",
-    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-DRS_FRAMES_AT_WORDS", '-DRS_BOARD="emulated_board.c"', "-Wall", "-Wextra", "-Werror", "-g1",
+    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-Wall", "-Wextra", "-Werror", "-g1",
+    "-DRS_FRAMES_AT_WORDS", '-DRS_BOARD="emulated_board.c"',
 )  # fmt: skip
 
 
