@@ -63,9 +63,14 @@ void ForgeryWatch::cell_stepped(const world::Network& network, std::size_t cell)
       tell("parent port", route.parent_port, before.route.parent_port);
     else if (!same_wave(route.wave, before.route.wave) && !orphan_took_it)
       tell("tick number", route.wave.sequence, before.route.wave.sequence);
-    const rs_wave& heard = route.neighbour[before.port - 1].wave;
-    if (before.forged && !same_wave(heard, before.route.neighbour[before.port - 1].wave))
-      tell("neighbour's tick number", heard.sequence, before.route.neighbour[before.port - 1].wave.sequence);
+    const rs_neighbour& now = route.neighbour[before.port - 1];
+    const rs_neighbour& then = before.route.neighbour[before.port - 1];
+    if (before.forged && !same_wave(now.wave, then.wave))
+      tell("neighbour's tick number", now.wave.sequence, then.wave.sequence);
+    // The frame itself is heard, and may bring a link up or find that it was down.
+    const bool stays_up = now.up == then.up;
+    if (before.forged && stays_up && now.child != then.child) tell("neighbour is a child", now.child, then.child);
+    if (before.forged && stays_up && now.leaving != then.leaving) tell("neighbour leaves", now.leaving, then.leaving);
   }
   if (route.hold != before.route.hold) tell("moves", route.hold, before.route.hold);
   if (!same_bytes(route.wants, before.route.wants)) tell("round of wants", route.wants.round, before.route.wants.round);

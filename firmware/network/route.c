@@ -200,7 +200,9 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   rs_wave wave;
   rs_wave_of_tick(&wave, &tick);
 
-  if (from_before(neighbour, &tick, &wave, now_us)) {
+  /* What is refused changes nothing. A way that is lost needs no proof: it only takes one away. */
+  const bool poison = tick.hops == RS_HOPS_POISON;
+  if (from_before(neighbour, &tick, &wave, now_us) || (!poison && !authentic(cell, neighbour, &wave))) {
     ++cell->counts.tags_refused;
     return;
   }
@@ -227,7 +229,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   }
   rs_retention_tick(cell, port, &tick, was_child, now_us);
 
-  if (tick.hops == RS_HOPS_POISON) {
+  if (poison) {
     neighbour->hops = RS_HOPS_POISON;
     neighbour->poisoned_us = now_us;
   } else {
@@ -235,10 +237,6 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     const uint16_t ahead = (uint16_t)(wave.sequence - route->wave.sequence);
     if (route->parent_port != RS_NO_PARENT && now_us - route->advanced_us < RS_STALE_TICKS * RS_TICK_US &&
         ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {
-      return;
-    }
-    if (!authentic(cell, neighbour, &wave)) {
-      ++cell->counts.tags_refused;
       return;
     }
     if (!rs_waves_equal(&wave, &neighbour->wave)) {
@@ -267,8 +265,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     tick_of_other(cell, port, now_us);
   }
   /* Only of a wave that has just come is it certain that a root made it: what is known of neighbours may be damaged. */
-  if (route->parent_port == port + 1U && tick.hops != RS_HOPS_POISON &&
-      rs_waves_equal(&route->wave, &neighbour->wave)) {
+  if (route->parent_port == port + 1U && !poison && rs_waves_equal(&route->wave, &neighbour->wave)) {
     route->known_time = rs_wave_time(&route->wave);
     route->known_time_complement = ~route->known_time;
   }

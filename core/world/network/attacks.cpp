@@ -14,8 +14,7 @@ bool is_tagged(rs_frame_type type) {
   return type == RS_TYPE_tick || type == RS_TYPE_grant || type == RS_TYPE_command || type == RS_TYPE_joints;
 }
 
-// The neighbour's last advert with another content of what the root signs. What each hop says of itself stays as it
-// was: no tag covers it.
+// The neighbour's last advert with another content of what the root signs, and of what goes with it.
 void forge_tick(const rs_cell& cell, unsigned port, RandomStream& draw, std::uint8_t* frame) {
   const rs_neighbour& neighbour = cell.route.neighbour[port];
   const bool of_parent = cell.route.parent_port == port + 1U;
@@ -27,9 +26,9 @@ void forge_tick(const rs_cell& cell, unsigned port, RandomStream& draw, std::uin
   tick.sender = neighbour.id;
   tick.sender_port = (neighbour.port - 1U) & 3U;
   tick.nonce = neighbour.nonce;
-  tick.parent = neighbour.child;
+  tick.parent = neighbour.child == 0;
   tick.heard = 1;
-  tick.leaving = neighbour.leaving;
+  tick.leaving = neighbour.leaving == 0;
   tick.forming = static_cast<std::uint32_t>(draw.below(2));
   tick.depth_cap = RS_TTL_START;
   tick.rate_divisor = 1 + static_cast<std::uint32_t>(draw.below(15));
