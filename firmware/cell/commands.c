@@ -60,6 +60,7 @@ static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t no
     case RS_OPERATION_led:
       if (value > 0xFFFFFFU) return RS_REPLY_bad_value;
       cell->led_rgb = value;
+      cell->led_complement = ~value;
       cell->led_changed = true;
       return RS_REPLY_done;
     case RS_OPERATION_torque_word:
@@ -153,7 +154,9 @@ static void answer(rs_cell* cell, const rs_command* command, uint32_t now_us) {
                     .operation = command->operation,
                     .counter = command->counter,
                     .index = command->index};
+  rs_cell_heal_settings(cell, now_us);
   carry_out(cell, command, &reply, now_us);
+  rs_cell_keep_settings(cell);
   rs_commanding* commanding = &cell->commanding;
   commanding->replied = command->target == cell->id || command->operation == RS_OPERATION_ping;
   if (!commanding->replied) return;
@@ -162,12 +165,17 @@ static void answer(rs_cell* cell, const rs_command* command, uint32_t now_us) {
   rs_queue_up(cell, commanding->reply, now_us);
 }
 
+static uint32_t sum_of(const rs_commanding* commanding) {
+  const uint32_t counted[2] = {commanding->time, commanding->counter};
+  return rs_sum_of(counted, sizeof counted);
+}
+
 static void receive_counted(rs_cell* cell, const rs_command* command, const uint8_t* frame, uint32_t now_us) {
   rs_commanding* commanding = &cell->commanding;
   const bool for_us = cell->id != RS_ID_NONE && (command->target == cell->id || command->target == RS_ID_ALL);
   const uint32_t time = rs_tick_time(cell, now_us);
   const bool expired = ((time - commanding->time) & TICK_TIME_MASK) > COUNTER_LIFE_MS;
-  if (commanding->counted && !expired) {
+  if (commanding->counted && !expired && commanding->sum == sum_of(commanding)) {
     if (command->counter == commanding->counter) {
       /* Sent again because a reply was missed: pass on, answer, but do nothing twice. */
       rs_queue_down(cell, frame);
@@ -183,6 +191,7 @@ static void receive_counted(rs_cell* cell, const rs_command* command, const uint
   commanding->counted = true;
   commanding->counter = (uint16_t)command->counter;
   commanding->time = time;
+  commanding->sum = sum_of(commanding);
   commanding->replied = false;
   if (for_us) answer(cell, command, now_us);
 }

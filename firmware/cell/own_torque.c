@@ -5,26 +5,29 @@
 
 enum { NO_CHECKSUM = 65536, EPOCH_MASK = (1 << RS_TICK_TIME_BITS) / RS_EPOCH_TICKS - 1 };
 
-static uint32_t sum_of(const rs_torque_parameters* parameters) {
-  RS_STATIC_ASSERT(sizeof *parameters % 2 == 0 && _Alignof(rs_torque_parameters) == 2,
-                   "parameters are whole halfwords");
-  const uint16_t* half = (const uint16_t*)(const void*)parameters;
-  uint32_t sum = 0x5EA1U;
-  for (unsigned i = 0; i < sizeof *parameters / 2U; ++i) sum = ((sum << 5) | (sum >> 27)) + half[i];
-  return sum;
+static uint32_t sum_of(const rs_own_torque* own) {
+  return own->known ? rs_sum_of(&own->parameters, sizeof own->parameters) : 0U;
 }
 
 static void forget(rs_cell* cell) {
   cell->own_torque.known = false;
+  cell->own_torque.sum = 0;
   cell->torque.own.parts = 0;
+}
+
+void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution) {
+  if (cell->own_torque.known) return;
+  cell->torque.own = *contribution;
+  if (contribution->limb > 0xFU || contribution->parts > RS_TORQUE_PARTS) cell->torque.own.parts = 0;
+  cell->own_torque.own_sum = rs_sum_of(&cell->torque.own, sizeof cell->torque.own);
 }
 
 void rs_own_torque_load(rs_cell* cell) {
   rs_own_torque* own = &cell->own_torque;
   forget(cell);
   if (!rs_torque_parameters_unpack(&own->parameters, cell->flash + RS_FLASH_TORQUE_AT)) return;
-  own->sum = sum_of(&own->parameters);
   own->known = true;
+  own->sum = sum_of(own);
   cell->torque.own.limb = own->parameters.limb;
 }
 
@@ -93,10 +96,11 @@ static bool compute(rs_cell* cell) {
 
 void rs_own_torque_update(rs_cell* cell, uint32_t epoch, uint32_t now_us) {
   rs_own_torque* own = &cell->own_torque;
-  if (!own->known) return;
-  if (sum_of(&own->parameters) != own->sum) {
-    rs_own_torque_load(cell);
-    if (!own->known) return;
+  if (sum_of(own) != own->sum) rs_own_torque_load(cell);
+  if (!own->known) {
+    /* A torque that nobody has asked for is worse than none. */
+    if (own->own_sum != rs_sum_of(&cell->torque.own, sizeof cell->torque.own)) cell->torque.own.parts = 0;
+    return;
   }
   rs_contribution* contribution = &cell->torque.own;
   const uint32_t joints = own->parameters.chain.joints;

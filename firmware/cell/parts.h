@@ -223,6 +223,13 @@ RS_INLINE void rs_cell_hold_indices(rs_cell* cell) {
   if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
 }
 
+/* A sum of whole halfwords, `count` bytes of them; never 0. */
+uint32_t rs_sum_of(const void* halfwords, uint32_t count);
+
+/* Notes that the settings are as they should be; heals them if they are not, from the copy or from flash. */
+void rs_cell_keep_settings(rs_cell* cell);
+void rs_cell_heal_settings(rs_cell* cell, uint32_t now_us);
+
 /* When the next check is due; called by whoever changes one of its reasons. */
 void rs_timer_set(rs_cell* cell, uint32_t now_us);
 

@@ -119,6 +119,10 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
   rs_sampling* sampling = &cell->sampling;
   if (!sampling->running) return;
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
+  if (period_us == 0U) { /* damaged memory; whoever heals the settings begins anew */
+    sampling->running = false;
+    return;
+  }
   sampling->due_us = next_sample_us(cell, period_us, true, now_us);
 
   rs_sample calibrated;

@@ -132,16 +132,26 @@ bool rs_retention_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   prune(cell, now_us);
   if (ring->sent >= ring->count) return false;
   memcpy(frame, retention->torque_frame[(ring->first + ring->sent) & TORQUE_MASK], RS_FRAME_BYTES);
+  if (!rs_frame_intact(frame)) { /* damaged memory: it would be sent again and again */
+    *ring = (rs_retained){0};
+    retention->announcements = 0;
+    return false;
+  }
   note_sent(retention, ring);
   return true;
 }
 
-/* Drops the next event to send while it is too old: events of other cells may have come before it that are not. */
-static void skip_old_events(rs_cell* cell, uint32_t now_us) {
+static bool is_of_use(const rs_retention* retention, unsigned at, uint32_t now_us) {
+  return age_us(retention->event_time[at & EVENT_MASK], now_us) <= RS_RETENTION_US &&
+         rs_frame_intact(retention->event_frame[at & EVENT_MASK]);
+}
+
+/* Drops the next event to send while it is too old, as events of other cells may have come before it that are not, or
+ * damaged in memory: it would be sent again and again. */
+static void skip_useless_events(rs_cell* cell, uint32_t now_us) {
   rs_retention* retention = &cell->retention;
   rs_retained* ring = &retention->event;
-  while (ring->sent < ring->count &&
-         age_us(retention->event_time[(ring->first + ring->sent) & EVENT_MASK], now_us) > RS_RETENTION_US) {
+  while (ring->sent < ring->count && !is_of_use(retention, ring->first + ring->sent, now_us)) {
     if (ring->tried > ring->sent) {
       --ring->tried;
     } else {
@@ -162,7 +172,7 @@ bool rs_retention_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   rs_retained* ring = &retention->event;
   if (ring->sent >= ring->count) return false;
   prune(cell, now_us);
-  skip_old_events(cell, now_us);
+  skip_useless_events(cell, now_us);
   if (ring->sent >= ring->count) return false;
   memcpy(frame, retention->event_frame[(ring->first + ring->sent) & EVENT_MASK], RS_FRAME_BYTES);
   if (ring->sent < ring->tried) rs_frame_mark_replayed(frame);

@@ -33,6 +33,7 @@ static RS_APART void check(rs_cell* cell, uint32_t now_us) {
   rs_queues_check(cell, now_us);
   rs_retention_check(cell, now_us);
   rs_torque_check(cell);
+  rs_cell_heal_settings(cell, now_us);
   rs_route_check(cell, now_us);
   rs_identity_check(cell, now_us);
   if (cell->route.parent_port != RS_NO_PARENT && now_us - cell->route.reported_us >= RS_STATUS_US) {
@@ -49,6 +50,41 @@ static RS_APART uint32_t lasting(const rs_cell* cell) {
   return sum;
 }
 
+uint32_t rs_sum_of(const void* halfwords, uint32_t count) {
+  const uint16_t* half = halfwords;
+  uint32_t sum = 0x5EA1U;
+  for (uint32_t i = 0; i < count / 2U; ++i) sum = ((sum << 5) | (sum >> 27)) + half[i];
+  return sum == 0U ? 1U : sum;
+}
+
+RS_STATIC_ASSERT(sizeof(rs_settings) % 2 == 0 && sizeof(rs_contribution) % 2 == 0 &&
+                     sizeof(rs_torque_parameters) % 2 == 0 && _Alignof(rs_torque_parameters) == 2,
+                 "what has a sum are whole halfwords");
+
+void rs_cell_keep_settings(rs_cell* cell) {
+  cell->settings_copy = cell->settings;
+  cell->settings_sum = cell->settings_copy_sum = rs_sum_of(&cell->settings, sizeof cell->settings);
+}
+
+void rs_cell_heal_settings(rs_cell* cell, uint32_t now_us) {
+  if (cell->led_rgb != ~cell->led_complement) {
+    cell->led_rgb = 0;
+    cell->led_complement = ~cell->led_rgb;
+    cell->led_changed = true;
+  }
+  const bool whole = cell->settings_sum == rs_sum_of(&cell->settings, sizeof cell->settings);
+  if (whole && cell->settings_copy_sum == cell->settings_sum) return;
+  if (!whole) {
+    if (cell->settings_copy_sum == rs_sum_of(&cell->settings_copy, sizeof cell->settings_copy)) {
+      cell->settings = cell->settings_copy;
+    } else {
+      rs_settings_load(&cell->settings, cell->flash);
+    }
+    rs_sampling_restart(cell, now_us);
+  }
+  rs_cell_keep_settings(cell);
+}
+
 void rs_cell_seal(rs_cell* cell) {
   cell->lasting = lasting(cell);
 }
@@ -57,6 +93,8 @@ static RS_APART void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   memset(cell, 0, sizeof *cell);
   cell->uid = with->uid;
   rs_settings_load(&cell->settings, with->flash);
+  rs_cell_keep_settings(cell);
+  cell->led_complement = ~cell->led_rgb;
   if (with->flash != 0) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
   rs_own_torque_load(cell);
   cell->keyed = with->key != 0;

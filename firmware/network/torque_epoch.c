@@ -4,7 +4,7 @@
 enum {
   EPOCH_US = RS_EPOCH_TICKS * RS_TICK_US,
   NUMBER_MASK = (1 << RS_TICK_TIME_BITS) / RS_EPOCH_TICKS - 1,
-  BACK = 16 /* clocks are corrected: an epoch so little before the last one is over, others are a new time */
+  BACK = 8 /* clocks are corrected: an epoch so little before the last one is over, others are a new time */
 };
 
 static unsigned slot_for(rs_torque_epoch* epoch, uint32_t limb, uint32_t part) {
@@ -98,6 +98,7 @@ static void begin(rs_cell* cell, uint32_t number, uint32_t begin_us, uint32_t no
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (!neighbour->child || !neighbour->up) epoch->reports[port] = 0;
+    if (epoch->reports[port] > RS_TORQUE_FAITH) epoch->reports[port] = RS_TORQUE_FAITH; /* damaged memory */
     if (epoch->reports[port] == 0U) continue;
     --epoch->reports[port];
     epoch->waiting |= (uint8_t)(1U << port);
@@ -197,12 +198,6 @@ uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us) {
   const rs_torque_epoch* epoch = &cell->torque;
   if (epoch->open) return epoch->deadline_us - now_us;
   return epoch->own.parts > 0U || epoch->used > 0U ? epoch->begin_us - now_us : RS_HEARTBEAT_US;
-}
-
-void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution) {
-  if (cell->own_torque.known) return;
-  cell->torque.own = *contribution;
-  if (contribution->limb > 0xFU || contribution->parts > RS_TORQUE_PARTS) cell->torque.own.parts = 0;
 }
 
 void rs_torque_check(rs_cell* cell) {

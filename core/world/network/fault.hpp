@@ -50,7 +50,8 @@ enum class FaultKind : std::uint8_t { ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_KIND) };
 #undef ROBOTSKIN_FAULT_KIND
 
 enum class FaultWay : std::uint8_t { out, in };
-enum class FaultPart : std::uint8_t { route, queues, sampling, all };
+// `all` is the first three; those behind it are not drawn.
+enum class FaultPart : std::uint8_t { route, queues, sampling, all, retention, torque, commands, settings, whole };
 enum class FaultFrame : std::uint8_t { tick, grant, command, joints };  // that carry a tag
 
 // Of the targets and parameters, a kind uses those its keys name; the others keep these values.

@@ -19,7 +19,8 @@ constexpr std::array keys_of_kind{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_KEYS)};
 constexpr std::array texts{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_TEXT)};
 
 constexpr std::array<std::string_view, 2> ways{"out", "in"};
-constexpr std::array<std::string_view, 4> parts{"route", "queues", "sampling", "all"};
+constexpr std::array<std::string_view, 9> parts{"route",  "queues",   "sampling", "all",  "retention",
+                                                "torque", "commands", "settings", "whole"};
 constexpr std::array<std::string_view, 4> frames{"tick", "grant", "command", "joints"};
 
 using Member = std::variant<std::int32_t Fault::*, std::int64_t Fault::*, double Fault::*, FaultWay Fault::*,

@@ -437,10 +437,40 @@ void Network::corrupt(const Fault& fault, std::uint64_t key) {
   constexpr Range route{offsetof(rs_cell, route), sizeof(rs_route)};
   constexpr Range queues{offsetof(rs_cell, queues), sizeof(rs_queues)};
   constexpr Range sampling{offsetof(rs_cell, sampling), sizeof(rs_sampling)};
-  const std::vector<Range> ranges = fault.part == FaultPart::route      ? std::vector{route}
-                                    : fault.part == FaultPart::queues   ? std::vector{queues}
-                                    : fault.part == FaultPart::sampling ? std::vector{sampling}
-                                                                        : std::vector{route, queues, sampling};
+  constexpr Range retention{offsetof(rs_cell, retention), sizeof(rs_retention)};
+  constexpr Range torque{offsetof(rs_cell, torque), offsetof(rs_cell, retention) - offsetof(rs_cell, torque)};
+  constexpr Range commands{offsetof(rs_cell, commanding), sizeof(rs_commanding)};
+  constexpr Range settings{offsetof(rs_cell, settings), offsetof(rs_cell, counts) - offsetof(rs_cell, settings)};
+  constexpr Range everything{0, sizeof(rs_cell)};
+  std::vector<Range> ranges{route, queues, sampling};
+  switch (fault.part) {
+    case FaultPart::route:
+      ranges = {route};
+      break;
+    case FaultPart::queues:
+      ranges = {queues};
+      break;
+    case FaultPart::sampling:
+      ranges = {sampling};
+      break;
+    case FaultPart::retention:
+      ranges = {retention};
+      break;
+    case FaultPart::torque:
+      ranges = {torque};
+      break;
+    case FaultPart::commands:
+      ranges = {commands};
+      break;
+    case FaultPart::settings:
+      ranges = {settings};
+      break;
+    case FaultPart::whole:
+      ranges = {everything};
+      break;
+    case FaultPart::all:
+      break;
+  }
   std::size_t whole = 0;
   for (const Range& range : ranges) whole += range.bytes;
   RandomStream draw(key);

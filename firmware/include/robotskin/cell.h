@@ -251,6 +251,7 @@ typedef struct {
 
 typedef struct {
   uint32_t time; /* tick time, milliseconds, at which the last counted command came */
+  uint32_t sum;  /* of time and counter: where it is wrong, no command has been counted */
   uint16_t counter;
   uint8_t counted; /* counter and time are valid */
   uint8_t replied;
@@ -277,7 +278,8 @@ typedef struct {
 /* What the cell itself adds to its limb's torque. */
 typedef struct {
   rs_torque_parameters parameters;
-  uint32_t sum;     /* of the parameters' bytes, by which damaged memory is told */
+  uint32_t sum;     /* of the parameters' bytes, 0: there are none; by which damaged memory is told */
+  uint32_t own_sum; /* of the contribution that was given from outside, likewise */
   uint32_t felt_us; /* time of the sample that `force` is of */
   int32_t force;    /* that touch asks for, RS_FORCE_BITS */
   uint8_t known;    /* the parameters are */
@@ -303,10 +305,11 @@ typedef struct {
   uint32_t timer_us;
   rs_sampling sampling;
   rs_route route;
-  uint32_t led_rgb;
-  uint32_t topology_us, join_us; /* next due */
+  uint32_t led_rgb, led_complement; /* where they disagree, nobody has asked for that colour */
+  uint32_t topology_us, join_us;    /* next due */
   rs_commanding commanding;
-  rs_settings settings;
+  rs_settings settings, settings_copy; /* the same; each with its sum, by which damaged memory is told */
+  uint32_t settings_sum, settings_copy_sum;
   rs_cell_counts counts;
   rs_chaskey_key key;
   uint8_t flash[RS_FLASH_BYTES];

@@ -33,6 +33,18 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     assert not report.breaks, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
 
 
+@pytest.mark.parametrize("part", ["retention", "torque", "commands", "settings", "whole"])
+def test_any_damaged_memory_heals(part: str, seed: int) -> None:
+    """Torques apart: a contribution that was damaged is given up, as nobody gives it again here."""
+    cases = [case for case in (draw_case(number) for number in range(30 * seed, 30 * seed + 30)) if case.limbs == 0][:6]
+    for number, drawn in enumerate(cases):
+        bytes_damaged, cell = (16, 64, 256)[number % 3], (7 * number) % drawn.cells
+        fault = f"faults ram:cell={cell},bytes={bytes_damaged},part={part}@{60 + 7 * number}ms"
+        text = "\n".join(fault if line.startswith("faults") else line for line in drawn.text.splitlines())
+        report = run_case(parse_case(text + "\n"))
+        assert not report.breaks, f"{fault}\n{drawn}\n" + "\n".join(map(str, report.breaks))
+
+
 def test_a_case_as_text_is_the_same_case(seed: int) -> None:
     for drawn in (draw_case(number) for number in range(seed, seed + 20)):
         again = parse_case(drawn.text)
