@@ -17,7 +17,7 @@ static void set_flaps(rs_neighbour* neighbour, uint32_t flaps) {
 }
 
 static void check_flaps(rs_neighbour* neighbour) {
-  if (neighbour->flaps == (uint8_t)~neighbour->flaps_complement) return;
+  if ((neighbour->flaps ^ neighbour->flaps_complement) == 0xFF) return;
   set_flaps(neighbour, 0);
   neighbour->held = false;
 }
