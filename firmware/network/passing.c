@@ -40,7 +40,7 @@ void rs_pass_note(rs_cell* cell, uint32_t now_us) {
 }
 
 /* A sample of the subtree joins those that wait for the parent. */
-static bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const rs_input* input, uint32_t now_us) {
+RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const rs_input* input, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   const uint8_t* frame = input->frame;
   if (!rs_sample_has_hop(frame) || queues->data.count >= RS_QUEUE_DATA) return false;
