@@ -5,7 +5,7 @@ import pytest
 
 from robotskin import robots
 from robotskin._core.control import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
-from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
 from robotskin._core.robot import SafetyState
 from robotskin._core.skin import Health, SkinState
 from robotskin.control import (
@@ -22,6 +22,7 @@ from robotskin.control import (
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.layout import finished
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 FIGURE_11 = {
     "skin_compliance": {"joint", "skin", "gravity"},
@@ -203,6 +204,37 @@ def test_damaged_gain_sets_are_refused_by_field(tmp_path, old, new, message) -> 
     assert path.read_text() != text
     with pytest.raises(GainError, match=message):
         GainSet.load(str(path))
+
+
+@pytest.mark.parametrize("robot", robots_with_gains())
+def test_a_touch_anywhere_moves_the_hand_alike(robot: str) -> None:
+    """A skin Cartesian task asks for the same force on the hand, whichever cell of the limb is touched."""
+    core, skin, gains = robots.load(robot).core, finished(robot).skin_model(), GainSet.load(robot)
+    chosen = gains.choose("kinesthetic_cartesian").hand_skin(core, skin)
+    assert len(set(chosen.force_weight)) == 1
+    assert len(set(chosen.proximity_weight)) == 1
+    total, stiffness = 1 + chosen.force_weight[0], np.array(gains.values["joint"]["stiffness"])
+    dynamics = RobotDynamics(core)
+    dynamics.update(gains.home, np.zeros(core.joint_count))
+    jacobian = dynamics.link_jacobian(core.link_index(gains.values["cartesian"]["link"]))[:3]
+    moved = np.trace(jacobian / stiffness @ jacobian.T) / 3 * total
+    if total > 1:
+        assert moved <= gains.values["skin"]["compliance_m_per_n"] * (1 + 1e-6)  # kept in single precision
+
+
+def test_tasks_that_need_more_say_what_they_need(rig) -> None:
+    chosen = rig.gains.choose("skin_compliance")
+    with pytest.raises(InputError, match="give body"):
+        rig.controller.library.make("self_collision", chosen)
+    with pytest.raises(InputError, match="give skin_map"):
+        rig.controller.library.make("map_skin", chosen)
+    other = SensoryMotorMap("arm", ("a", "b"), np.array([1]), np.zeros((1, 2)), np.zeros((1, 1, 2)))
+    with pytest.raises(InputError, match="its joints are a, b, the robot's shoulder_pan_joint"):
+        TaskLibrary(rig.robot, rig.skin_model, skin_map=other)
+    names = tuple(rig.robot.joint_names)
+    stranger = SensoryMotorMap("ur5", names, np.array([1]), np.zeros((1, 6)), np.zeros((1, 1, 6)))
+    with pytest.raises(InputError, match="none of the skin's 260 cells"):
+        TaskLibrary(rig.robot, rig.skin_model, skin_map=stranger)
 
 
 def test_tasks_are_made_by_name(rig) -> None:
