@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
+from robotskin.control import BEHAVIOURS
 from robotskin.layout.cell import CELL_THICKNESS_M
 from robotskin.layout.moving import root_from_cell
 from robotskin.layout.snapping import stand_off
@@ -54,6 +55,14 @@ def free_port() -> int:
 def demo(seed: int, tmp_path: Path) -> Iterator[str]:
     """The address of a running `robotskin demo`."""
     yield from running("demo", seed, tmp_path)
+
+
+@pytest.fixture
+def behaving(seed: int, tmp_path: Path) -> Iterator[str]:
+    """The address of a running `robotskin run ur5`."""
+    fault = tmp_path / "fault.csv"
+    yield from running("run", seed, tmp_path, "ur5", "--interface", "velocity", "--fault-file", str(fault))
+    assert not fault.exists(), fault.read_text()
 
 
 @pytest.fixture
@@ -171,6 +180,24 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     page.get_by_role("option", name=other, exact=True).click()
     wait_for(lambda: state.get_attribute("data-interface") == other, f"the interface does not become {other}")
     assert page.locator("[data-controller]").first.get_attribute("data-controller") == "running"
+    page.close()
+
+
+@pytest.mark.timeout(600)
+def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_api.Browser", behaving: str) -> None:
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(PATIENCE_S * 1e3)
+    page.goto(behaving)
+    state = page.locator("[data-behaviour]").first
+    assert state.get_attribute("data-behaviour") == "skin_compliance"
+    for name in ("kinesthetic_cartesian", "reach_joint_goal_compliant"):
+        page.get_by_role("combobox", name="Behaviour").click()
+        page.get_by_role("option", name=name.replace("_", " "), exact=True).click()
+        wait_for(lambda name=name: state.get_attribute("data-behaviour") == name, f"the robot does not do {name}")
+        page.get_by_text(BEHAVIOURS[name].meaning).wait_for()
+        assert state.get_attribute("data-controller") == "running"
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "behaviours.png"))
     page.close()
 
 
