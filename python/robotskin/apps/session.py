@@ -20,6 +20,7 @@ from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.robots.cell_torques import CellTorques
+from robotskin.robots.chains import ChainError
 from robotskin.robots.gains import GainSet
 from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES
 from robotskin.world import World
@@ -52,7 +53,7 @@ class Session:
             told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
         own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
-            sources to choose from.
+            sources to choose from; None: if the robot's limbs allow it.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Session:
         mode: str = "clock",
         believed: Layout | None = None,
         control: Robot | None = None,
-        own_torques: bool = False,
+        own_torques: bool | None = False,
     ) -> None:
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
@@ -86,9 +87,14 @@ class Session:
         """What the cells are told, if they are."""
         self.own_torque = SkinTorque(robot.joint_count)
         """What the skin has computed itself."""
-        if own_torques:
+        if own_torques is not False:
             skin_gains = self.gains.cycle_gains((control or robot).core, model, self.home).skin
-            self.torques = CellTorques.of(control or robot, model, skin_gains, TORQUE_STEP_BITS)
+            try:
+                self.torques = CellTorques.of(control or robot, model, skin_gains, TORQUE_STEP_BITS)
+            except ChainError:
+                if own_torques:
+                    raise
+        if self.torques is not None:
             self._torque_reader = TorqueReader(
                 self.driver, self.torques.places, robot.joint_count, step=self.torques.step
             )

@@ -89,7 +89,7 @@ def command(
         mode=mode,
         believed=believed_skin,
         control=control,
-        own_torques=not headless,
+        own_torques=False if headless else None,
     )
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))

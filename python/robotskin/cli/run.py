@@ -107,7 +107,7 @@ def command(
             interface=interface,
             mode=mode,
             fusion=None if fusion is None else Fusion[fusion],
-            own_torques=skin_source == "skin" or not headless,
+            own_torques=True if skin_source == "skin" else (False if headless else None),
             self_collision=self_collision,
             skin_map=learnt,
             body_limits=limits,

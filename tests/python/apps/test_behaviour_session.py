@@ -18,6 +18,7 @@ from robotskin.apps.touches import pushed_cell
 from robotskin.control import BEHAVIOURS
 from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.robots.chains import ChainError
 
 SETTLE_S = 1.2
 WITH_SKIN_TASK = [name for name, one in BEHAVIOURS.items() if "skin" in one.tasks]
@@ -84,6 +85,16 @@ def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> No
     assert np.linalg.norm(gave_way["host"]) > 0.01
     difference = np.linalg.norm(gave_way["skin"] - gave_way["host"])
     assert difference < 0.15 * np.linalg.norm(gave_way["host"])
+
+
+def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(seed: int) -> None:
+    robot, skin = robots.load("dual_arm"), layout.finished("dual_arm")
+    with pytest.raises(ChainError):
+        BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=True)
+    session = BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=None)
+    assert session.torques is None
+    with pytest.raises(SessionError, match="own_torques"):
+        session.set_source("skin")
 
 
 def limits_file(folder: Path, newton: float) -> Path:
