@@ -27,6 +27,13 @@ def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
     assert figures["switch_slope_ok"] == 1
 
 
+def test_every_behaviour_bears_touches_on_every_pairing(seed: int) -> None:
+    figures = run(seed=seed, parts="soak", soak_seconds=0.3)
+    assert figures["soak_s"] == pytest.approx(0.3 * 18)
+    assert figures["soak_violations"] == 0
+    assert figures["soak_stops"] == 0
+
+
 def test_a_part_that_is_none_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="priority"):
         run(parts="priorty")

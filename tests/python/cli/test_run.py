@@ -33,9 +33,26 @@ def test_a_behaviour_runs_headless(tmp_path: Path, seed: int) -> None:
         (("ur5", "--interface", "torqe"), "torque"),
         (("ur5", "--fusion", "nullspace"), "null_space"),
         (("ur5", "--goal", "1,two"), "numbers"),
+        (("ur5", "--skin-source", "chip"), "host, skin"),
+        (("ur5", "--behaviour", "kinesthetic_cartesian", "--skin-source", "skin"), "kinesthetic_joint"),
+        (("ur5", "--skin-map", __file__), "no sensory-motor map"),
+        (("ur5", "--body-limits", __file__), "test_run.py"),
+        (("ur5", "--fault-file", "/there/is/none.csv"), "no folder"),
     ],
 )
 def test_what_is_no_choice_is_refused_with_the_choices(arguments: tuple[str, ...], message: str) -> None:
     answer = run(*arguments, "--headless")
     assert answer.exit_code == 2
     assert message in answer.output
+
+
+def test_a_contact_beyond_a_limit_ends_in_status_1_and_a_file(tmp_path: Path, seed: int) -> None:
+    limits, fault = tmp_path / "limits.toml", tmp_path / "fault.csv"
+    links = '["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link"]'
+    region = f'[[region]]\nname = "arm"\nlinks = {links}\nquasi_static_force_n = 1.5\n'
+    limits.write_text('source = "this test"\n' + region)
+    options = ("--body-limits", limits, "--fault-file", fault, "--seconds", 1.0, "--seed", seed)
+    answer = run("ur5", "--headless", *options)
+    assert answer.exit_code == 1, answer.output
+    assert "region 'arm': the quasi-static force is" in fault.read_text().splitlines()[0]
+    assert "its limit 1.5 N" in " ".join(answer.output.split())
