@@ -10,6 +10,7 @@ import numpy as np
 from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality
+from robotskin.bench.progress import tell
 from robotskin.chip import build
 from robotskin.chip.meter import Count, Meter
 from robotskin.chip.rig import ChipRig, told_cell
@@ -51,7 +52,9 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
     before = rig.twin.samples
     worst = Count()
     total = Count()
-    for _ in range(samples):
+    for sample in range(samples):
+        if sample % 10 == 0:
+            tell(f"cycles of the busiest cell: sample {sample} of {samples}")
         rig.run_ms(SAMPLE_MS)
         period = sum(meter.take(), Count())
         total += period
@@ -59,6 +62,7 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
             worst = period
     meter.on = False
     taken = rig.twin.samples - before
+    tell("")
     cells = int(rig.driver.torques()["cells"][0][0])
     return {
         "cells_through_the_chip": cells,
@@ -74,7 +78,22 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
         **_lone_figures(seed),
         "stack_bytes": rig.chip.stack_bytes,
         "differences_metered": rig.twin.differences,
+        **_profile(meter, samples),
     }
+
+
+LISTED_FUNCTIONS = 16
+
+
+def _profile(meter: Meter, samples: int) -> dict[str, float]:
+    """Where the cycles of a sample period went: by kind of input, and by function, the greatest ones."""
+    figures: dict[str, float] = {}
+    for kind, (number, cycles) in sorted(meter.inputs.items(), key=lambda item: -item[1][1]):
+        figures[f"inputs_per_sample_{kind}"] = number / samples
+        figures[f"cycles_per_input_{kind}"] = cycles / number
+    for function, cycles in meter.functions.most_common(LISTED_FUNCTIONS):
+        figures[f"cycles_per_sample_in_{function}"] = cycles / samples
+    return figures
 
 
 def _lone_figures(seed: int) -> dict[str, float]:
@@ -110,7 +129,11 @@ def identity_figures(seed: int, samples: int) -> dict[str, Any]:
     rig.run_ms(200)
     faults = reboots = commands = 0
     cut: tuple[int, int] | None = None
+    told = 0
     while rig.twin.samples < samples:
+        if rig.twin.samples >= told:
+            tell(f"emulated against host-built: sample {told} of {samples}")
+            told += samples // 10
         rig.run_ms(draw.randint(5, 40))
         kind = draw.random()
         if cut is not None:

@@ -5,6 +5,10 @@ the host computes one product a link. Distributed: every cell computes its own t
 limbs of up to 250 on section units of their own, as on a robot; one deep strip stands apart. Transport is simulated
 time on the shipping firmware, computation of the host is measured here, that of the cell is cycles at 48 MHz.
 
+Two delays are told of sums: a limb's own, from the beginning of the epoch to the arrival of its last vector, and that
+of the last limb of all. The one depends on the limb, its depth above all; the other is the greatest of so many draws,
+and grows a little with their number wherever they are not all alike.
+
 A delay begins with the sample. In the distributed way it waits for the next epoch first, half of one on average; in the
 others it waits in its section unit until the datagram is full or a millisecond old. Both are transport.
 """
@@ -22,10 +26,13 @@ from robotskin._core import firmware
 from robotskin._core.control import SkinGains, time_skin_task
 from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.bench.progress import tell
 from robotskin.chip.rig import MS, sheet
 
 CELLS = (10, 30, 100, 250, 1000, 2500, 10000)
 LIMB_CELLS, PORTS = 250, 4
+LIMBS = 40
+"""Limbs seen of each size: those of the largest skin."""
 EPOCH_NS = firmware.EPOCH_TICKS * firmware.TICK_US * 1000
 WAIT_US = EPOCH_NS / 2000
 ROBOT = "ur5"
@@ -43,6 +50,8 @@ class Delay:
     sums_us: float
     """From the beginning of an epoch to the arrival of the last limb's vector at the host."""
     sums_max_us: float
+    limb_us: float
+    """From the beginning of an epoch to the arrival of a limb's own last vector, over epochs and limbs."""
     naive_us: float
     aggregated_us: float
 
@@ -58,8 +67,43 @@ def limb(cells: int) -> tuple[np.ndarray, list[tuple[int, int]]]:
     return neighbours, roots
 
 
-def network_delay(cells: int, seed: int, deep: bool = False) -> tuple[float, float, float, int]:
-    """Medians in microseconds of sample and of the epoch's last vector, its worst, and the greatest depth."""
+@dataclass(frozen=True)
+class Transport:
+    """Of one skin, microseconds."""
+
+    samples_us: float
+    sums_us: float
+    """Median over the epochs of the last vector."""
+    sums_max_us: float
+    limb_us: float
+    """Median over the epochs and limbs of a limb's last vector."""
+    depth: int
+    """Hops of the deepest cell."""
+
+
+def network_delay(cells: int, seed: int, deep: bool = False) -> Transport:
+    """Let a skin form, and watch what comes of it; skins of few limbs several times, so that as many limbs are seen."""
+    samples: list[float] = []
+    last: list[dict[int, float]] = []
+    depth = 0
+    for draw in range(max(1, LIMBS * LIMB_CELLS // max(cells, LIMB_CELLS)) if not deep else 1):
+        world, mailbox = _skin(cells, 1000 * draw + seed, deep)
+        arrivals: Arrivals = {}
+        for _ in range(MEASURE_MS // 4):
+            world.run(EPOCH_NS)
+            for unit, time_ns, datagram in mailbox.take():
+                _take(unit, time_ns, datagram, samples, arrivals)
+        last += [arrivals[number] for number in sorted(arrivals)[1:-1]]
+        depth = max(depth, *world.network.depths)
+    epochs = np.array([max(limbs.values()) for limbs in last])
+    own = [delay for limbs in last for delay in limbs.values()]
+    return Transport(
+        float(np.median(samples)), float(np.median(epochs)), float(epochs.max()), float(np.median(own)), depth
+    )
+
+
+def _skin(cells: int, seed: int, deep: bool) -> tuple[World, Mailbox]:
+    """A skin that has formed, every cell of which contributes."""
     wires: list[np.ndarray] = []
     units: list[UnitDescription] = []
     left = cells
@@ -81,17 +125,14 @@ def network_delay(cells: int, seed: int, deep: bool = False) -> tuple[float, flo
         world.network.contribute(cell, 0, [1] * 6)
     world.run(FORM_MS * MS)
     mailbox.take()
-    samples: list[float] = []
-    last: dict[int, float] = {}
-    for _ in range(MEASURE_MS // 4):
-        world.run(EPOCH_NS)
-        for _, time_ns, datagram in mailbox.take():
-            _take(time_ns, datagram, samples, last)
-    epochs = np.array([last[number] for number in sorted(last)[1:-1]])
-    return float(np.median(samples)), float(np.median(epochs)), float(epochs.max()), max(world.network.depths)
+    return world, mailbox
 
 
-def _take(time_ns: int, datagram: bytes, samples: list[float], last: dict[int, float]) -> None:
+Arrivals = dict[int, dict[int, float]]
+"""Microseconds from the beginning of an epoch to the last vector of each section unit, by epoch and unit."""
+
+
+def _take(unit: int, time_ns: int, datagram: bytes, samples: list[float], last: Arrivals) -> None:
     for at in range(firmware.DATAGRAM_HEADER_BYTES, len(datagram), firmware.DATAGRAM_RECORD_BYTES):
         kind = datagram[at] >> 4
         if kind not in (TORQUE, CLOCK):
@@ -103,7 +144,8 @@ def _take(time_ns: int, datagram: bytes, samples: list[float], last: dict[int, f
             samples.append(((time_ns - sampled_ns) % (16 * MS)) / 1e3)
         else:
             epoch = time_ns // EPOCH_NS - (time_ns // EPOCH_NS - fields["epoch"]) % 64
-            last[epoch] = max(last.get(epoch, 0.0), (time_ns - epoch * EPOCH_NS) / 1e3)
+            limbs = last.setdefault(epoch, {})
+            limbs[unit] = max(limbs.get(unit, 0.0), (time_ns - epoch * EPOCH_NS) / 1e3)
 
 
 def host_us(cells: int, seed: int) -> tuple[float, float]:
@@ -139,8 +181,11 @@ def delays(seed: int, sizes: tuple[int, ...] = CELLS) -> list[Delay]:
     """One size of skin after the other."""
     result = []
     for cells in sizes:
-        samples, sums, worst, _ = network_delay(cells, seed)
-        result.append(Delay(cells, samples, sums, worst, *host_us(cells, seed)))
+        tell(f"delays of {cells} cells")
+        found = network_delay(cells, seed)
+        result.append(
+            Delay(cells, found.samples_us, found.sums_us, found.sums_max_us, found.limb_us, *host_us(cells, seed))
+        )
     return result
 
 
@@ -157,12 +202,12 @@ def hop_us(seed: int) -> float:
             world.network.contribute(cell, 0, [1] * 6)
         world.run(FORM_MS * MS)
         mailbox.take()
-        last: dict[int, float] = {}
+        last: Arrivals = {}
         for _ in range(50):
             world.run(EPOCH_NS)
-            for _, time_ns, datagram in mailbox.take():
-                _take(time_ns, datagram, [], last)
-        return float(np.median([last[number] for number in sorted(last)[1:-1]]))
+            for unit, time_ns, datagram in mailbox.take():
+                _take(unit, time_ns, datagram, [], last)
+        return float(np.median([last[number][0] for number in sorted(last)[1:-1]]))
 
     return (epoch_us(30) - epoch_us(6)) / 24
 
@@ -173,7 +218,7 @@ def delay_figures(
     """All of it; `cell_us`: of a cell's own computation."""
     found = delays(seed, sizes)
     hop = hop_us(seed)
-    deep_sample, deep_sum, _, depth = network_delay(LIMB_CELLS, seed, deep=True)
+    deep = network_delay(LIMB_CELLS, seed, deep=True)
     deep_host = next(one for one in found if one.cells >= LIMB_CELLS).aggregated_us
     figures: dict[str, Any] = {"hop_us": hop, "cell_computation_us": cell_us}
     for one in found:
@@ -184,17 +229,19 @@ def delay_figures(
             f"transport_samples_us_{one.cells}": one.samples_us,
             f"transport_sums_us_{one.cells}": one.sums_us,
             f"sums_us_max_{one.cells}": one.sums_max_us,
+            f"transport_limb_us_{one.cells}": one.limb_us,
             f"computation_naive_us_{one.cells}": one.naive_us,
             f"computation_aggregated_us_{one.cells}": one.aggregated_us,
         }
     whole = [one for one in found if one.cells >= LIMB_CELLS]
     first, last = whole[0], whole[-1]
     figures |= {
-        "distributed_growth_with_cells": (last.sums_us - first.sums_us) / (first.sums_us + cell_us),
+        "distributed_growth_with_cells": (last.limb_us - first.limb_us) / (first.limb_us + cell_us),
+        "distributed_growth_of_last_limb": (last.sums_us - first.sums_us) / (first.sums_us + cell_us),
         "epoch_wait_us": WAIT_US,
-        "deep_strip_hops": depth,
-        "deep_strip_aggregated_us": deep_sample + deep_host,
-        "deep_strip_distributed_us": WAIT_US + deep_sum + cell_us,
+        "deep_strip_hops": deep.depth,
+        "deep_strip_aggregated_us": deep.samples_us + deep_host,
+        "deep_strip_distributed_us": WAIT_US + deep.sums_us + cell_us,
     }
     for name, host in (("naive", [o.naive_us for o in found]), ("aggregated", [o.aggregated_us for o in found])):
         wins = [

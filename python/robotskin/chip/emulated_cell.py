@@ -17,6 +17,8 @@ except ImportError:  # without the extra there is a bench all the same, but no c
 
 BOOT, FRAME, SENT, SAMPLE, TIMER = range(5)
 """Kinds of input, as of rs_input_kind."""
+_INPUTS = ("boot", "frame", "sent", "sample", "timer")
+_FRAMES = {number: name for name, number, _ in firmware.FRAME_TYPES}
 
 _INWARD, _OUTWARD, _PAGE = 0x40000000, 0x40001000, 0x1000
 _UID, _FAULT, _CHANNELS, _COUNT, _IDLE, _BYTES = 12, 28, 32, 68, 84, 88
@@ -49,17 +51,21 @@ class EmulatedCell:
         self._stack_deepest = 0
         self.around: Callable[[Callable[[], None]], None] = lambda run: run()
         """Is given what runs the chip until it sleeps again, to be called once: where a meter looks on."""
+        self.input = "boot"
+        """What the input being carried out is: a frame's type, or boot, sent, sample, timer."""
 
     # ---- What the chip is told ----
 
     def __call__(self, kind: int, port: int, sent: int, fault: bool, content: object, now_us: int) -> Answer:
         """Carry out one input of the cell and answer what the chip asks of its board."""
         events = 0
+        self.input = _INPUTS[kind]
         if kind == BOOT:
             assert isinstance(content, tuple)
             self._power_up(*content)
         elif kind == FRAME:
             assert isinstance(content, bytes)
+            self.input = _FRAMES.get(content[0] >> 4, self.input)
             self._put_on_line(port - 1, content)
             events = 1 << (port - 1)
         elif kind == SENT:

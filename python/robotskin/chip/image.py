@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -35,6 +36,8 @@ class ChipImage:
     """From address 0 on: vectors, code, constants."""
     symbols: dict[str, int]
     """Addresses by name."""
+    functions: tuple[tuple[int, str], ...]
+    """Where each function begins, in the order of the addresses, those among them that only their file knows."""
     static_bytes: int
     """RAM of variables; the rest is the stack's."""
 
@@ -89,12 +92,25 @@ def read_elf(elf: bytes) -> ChipImage:
     symbols = _symbols(elf, section_at, section_size, sections)
     if top > RAM_START + RAM_BYTES or len(flash) > symbols["rs_kept_start"]:
         raise ChipError(f"{len(flash)} bytes of flash and {top - RAM_START} of RAM do not fit the chip")
-    return ChipImage(bytes(flash), symbols, symbols["rs_bss_end"] - RAM_START)
+    functions = _functions(elf, section_at, section_size, sections)
+    return ChipImage(bytes(flash), symbols, functions, symbols["rs_bss_end"] - RAM_START)
 
 
 def _symbols(elf: bytes, section_at: int, section_size: int, sections: int) -> dict[str, int]:
+    return {name: value for name, value, _ in _symbol_table(elf, section_at, section_size, sections)}
+
+
+def _functions(elf: bytes, section_at: int, section_size: int, sections: int) -> tuple[tuple[int, str], ...]:
+    table = _symbol_table(elf, section_at, section_size, sections)
+    return tuple(sorted({value & ~1: name for name, value, kind in table if kind == _FUNCTION}.items()))
+
+
+_FUNCTION = 2
+
+
+def _symbol_table(elf: bytes, section_at: int, section_size: int, sections: int) -> Iterator[tuple[str, int, int]]:
+    """Name, value, kind."""
     headers = [struct.unpack_from("<10I", elf, section_at + index * section_size) for index in range(sections)]
-    found = {}
     for header in headers:
         if header[1] != 2:
             continue
@@ -102,8 +118,7 @@ def _symbols(elf: bytes, section_at: int, section_size: int, sections: int) -> d
         for at in range(header[4], header[4] + header[5], 16):
             name, value = struct.unpack_from("<II", elf, at)
             end = elf.index(b"\0", names + name)
-            found[elf[names + name : end].decode()] = value
-    return found
+            yield elf[names + name : end].decode(), value, elf[at + 12] & 0xF
 
 
 def _cache() -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -40,7 +42,12 @@ class Meter:
         self.cell = cell
         self.counts: list[Count] = []
         """Of each input since the last `take`."""
-        self._costs: dict[tuple[int, int], Cost] = {}
+        self.inputs: dict[str, tuple[int, int]] = {}
+        """How many inputs of each kind, and their cycles, since the last `forget`."""
+        self.functions: Counter[str] = Counter()
+        """Cycles by function, since then; what a compiler has merged into its caller counts there."""
+        self._costs: dict[tuple[int, int], tuple[Cost, str]] = {}
+        self._starts = [address for address, _ in cell.image.functions]
         self._blocks: list[tuple[int, int]] = []
         self._loads = 0
         self._hooks: list[int] = []
@@ -70,12 +77,20 @@ class Meter:
         counts, self.counts = self.counts, []
         return counts
 
+    def forget(self) -> None:
+        """Begin the tables of inputs and functions anew."""
+        self.inputs.clear()
+        self.functions.clear()
+
     def _watch(self, run: Callable[[], None]) -> None:
         self._blocks.clear()
         self._loads = 0
         run()
         if self.on:
-            self.counts.append(self._count())
+            count = self._count()
+            self.counts.append(count)
+            number, cycles = self.inputs.get(self.cell.input, (0, 0))
+            self.inputs[self.cell.input] = (number + 1, cycles + count.cycles)
 
     def _note_load(self, *_: object) -> None:
         self._loads += 1
@@ -84,19 +99,27 @@ class Meter:
         instructions = cycles = multiplications = fetches = 0
         blocks = self._blocks
         for at, block in enumerate(blocks):
-            cost = self._costs.get(block)
-            if cost is None:
-                address, size = block
-                cost = self._costs[block] = cost_of(bytes(self.cell.machine.mem_read(address, size)), address)
+            known = self._costs.get(block)
+            if known is None:
+                known = self._costs[block] = self._look_up(*block)
+            cost, function = known
+            spent = cost.cycles
+            if cost.fall_through >= 0 and at + 1 < len(blocks) and blocks[at + 1][0] == cost.fall_through:
+                spent -= 1
             instructions += cost.instructions
-            cycles += cost.cycles
+            cycles += spent
             multiplications += cost.multiplications
             fetches += cost.fetches
-            if cost.fall_through >= 0 and at + 1 < len(blocks) and blocks[at + 1][0] == cost.fall_through:
-                cycles -= 1
+            self.functions[function] += spent
         return Count(
             instructions,
             cycles,
             cycles + (SLOW_MULTIPLIER_CYCLES - 1) * multiplications,
             cycles + fetches + self._loads,
         )
+
+    def _look_up(self, address: int, size: int) -> tuple[Cost, str]:
+        """What a block costs, and whose it is."""
+        at = bisect_right(self._starts, address) - 1
+        function = self.cell.image.functions[at][1] if at >= 0 else "?"
+        return cost_of(bytes(self.cell.machine.mem_read(address, size)), address), function
