@@ -150,7 +150,7 @@ RS_INLINE void pass_on(rs_cell* cell, unsigned sent, uint32_t now_us, rs_output*
   output->sampling = cell->sampling.running;
   output->led_changed = output->flash_changed = output->restart = false;
   queues->busy &= (uint8_t)~sent;
-  const unsigned ready = queues->waiting & ~(unsigned)queues->busy;
+  const unsigned ready = queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
   if (ready != 0U) {
     if (ready == queues->parent_bit && queues->samples_alone && queues->data.count > 0U) {
       send_sample(cell, now_us, output);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +13,7 @@ from robotskin.bench.firmware_chip import CLOCK_HZ, cycle_figures, identity_figu
 from robotskin.bench.firmware_compliance import compliance_figures
 from robotskin.bench.firmware_delay import CELLS, delay_figures
 from robotskin.bench.firmware_torque import operation_figures, sine_figures, torque_figures
+from robotskin.bench.progress import tell
 
 
 def run(
@@ -21,13 +24,15 @@ def run(
 ) -> dict[str, Any]:
     """Build the firmware for a Cortex-M0+ class part, run it in an emulator, and measure torques computed in the skin.
 
-    Takes about four minutes; needs the extra `chip`.
+    Needs the extra `chip`; where the minutes go is told at the end.
     """
-    chip = cycle_figures(seed, 5 if quick else 50)
-    identity = identity_figures(seed, 500 if quick else 10_000)
+    clock = Stopwatch()
+    chip = clock.around("cycles", lambda: cycle_figures(seed, 5 if quick else 50))
+    identity = clock.around("identity", lambda: identity_figures(seed, 500 if quick else 10_000))
     stack = max(chip["stack_bytes"], identity["identity_stack_bytes"])
     size = size_figures()
     cell_us = 1e6 * chip["own_torque_cycles"] / CLOCK_HZ
+    sizes = CELLS[:5] if quick else CELLS
     return {
         **size,
         "ram_bytes": size["static_ram_bytes"] + stack,
@@ -36,7 +41,23 @@ def run(
         "stack_bytes": stack,
         **operation_figures(seed),
         **sine_figures(),
-        **torque_figures(seed, 1000 if quick else 10_000),
-        **delay_figures(seed, cell_us, CELLS[:5] if quick else CELLS, picture),
-        **compliance_figures(seed, 3 if quick else 10),
+        **clock.around("torque", lambda: torque_figures(seed, 1000 if quick else 10_000)),
+        **clock.around("delay", lambda: delay_figures(seed, cell_us, sizes, picture)),
+        **clock.around("compliance", lambda: compliance_figures(seed, 1 if quick else 5)),
+        **clock.figures,
     }
+
+
+class Stopwatch:
+    """Processor time of parts of the bench."""
+
+    def __init__(self) -> None:
+        self.figures: dict[str, float] = {}
+
+    def around(self, part: str, run: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Run a part, tell what it is, and note its time."""
+        tell(f"bench firmware: {part}")
+        began = time.process_time()
+        figures = run()
+        self.figures[f"cpu_s_{part}"] = time.process_time() - began
+        return figures
