@@ -4,6 +4,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/arrays.hpp"
@@ -388,6 +389,27 @@ void bind_fusion(nb::module_& module) {
           },
           "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "levels"_a,
           "(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse.")
+      .def(
+          "fuse_weighted",
+          [](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+             Doubles unprojected, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
+            const std::size_t joints = dynamics.joint_count();
+            std::vector<double> fused(joints);
+            const skin::SkinState none;
+            require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
+                    "arrays must have one entry a joint");
+            const TaskInput input{dynamics, span_of(position), span_of(velocity), none, {}, 0.001};
+            std::vector<control::WeightedRows> all;
+            for (const auto& [weight, rows, acceleration] : terms)
+              all.push_back({{rows.data(), rows.size()}, span_of(acceleration), weight});
+            require(self.fuse_weighted(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
+                                       span_of(unprojected), all, fused),
+                    "rows must be (rows, n) and accelerations (rows), no more than the largest, weights not negative");
+            return copy_of(std::span<const double>(fused));
+          },
+          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "terms"_a,
+          "(n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
+          "acceleration (rows)).")
       .def_prop_ro("constrained", &QuadraticFusion::constrained, "programmes of the last fuse that met a limit")
       .def_prop_ro("unsolved", &QuadraticFusion::unsolved)
       .def_prop_ro("claimed", &QuadraticFusion::claimed);

@@ -77,7 +77,7 @@ void bind_task_cycle(nb::module_& module) {
              std::optional<QuadraticLimits> quadratic) {
             auto stack = std::make_unique<TaskStack>(model.joint_count(), std::move(entries), fusion, damping,
                                                      std::move(quadratic));
-            new (self) TaskCycle(model, skin, std::move(gains), std::move(limits), std::move(stack));
+            new (self) TaskCycle(model, skin, std::move(gains), limits, std::move(stack));
           },
           "robot"_a, "skin"_a, "gains"_a, "limits"_a, "entries"_a, "fusion"_a, "damping"_a = Damping{},
           "quadratic"_a = nb::none(), "Raises ModelError, ControlError or GuardError for what does not fit together.")

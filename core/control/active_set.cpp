@@ -1,177 +1,194 @@
 #include "control/active_set.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <vector>
+
+#include "control/dense_kernels.hpp"
 
 namespace robotskin::control {
 namespace {
 
-using Matrix = Eigen::MatrixXd;
-using Vector = Eigen::VectorXd;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Share of a constraint's normal that has to be independent of the active ones for a step along it.
+// Share of a normal's square that has to be independent of the active ones for a step along it; for a guess, more.
 constexpr double independent = 1e-12;
+constexpr double independent_guess = 1e-8;
+// A shorter normal, against the longest, belongs to a constraint on which nothing has an influence any more.
+constexpr double shortest = 1e-10;
 
 }  // namespace
 
-// The method works in y = L^T x, where the Hessian is the identity.
-struct ActiveSet::Workspace {
-  Workspace(Eigen::Index size, Eigen::Index constraints)
-      : normals(size, size + 1),
-        gram(size, size),
-        y(size),
-        x(size),
-        normal(size),
-        step(size),
-        dual(size + 1),
-        bound(size + 1),
-        dual_step(size),
-        value(constraints),
-        row(static_cast<std::size_t>(size) + 1) {}
-
-  Matrix normals;  // (size, active) in the directions in which their constraints allow y to go
-  Matrix gram;     // (active, active), then its factor
-  Vector y, x, normal, step, dual, bound, dual_step, value;
-  std::vector<Eigen::Index> row;  // (active) of the matrix
-  Eigen::Index active = 0;
-  std::size_t steps = 0;
-
-  void drop(Eigen::Index index) {
-    for (Eigen::Index i = index; i + 1 < active; ++i) {
-      normals.col(i) = normals.col(i + 1);
-      dual[i] = dual[i + 1];
-      bound[i] = bound[i + 1];
-      row[static_cast<std::size_t>(i)] = row[static_cast<std::size_t>(i) + 1];
-    }
-    --active;
-  }
-
-  bool is_active(Eigen::Index constraint) const noexcept {
-    return std::find(row.begin(), row.begin() + active, constraint) != row.begin() + active;
-  }
-
-  // dual_step = the shares of the active normals whose products with these normals it was.
-  bool share_out(Eigen::Index size) {
-    auto own = normals.topLeftCorner(size, active);
-    auto block = gram.topLeftCorner(active, active);
-    block.noalias() = own.transpose() * own;
-    Eigen::Ref<Matrix> in_place = block;
-    const Eigen::LLT<Eigen::Ref<Matrix>> factor(in_place);
-    if (factor.info() != Eigen::Success) return false;
-    auto share = dual_step.head(active);
-    factor.solveInPlace(share);
-    return true;
-  }
-
-  // Takes away what rounding has left between y and the bounds of the active constraints.
-  bool meet_the_bounds(Eigen::Index size) {
-    auto own = normals.topLeftCorner(size, active);
-    auto share = dual_step.head(active);
-    share = bound.head(active);
-    share.noalias() -= own.transpose() * y.head(size);
-    if (!share_out(size)) return false;
-    y.head(size).noalias() += own * share;
-    return true;
-  }
-
-  // step = the part of normal that is independent of the active normals, dual_step = the others' share in the rest.
-  bool split(Eigen::Index size) {
-    auto own = normals.topLeftCorner(size, active);
-    step.head(size) = normal.head(size);
-    if (active == 0) return true;
-    auto share = dual_step.head(active);
-    share.noalias() = own.transpose() * normal.head(size);
-    if (!share_out(size)) return false;
-    step.head(size).noalias() -= own * share;
-    return true;
-  }
-};
-
 ActiveSet::ActiveSet(std::size_t largest_size, std::size_t largest_constraints)
-    : workspace_(std::make_unique<Workspace>(static_cast<Eigen::Index>(largest_size),
-                                             static_cast<Eigen::Index>(largest_constraints))) {}
-ActiveSet::~ActiveSet() = default;
-ActiveSet::ActiveSet(ActiveSet&&) noexcept = default;
-ActiveSet& ActiveSet::operator=(ActiveSet&&) noexcept = default;
-
-std::size_t ActiveSet::steps() const noexcept {
-  return workspace_->steps;
+    : capacity_(largest_size),
+      room_(largest_constraints),
+      normals_(room_ * capacity_),
+      basis_(capacity_ * capacity_),
+      triangle_(capacity_ * capacity_),
+      row_(capacity_),
+      sign_(capacity_),
+      side_(room_) {
+  for (auto* values : {&length_, &low_, &high_, &value_}) values->resize(room_);
+  for (auto* values : {&y_, &multiplier_, &bound_, &normal_, &turned_, &step_, &share_}) values->resize(capacity_);
 }
 
-bool ActiveSet::solve(const Problem& problem, double* solution) noexcept {
-  using Strided = Eigen::Map<const Matrix, 0, Eigen::OuterStride<>>;
-  Workspace& work = *workspace_;
-  const auto size = static_cast<Eigen::Index>(problem.size), count = static_cast<Eigen::Index>(problem.constraints);
-  if (size > work.y.size() || count > work.value.size()) return false;
-  const Strided factor(problem.factor, size, size,
-                       Eigen::OuterStride<>(static_cast<Eigen::Index>(problem.factor_stride)));
-  const Strided matrix(problem.matrix, count, size,
-                       Eigen::OuterStride<>(static_cast<Eigen::Index>(problem.matrix_stride)));
-  const auto lower = factor.triangularView<Eigen::Lower>();
+bool ActiveSet::solve(const Problem& problem, double* x, std::int8_t* side) noexcept {
+  size_ = problem.size;
+  constraints_ = problem.constraints;
+  steps_ = 0;
+  if (size_ > capacity_ || constraints_ > room_) return false;
+  product(problem.matrix, problem.matrix_stride, constraints_, size_, x, value_.data());
+  for (std::size_t i = 0; i < constraints_; ++i) {
+    low_[i] = problem.low[i] - value_[i];
+    high_[i] = problem.high[i] - value_[i];
+  }
+  std::fill_n(length_.begin(), constraints_, 0.0);
+  for (std::size_t k = 0; k < size_; ++k)
+    std::copy_n(problem.matrix + k * problem.matrix_stride, constraints_, &normals_[k * room_]);
+  divide_by_transposed(problem.factor, problem.factor_stride, size_, normals_.data(), room_, constraints_);
+  for (std::size_t k = 0; k < size_; ++k)
+    for (std::size_t i = 0; i < constraints_; ++i) length_[i] += normals_[i + k * room_] * normals_[i + k * room_];
+  double longest = 0;
+  for (std::size_t i = 0; i < constraints_; ++i) longest = std::max(longest, length_[i] = std::sqrt(length_[i]));
 
-  work.x.head(size) = Eigen::Map<const Vector>(solution, size);
-  work.y.head(size).noalias() = lower.transpose() * work.x.head(size);
-  work.active = 0;
-  const std::size_t most = 10 * problem.size + problem.constraints;
-  for (work.steps = 0; work.steps < most;) {
-    work.value.head(count).noalias() = matrix * work.x.head(size);
-    Eigen::Index worst = -1;
-    double miss = problem.tolerance, sign = 1;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      if (work.is_active(i)) continue;
-      const double below = problem.low[i] - work.value[i], above = work.value[i] - problem.high[i];
-      if (std::max(below, above) > miss) {
-        miss = std::max(below, above);
-        worst = i;
-        sign = below > above ? 1 : -1;
-      }
+  std::copy_n(side, constraints_, side_.begin());
+  if (!search(problem.tolerance, shortest * longest)) {
+    std::ranges::fill(side_, std::int8_t{0});
+    if (!search(problem.tolerance, shortest * longest)) return false;
+  }
+  std::copy_n(side_.begin(), constraints_, side);
+  solve_lower_transposed(problem.factor, problem.factor_stride, size_, y_.data());
+  bool finite = true;
+  for (std::size_t i = 0; i < size_; ++i) finite = std::isfinite(x[i] += y_[i]) && finite;
+  return finite;
+}
+
+bool ActiveSet::search(double tolerance, double least_length) noexcept {
+  start_from_guess(least_length);
+  const std::size_t most = steps_ + 10 * size_ + constraints_;
+  for (;;) {
+    product(normals_.data(), room_, constraints_, size_, y_.data(), value_.data());
+    std::size_t worst = constraints_;
+    double miss = 0, farthest = 0, sign = 1;
+    for (std::size_t i = 0; i < constraints_; ++i) {
+      const double below = low_[i] - value_[i], above = value_[i] - high_[i], own = std::max(below, above);
+      if (side_[i] != 0 || !(own > tolerance) || !(own > farthest * length_[i]) || length_[i] < least_length) continue;
+      farthest = own / length_[i];
+      miss = own;
+      worst = i;
+      sign = below > above ? 1 : -1;
     }
-    if (worst < 0) {
-      Eigen::Map<Vector>(solution, size) = work.x.head(size);
-      return work.x.head(size).allFinite();
-    }
-    work.normal.head(size) = sign * matrix.row(worst).transpose();
-    auto normal = work.normal.head(size);
-    lower.solveInPlace(normal);
-    double pressure = 0;  // multiplier of the new constraint
+    if (worst == constraints_) return true;
     for (;;) {
-      if (++work.steps > most || !work.split(size)) return false;
+      if (++steps_ > most) return false;
+      const double along = split(worst, sign);
       double partial = infinity;  // until the multiplier of an active constraint is used up
-      Eigen::Index blocking = -1;
-      for (Eigen::Index i = 0; i < work.active; ++i)
-        if (work.dual_step[i] > 0 && work.dual[i] / work.dual_step[i] < partial) {
-          partial = work.dual[i] / work.dual_step[i];
+      std::size_t blocking = active_;
+      for (std::size_t i = 0; i < active_; ++i)
+        if (share_[i] > 0 && multiplier_[i] < partial * share_[i]) {
+          partial = multiplier_[i] / share_[i];
           blocking = i;
         }
-      const double along = work.step.head(size).squaredNorm();
-      const bool moves = along > independent * normal.squaredNorm() && work.active < size;
+      const bool moves = active_ < size_ && along > independent * length_[worst] * length_[worst];
       const double whole = moves ? miss / along : infinity;
       const double length = std::min(partial, whole);
       if (length == infinity) return false;  // the constraints exclude each other
-      work.dual.head(work.active) -= length * work.dual_step.head(work.active);
-      pressure += length;
-      if (moves) {
-        work.y.head(size) += length * work.step.head(size);
-        miss -= length * along;
-      }
+      for (std::size_t i = 0; i < active_; ++i) multiplier_[i] -= length * share_[i];
       if (moves && whole <= partial) {
-        work.normals.col(work.active).head(size) = normal;
-        work.dual[work.active] = pressure;
-        work.row[static_cast<std::size_t>(work.active)] = worst;
-        work.bound[work.active] = sign > 0 ? problem.low[worst] : -problem.high[worst];
-        ++work.active;
+        add(worst, sign, along);
+        follow_bounds();
+        for (std::size_t i = 0; i < active_; ++i) multiplier_[i] = std::max(multiplier_[i], 0.0);
         break;
       }
-      work.drop(blocking);
+      if (moves) miss -= length * along;
+      drop(blocking);
     }
-    if (!work.meet_the_bounds(size)) return false;
-    work.x.head(size) = work.y.head(size);
-    auto x = work.x.head(size);
-    lower.transpose().solveInPlace(x);
   }
-  return false;
+}
+
+// The minimum under those of the guessed constraints that push.
+void ActiveSet::start_from_guess(double least_length) noexcept {
+  active_ = 0;
+  for (std::size_t k = 0; k < size_; ++k) {
+    std::fill_n(&basis_[k * capacity_], size_, 0.0);
+    basis_[k + k * capacity_] = 1;
+  }
+  for (std::size_t i = 0; i < constraints_; ++i) {
+    if (side_[i] == 0) continue;
+    const double sign = side_[i] < 0 ? 1 : -1;
+    side_[i] = 0;
+    if (active_ == size_ || length_[i] < least_length) continue;
+    const double along = split(i, sign);
+    if (along > independent_guess * length_[i] * length_[i]) add(i, sign, along), ++steps_;
+  }
+  for (;;) {
+    follow_bounds();
+    const auto least =
+        std::min_element(multiplier_.begin(), multiplier_.begin() + static_cast<std::ptrdiff_t>(active_));
+    if (active_ == 0 || *least >= 0) return;
+    drop(static_cast<std::size_t>(least - multiplier_.begin()));
+    ++steps_;
+  }
+}
+
+// turned = the constraint's normal along the basis, step = the part of it that is independent of the active ones, whose
+// square is returned, share = how the active ones make up the rest.
+double ActiveSet::split(std::size_t constraint, double sign) noexcept {
+  for (std::size_t k = 0; k < size_; ++k) normal_[k] = sign * normals_[constraint + k * room_];
+  transposed_product(basis_.data(), capacity_, size_, size_, normal_.data(), turned_.data());
+  std::copy_n(turned_.begin(), active_, share_.begin());
+  solve_lower_transposed(triangle_.data(), capacity_, active_, share_.data());
+  double along = 0;
+  for (std::size_t k = active_; k < size_; ++k) along += turned_[k] * turned_[k];
+  return along;
+}
+
+// After split: the basis turns so that its next column is the part that was independent.
+void ActiveSet::add(std::size_t constraint, double sign, double along) noexcept {
+  double* rest = &turned_[active_];
+  double* column = &basis_[active_ * capacity_];
+  const double diagonal = *rest > 0 ? -std::sqrt(along) : std::sqrt(along);
+  product(column, capacity_, size_, size_ - active_, rest, step_.data());
+  const double factor = 1 / (along - diagonal * *rest);
+  for (std::size_t i = 0; i < size_; ++i) step_[i] = factor * (step_[i] - diagonal * column[i]);
+  *rest -= diagonal;
+  subtract_outer(column, capacity_, size_, size_ - active_, step_.data(), rest);
+  for (std::size_t k = 0; k < active_; ++k) triangle_[active_ + k * capacity_] = turned_[k];
+  triangle_[active_ + active_ * capacity_] = diagonal;
+  row_[active_] = constraint;
+  sign_[active_] = sign;
+  side_[constraint] = sign > 0 ? -1 : 1;
+  ++active_;
+}
+
+void ActiveSet::drop(std::size_t index) noexcept {
+  side_[row_[index]] = 0;
+  --active_;
+  for (std::size_t i = index; i < active_; ++i) {
+    row_[i] = row_[i + 1];
+    sign_[i] = sign_[i + 1];
+    multiplier_[i] = multiplier_[i + 1];
+  }
+  for (std::size_t k = 0; k <= active_; ++k) {
+    double* column = &triangle_[k * capacity_];
+    std::copy(column + std::max(k, index + 1), column + active_ + 1, column + std::max(k, index + 1) - 1);
+  }
+  // Column k of the triangle now begins one row too high.
+  for (std::size_t k = index; k < active_; ++k) {
+    double* column = &triangle_[k + k * capacity_];
+    const double length = std::hypot(column[0], column[capacity_]);
+    const double cosine = column[0] / length, sine = column[capacity_] / length;
+    rotate_columns(column, column + capacity_, active_ - k, cosine, sine);
+    rotate_columns(&basis_[k * capacity_], &basis_[(k + 1) * capacity_], size_, cosine, sine);
+  }
+}
+
+// y = the minimum with all active constraints at their bounds, and their multipliers there.
+void ActiveSet::follow_bounds() noexcept {
+  for (std::size_t i = 0; i < active_; ++i) bound_[i] = sign_[i] > 0 ? low_[row_[i]] : -high_[row_[i]];
+  solve_lower(triangle_.data(), capacity_, active_, bound_.data());
+  product(basis_.data(), capacity_, size_, active_, bound_.data(), y_.data());
+  std::copy_n(bound_.begin(), active_, multiplier_.begin());
+  solve_lower_transposed(triangle_.data(), capacity_, active_, multiplier_.data());
 }
 
 }  // namespace robotskin::control

@@ -2,20 +2,18 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <vector>
 
 namespace robotskin::control {
 
-// Goldfarb and Idnani 1983: from the unconstrained minimum, constraints that are violated are added one by one, and
-// dropped again where they no longer push. Where few limits are met, as by a robot, it ends after as few steps,
-// exactly.
+// Goldfarb and Idnani 1983: from the minimum under the constraints that are guessed to be met, violated constraints are
+// added one by one, and dropped again where they no longer push. It ends exactly, after about as many steps as the
+// guess was wrong about constraints.
 class ActiveSet {
  public:
   // Room for `largest_size` variables and as many constraints as `largest_constraints`.
   ActiveSet(std::size_t largest_size, std::size_t largest_constraints);
-  ~ActiveSet();
-  ActiveSet(ActiveSet&&) noexcept;
-  ActiveSet& operator=(ActiveSet&&) noexcept;
 
   // All matrices are stored by columns; a stride is what lies between two columns.
   struct Problem {
@@ -27,14 +25,32 @@ class ActiveSet {
     const double *low, *high;  // (constraints) low <= matrix x <= high
     double tolerance;          // by which a constraint may be missed
   };
-  // x (size): in, the unconstrained minimum; out, the constrained one. False, with x undefined, if there is none or too
+  // x (size): in, the unconstrained minimum; out, the constrained one. side (constraints): in, a guess of what is met,
+  // -1 the lower bound, 1 the upper one, 0 none; out, what is. False, with x undefined, if there is no minimum or too
   // many steps are needed. Allocates nothing.
-  [[nodiscard]] bool solve(const Problem& problem, double* x) noexcept;
-  std::size_t steps() const noexcept;  // of the last solve
+  [[nodiscard]] bool solve(const Problem& problem, double* x, std::int8_t* side) noexcept;
+  std::size_t steps() const noexcept { return steps_; }  // constraints added and dropped in the last solve
 
  private:
-  struct Workspace;
-  std::unique_ptr<Workspace> workspace_;
+  bool search(double tolerance, double least_length) noexcept;
+  void start_from_guess(double least_length) noexcept;
+  double split(std::size_t constraint, double sign) noexcept;
+  void add(std::size_t constraint, double sign, double along) noexcept;
+  void drop(std::size_t index) noexcept;
+  void follow_bounds() noexcept;
+
+  std::size_t capacity_, room_;     // variables, constraints
+  std::vector<double> normals_;     // (constraints, size) in y = L^T (x - unconstrained minimum)
+  std::vector<double> length_;      // (constraints) of the normals
+  std::vector<double> low_, high_;  // (constraints) bounds of normals y
+  std::vector<double> value_;       // (constraints) normals y
+  std::vector<double> basis_;       // (size, size) orthogonal; its first columns span the active normals
+  std::vector<double> triangle_;    // (active, active) lower: the active normals are basis triangle^T
+  std::vector<double> y_, multiplier_, bound_, normal_, turned_, step_, share_;
+  std::vector<std::size_t> row_;   // (active) constraint
+  std::vector<double> sign_;       // (active) 1: at its lower bound
+  std::vector<std::int8_t> side_;  // (constraints)
+  std::size_t size_ = 0, constraints_ = 0, active_ = 0, steps_ = 0;
 };
 
 }  // namespace robotskin::control

@@ -33,10 +33,18 @@ struct QuadraticLimits {
   static QuadraticLimits of(const RobotModel& robot, double braking = 10);
 };
 
+// Rows of one programme with others: `acceleration` (rows) is what they are to have, as nearly as `weight` is great.
+struct WeightedRows {
+  std::span<const double> rows;          // (rows, n)
+  std::span<const double> acceleration;  // (rows)
+  double weight = 1;                     // of the squared error, 0 or more
+};
+
 // Level k: the torque tau = M a + bias nearest to giving its motions the acceleration that the level's own torque would
 // give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits. Where no limit
 // is met this is the minimum of a quadratic without constraints, which one Cholesky factor finds. From there an active
-// set adds the limits that are met; ProxSuite takes over the programmes that it does not finish.
+// set adds the limits that are met, beginning with those of the last tick; ProxSuite takes over a programme that it
+// does not finish.
 class QuadraticFusion {
  public:
   // Throws ControlError for limits that do not fit the robot.
@@ -51,11 +59,17 @@ class QuadraticFusion {
                           std::span<const double> unprojected, std::span<const FusionLevel> levels,
                           std::span<double> fused) noexcept;
 
+  // All rows in one programme, without a hierarchy: min of the sum of weight |rows a - acceleration|^2 within the
+  // limits. The other arguments are those of fuse, and so is what is returned. Allocates nothing.
+  [[nodiscard]] bool fuse_weighted(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
+                                   std::span<const double> unprojected, std::span<const WeightedRows> terms,
+                                   std::span<double> fused) noexcept;
+
   // Of the last fuse: programmes that met a limit, and those among them that neither solver finished; such a level
   // contributes nothing.
   std::size_t constrained() const noexcept;
   std::size_t unsolved() const noexcept;
-  // How many directions the levels have claimed; where this changes, the torque may step.
+  // How many directions all levels but the last have claimed; where this changes, the torque may step.
   std::size_t claimed() const noexcept;
 
   static constexpr double tolerance = 1e-6;  // by which limits may be missed; of ProxSuite's optimality, too

@@ -1,6 +1,9 @@
 #include "control/skin_activation.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "control/control_error.hpp"
@@ -19,41 +22,45 @@ void check(const char* name, const std::vector<float>& values, std::size_t cells
                          ": it must be finite and not negative");
 }
 
-std::vector<float> slopes(const char* name, const std::vector<float>& silent, const std::vector<float>& full) {
-  std::vector<float> slope(silent.size());
-  for (std::size_t i = 0; i < silent.size(); ++i) {
-    if (!(full[i] > silent[i]))
-      throw ControlError(std::string(name) + " of cell " + std::to_string(i) + " is " + std::to_string(full[i]) +
-                         ": it must be greater than where the channel is silent, " + std::to_string(silent[i]));
-    slope[i] = 1 / (full[i] - silent[i]);
-  }
-  return slope;
+// A narrower step between silent and full would have no finite slope.
+constexpr float narrowest = 1e-6F;
+
+void check_order(const char* name, std::size_t cell, float silent, float full) {
+  if (!(full - silent >= narrowest))
+    throw ControlError(std::string(name) + " of cell " + std::to_string(cell) + " is " + std::to_string(full) +
+                       ": it must be greater than where the channel is silent, " + std::to_string(silent) +
+                       ", by 1e-6 or more");
 }
 
-// Comparisons are ordered so that a value that is not a number becomes the lower bound.
+// Numbers that are not negative are ordered as their bits are, and whole numbers are compared in vectors everywhere.
+constexpr auto infinite = std::bit_cast<std::int32_t>(std::numeric_limits<float>::infinity());
+
+inline float zero_if_no_number(float value) {
+  const auto bits = std::bit_cast<std::int32_t>(value);
+  return std::bit_cast<float>(bits > infinite ? 0 : bits);
+}
 inline float clamped(float value, float upper) {
-  value = value > 0 ? value : 0;
-  return value < upper ? value : upper;
+  const std::int32_t bits = std::max(std::bit_cast<std::int32_t>(value), 0);
+  return std::bit_cast<float>(std::min(bits, std::bit_cast<std::int32_t>(upper)));
 }
 
-inline float activated(float value, float silent, float slope) {
-  const float x = clamped((value - silent) * slope, 1.0F);
-  return value * x * x * (3 - 2 * x);
+inline float activated(float value, const Threshold& threshold) {
+  const float x = clamped(value - threshold.silent, threshold.width);
+  return value * (x * x) * (threshold.square + threshold.cube * x);
 }
 
 ROBOTSKIN_INSTRUCTION_SETS
 void kernel(std::size_t cells, const float* __restrict force, const float* __restrict proximity,
             const std::uint8_t* __restrict health, const float* __restrict share, const float* __restrict force_weight,
-            const float* __restrict force_silent, const float* __restrict force_slope,
-            const float* __restrict proximity_weight, const float* __restrict proximity_silent,
-            const float* __restrict proximity_slope, double* __restrict magnitude) {
+            const float* __restrict proximity_weight, const Threshold force_threshold,
+            const Threshold proximity_threshold, double* __restrict magnitude) {
   for (std::size_t i = 0; i < cells; ++i) {
-    const float felt = clamped(force[3 * i] + force[3 * i + 1] + force[3 * i + 2], largest_cell_force_n);
-    const float near = clamped(proximity[i], 1.0F);
-    const float asked = force_weight[i] * activated(felt, force_silent[i], force_slope[i]) +
-                        proximity_weight[i] * activated(near, proximity_silent[i], proximity_slope[i]);
-    const float alive = share[i] * static_cast<float>(health[i] == static_cast<std::uint8_t>(skin::Health::alive));
-    magnitude[i] = asked * alive;
+    const float sum = force[3 * i] + force[3 * i + 1] + force[3 * i + 2];
+    const float felt = clamped(zero_if_no_number(sum), largest_cell_force_n);
+    const float near = clamped(zero_if_no_number(proximity[i]), 1.0F);
+    const float asked =
+        force_weight[i] * activated(felt, force_threshold) + proximity_weight[i] * activated(near, proximity_threshold);
+    magnitude[i] = asked * (health[i] == static_cast<std::uint8_t>(skin::Health::alive) ? share[i] : 0.0F);
   }
 }
 
@@ -67,25 +74,31 @@ SkinGains SkinGains::uniform(std::size_t cells, float force_weight, float proxim
 }
 
 SkinActivation::SkinActivation(const SkinGains& gains, std::size_t cells)
-    : force_weight_(gains.force_weight),
-      proximity_weight_(gains.proximity_weight),
-      force_silent_(gains.force_silent),
-      proximity_silent_(gains.proximity_silent) {
+    : force_weight_(gains.force_weight), proximity_weight_(gains.proximity_weight) {
   check("force_weight", gains.force_weight, cells);
   check("proximity_weight", gains.proximity_weight, cells);
   check("force_silent", gains.force_silent, cells);
   check("force_full", gains.force_full, cells);
   check("proximity_silent", gains.proximity_silent, cells);
   check("proximity_full", gains.proximity_full, cells);
-  force_slope_ = slopes("force_full", gains.force_silent, gains.force_full);
-  proximity_slope_ = slopes("proximity_full", gains.proximity_silent, gains.proximity_full);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    check_order("force_full", cell, gains.force_silent[cell], gains.force_full[cell]);
+    check_order("proximity_full", cell, gains.proximity_silent[cell], gains.proximity_full[cell]);
+    const Threshold force(gains.force_silent[cell], gains.force_full[cell]);
+    const Threshold proximity(gains.proximity_silent[cell], gains.proximity_full[cell]);
+    if (regions_.empty() || regions_.back().force != force || regions_.back().proximity != proximity)
+      regions_.push_back({cell, 0, force, proximity});
+    ++regions_.back().count;
+  }
 }
 
 void SkinActivation::apply(const skin::SkinState& state, const float* share, double* magnitude) const noexcept {
   static_assert(sizeof(skin::Health) == 1 && sizeof(state.normal_force[0]) == 3 * sizeof(float));
-  kernel(cell_count(), state.normal_force.data()->data(), state.proximity.data(),
-         reinterpret_cast<const std::uint8_t*>(state.health.data()), share, force_weight_.data(), force_silent_.data(),
-         force_slope_.data(), proximity_weight_.data(), proximity_silent_.data(), proximity_slope_.data(), magnitude);
+  const float* force = state.normal_force.data()->data();
+  const auto* health = reinterpret_cast<const std::uint8_t*>(state.health.data());
+  for (const auto& [first, count, force_threshold, proximity_threshold] : regions_)
+    kernel(count, force + 3 * first, &state.proximity[first], health + first, share + first, &force_weight_[first],
+           &proximity_weight_[first], force_threshold, proximity_threshold, magnitude + first);
 }
 
 }  // namespace robotskin::control

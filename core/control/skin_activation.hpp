@@ -9,8 +9,9 @@
 
 namespace robotskin::control {
 
-// Per cell; a region is a set of cells given the same numbers. Below `silent` a channel contributes nothing, from
-// `full` on all of it, between them a share that grows without a step or a kink.
+// Per cell; a region is a set of cells given the same numbers, and computed fastest where its cells follow each other.
+// Below `silent` a channel contributes nothing, from `full` on all of it, between them a share that grows without a
+// step or a kink.
 struct SkinGains {
   std::vector<float> force_weight;      // (N) w_f, newton asked for a newton felt
   std::vector<float> proximity_weight;  // (N) w_p, newton asked for at full-scale proximity
@@ -35,6 +36,19 @@ struct SkinGains {
 // A cell's three sensors read 10 N each at most; more than this sum cannot be a touch and is cut.
 inline constexpr float largest_cell_force_n = 30.0F;
 
+// Of one channel: the share of a value is 0 below `silent`, 1 from `width` above it, and between them a smoothstep.
+struct Threshold {
+  Threshold(float silent_from, float full_from)
+      : silent(silent_from),
+        width(full_from - silent_from),
+        square(3 / (width * width)),
+        cube(-2 / (width * width * width)) {}
+
+  float silent, width;
+  float square, cube;  // smoothstep = square x^2 + cube x^3 of x above `silent`
+  bool operator==(const Threshold&) const = default;
+};
+
 class SkinActivation {
  public:
   // Throws ControlError naming the gain whose count is not `cells`, or the cell where a value is not finite, negative
@@ -48,8 +62,14 @@ class SkinActivation {
   void apply(const skin::SkinState& state, const float* share, double* magnitude) const noexcept;
 
  private:
-  std::vector<float> force_weight_, proximity_weight_;
-  std::vector<float> force_silent_, force_slope_, proximity_silent_, proximity_slope_;  // slope: 1 / (full - silent)
+  // Neighbouring cells of the same thresholds.
+  struct Region {
+    std::size_t first, count;
+    Threshold force, proximity;
+  };
+
+  std::vector<float> force_weight_, proximity_weight_;  // (N)
+  std::vector<Region> regions_;                         // all cells, in their order
 };
 
 }  // namespace robotskin::control

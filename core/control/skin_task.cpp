@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "control/control_error.hpp"
 #include "control/wrench_product.hpp"
@@ -46,11 +45,12 @@ SkinTask::SkinTask(const RobotModel& robot, const skin::SkinModel& skin, const S
   std::ranges::stable_sort(column_cell_, {}, joint_of);
   for (std::size_t column = 0; column < column_cell_.size(); ++column) {
     const auto joint = static_cast<std::size_t>(joint_of(column_cell_[column]));
-    if (bodies_.empty() || bodies_.back().joint != joint) bodies_.push_back({joint, column, 0});
-    ++bodies_.back().count;
-    in_order_ = in_order_ && column_cell_[column] == column;
+    if (bodies_.empty() || bodies_.back().joint != joint) bodies_.push_back({joint, column, 0, column_cell_[column]});
+    Body& body = bodies_.back();
+    together_ = together_ && column_cell_[column] == body.cell + body.count;
+    ++body.count;
   }
-  column_magnitude_.resize(in_order_ ? 0 : column_cell_.size());
+  column_magnitude_.resize(together_ ? 0 : column_cell_.size());
 
   matrix_.resize(6 * column_cell_.size());
   for (std::size_t column = 0; column < column_cell_.size(); ++column) {
@@ -69,14 +69,12 @@ SkinTask::SkinTask(const RobotModel& robot, const skin::SkinModel& skin, const S
 }
 
 void SkinTask::aggregate() noexcept {
-  const double* magnitude = magnitude_.data();
-  if (!in_order_) {
+  if (!together_)
     for (std::size_t column = 0; column < column_cell_.size(); ++column)
       column_magnitude_[column] = magnitude_[column_cell_[column]];
-    magnitude = column_magnitude_.data();
-  }
   for (const Body& body : bodies_)
-    wrench_product(matrix_.data() + body.first, column_cell_.size(), magnitude + body.first, body.count,
+    wrench_product(matrix_.data() + body.first, column_cell_.size(),
+                   together_ ? &magnitude_[body.cell] : &column_magnitude_[body.first], body.count,
                    &joint_wrench_[6 * body.joint]);
 }
 
@@ -95,8 +93,9 @@ bool SkinTask::compute(const RobotDynamics& dynamics, const skin::SkinState& sta
   aggregate();                                                // (22), (23)
 
   std::ranges::fill(base_wrench_, 0.0);
+  const double *placements = dynamics.base_from_joint().data(), *motions = dynamics.joint_motions().data();
   for (const Body& body : bodies_) {  // (24) turned to the base, about its origin
-    const double* base_from_joint = &dynamics.base_from_joint()[16 * body.joint];
+    const double* base_from_joint = &placements[16 * body.joint];
     const double* wrench = &joint_wrench_[6 * body.joint];
     const Vector3 force = rotate(base_from_joint, {wrench[0], wrench[1], wrench[2]});
     const Vector3 moment = rotate(base_from_joint, {wrench[3], wrench[4], wrench[5]});
@@ -109,8 +108,9 @@ bool SkinTask::compute(const RobotDynamics& dynamics, const skin::SkinState& sta
   }
   for (std::size_t joint = joints; joint-- > 0;) {  // (25) J^T W, where W is what acts on all that the joint carries
     const double* wrench = &base_wrench_[6 * joint];
-    const double* motion = &dynamics.joint_motions()[6 * joint];
-    torque[joint] = std::inner_product(wrench, wrench + 6, motion, 0.0);
+    const double* motion = &motions[6 * joint];
+    torque[joint] = (wrench[0] * motion[0] + wrench[1] * motion[1]) + (wrench[2] * motion[2] + wrench[3] * motion[3]) +
+                    (wrench[4] * motion[4] + wrench[5] * motion[5]);
     if (parent_[joint] != RobotModel::base)
       for (std::size_t axis = 0; axis < 6; ++axis) base_wrench_[6 * parent_[joint] + axis] += wrench[axis];
   }

@@ -43,12 +43,13 @@ class SkinTask {
 
   struct Body {
     std::size_t joint, first, count;  // its cells are columns first .. first + count of the matrix
+    std::size_t cell;                 // the first of them
   };
 
   SkinActivation activation_;
   std::vector<Body> bodies_;
   std::vector<std::size_t> column_cell_;  // (columns) cell of each column
-  bool in_order_ = true;                  // the columns are the cells as they come
+  bool together_ = true;                  // the cells of every body follow each other
   std::vector<double> matrix_;            // (6, columns) rows: -z in the joint frame, p x -z
   std::vector<double> magnitude_, column_magnitude_;
   std::vector<int> parent_;

@@ -12,7 +12,7 @@ namespace robotskin::control {
 
 // One entry a round, nanoseconds.
 struct SkinTaskTimes {
-  std::vector<std::int64_t> product;     // 6 x n products of all bodies alone
+  std::vector<std::int64_t> product;     // one 6 x n product with a number for each cell
   std::vector<std::int64_t> task;        // thresholds, activation, products and joint torques
   std::vector<std::int64_t> kinematics;  // what both need: the update of the dynamics
   std::vector<std::int64_t> naive;       // a Jacobian a cell; every tenth round, since it is slow

@@ -33,6 +33,13 @@ struct GuardLimits {
   std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
   double period_s = 0.001;
   BodyLimits body;  // none: no limits of contact
+
+  // The same limits in a cycle of this period.
+  GuardLimits at_period(double cycle_period_s) const {
+    GuardLimits limits = *this;
+    limits.period_s = cycle_period_s;
+    return limits;
+  }
 };
 
 struct GuardReport {

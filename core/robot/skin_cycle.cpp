@@ -9,7 +9,7 @@
 
 namespace robotskin::robot {
 
-SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, CycleGains gains, GuardLimits limits)
+SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, CycleGains gains, const GuardLimits& limits)
     : gains_(std::move(gains)),
       dynamics_(robot),
       skin_task_(robot, skin, gains_.skin),
@@ -20,11 +20,7 @@ SkinCycle::SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, Cycle
       skin_filter_(robot.joint_count(), gains_.skin_bandwidth_hz, gains_.resolver.period_s),
       touch_filter_(robot.joint_count(), gains_.skin_bandwidth_hz, gains_.resolver.period_s),
       resolver_(robot, gains_.resolver),
-      guard_(robot,
-             [&] {
-               limits.period_s = gains_.resolver.period_s;
-               return std::move(limits);
-             }()),
+      guard_(robot, limits.at_period(gains_.resolver.period_s)),
       lower_(robot.lower().begin(), robot.lower().end()),
       upper_(robot.upper().begin(), robot.upper().end()),
       goal_(robot.joint_count()) {

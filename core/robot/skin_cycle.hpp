@@ -36,7 +36,7 @@ struct CycleGains {
 class SkinCycle {
  public:
   // Throws ModelError, ControlError or GuardError for a robot, a skin, gains and limits that do not fit together.
-  SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, CycleGains gains, GuardLimits limits);
+  SkinCycle(const RobotModel& robot, const skin::SkinModel& skin, CycleGains gains, const GuardLimits& limits);
 
   // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,
   // which has n joints; it goes to the robot if the report says `send`. Never allocates, locks or throws.

@@ -10,19 +10,14 @@
 namespace robotskin::robot {
 namespace {
 
-GuardLimits with_period(GuardLimits limits, double period_s) {
-  limits.period_s = period_s;
-  return limits;
-}
-
 std::size_t ticks_a_second(double period_s) {
   return static_cast<std::size_t>(std::clamp(1 / period_s, 1.0, 1e5));
 }
 
 }  // namespace
 
-TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, GuardLimits limits,
-                     std::unique_ptr<control::TaskStack> stack)
+TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains,
+                     const GuardLimits& limits, std::unique_ptr<control::TaskStack> stack)
     : gains_(std::move(gains)),
       dynamics_(robot),
       touch_task_(robot, skin, gains_.touch.measured_force()),
@@ -31,7 +26,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
       touch_filter_(robot.joint_count(), gains_.touch_bandwidth_hz, gains_.resolver.period_s),
       stack_(std::move(stack), gains_.fade_s),
       resolver_(robot, gains_.resolver),
-      guard_(robot, with_period(std::move(limits), gains_.resolver.period_s)),
+      guard_(robot, limits.at_period(gains_.resolver.period_s)),
       log_(ticks_a_second(gains_.resolver.period_s), robot.joint_count()),
       share_(skin.size(), 1.0F),
       touch_torque_(robot.joint_count()),

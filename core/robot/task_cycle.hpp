@@ -35,7 +35,7 @@ class TaskCycle {
  public:
   // Throws ModelError, ControlError or GuardError for a robot, a skin, gains, limits and a stack that do not fit
   // together.
-  TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, GuardLimits limits,
+  TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, const GuardLimits& limits,
             std::unique_ptr<control::TaskStack> stack);
 
   // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,

@@ -51,7 +51,13 @@ def check(folder: Path, program: str, *arguments: object) -> str:
 
 @pytest.fixture(scope="module")
 def address() -> Path:
-    programs = ["check_random_datagrams", "check_sequence_window", "check_snapshot_table", "check_cycle"]
+    programs = [
+        "check_random_datagrams",
+        "check_sequence_window",
+        "check_snapshot_table",
+        "check_cycle",
+        "check_active_set",
+    ]
     return build("address,undefined", *programs)
 
 
@@ -75,3 +81,7 @@ def test_no_torn_sample_is_ever_seen(address: Path, thread: Path, seed: int) -> 
 
 def test_the_cycle_allocates_nothing(address: Path, seed: int) -> None:
     check(address, "check_cycle", seed, 2000)
+
+
+def test_the_active_set_finds_the_best_of_random_programmes(address: Path, seed: int) -> None:
+    check(address, "check_active_set", seed, 1000)

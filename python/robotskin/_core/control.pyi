@@ -829,6 +829,25 @@ class QuadraticFusion:
     ) -> NDArray[numpy.float64]:
         """(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse."""
 
+    def fuse_weighted(
+        self,
+        dynamics: robotskin._core.model.RobotDynamics,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        terms: Sequence[
+            tuple[
+                float,
+                Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+                Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+            ]
+        ],
+    ) -> NDArray[numpy.float64]:
+        """
+        (n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),
+        acceleration (rows)).
+        """
+
     @property
     def constrained(self) -> int:
         """programmes of the last fuse that met a limit"""

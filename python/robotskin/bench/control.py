@@ -7,6 +7,7 @@ from typing import Any
 from robotskin.bench import (
     control_interfaces,
     control_map,
+    control_peer,
     control_priority,
     control_soak,
     control_switch,
@@ -14,7 +15,7 @@ from robotskin.bench import (
 )
 from robotskin.errors import UnknownNameError
 
-PARTS = ("ticks", "skin", "priority", "switch", "map", "spread", "collision", "proximity", "soak")
+PARTS = ("ticks", "skin", "peer", "priority", "switch", "map", "spread", "collision", "proximity", "soak")
 
 
 def run(
@@ -25,11 +26,13 @@ def run(
     states: int = 10000,
     pushed_cells: int = 10,
     soak_seconds: float = 600.0,
+    tsid_python: str = "",
 ) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them; a part that is left out leaves its keys out.
 
     `ticks` periods a timed stack, `states` random states for the leaks, `pushed_cells` cells pushed with 5, 15 and 30 N
-    through each interface, `soak_seconds` for every behaviour on each of three robots.
+    through each interface, `soak_seconds` for every behaviour on each of three robots. `tsid_python` is the Python of
+    an environment that has TSID (else ROBOTSKIN_TSID_PYTHON): without one, the figures of that peer are absent.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -38,6 +41,7 @@ def run(
     measure = {
         "ticks": lambda: control_ticks.tick_figures(seed, ticks),
         "skin": lambda: control_ticks.skin_figures(seed, ticks),
+        "peer": lambda: control_peer.peer_figures(seed, ticks, tsid_python),
         "priority": lambda: control_priority.priority_figures(seed, states),
         "switch": lambda: control_switch.switch_figures(seed),
         "map": lambda: control_map.map_figures(seed),

@@ -234,6 +234,31 @@ def test_a_programme_is_the_best_of_what_is_allowed(rng) -> None:
             assert miss(other) >= miss(found) * (1 - 1e-4)
 
 
+def test_weighted_terms_share_one_programme(robot, rng) -> None:
+    """Without limits it is the least squares of all rows; with them, no torque or acceleration leaves them."""
+    n = robot.joint_count
+    dynamics = at_random_posture(robot, rng)
+    q, v, gravity = random_posture(robot, rng)[0], np.zeros(n), rng.normal(size=n)
+    dynamics.update(q, v)
+    rows = np.ascontiguousarray(dynamics.link_jacobian(robot.link_count - 1))
+    terms = [(2.0, rows, 50 * rng.normal(size=6)), (0.3, np.eye(n), 20 * rng.normal(size=n))]
+    free = QuadraticFusion(n, n + 6, 1, wide(robot)).fuse_weighted(dynamics, q, v, gravity, terms)
+    stacked = np.vstack([np.sqrt(weight) * own for weight, own, _ in terms])
+    wanted = np.concatenate([np.sqrt(weight) * own for weight, _, own in terms])
+    expected = np.linalg.lstsq(stacked, wanted)[0]
+    np.testing.assert_allclose(dynamics.forward_dynamics(free), expected, atol=2e-3 * np.abs(expected).max())
+
+    limits = wide(robot)
+    limits.torque = (0.5 * np.abs(free) + 1.2 * np.abs(gravity)).tolist()
+    fusion = QuadraticFusion(n, n + 6, 1, limits)
+    bound = fusion.fuse_weighted(dynamics, q, v, gravity, terms)
+    assert (np.abs(bound) <= np.array(limits.torque) + 1e-5).all()
+    again = fusion.fuse_weighted(dynamics, q, v, gravity, terms)
+    np.testing.assert_allclose(again, bound, atol=1e-6 * np.abs(bound).max())
+    with pytest.raises(ValueError, match="rows"):
+        fusion.fuse_weighted(dynamics, q, v, gravity, [(1.0, rows, np.zeros(5))])
+
+
 def test_the_papers_limits_forbid_holding_gravity_at_a_joint_limit() -> None:
     """Eq. 27 as printed lets a joint at its upper limit push only downwards, whatever hangs on it."""
     robot = robots.load("ur5").core

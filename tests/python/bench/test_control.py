@@ -1,9 +1,13 @@
 """The benchmark of control, few rounds: its figures are measured, and those that are laws hold."""
 
+import os
+from pathlib import Path
+
 import pytest
 
 from robotskin.bench.control import run
-from robotskin.errors import UnknownNameError
+from robotskin.bench.control_peer import PYTHON_VARIABLE
+from robotskin.errors import RobotskinError, UnknownNameError
 
 
 def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
@@ -14,6 +18,21 @@ def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
         assert 0 < figures[f"{key}_median_us"] <= figures[f"{key}_p99_us"] <= figures[f"{key}_max_us"]
         assert figures[f"{key}_median_ratio"] == pytest.approx(figures[f"{key}_median_us"] / figures["reference_us"])
     assert 0 < figures["skin_task_1260_us"] < figures["skin_task_100000_us"]
+
+
+def test_the_flat_programme_and_its_peer(seed: int) -> None:
+    figures = run(seed=seed, parts="peer", ticks=50)
+    assert 0 < figures["flat_qp_tick_median_us"] <= figures["flat_qp_tick_max_us"]
+    assert figures["flat_qp_limited_share"] > 0.5
+    if os.environ.get(PYTHON_VARIABLE):
+        assert figures["flat_qp_tsid_difference"] < 1e-3
+    else:
+        assert not any("tsid" in key for key in figures), "what nobody measured is absent"
+
+
+def test_a_peer_that_cannot_run_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(RobotskinError, match="no-python"):
+        run(parts="peer", ticks=2, tsid_python=str(tmp_path / "no-python"))
 
 
 def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
