@@ -53,4 +53,4 @@ def run(
     figures: dict[str, Any] = {}
     for part in wanted:
         figures |= measure[part]()
-    return figures
+    return figures | control_ticks.ratio_figures(seed, figures)

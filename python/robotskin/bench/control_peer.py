@@ -69,7 +69,7 @@ class FlatProblem:
         self.dynamics = RobotDynamics(self.core)
         self.dynamics.update(self.home, self.rest)
         self.hands = [self.core.link_index(name) for name in HANDS]
-        self.references = [self._place(hand) for hand in self.hands]
+        self.references = [self.dynamics.base_from_link(hand) for hand in self.hands]
         self.limits = QuadraticLimits.of(self.core)
         self.limits.lower, self.limits.upper = [-np.inf] * n, [np.inf] * n
         needed = 1.5 * np.abs(self.dynamics.gravity_torque)
@@ -77,23 +77,17 @@ class FlatProblem:
         self.limits.horizon_s = HORIZON_S
         self.fusion = QuadraticFusion(n, 6 * len(HANDS) + n, 1, self.limits)
 
-    def _place(self, link: int) -> pinocchio.SE3:
-        place = self.dynamics.base_from_link(link)
-        return pinocchio.SE3(place[:3, :3], place[:3, 3])
-
     def tick(self, position: Array) -> Array:
         """(n,) Nm: the state in, the torque out."""
         dynamics = self.dynamics
         dynamics.update(position, self.rest)
         terms = [(POSTURE_WEIGHT, self.identity, POSTURE_STIFFNESS * (self.home - position))]
         for link, reference in zip(self.hands, self.references, strict=True):
-            place = self._place(link)
-            along = place.rotation.T
-            jacobian = dynamics.link_jacobian(link)
-            own = np.vstack((along @ jacobian[:3], along @ jacobian[3:]))
-            missing = place.actInv(reference)
-            error = np.concatenate((missing.translation, pinocchio.log3(missing.rotation)))
-            terms.append((HAND_WEIGHT, own, STIFFNESS * error))
+            place = dynamics.base_from_link(link)
+            error = np.empty(6)  # along the axes of the base; TSID's are the hand's, which changes no square
+            error[:3] = reference[:3, 3] - place[:3, 3]
+            error[3:] = place[:3, :3] @ pinocchio.log3(place[:3, :3].T @ reference[:3, :3])
+            terms.append((HAND_WEIGHT, dynamics.link_jacobian(link), STIFFNESS * error))
         return self.fusion.fuse_weighted(dynamics, position, self.rest, dynamics.nonlinear_effects, terms)
 
     def answers(self) -> tuple[Array, float]:
@@ -126,7 +120,7 @@ class FlatProblem:
             "stiffness": STIFFNESS,
             "damping": 2 * STIFFNESS**0.5,
             "frames": [
-                {"name": name, "weight": HAND_WEIGHT, "base_from_frame": reference.homogeneous.tolist()}
+                {"name": name, "weight": HAND_WEIGHT, "base_from_frame": reference.tolist()}
                 for name, reference in zip(HANDS, self.references, strict=True)
             ],
             "torque": list(self.limits.torque),

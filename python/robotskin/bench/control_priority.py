@@ -26,7 +26,9 @@ Level = tuple[Array, Array]
 
 
 def priority_figures(seed: int, states: int) -> dict[str, float]:
-    """Worst of all states, half of them the UR5's, half those of Talos."""
+    """Worst of `states` random states above the damping threshold, half of them the UR5's, half those of Talos, and of
+    the states below it that are met on the way.
+    """
     rng = np.random.default_rng(seed)
     damping = Damping()
     worst = dict.fromkeys(("consistent", "static", "singular", "excess", "quadratic", "constrained"), 0.0)
@@ -39,7 +41,10 @@ def priority_figures(seed: int, states: int) -> dict[str, float]:
         static = NullSpaceFusion(n, 3 * n, Inverse.moore_penrose, damping)
         quadratic = QuadraticFusion(n, 3 * n, 2, QuadraticLimits.of(robot))
         links = np.flatnonzero(robot.link_joints >= 4)
-        for index in range(states // 2):
+        wanted = counted["regular"] + states // 2
+        index = 0
+        while counted["regular"] < wanted:
+            index += 1
             position, velocity = _random_state(robot, rng)
             dynamics.update(position, velocity)
             rows = np.ascontiguousarray(dynamics.link_jacobian(int(rng.choice(links)))[: rng.integers(2, 6)])

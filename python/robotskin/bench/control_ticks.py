@@ -42,7 +42,7 @@ TOUCHED_SHARE = 0.1
 
 def tick_figures(seed: int, ticks: int) -> Figures:
     """Times of the ticks of Talos and of the UR5."""
-    figures: Figures = {"reference_kernel": REFERENCE, "reference_us": reference_us(seed)}
+    figures: Figures = {}
     rng = np.random.default_rng(seed)
     talos, ur5 = Rig("talos", rng), Rig("ur5", rng)
     for key, fusion, squeeze in (
@@ -53,8 +53,6 @@ def tick_figures(seed: int, ticks: int) -> Figures:
         entries = talos.five_levels(("gripper_left_base_link", "gripper_right_base_link"))
         figures |= talos.times(f"talos_tick_{key}", entries, fusion, ticks, squeeze)
     figures |= ur5.times("ur5_tick", ur5.five_levels(("ee_link",)), Fusion.null_space, ticks, 1.0)
-    for key in [key for key in figures if key.endswith("median_us") and "tick" in key]:
-        figures[key.replace("_us", "_ratio")] = figures[key] / figures["reference_us"]
     return figures
 
 
@@ -74,10 +72,15 @@ def skin_figures(seed: int, rounds: int) -> Figures:
     }
 
 
-def reference_us(seed: int, rounds: int = 3000) -> float:
-    """Median microseconds of the reference kernel."""
+def ratio_figures(seed: int, figures: Figures, rounds: int = 3000) -> Figures:
+    """The reference kernel, its median microseconds, and each time of `figures` over it."""
+    times = {key.removesuffix("_us"): value for key, value in figures.items() if key.endswith("_us")}
+    if not times:
+        return {}
     rng = np.random.default_rng(seed)
-    return _skin_times(robots.load("talos").core, finished("talos").skin_model(), rng, rounds)["kinematics"]
+    reference = _skin_times(robots.load("talos").core, finished("talos").skin_model(), rng, rounds)["kinematics"]
+    ratios = {f"{key}_ratio": value / reference for key, value in times.items()}
+    return {"reference_kernel": REFERENCE, "reference_us": reference} | ratios
 
 
 class Rig:
