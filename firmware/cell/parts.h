@@ -103,8 +103,14 @@ uint32_t rs_tick_time(const rs_cell* cell, uint32_t now_us); /* milliseconds, RS
 void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us); /* a grant frame */
 /* Leaves a parent that is about to leave the tree for an equally near one that stays; false if there is none. */
 bool rs_move_shed(rs_cell* cell, uint32_t now_us);
+/* Begins to leave a parent that hangs at the border for a farther one that does not. */
+void rs_move_detour(rs_cell* cell, uint32_t now_us);
 /* What an advert of another neighbour than the parent means for a move; true if the cell has moved. */
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us);
+/* After so long a move is given up. */
+RS_INLINE uint32_t rs_move_longest_us(const rs_route* route) {
+  return route->target_root == route->wave.root ? RS_DETOUR_US : RS_HOLD_US;
+}
 void rs_move_check(rs_cell* cell, uint32_t now_us);
 /* Whether a neighbour may become the parent by a move: its ticks come as fast as the own ones, and it stays. */
 bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour);

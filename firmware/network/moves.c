@@ -9,6 +9,8 @@
 /* The children hear no newer tick while a move is held, and may not take that for a stale way. */
 _Static_assert(RS_HOLD_US + RS_TICK_US < RS_STALE_US, "a planned move is over before its children lose patience");
 
+enum { DETOUR_TICKS = 2 }; /* that a cell at the border waits, and one more for each hop below it */
+
 bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {
   const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);
   return rs_link_usable(neighbour) && !neighbour->child && !neighbour->leaving && neighbour->hops < RS_HOPS_MAX &&
@@ -20,9 +22,22 @@ static bool within_cap(const rs_route* route, const rs_neighbour* target, const 
   return target->hops + 1U + route->subtree_height <= wave->depth_cap;
 }
 
+/* Begins a move to the neighbour at a port. */
+static void hold(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  route->hold = true;
+  route->hold_whole = whole;
+  route->hold_size = (uint16_t)size;
+  route->target_port = (uint8_t)(port + 1U);
+  route->target_root = route->neighbour[port].wave.root;
+  route->hold_us = now_us;
+  rs_route_advertise(cell, now_us);
+}
+
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
+  if (route->told_round != route->wants.round) return;
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
@@ -31,12 +46,7 @@ static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  route->hold = true;
-  route->hold_whole = whole;
-  route->target_port = (uint8_t)(best + 1U);
-  route->target_root = (uint8_t)target_root;
-  route->hold_us = now_us;
-  rs_route_advertise(cell, now_us);
+  hold(cell, best, whole, route->told_size, now_us);
 }
 
 void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -85,15 +95,42 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
   return true;
 }
 
+void rs_move_detour(rs_cell* cell, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  if (route->yielding == 0U || route->hold || route->parent_port == RS_NO_PARENT) return;
+  /* Those who hang on this cell have to know it first, so that it does not go to one of them; and they go first, so
+   * that it is known how deep its subtree is. */
+  if (route->yielding < 255U) ++route->yielding;
+  if (route->yielding <= DETOUR_TICKS + route->subtree_height) return;
+  const rs_neighbour* parent = &route->neighbour[route->parent_port - 1U];
+  /* One hold at a time along a way and no two in a row, or those below lose patience. */
+  const bool behind = parent->wave.sequence != (uint16_t)(route->wave.sequence + 1U);
+  if (!parent->leaving || behind || now_us - route->hold_us < 2U * RS_TICK_US) return;
+  unsigned best = RS_PORTS;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &route->neighbour[port];
+    if (port + 1U == route->parent_port || !rs_move_open(route, neighbour)) continue;
+    if (neighbour->wave.root != route->wave.root || !within_cap(route, neighbour, &route->wave)) continue;
+    if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
+  }
+  if (best == RS_PORTS) return;
+  hold(cell, best, true, route->subtree_size, now_us);
+  rs_subtree_update(cell);
+}
+
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->hold && port + 1U == route->target_port) {
     const rs_neighbour* target = &route->neighbour[port];
     const bool within = target->hops < RS_HOPS_POISON && within_cap(route, target, &target->wave);
+    const bool detour = route->target_root == route->wave.root;
+    const bool light =
+        detour || (now_us - route->hold_us >= RS_HOLD_LEAVE_US && route->subtree_size <= route->hold_size);
     if (target->wave.root != route->target_root || target->leaving || !within) {
       route->hold = false;
-    } else if (now_us - route->hold_us >= RS_HOLD_LEAVE_US && rs_route_feasible(route, port)) {
+    } else if (light && rs_route_feasible(route, port)) {
       rs_route_adopt(cell, port, now_us);
+      if (detour) return true;
       route->resting = true;
       route->moved_sequence = route->wave.sequence;
       return true;
@@ -105,6 +142,6 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
 
 void rs_move_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold && now_us - route->hold_us >= RS_HOLD_US) route->hold = false;
+  if (route->hold && now_us - route->hold_us >= rs_move_longest_us(route)) route->hold = false;
   if ((uint16_t)(route->wave.sequence - route->moved_sequence) >= RS_REST_TICKS) route->resting = false;
 }

@@ -144,6 +144,7 @@ static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
     return;
   } else if (rs_newer(parent->wave.sequence, route->wave.sequence)) {
     rs_move_check(cell, now_us);
+    rs_move_detour(cell, now_us);
     if (!route->hold) rs_route_adopt(cell, port, now_us);
   } else if (parent->wave.sequence != route->wave.sequence) {
     rs_route_lose(cell, now_us);
@@ -166,8 +167,13 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
     return;
   }
   const int gain = (int)route->hops - (int)neighbour->hops - 1;
-  const int wanted = neighbour->wave.root == route->wave.root ? 1 : (int)route->wave.gain_threshold;
-  if (gain >= 1 && gain >= wanted) {
+  const bool same = neighbour->wave.root == route->wave.root;
+  const bool too_deep = route->hops > route->wave.depth_cap;
+  const int wanted = same || too_deep ? 1 : (int)route->wave.gain_threshold;
+  /* Nobody goes back to a cell at the border while it is to become light, but for being too deep. */
+  const bool back = same && neighbour->leaving && !route->neighbour[route->parent_port - 1U].leaving &&
+                    route->hops + route->subtree_height <= route->wave.depth_cap;
+  if (gain >= 1 && gain >= wanted && !back) {
     rs_route_adopt(cell, port, now_us);
     return;
   }

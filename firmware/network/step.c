@@ -12,7 +12,7 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   const rs_route* route = &cell->route;
   uint32_t wait_us = sooner(RS_HEARTBEAT_US, route->advertised_us + RS_HEARTBEAT_US - now_us);
   wait_us = sooner(wait_us, rs_torque_wait_us(cell, now_us));
-  if (route->hold) wait_us = sooner(wait_us, route->hold_us + RS_HOLD_US - now_us);
+  if (route->hold) wait_us = sooner(wait_us, route->hold_us + rs_move_longest_us(route) - now_us);
   if (route->in_quarantine) wait_us = sooner(wait_us, route->quarantine_us - now_us);
   if (route->parent_port != RS_NO_PARENT) {
     wait_us = sooner(wait_us, cell->queues.status_due ? rs_status_wait_us(cell, now_us)

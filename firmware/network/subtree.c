@@ -34,15 +34,21 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
          a->round == b->round && a->whole == b->whole;
 }
 
+/* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
+ * upwards, and the ways of all others stay as they are. */
+static uint32_t most_to_let_go(const rs_wants* wants) {
+  return 6U << (wants->round & 3U);
+}
+
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
- * with all that hangs on it; whoever has an equally near parent off the border goes there, and the trunk becomes light.
- */
+ * with all that hangs on it; whoever has another parent off the border goes there, and the trunk becomes light. */
 static bool hangs_at_border(const rs_route* route) {
+  const bool detour = route->hold && route->target_root == route->wave.root;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (neighbour->child || !rs_link_usable(neighbour) || neighbour->hops >= RS_HOPS_POISON) continue;
     if (port + 1U == route->parent_port) {
-      if (neighbour->leaving) return true;
+      if (neighbour->leaving && !detour) return true;
       continue;
     }
     for (unsigned w = 0; w < RS_WANTS; ++w) {
@@ -89,7 +95,13 @@ void rs_subtree_update(rs_cell* cell) {
   route->subtree_lean_size = (uint16_t)lean_size;
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
-  route->yielding = wanted && route->hops > 1U && route->wants.last_resort && hangs_at_border(route);
+  const bool may_yield =
+      wanted && route->wants.last_resort && route->hops > 1U && size <= most_to_let_go(&route->wants);
+  if (!may_yield || !hangs_at_border(route)) {
+    route->yielding = 0;
+  } else if (route->yielding == 0U) {
+    route->yielding = 1;
+  }
   if (wanted) rs_offer_own(cell, lean_size, &best);
   if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;
@@ -127,7 +139,13 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
 void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
   rs_subtree_update(cell);
   cell->queues.status_due = cell->queues.size_due = false;
-  const rs_route* route = &cell->route;
+  rs_route* route = &cell->route;
+  if (route->offer.cell == cell->id && cell->id != RS_ID_NONE) {
+    if (route->told_round != route->offer.round || route->offer.size < route->told_size) {
+      route->told_size = route->offer.size;
+    }
+    route->told_round = route->offer.round;
+  }
   const rs_status status = {.type = RS_TYPE_status,
                             .sender = cell->id,
                             .size = route->subtree_size,

@@ -61,7 +61,7 @@ static RS_APART void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, 
       .parent = route->parent_port == port + 1U,
       .heard = heard,
       .echo = route->parent_port == port + 1U ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing),
-      .leaving = (route->hold && !route->hold_whole) || route->yielding,
+      .leaving = (route->hold && !route->hold_whole) || route->yielding != 0U,
       .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);

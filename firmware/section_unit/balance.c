@@ -10,6 +10,8 @@ enum {
   BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */
   DECIDE_TICKS = 2,   /* offers are collected so long, and while the tree is crossed */
   OFFER_TICKS = 3,    /* without a further offer, and while the tree is crossed, a round is over */
+  DETOUR_TICKS = 10,  /* in a last resort so much longer, until trunks at the border have become light */
+  REPEAT_TICKS = 8,   /* wants that still stand are told again so often */
   WINDOW_TICKS = 64,  /* longest round */
   FAILED_ROUNDS = 2,
   STALLED_ROUNDS = 8,
@@ -179,10 +181,9 @@ static void serve(rs_section_unit* unit, unsigned port) {
     balance->decide_at = tick + RS_GRANT_TICKS;
     balance->close_at = tick + OFFER_TICKS + there_and_back(here);
     balance->failed = 0;
-    if (balance->last_resort) balance->close_at = tick;
     ++unit->grants;
-  } else if (balance->want_left > 0U) {
-    --balance->want_left;
+  } else if (balance->want_left > 0U || (tick - balance->opened_at) % REPEAT_TICKS == 0U) {
+    if (balance->want_left > 0U) --balance->want_left;
     send_grant(unit, port, &nobody);
   }
   if (balance->want_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
@@ -265,6 +266,7 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
   balance->want_left = 2;
   balance->opened_at = unit->tick_time;
   balance->decide_at = unit->tick_time + DECIDE_TICKS + there_and_back(here);
+  if (balance->last_resort) balance->decide_at += DETOUR_TICKS;
   balance->close_at = balance->decide_at + OFFER_TICKS;
   if (balance->failed < 1000U) ++balance->failed; /* until an offer comes */
   for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) balance->granted[i] = RS_ID_NONE;

@@ -65,6 +65,30 @@ def test_what_has_joined_since_the_offer_does_not_come_too_deep(kind: str, ports
     assert run.depth <= run.least_depth + 4
 
 
+@pytest.mark.parametrize("skin_seed", [56, 74, 93])
+def test_a_trunk_along_the_border_moves_cell_by_cell(skin_seed: int) -> None:
+    """In these leaning sheets a trunk leads along the border, and its branches have only longer ways off it."""
+    run = settle("sheared_sheet", 3, skin_seed)
+    assert max(run.loads) <= 1.02 * sum(run.loads) / 3
+    assert run.depth <= run.least_depth + 4
+
+
+def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
+    """In this round, of which nobody has heard before."""
+    world = skin(seed, 2)
+    world.run_ms(700)
+    roots = [world.cell(index).root for index in range(48)]
+    for index in range(2, 48):
+        cell = world.cell(index)
+        if cell.parent_port == 0:
+            continue
+        names = {"cell": cell.id, "target_root": 3 - cell.root, "whole": 1}
+        grant = {"sequence": cell.sequence, "root": cell.root, "round": 7} | names
+        world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", grant), world.now))
+    world.run_ms(30)
+    assert [world.cell(index).root for index in range(48)] == roots
+
+
 def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:
     world = skin(seed, 2)
     world.run_ms(45)

@@ -189,7 +189,11 @@ typedef struct {
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
-  uint8_t yielding; /* hangs at the border to a tree that shall grow; children who need not hang on it leave */
+  uint8_t yielding; /* ticks, 255 at most, since it hangs at the border to a tree that shall grow: children who need not
+                       hang on it leave */
+  uint16_t hold_size; /* most cells that may move with this one */
+  uint16_t told_size; /* least size in an own offer told to the parent in round `told_round` */
+  uint8_t told_round;
   uint32_t hold_us; /* since */
 
   /* Tick time of the last adopted tick, and its complement: it says which ticks are played again, so it has to be
