@@ -145,9 +145,7 @@ void Ground::fault(const Fault& fault, int phase) {
       const double threes = std::pow(lost, 3) * 1e-6 * static_cast<double>(fault.lasts_ns);
       const bool falls = threes > 1e-9;
       if (begins) {
-        // A line that damages frames is kept out from the first time on.
-        const int first = fault.kind == FaultKind::noise ? 2 : 1;
-        const auto downs = static_cast<std::int32_t>(falls ? first + fault.lasts_ns / (6 * ms) : 0);
+        const auto downs = static_cast<std::int32_t>(falls ? 1 + fault.lasts_ns / (6 * ms) : 0);
         for (const std::size_t wire : wires_of(fault)) shake(wire, fault.lasts_ns, downs);
       }
       disturb(begins ? fault.lasts_ns : 0, repair_ns);

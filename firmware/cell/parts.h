@@ -83,7 +83,6 @@ uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_
 /* ---- network/links.c: which neighbours are there (R1) ---- */
 bool rs_link_usable(const rs_neighbour* neighbour);
 void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us);
-void rs_link_damaged(rs_cell* cell, unsigned port, uint32_t now_us); /* a frame has come with a wrong checksum */
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us);
 /* Whether a child has stayed behind the own ticks for longer than any move takes. */
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour);

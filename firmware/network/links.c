@@ -55,7 +55,6 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
     neighbour->good = 0;
   }
   neighbour->heard_us = now_us;
-  neighbour->damaged = (uint8_t)(neighbour->damaged << 1);
   if (neighbour->up) return;
   if (neighbour->good < RS_LINK_UP_FRAMES) ++neighbour->good;
   if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
@@ -71,26 +70,6 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   neighbour->up_us = now_us;
   rs_identity_changed(cell, now_us);
 }
-
-/* What damages most frames lets some through, and would pass for a link for ever. It stays down as after a second loss:
- * that a link cannot fall and rise within RS_TORQUE_RETRY_US keeps torque sums from being counted twice. */
-void rs_link_damaged(rs_cell* cell, unsigned port, uint32_t now_us) {
-  rs_neighbour* neighbour = &cell->route.neighbour[port];
-  neighbour->damaged = (uint8_t)(neighbour->damaged << 1 | 1U);
-  unsigned damaged = 0;
-  for (unsigned bits = neighbour->damaged; bits != 0U; bits &= bits - 1U) ++damaged;
-  if (damaged < RS_LINK_DOWN_DAMAGED) return;
-  if (neighbour->up) {
-    if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) set_flaps(neighbour, 0);
-    if (neighbour->flaps == 0U) set_flaps(neighbour, 1);
-    neighbour->up_us = now_us;
-    rs_link_down(cell, port, now_us);
-    cell->queues.advert_due |= (uint8_t)(1U << port); /* it shall know at once that it is not heard */
-  }
-  neighbour->good = 0;
-}
-
-RS_STATIC_ASSERT((int)RS_HOLD_DOWN_US > (int)RS_TORQUE_RETRY_US, "what a parent may have forgotten is not sent again");
 
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour) {
   const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);

@@ -110,7 +110,7 @@ static RS_APART bool take_frame(rs_cell* cell, const rs_input* input, uint32_t n
   const unsigned port = (unsigned)input->port - 1U;
   if (port >= RS_PORTS || input->port == cell->queues.parent_port) return false;
   rs_neighbour* neighbour = &cell->route.neighbour[port];
-  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up || neighbour->damaged != 0U) {
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) {
     return false;
   }
   switch (rs_frame_type_of(input->frame)) {

@@ -123,7 +123,6 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
   if (!checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     ++neighbour->lost;
-    rs_link_damaged(cell, port, now_us);
     return;
   }
   rs_link_heard(cell, port, now_us);

@@ -176,28 +176,3 @@ def test_no_single_failure_silences_a_cell_for_three_samples(fault: str, trial: 
     assert longest_silence_us(world, alive, begun_us) < 12_500
     again = [fields for _, _, name, fields in world.records if name == "clock" and fields["replayed"]]
     assert len(again) <= len(alive)  # at most the last one of each
-
-
-def test_a_link_that_damages_most_frames_is_left(seed: int) -> None:
-    links, roots = random_skin(24, 2, seed)
-    world = SmallWorld(24, links, roots, seed)
-    world.run_ms(100)
-    tree = [index for index in range(24) if world.parent(index) is not None and world.parent(index) >= 0]
-    for victim in world.random.sample(tree, 4):
-        up = (victim, world.cell(victim).parent_port)
-        both = {up, world.other[up]}
-        world.cut |= both
-        others = world.distances()[victim] is not None
-        world.cut -= both
-
-        def noise(end: tuple[int, int], frame: bytes, both: set = both) -> bytes:
-            if end not in both or world.random.random() < 0.2:
-                return frame
-            return bytes([frame[0] ^ 1, *frame[1:]])
-
-        world.tamper = noise
-        world.run_ms(20)
-        if others:
-            assert (victim, world.cell(victim).parent_port) != up
-        world.tamper = None
-        world.run_ms(60)

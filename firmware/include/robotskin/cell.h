@@ -150,7 +150,6 @@ typedef struct {
   uint8_t nonce;
   uint8_t port;             /* 1 to 4: the neighbour's own port */
   uint8_t good;             /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
-  uint8_t damaged;          /* which of the last eight frames were damaged, bit 0: the last */
   uint8_t flaps;            /* link losses in short order, */
   uint8_t flaps_complement; /* and its complement: damaged memory must not keep a link out */
   uint8_t met;              /* nonce and advert have been heard */

@@ -14,7 +14,6 @@ enum {
   RS_SENDING_US = 3000,                            /* no frame goes out for so long */
   RS_LINK_UP_FRAMES = 3,                           /* valid frames before a link counts */
   RS_LINK_DOWN_US = 3500,                          /* without a valid frame: three heartbeats missed */
-  RS_LINK_DOWN_DAMAGED = 4,                        /* of the last eight frames: the link is down as well */
   RS_QUARANTINE_US = RS_LINK_DOWN_US + RS_TICK_US, /* after boot, until every child of before has noticed */
   RS_STALE_US = 4500,         /* own sequence stands still: a fresher neighbour may take over from a living parent */
   RS_STALE_TICKS = 4,         /* ... if it is this much ahead */
