@@ -106,6 +106,17 @@ def test_a_meter_changes_nothing_and_counts_what_the_manual_says(image: ChipImag
         assert count.instructions <= count.cycles <= count.cycles_one_wait
         assert count.cycles <= count.cycles_slow_multiplier
         assert count.cycles < 3 * count.instructions
+    # Every cycle is some input's and some function's.
+    cycles = sum(count.cycles for count in counts)
+    assert sum(spent for _, spent in meter.inputs.values()) == cycles
+    assert sum(meter.functions.values()) == cycles
+    assert sum(number for number, _ in meter.inputs.values()) == len(counts)
+    assert set(meter.inputs) >= {"boot", "tick", "sent", "sample", "timer"}
+    assert set(meter.functions) <= {name for _, name in image.functions}
+    assert meter.functions["rs_frame_intact"] > 0
+    meter.forget()
+    assert not meter.inputs
+    assert not meter.functions
 
 
 @pytest.mark.parametrize(
