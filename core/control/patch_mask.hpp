@@ -30,12 +30,20 @@ class PatchMask {
     return true;
   }
 
+  // Whether every patch takes part in full, as of the last step.
+  bool whole() const noexcept { return whole_; }
+
   // (N) 0 to 1, one period further.
   std::span<const float> step(double period_s) noexcept {
     bool settled = true;
+    whole_ = true;
     for (std::size_t patch = 0; patch < fades_.size(); ++patch) {
       const bool on = !masked_[patch].load(std::memory_order_relaxed);
-      if (fades_[patch].settled(on)) continue;
+      if (fades_[patch].settled(on)) {
+        whole_ = whole_ && on;
+        continue;
+      }
+      whole_ = false;
       settled = false;
       fades_[patch].step(on, period_s);
     }
@@ -50,6 +58,7 @@ class PatchMask {
   std::vector<float> share_;         // (N)
   std::vector<Fade> fades_;          // (patches)
   std::vector<std::atomic<bool>> masked_;
+  bool whole_ = true;
 };
 
 }  // namespace robotskin::control

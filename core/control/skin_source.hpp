@@ -16,6 +16,12 @@ namespace robotskin::control {
 
 enum class SkinSource : std::uint8_t { host, skin };
 
+// Where to take the torque from: cells know nothing of masks, so while one holds, only the host's sum leaves masked
+// cells out.
+inline SkinSource unmasked_source(SkinSource wanted, bool all_patches_take_part) noexcept {
+  return all_patches_take_part ? wanted : SkinSource::host;
+}
+
 class SkinSourceSwitch {
  public:
   SkinSourceSwitch(std::size_t joints, double fade_s) : fade_(fade_s), torque_(joints) {}

@@ -78,8 +78,8 @@ const GuardReport& SkinCycle::step(const JointState& joints, const skin::SkinSta
     control::gravity_task(dynamics_, gravity_torque_);
     valid = skin_task_.compute(dynamics_, skin, share, host_skin_torque_) &&  // (14) to (17) by (22) to (25)
             touch_task_.compute(dynamics_, skin, share, touch_torque_);
-    std::ranges::copy(skin_source_.step(source_.load(std::memory_order_relaxed), host_skin_torque_, own_torque, period),
-                      skin_torque_.begin());
+    const auto source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole());
+    std::ranges::copy(skin_source_.step(source, host_skin_torque_, own_torque, period), skin_torque_.begin());
   }
   const double skin_weight = skin_fade_.step(skin_on_.load(std::memory_order_relaxed), period);
   if (valid) {

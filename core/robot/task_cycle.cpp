@@ -72,15 +72,16 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
       mass_[i * count + i] += virtual_robot.inertia[i] + virtual_robot.friction[i] * period;
       bias_[i] = dynamics_.nonlinear_effects()[i] + virtual_robot.friction[i] * resolver_.velocity()[i] - touch[i];
     }
-    const control::TaskInput input{.dynamics = dynamics_,
-                                   .position = resolver_.position(),
-                                   .velocity = resolver_.velocity(),
-                                   .skin = skin,
-                                   .share = share_,
-                                   .period_s = period,
-                                   .own_torque = own_torque,
-                                   .source = source_.load(std::memory_order_relaxed),
-                                   .skin_share = skin_share};
+    const control::TaskInput input{
+        .dynamics = dynamics_,
+        .position = resolver_.position(),
+        .velocity = resolver_.velocity(),
+        .skin = skin,
+        .share = share_,
+        .period_s = period,
+        .own_torque = own_torque,
+        .source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole()),
+        .skin_share = skin_share};
     if (!moves) stack_.restart(input);
     valid = stack_.compute(input, mass_, bias_, fused_torque_) &&  // (18) or (19), (20)
             resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);

@@ -64,6 +64,24 @@ def test_a_skin_that_says_nothing_new_moves_nothing(session: Session) -> None:
     assert cycle.skin_source_share == 1.0
 
 
+def test_a_masked_cell_contributes_nothing_whichever_source_is_asked_for(session: Session) -> None:
+    cycle = session.cycle
+    assert isinstance(cycle, SkinCycle)
+    session.set_source("skin")
+    session.run(0.5)
+    assert np.abs(cycle.skin_torque).max() > 1
+    patch = int(session.layout.patch[CELL])
+    session.mask_patch(patch, True)
+    session.run(0.5)
+    assert np.abs(session.own_torque.joint).max() > 1  # the cells still say what they feel
+    assert cycle.skin_source_share == 0.0
+    assert np.array_equal(cycle.skin_torque, cycle.host_skin_torque)
+    assert np.abs(cycle.skin_torque).max() < 0.02
+    session.mask_patch(patch, False)
+    session.run(0.5)
+    assert cycle.skin_source_share == 1.0
+
+
 def test_what_cannot_be_asked_for_is_refused(session: Session) -> None:
     with pytest.raises(UnknownNameError, match="source"):
         session.set_source("elsewhere")
