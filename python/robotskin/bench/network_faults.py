@@ -145,11 +145,12 @@ def recovery_figures(healings: list[Healing]) -> dict[str, float | int]:
         "host_gap_max_ms": float(max(healing.host_gap_ms for healing in single if not healing.overloaded)),
         "host_gap_overloaded_max_ms": max((one.host_gap_ms for one in single if one.overloaded), default=0.0),
     }
-    flaps = [healing for healing in healings if healing.kind == "flap"]
-    if flaps:
-        figures["recovery_flap_max_ms"] = float(max(healing.recovery_ms for healing in flaps))
     for kind in KINDS:
-        worst = [healing.recovery_ms for healing in single if healing.kind == kind]
-        if worst:
-            figures[f"recovery_{kind.replace(' ', '_')}_max_ms"] = float(max(worst))
+        of_kind = [healing for healing in healings if healing.kind == kind]
+        name = kind.replace(" ", "_")
+        if of_kind:
+            figures[f"recovery_{name}_max_ms"] = float(max(healing.recovery_ms for healing in of_kind))
+        gaps = [healing.host_gap_ms for healing in of_kind if not healing.overloaded]
+        if gaps:
+            figures[f"host_gap_{name}_max_ms"] = float(max(gaps))
     return figures

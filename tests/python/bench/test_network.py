@@ -1,11 +1,13 @@
 """The network's benchmark at its smallest: every part runs, and its figures obey the laws behind them."""
 
+from random import Random
+
 import numpy as np
 import pytest
 
 from robotskin.bench import network, network_naive, network_peers, network_runs, network_speed
 from robotskin.bench.network_balance import balance, balance_figures
-from robotskin.bench.network_faults import KINDS, heal, recovery_figures
+from robotskin.bench.network_faults import KINDS, Healing, heal, recovery_figures
 from robotskin.bench.network_misses import misses
 from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
 from robotskin.bench.network_set import skins
@@ -97,6 +99,25 @@ def test_each_kind_of_fault_strikes_and_heals(kind, seed, tmp_path):
     if kind == "link":
         draw_recovery([healing], tmp_path / "recovery.png")
         assert recovery_figures([healing, heal("cell with cable", "sheet", 0)])["recovery_runs"] == 2
+
+
+def test_figures_of_kinds_tell_where_the_worst_ones_come_from(seed):
+    random = Random(seed)
+    healings = [
+        Healing(kind, "sheet", 0, "", random.uniform(0, 9), 1, True, random.uniform(4, 20), random.random() < 0.5)
+        for kind in KINDS
+        for _ in range(4)
+    ]
+    healings.append(Healing("link", "sheet", 0, "", 1.0, 1, True, 4.0, False))
+    figures = recovery_figures(healings)
+    for kind in KINDS:
+        name, of_kind = kind.replace(" ", "_"), [healing for healing in healings if healing.kind == kind]
+        assert figures[f"recovery_{name}_max_ms"] == max(healing.recovery_ms for healing in of_kind)
+        gaps = [healing.host_gap_ms for healing in of_kind if not healing.overloaded]
+        assert figures.get(f"host_gap_{name}_max_ms") == max(gaps, default=None)
+    single = [kind.replace(" ", "_") for kind in KINDS if kind != "flap"]
+    assert figures["recovery_max_ms"] == max(figures[f"recovery_{name}_max_ms"] for name in single)
+    assert figures["host_gap_max_ms"] == max(figures.get(f"host_gap_{name}_max_ms", 0) for name in single)
 
 
 def test_the_network_serves_a_longer_cylinder_than_first_arrival_trees(seed, tmp_path):
