@@ -31,7 +31,6 @@ static void hold(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32
   route->target_port = (uint8_t)(port + 1U);
   route->target_root = route->neighbour[port].wave.root;
   route->hold_us = now_us;
-  rs_route_advertise(cell, now_us);
 }
 
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
@@ -47,6 +46,7 @@ static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_
   }
   if (best == RS_PORTS) return;
   hold(cell, best, whole, route->told_size, now_us);
+  rs_route_advertise(cell, now_us);
 }
 
 void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -103,9 +103,9 @@ void rs_move_detour(rs_cell* cell, uint32_t now_us) {
   if (route->yielding < 255U) ++route->yielding;
   if (route->yielding <= DETOUR_TICKS + route->subtree_height) return;
   const rs_neighbour* parent = &route->neighbour[route->parent_port - 1U];
-  /* One hold at a time along a way and no two in a row, or those below lose patience. */
+  /* One hold at a time along a way, or those below lose patience; and few, as each costs an advert or two. */
   const bool behind = parent->wave.sequence != (uint16_t)(route->wave.sequence + 1U);
-  if (!parent->leaving || behind || now_us - route->hold_us < 2U * RS_TICK_US) return;
+  if (!parent->leaving || behind || now_us - route->hold_us < RS_DETOUR_PAUSE_US) return;
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
@@ -114,8 +114,9 @@ void rs_move_detour(rs_cell* cell, uint32_t now_us) {
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  hold(cell, best, true, route->subtree_size, now_us);
+  hold(cell, best, true, route->subtree_size, now_us); /* nobody has to know before it is done */
   rs_subtree_update(cell);
+  rs_timer_set(cell, now_us);
 }
 
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
