@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.selfconfig.common.archive import ArchiveError, read_arrays
 from robotskin.selfconfig.common.side_by_side import side_by_side
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
 from robotskin.whole_file import whole_file
@@ -123,6 +124,9 @@ class SensoryMotorMap:
             raise SensoryMotorMapError(
                 f"weight {self.weight.shape}, posture {self.posture.shape}: must be {expected}, {expected[::2]}"
             )
+        for name, values in (("weight", self.weight), ("posture", self.posture)):
+            if not np.isfinite(values).all():
+                raise SensoryMotorMapError(f"{name} holds {values[~np.isfinite(values)][0]}, which is no finite number")
 
     def recall(self, posture: Array) -> Array:
         """(N, n) the tile explored nearest to a posture (n), by squared joint distance."""
@@ -154,15 +158,22 @@ class SensoryMotorMap:
     def load(cls, path: str | Path) -> SensoryMotorMap:
         """Read what `save` wrote. Raises SensoryMotorMapError, naming the file and what is wrong."""
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-            found = (str(arrays.get("format", "")), int(arrays.get("version", 0)))
-            if found != (FORMAT, VERSION):
-                raise SensoryMotorMapError(f"format {found[0]!r} version {found[1]}: must be {FORMAT!r} {VERSION}")
+            arrays = read_arrays(path)
+        except ArchiveError as error:
+            raise SensoryMotorMapError(f"{error}; `robotskin configure --map FILE` writes a map") from error
+        found = (str(arrays.get("format", "")), str(arrays.get("version", 0)))
+        if found != (FORMAT, str(VERSION)):
+            raise SensoryMotorMapError(
+                f"{path}: format {found[0]!r} version {found[1]}: must be {FORMAT!r} version {VERSION}, as "
+                f"`robotskin configure --map FILE` writes"
+            )
+        try:
             names = tuple(str(name) for name in arrays["joint_names"])
             return cls(str(arrays["robot"]), names, arrays["cell"], arrays["posture"], arrays["weight"])
-        except (OSError, ValueError, EOFError, KeyError, SensoryMotorMapError) as error:
-            raise SensoryMotorMapError(f"{path}: no sensory-motor map: {error}") from error
+        except KeyError as error:
+            raise SensoryMotorMapError(f"{path}: array {error} is missing") from error
+        except (SensoryMotorMapError, ValueError, TypeError, IndexError) as error:
+            raise SensoryMotorMapError(f"{path}: {error}") from error
 
 
 def build_map(

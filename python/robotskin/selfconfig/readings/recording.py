@@ -6,11 +6,6 @@ a numpy archive (.npz); docs/selfconfig.md lists its arrays.
 
 from __future__ import annotations
 
-import io
-import lzma
-import struct
-import zipfile
-import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +17,7 @@ from numpy.typing import NDArray
 from robotskin.errors import RobotskinError
 from robotskin.layout.cell import PORTS
 from robotskin.selfconfig.babbling.joint_sine import JointSine
+from robotskin.selfconfig.common.archive import ArchiveError, read_arrays
 from robotskin.selfconfig.common.gravity import ACCELERATION_STEP_MPS2
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
@@ -34,18 +30,6 @@ FORMAT = "robotskin-babbling"
 VERSION = 1
 MISSING_COUNTS = np.int16(-32768)
 """Stands in a file for a reading that did not come."""
-_DAMAGE = (
-    OSError,
-    ValueError,
-    LookupError,
-    EOFError,
-    RuntimeError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-    lzma.LZMAError,
-)
-"""What the zip format's readers raise of a file that was cut or changed."""
 
 
 class RecordingError(RobotskinError):
@@ -144,12 +128,9 @@ class BabblingRecording:
             RecordingError: no such archive, another format or version, a missing array, or shapes that do not match.
         """
         try:
-            # Member by member, since numpy takes other files for single arrays or for pickles, and reads an array's
-            # header before anyone has compared its checksum.
-            with zipfile.ZipFile(path) as archive:
-                arrays = {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
-        except _DAMAGE as error:
-            raise RecordingError(f"{path}: no whole numpy archive (.npz): {error}") from error
+            arrays = read_arrays(path)
+        except ArchiveError as error:
+            raise RecordingError(str(error)) from error
         found = (str(arrays.get("format", "")), str(arrays.get("version", 0)))
         if found != (FORMAT, str(VERSION)):
             raise RecordingError(
@@ -161,10 +142,6 @@ class BabblingRecording:
             raise RecordingError(f"{path}: array {error} is missing") from error
         except (RecordingError, ValueError, TypeError, IndexError) as error:
             raise RecordingError(f"{path}: {error}") from error
-
-
-def _array(data: bytes) -> NDArray:
-    return np.asarray(np.lib.format.read_array(io.BytesIO(data), allow_pickle=False))
 
 
 def _from_arrays(arrays: dict[str, NDArray]) -> BabblingRecording:

@@ -1,3 +1,4 @@
+import io
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +150,36 @@ def test_what_makes_no_map_is_refused(tmp_path: Path, seed: int) -> None:
         build_map("ur5", "abcdef", np.arange(24), [], moved)
     with pytest.raises(SensoryMotorMapError, match="activity"):
         build_map("ur5", "abcdef", np.arange(24), recordings, moved[:, :3])
-    (tmp_path / "no.npz").write_text("")
-    with pytest.raises(SensoryMotorMapError, match=r"no\.npz"):
-        SensoryMotorMap.load(tmp_path / "no.npz")
+    with pytest.raises(SensoryMotorMapError, match="weight holds nan"):
+        SensoryMotorMap("arm", ("a",), np.array([1]), np.zeros((1, 1)), np.full((1, 1, 1), np.nan))
+
+
+def test_a_file_that_holds_no_map_is_refused_by_name_and_by_what_would_be_one(tmp_path: Path) -> None:
+    learned = SensoryMotorMap("arm", ("a", "b"), np.array([1, 2]), np.zeros((1, 2)), np.ones((1, 2, 2)))
+    file = tmp_path / "file.npz"
+    learned.save(file)
+    whole = file.read_bytes()
+    arrays = dict(np.load(file))
+    np.save(tmp_path / "single.npy", np.zeros(3))
+
+    def refused(content: bytes, message: str) -> None:
+        file.write_bytes(content)
+        with pytest.raises(SensoryMotorMapError, match=message) as error:
+            SensoryMotorMap.load(file)
+        assert "file.npz: " in str(error.value)
+        assert "allow_pickle" not in str(error.value)
+
+    for content in (b"", b"# a text\n", whole[: len(whole) // 2], (tmp_path / "single.npy").read_bytes()):
+        refused(content, "no whole numpy archive .*robotskin configure --map FILE")
+
+    def archive(**changed: object) -> bytes:
+        content = io.BytesIO()
+        np.savez(content, **{name: value for name, value in {**arrays, **changed}.items() if value is not None})
+        return content.getvalue()
+
+    refused(archive(format="robotskin-babbling"), "format 'robotskin-babbling' version 1: must be .* --map FILE")
+    refused(archive(version=2), "version 2: must be")
+    refused(archive(weight=None), "array 'weight' is missing")
+    refused(archive(posture=np.zeros((1, 3))), "posture .1, 3.: must be")
+    refused(archive(weight=np.full((1, 2, 2), np.inf)), "weight holds inf")
+    refused(archive(weight=np.full((1, 2, 2), "one")), "file.npz")
