@@ -313,6 +313,9 @@ QuadraticFusion::QuadraticFusion(std::size_t joint_count, std::size_t largest_ro
   check("velocity", limits.velocity, joint_count, true);
   check("torque", limits.torque, joint_count, true);
   check("braking", limits.braking, joint_count, true);
+  if (!(limits.margin_rad >= 0) || !std::isfinite(limits.margin_rad))
+    throw ControlError("quadratic fusion: margin_rad " + std::to_string(limits.margin_rad) +
+                       " must be finite and at least 0");
   for (const double value : {limits.horizon_s, limits.position_rate, limits.velocity_rate})
     if (!(value > 0) || !std::isfinite(value))
       throw ControlError("quadratic fusion: rate or horizon " + std::to_string(value) +

@@ -44,7 +44,7 @@ struct WeightedRows {
 // give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits. Where no limit
 // is met this is the minimum of a quadratic without constraints, which one Cholesky factor finds. From there an active
 // set adds the limits that are met, beginning with those of the last tick; ProxSuite takes over a programme that it
-// does not finish.
+// does not finish, and may then allocate memory, which nothing else does.
 class QuadraticFusion {
  public:
   // Throws ControlError for limits that do not fit the robot.
@@ -54,13 +54,13 @@ class QuadraticFusion {
   QuadraticFusion& operator=(QuadraticFusion&&) noexcept;
 
   // fused (n) Nm, `unprojected` (n) included. `mass` (n, n) is the inertia that answers to torques and `bias` (n) the
-  // torque of no acceleration. False if a size is wrong or there is no finite answer. Allocates nothing.
+  // torque of no acceleration. False if a size is wrong or there is no finite answer.
   [[nodiscard]] bool fuse(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
                           std::span<const double> unprojected, std::span<const FusionLevel> levels,
                           std::span<double> fused) noexcept;
 
   // All rows in one programme, without a hierarchy: min of the sum of weight |rows a - acceleration|^2 within the
-  // limits. The other arguments are those of fuse, and so is what is returned. Allocates nothing.
+  // limits. The other arguments are those of fuse, and so is what is returned.
   [[nodiscard]] bool fuse_weighted(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
                                    std::span<const double> unprojected, std::span<const WeightedRows> terms,
                                    std::span<double> fused) noexcept;

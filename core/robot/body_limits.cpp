@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -12,8 +13,10 @@
 namespace robotskin::robot {
 namespace {
 
-// From here a sensor that says it is at the end of its range is: its zero has used up the rest.
+// From here a sensor may be at the end of its range: the zeros that host and cell take off have used up the rest.
 constexpr double end_of_range_n = 0.9 * skin::force_1_highest * skin::force_1_step;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 void check(const BodyRegion& region) {
   const auto refuse = [&](const std::string& what) { throw GuardError("body region '" + region.name + "': " + what); };
@@ -36,8 +39,9 @@ double cell_area_cm2() noexcept {
 
 std::string text_of(const BodyExcess& excess) {
   const auto number = [](double value) {
-    std::string text = std::to_string(value);
-    return text.substr(0, text.find('.') + 2);
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1f", value);
+    return std::string(text.data());
   };
   const std::string kind = excess.transient ? "transient" : "quasi-static";
   const std::string region = "region '" + std::string(excess.region.data()) + "': ";
@@ -51,6 +55,7 @@ std::string text_of(const BodyExcess& excess) {
       return region + "the " + kind + " pressure is " + number(excess.value) + " N/cm², its limit " +
              number(excess.limit) + " N/cm²";
     case BodyQuantity::saturated:
+      if (!std::isfinite(excess.value)) return region + "the force is not known, a sensor's is no finite number";
       return region + "the force is not known, a sensor is at the end of its range with " + number(excess.value) + " N";
     case BodyQuantity::silent:
       return region + "the force is not known, " + number(100 * excess.value) + " % of its cells are alive, of " +
@@ -76,9 +81,9 @@ BodyMonitor::Felt BodyMonitor::feel(const BodyRegion& region, const skin::SkinSt
     ++felt.alive;
     const auto& force = skin.normal_force[cell];
     const double newton = double{force[0]} + double{force[1]} + double{force[2]};
-    const double largest = std::max({force[0], force[1], force[2]});
-    if (skin.saturated[cell] != 0 && largest >= end_of_range_n) felt.saturated_n = std::max(felt.saturated_n, largest);
-    if (!(newton > limits_.silent_n)) continue;
+    const double largest = std::isfinite(newton) ? std::max({force[0], force[1], force[2]}) : infinite;
+    if (largest >= end_of_range_n) felt.saturated_n = std::max(felt.saturated_n, largest);
+    if (!(newton > limits_.silent_n) || !std::isfinite(newton)) continue;
     felt.force_n += newton;
     felt.largest_cell_n = std::max(felt.largest_cell_n, newton);
   }

@@ -154,6 +154,16 @@ def quadratic(robot: RobotModel, limits: QuadraticLimits) -> QuadraticFusion:
     return QuadraticFusion(robot.joint_count, 100, 3, limits)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("margin_rad", np.nan), ("margin_rad", -0.1), ("horizon_s", 0.0), ("horizon_s", np.nan)]
+)
+def test_limits_that_would_limit_nothing_are_refused(robot, name: str, value: float) -> None:
+    limits = wide(robot)
+    setattr(limits, name, value)
+    with pytest.raises(ControlError, match="margin_rad" if name == "margin_rad" else "horizon"):
+        quadratic(robot, limits)
+
+
 def test_within_the_limits_each_level_gets_what_it_asks_for(robot, rng) -> None:
     fusion = quadratic(robot, wide(robot))
     compared = 0

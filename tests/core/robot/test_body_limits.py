@@ -106,8 +106,18 @@ def test_a_force_that_cannot_be_known_is_within_no_limit(ur5) -> None:
     bench = bench_with(ur5, region(quasi_static=100.0))
     bench.skin.saturated[HAND[3]] = 1
     assert press(bench, HAND, 5.0, 5).state == SafetyState.running, "another channel is at its end"
-    report = press(bench, HAND[3:4], 30.0)
-    assert "a sensor is at the end of its range" in report.text
+    # A cell that takes its zero off itself never reads the end of its channel, and says nothing of it.
+    bench.skin.saturated[HAND[3]] = 0
+    assert press(bench, HAND[3:4], 3 * 8.9, 5).state == SafetyState.running
+    report = press(bench, HAND[3:4], 3 * 9.4)
+    assert report.state == SafetyState.stopped
+    assert "a sensor is at the end of its range with 9.4 N" in report.text
+
+    for newton in (float("nan"), float("inf")):
+        bench = bench_with(ur5, region(quasi_static=100.0))
+        report = press(bench, HAND[3:4], newton)
+        assert report.state == SafetyState.stopped
+        assert "a sensor's is no finite number" in report.text
 
     bench = bench_with(ur5, region(quasi_static=100.0))
     bench.skin.health[HAND[:6]] = Health.dead.value
