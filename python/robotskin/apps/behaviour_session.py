@@ -61,6 +61,7 @@ class BehaviourSession(Session):
             raise InputError(f"fault file {self.fault_file}: there is no folder {self.fault_file.absolute().parent}")
         self.fault = ""
         """Why a fault stopped the robot last, as far as one did."""
+        self._written = ""
         self._unwritten = False
         super().__init__(robot, layout, seed, **options)
 
@@ -88,15 +89,17 @@ class BehaviourSession(Session):
         report = self.controller.report
         if before is not SafetyState.stopped and report.state is SafetyState.stopped and report.reason != Reason.asked:
             self.fault = report.text
-            self._unwritten = self.fault_file is not None
+            self._unwritten, self._written = self.fault_file is not None, ""
         if self._unwritten and report.conditions & Condition.at_rest.value:
             self._write_fault()
 
     def shut_down(self) -> None:
         """Stop the robot and bring it to rest, whatever happened before."""
-        if self._unwritten:
-            self._write_fault()
-        super().shut_down()
+        try:
+            if self._unwritten:
+                self._write_fault()
+        finally:
+            super().shut_down()
 
     def _write_fault(self) -> None:
         self._unwritten = False
@@ -104,8 +107,16 @@ class BehaviourSession(Session):
             return
         try:
             write_state_log(self.fault_file, self.controller.cycle.log, self.robot.joint_names, self.fault)
+            self._written = f"its last second is in {self.fault_file}"
         except OSError as error:  # The robot is being stopped, which no full disk may prevent.
-            self.fault += f" (the last second could not be written: {error})"
+            self._written = f"its last second could not be written to {self.fault_file}: {error}"
+
+    @property
+    def fault_told(self) -> str:
+        """The last fault in one sentence and where its last second is, for people; empty where there was none."""
+        if not self.fault:
+            return ""
+        return "; ".join(part for part in (f"a fault stopped the robot: {self.fault}", self._written) if part)
 
     @property
     def behaviour(self) -> str:

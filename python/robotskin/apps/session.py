@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotskin._core.driver import Driver
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import SafetyState, SkinCycle, SkinSource
+from robotskin._core.robot import Condition, SafetyState, SkinCycle, SkinSource, safety_table
 from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState, SkinTorque, TorqueReader
 from robotskin._core.world import UdpTransport
 from robotskin.apps.torque_setup import TorqueSetup
@@ -182,8 +182,16 @@ class Session:
         self.cycle.request_run(True)
         self.run(0.05)
         if self.state is not SafetyState.running:
-            raise SessionError(f"the controller did not start: {self.state.name}, {self.cycle.report.text}")
+            raise SessionError(f"the controller did not start: {self.state.name}, {self._why_not_running()}")
         return self.world.time_s - started
+
+    def _why_not_running(self) -> str:
+        report = self.cycle.report
+        if report.state is not SafetyState.ready:
+            return report.text
+        needed = next(row[1] for row in safety_table() if row[0] is SafetyState.ready and row[3] is SafetyState.running)
+        absent = [str(one.name) for one in Condition if needed & one.value & ~report.conditions]
+        return f"for want of {', '.join(absent)}"
 
     def _tell_cells(self, torques: CellTorques) -> None:
         """Write offsets and torque parameters into the cells' flash, and take the zero that is left."""

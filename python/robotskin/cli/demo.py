@@ -153,9 +153,13 @@ def show(session: Session, port: int, ready: Callable[[], None] = lambda: None) 
     from robotskin.viewer.page import Page
 
     console = Console()
-    with console.status("booting the skin"):
-        took_s = session.boot()
-    ready()
+    try:
+        with console.status("booting the skin"):
+            took_s = session.boot()
+        ready()
+    except BaseException:  # From here to the page's own thread nobody else would stop the robot.
+        session.shut_down()
+        raise
     console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
     with LiveSession(session) as live, Page(live, port) as page:
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")

@@ -120,7 +120,7 @@ def command(
 
     show(session, port, lambda: set_goal(session, target) if target is not None else None)
     if session.fault:
-        console.print(f"a fault stopped the robot: {session.fault}; its last second is in {fault_file}")
+        console.print(session.fault_told)
 
 
 def numbers_of(text: str | None) -> list[float] | None:
@@ -154,7 +154,7 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     title = f"{session.robot.name}, {session.controller.behaviour.name}, {session.interface}"
     console.print(table_of(title, figures, bounds))
     if session.fault:
-        console.print(f"a fault stopped the robot: {session.fault}; its last second is in {session.fault_file}")
+        console.print(session.fault_told)
     if json_file is not None:
         write_figures(json_file, session.seed, figures)
     return 1 if broken(bounds, figures) else 0

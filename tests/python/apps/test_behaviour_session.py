@@ -162,11 +162,40 @@ def test_a_full_disk_prevents_no_stop(tmp_path: Path, seed: int) -> None:
         session.world.push(pushed_cell(session, "forearm_link"), 12.0)
         session.run(1.0)
         assert session.state == SafetyState.stopped
-        assert "could not be written" in session.fault
+        assert "could not be written" in session.fault_told
+        assert "its last second is in" not in session.fault_told
     finally:
         session.shut_down()
     with pytest.raises(InputError, match="there is no folder"):
         BehaviourSession(robots.load("ur5"), layout.finished("ur5"), seed=seed, fault_file=folder / "fault.csv")
+
+
+def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, monkeypatch) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("no text of this")
+
+    monkeypatch.setattr("robotskin.apps.behaviour_session.write_state_log", broken)
+    session = BehaviourSession(
+        robots.load("ur5"),
+        layout.finished("ur5"),
+        seed=seed,
+        link="in process",
+        body_limits=BodyLimits.load(limits_file(tmp_path, 5.0)),
+        fault_file=tmp_path / "fault.csv",
+    )
+    session.boot()
+    session.world.push(pushed_cell(session, "forearm_link"), 12.0)
+    while session.state is SafetyState.running:
+        session.step()
+    with pytest.raises(ValueError, match="no text"):
+        session.shut_down()
+    assert session.state == SafetyState.ready, "brought to rest, and nobody wants it to run"
+
+
+def test_a_robot_that_does_not_start_says_for_want_of_what(session: BehaviourSession, monkeypatch) -> None:
+    monkeypatch.setattr(session.cycle, "request_run", lambda run: None)
+    with pytest.raises(SessionError, match="ready, for want of wanted"):
+        session.boot()
 
 
 def test_self_collision_and_joint_limits_are_part_of_every_behaviour_that_is_protected(seed: int) -> None:
