@@ -30,7 +30,7 @@ static void require(bool holds, const char* what) {
 /* Random bytes, with a right checksum most of the time, and often a plausible tick or command. */
 static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, const rs_cell* cell) {
   for (unsigned i = 0; i < RS_FRAME_BYTES; ++i) frame[i] = (uint8_t)draw();
-  const uint32_t kind = draw() % 8U;
+  const uint32_t kind = draw() % 9U;
   if (kind < 3U) {
     rs_tick tick;
     rs_tick_unpack(&tick, frame);
@@ -61,7 +61,7 @@ static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, cons
     if (draw() % 2U == 0U) command.value_low = draw() % 2U == 0U ? cell->uid : draw() % 300U;
     if (draw() % 2U == 0U) command.value_high = cell->challenge;
     rs_command_pack(frame, &command);
-  } else if (kind == 5U) {
+  } else if (kind == 8U) {
     rs_torque torque;
     rs_torque_unpack(&torque, frame);
     torque.type = RS_TYPE_torque;
