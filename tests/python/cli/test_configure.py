@@ -1,5 +1,6 @@
 """`robotskin configure` on recorded data: what it finds, and with --check what has changed since."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -88,6 +89,21 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     placed, where = layout.link_from_cell[there], rows[there]
     assert mean_errors(placed, slid.link_from_cell[where])[1] < 3.0
     assert mean_errors(placed, worn.link_from_cell[where])[1] > 5.0
+
+
+def test_a_robot_reacts_by_the_map_that_it_has_learnt(recordings, tmp_path, seed: int) -> None:
+    before, *_ = recordings
+    learnt, figures = tmp_path / "map.npz", tmp_path / "run.json"
+    steps = ["--steps", f"{STEPS},map", "--output", str(tmp_path / "found.json"), "--map", str(learnt)]
+    made = CliRunner().invoke(app, ["configure", "ur5", *steps, "--from", str(before)])
+    assert made.exit_code == 0, made.output
+    told = ["--skin-map", str(learnt), "--seconds", "1.0", "--seed", str(seed), "--json", str(figures)]
+    moved = CliRunner().invoke(app, ["run", "ur5", "--behaviour", "kinesthetic_joint", "--headless", *told])
+    assert moved.exit_code == 0, moved.output
+    found = json.loads(figures.read_text())
+    assert found["running"] == 1
+    assert found["limit_violations"] == 0
+    assert found["largest_move_m"] > 0.003
 
 
 def test_a_camera_needs_a_skin_to_look_at(tmp_path) -> None:
