@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import resource
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,10 +19,24 @@ MUTANT_SEEDS = 1000
 FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
 
 
+TOLD_S = 20.0
+"""Between two lines of progress where there is no terminal."""
+_told = [0.0]
+
+
 def tell(text: str) -> None:
-    """Progress on one line of the terminal, if there is one."""
+    """Progress: on one line of the terminal, or now and then as a line of its own."""
     if sys.stderr.isatty():
         print(f"\r\033[K{text}", end="" if text else "\r", file=sys.stderr, flush=True)
+    elif text and time.monotonic() - _told[0] >= TOLD_S:
+        _told[0] = time.monotonic()
+        print(text, file=sys.stderr, flush=True)
+
+
+def cpu_s() -> float:
+    """Processor time of this process and of the workers that have ended."""
+    uses = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(use.ru_utime + use.ru_stime for use in uses)
 
 
 def run(
@@ -30,7 +46,7 @@ def run(
     quick: Annotated[bool, typer.Option(help="Three seeds of each skin: an impression in two minutes.")] = False,
     parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
     fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign, from 1.", min=1)] = 20000,
-    processes: Annotated[int, typer.Option(help="Worker processes.", min=1)] = 2,
+    processes: Annotated[int, typer.Option(help="Worker processes.", min=1, max=2)] = 2,
     pictures: Annotated[
         Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
     ] = None,
@@ -40,7 +56,8 @@ def run(
     The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
     with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
     every fourth of those seeds at two, four and five. A run ends once its loads have settled.
-    `campaign` is the fault campaign and its mutants. docs/network.md says what each figure means.
+    `campaign` is the fault campaign and its mutants. Each part tells its processor time, `PART_cpu_s`. docs/network.md
+    says what each figure means.
     """
     wanted = parts.split(",")
     unknown = [part for part in wanted if part not in PARTS]
@@ -50,29 +67,39 @@ def run(
         seeds = min(seeds, 3)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
+    measures: dict[str, Callable[[], dict[str, Any]]] = {
+        "balance": lambda: balance_part(seeds, quick, processes, pictures),
+        "size": lambda: size_part(seeds, quick, processes, pictures),
+        "recovery": lambda: recovery_part(seeds, quick, processes, pictures),
+        "torque": lambda: torque_part(seeds, processes),
+        "speed": lambda: speed_part(seed, quick),
+        "scale": lambda: scale_part(seed, quick),
+        "campaign": lambda: campaign_part(100 if quick else fault_seeds, processes),
+    }
     figures: dict[str, Any] = {"set_seeds": seeds}
-    if "balance" in wanted:
-        figures |= balance_part(seeds, quick, processes, pictures)
-    if "size" in wanted:
-        figures |= size_part(seeds, quick, processes, pictures)
-    if "recovery" in wanted:
-        figures |= recovery_part(seeds, quick, processes, pictures)
-    if "torque" in wanted:
-        figures |= torque_part(seeds, processes)
-    if "speed" in wanted:
-        from robotskin.bench.network_speed import speed_figures
-
-        tell("speed")
-        figures |= speed_figures(seed, quick)
-    if "scale" in wanted:
-        from robotskin.bench.network_speed import scale_figures
-
-        tell("scale")
-        figures |= scale_figures(seed, quick)
-    if "campaign" in wanted:
-        figures |= campaign_part(100 if quick else fault_seeds, processes)
+    for part in PARTS:
+        if part in wanted:
+            begun_s = cpu_s()
+            figures |= measures[part]()
+            figures[f"{part}_cpu_s"] = round(cpu_s() - begun_s, 1)
     tell("")
     return figures
+
+
+def speed_part(seed: int, quick: bool) -> dict[str, Any]:
+    """Pace, beside SimPy and real time."""
+    from robotskin.bench.network_speed import speed_figures
+
+    tell("speed")
+    return dict(speed_figures(seed, quick))
+
+
+def scale_part(seed: int, quick: bool) -> dict[str, Any]:
+    """10 000 and 100 000 cells."""
+    from robotskin.bench.network_speed import scale_figures
+
+    tell("scale")
+    return dict(scale_figures(seed, quick))
 
 
 def set_jobs(seeds: int) -> list[tuple[str, int, int]]:

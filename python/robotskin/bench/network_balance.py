@@ -38,8 +38,8 @@ class Balance:
     """A settled run beside what is possible.
 
     naive: cells of the fullest first-arrival tree (skins of one part). best: by part, the fullest cable of the best
-    known forest; even_depth: a depth that no forest with such loads undercuts; cut: cells a line at the minimum cut.
-    within: cells that the fullest cable of no forest of the allowed depth undercuts (compact skins; others: 0).
+    known forest of any depth; within: by part, cells that the fullest cable of no forest of the allowed depth
+    undercuts; even_depth: a depth that no forest with the best loads undercuts; cut: cells a line at the minimum cut.
     """
 
     run: Settled
@@ -47,7 +47,7 @@ class Balance:
     best: tuple[int, ...]
     even_depth: int
     cut: float
-    within: int
+    within: tuple[int, ...]
 
     @property
     def fullest(self) -> int:
@@ -62,7 +62,7 @@ class Balance:
     @property
     def proven(self) -> bool:
         """Whether no forest of the allowed depth has ceil(N / K) cells on its fullest cable, of a compact skin."""
-        return self.within > self.run.parts[0].ideal
+        return self.within[0] > self.run.parts[0].ideal
 
     def ratios(self, least: int = 1) -> list[float]:
         """Fullest cable over best known, by part of more than `least` cells a cable."""
@@ -70,6 +70,14 @@ class Balance:
             part.fullest / best
             for part, best in zip(self.run.parts, self.best, strict=True)
             if part.cells > least * part.cables
+        ]
+
+    def ratios_to_possible(self) -> list[float]:
+        """Likewise over the best known, or what is proven least within the allowed depth where that is more."""
+        return [
+            part.fullest / max(best, within)
+            for part, best, within in zip(self.run.parts, self.best, self.within, strict=True)
+            if part.cells > part.cables
         ]
 
     def time_s(self, ratio: float) -> float:
@@ -88,32 +96,34 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
     compact = kind in COMPACT
     run = settle_network(network, kind, ports, seed, serve_s=SERVED_S if compact and ports == 3 else 0.0)
     hops = hops_to_cables(network)
-    best = []
+    best, within = [], []
     even_depth = 0
     for part in run.parts:
         load = known_best(network, part, compact=compact, found=part.fullest)
         cells, cables = np.flatnonzero(network.part == part.part), network.part[network.roots] == part.part
+        own = hops[np.ix_(cables, cells)]
+        least, sharper = limits_of_uneven(network, part, load, int(own.min(axis=0).max()))
         best.append(load)
-        even_depth = max(even_depth, least_depth_of_even_loads(hops[np.ix_(cables, cells)], load) or 0)
-    within = 0
-    if compact:
-        within, sharper = limits_of_uneven(network, run, best[0])
-        even_depth = max(even_depth, sharper)
+        within.append(least)
+        even_depth = max(even_depth, least_depth_of_even_loads(own, load) or 0, sharper)
     naive = first_arrival_fullest(network, seed) if len(run.parts) == 1 else 0.0
-    return Balance(run, naive, tuple(best), even_depth, float(bottleneck(network).cells_per_line), within)
+    return Balance(run, naive, tuple(best), even_depth, float(bottleneck(network).cells_per_line), tuple(within))
 
 
-def limits_of_uneven(network: CellNetwork, run: Settled, best: int) -> tuple[int, int]:
-    """`Balance.within` of a compact skin, and `Balance.even_depth`; suppositions only where they have to explain."""
-    near, roots = roots_and_neighbours(network, 0)
-    fullest, ideal = run.parts[0].fullest, run.parts[0].ideal
-    deepest = run.least_depth + EXTRA_HOPS
-    within = least_load_within(near, roots, deepest, fullest)
-    if fullest <= EVEN * ideal:
+def limits_of_uneven(network: CellNetwork, part: PartLoads, best: int, least_depth: int) -> tuple[int, int]:
+    """`Balance.within` of a part, and a depth that no forest with the best loads undercuts, 0 where nobody asks.
+
+    Suppositions only where the quick bounds do not explain what the network left uneven.
+    """
+    if part.fullest <= best:
+        return best, 0
+    near, roots = roots_and_neighbours(network, part.part)
+    within = least_load_within(near, roots, least_depth + EXTRA_HOPS, part.fullest)
+    if part.fullest <= EVEN * best:
         return within, 0
-    if within <= ideal or fullest > EVEN * within:
-        within = least_load_within(near, roots, deepest, fullest, PASSES)
-    return within, least_depth_of_load(near, roots, best, run.least_depth, PASSES) or 0
+    if within <= best or part.fullest > EVEN * within:
+        within = least_load_within(near, roots, least_depth + EXTRA_HOPS, part.fullest, PASSES)
+    return within, least_depth_of_load(near, roots, best, least_depth, PASSES) or 0
 
 
 def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int) -> int:
@@ -132,7 +142,7 @@ def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int)
 def compact_figures(mine: list[Balance]) -> dict[str, float | int]:
     """Of compact skins with one number of cables."""
     ratios = [one.ratio for one in mine]
-    to_possible = [one.fullest / one.within for one in mine]
+    to_possible = [max(one.ratios_to_possible()) for one in mine]
     missed = {name: [one for one in mine if one.ratio > ratio] for name, ratio in (("", FAIR), ("_102", EVEN))}
     extra = [one.run.depth - one.run.least_depth for one in mine]
     figures: dict[str, float | int] = {
@@ -156,14 +166,17 @@ def compact_figures(mine: list[Balance]) -> dict[str, float | int]:
         limit = EVEN if name else FAIR
         figures[f"balance_misses{name}"] = len(those)
         figures[f"balance_misses{name}_proven"] = sum(one.proven for one in those)
-        figures[f"balance_misses{name}_unavoidable"] = sum(one.within > limit * one.run.parts[0].ideal for one in those)
+        figures[f"balance_misses{name}_unavoidable"] = sum(
+            one.within[0] > limit * one.run.parts[0].ideal for one in those
+        )
     return figures
 
 
 def balance_figures(balances: list[Balance]) -> dict[str, float | int]:
     """The figures of the issue: of compact skins those of three cables, the others beside with their number of cables.
 
-    Ratios are to ceil(N / K), those `to_possible` to a load that is proven to be the least of the allowed depth.
+    Ratios are to ceil(N / K), of bridged skins and robots to the best known trees of any depth; those `to_possible` to
+    what is proven to be the least of the allowed depth where that is more.
     """
     runs = [one.run for one in balances]
     large = [run for run in runs if run.kind == "robot_1260"]
@@ -188,5 +201,8 @@ def balance_figures(balances: list[Balance]) -> dict[str, float | int]:
             worst = [max(one.ratios(), default=1.0) for one in mine]
             figures[f"{name}_ratio_p95"] = float(np.quantile(worst, 0.95))
             figures[f"{name}_ratio_max"] = max(worst)
+            figures[f"{name}_ratio_to_possible_max"] = max(max(one.ratios_to_possible(), default=1.0) for one in mine)
+            extra = [one.run.depth - one.run.least_depth for one in mine]
+            figures[f"{name}_extra_depth_max"] = max(extra)
             figures[f"{name}_min_cut_cells_per_line_max"] = max(one.cut for one in mine)
     return figures

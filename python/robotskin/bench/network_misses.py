@@ -46,25 +46,27 @@ def compact_row(one: Balance) -> tuple[str, ...]:
         why = f"proven: needs {one.even_depth - one.run.least_depth} hops"
     else:
         why = "stalled at the cap" if extra >= EXTRA_HOPS else "stalled"
-    loads = (str(one.fullest), str(ideal), f"{one.ratio:.3f}", f">= {one.within}", f"{one.fullest / one.within:.3f}")
+    within = one.within[0]
+    loads = (str(one.fullest), str(ideal), f"{one.ratio:.3f}", f">= {within}", f"{one.fullest / within:.3f}")
     return (name(one), *loads, f"+{extra}", why)
 
 
 def other_row(one: Balance) -> tuple[str, ...]:
     """Of a skin of several patches: its worst part against the best known trees."""
     part = one.worst_part()
-    best = one.best[part.part]
+    best, within = one.best[part.part], one.within[part.part]
     cut = float(bottleneck(skins(one.run.kind, one.run.ports, one.run.seed), part.part).cells_per_line)
-    ratio = f"{part.fullest / best:.3f}"
-    why = f"part {part.part}: best known {best}, minimum cut {cut:.1f} cells a line"
+    proven = f", proven: {within} within {EXTRA_HOPS} hops" if within > best else ""
+    why = f"part {part.part}: best known {best}{proven}, minimum cut {cut:.1f} cells a line"
     extra = one.run.depth - one.run.least_depth
+    possible = max(best, within)
     return (
         name(one),
         str(part.fullest),
         str(part.ideal),
         f"{part.fullest / part.ideal:.3f}",
-        str(best),
-        ratio,
+        str(possible),
+        f"{part.fullest / possible:.3f}",
         f"+{extra}",
         why,
     )

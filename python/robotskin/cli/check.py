@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from robotskin.errors import InputError
+
 SHOWN_PER_KIND = 3
 
 TABLE_WIDTH = 110
@@ -17,7 +19,9 @@ SHOWN_PARTS = 12
 
 
 def command(
-    files: Annotated[list[Path], typer.Argument(help="Files, or folders of files.", exists=True)],
+    files: Annotated[
+        list[str], typer.Argument(help="Files, or folders of files; with --network finished layouts' names as well.")
+    ],
     robot: Annotated[
         str | None, typer.Option(help="Check against this robot's meshes (a layout of this project names its own).")
     ] = None,
@@ -44,6 +48,13 @@ def command(
     With --network it names what the wiring can carry at the best, whatever the firmware does: which cables or bridges
     limit the rate, and where one more helps most. --strict then exits with status 1 if the rate is not reached.
     """
+    from robotskin.layout.finished_layouts import finished_names
+
+    known = finished_names() if network else ()
+    for name in files:
+        if name not in known and not Path(name).exists():
+            also = f", nor a finished layout: {', '.join(known)}" if network else ""
+            raise InputError(f"{name}: there is no such file or folder{also}")
     if network:
         judge_networks(files, rate, picture, json_file, strict)
         return
@@ -52,7 +63,7 @@ def command(
     console = Console()
     if console.width < TABLE_WIDTH:
         console = Console(width=TABLE_WIDTH)
-    results = check_files(files, robot)
+    results = check_files([Path(file) for file in files], robot)
     summary = Table(title=f"{len(results)} files")
     for heading in ("file", "format", "cells", "empty slots", "defects"):
         summary.add_column(heading, justify="right" if heading in ("cells", "empty slots") else "left", overflow="fold")
@@ -79,17 +90,17 @@ def command(
 
 
 def judge_networks(
-    files: list[Path], rate_hz: float, picture: Path | None, json_file: Path | None, strict: bool
+    skins: list[str], rate_hz: float, picture: Path | None, json_file: Path | None, strict: bool
 ) -> None:
-    """Tell what the wiring of each skin can carry."""
-    from robotskin.layout.network_limits import judge, read_networks, sentences
+    """Tell what the wiring of each skin can carry: files, folders or names of finished layouts."""
+    from robotskin.layout.network_limits import judge, named_networks, sentences
     from robotskin.layout.network_limits.picture import save_picture
 
     console = Console()
     if console.width < TABLE_WIDTH:
         console = Console(width=TABLE_WIDTH)
     verdicts = []
-    for found in [network for path in files for network in read_networks(path)]:
+    for found in [network for skin in skins for network in named_networks(skin)]:
         with console.status(f"judging {found.source}"):
             verdict = judge(found.network, rate_hz)
         verdicts.append(verdict)

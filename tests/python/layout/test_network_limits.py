@@ -1,5 +1,6 @@
 """Laws of the limits: flow equals cut, no forest beats its bound, brute force agrees, and advice keeps its promise."""
 
+import json
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -295,3 +296,14 @@ def test_a_foreign_skin_without_cables_gets_planned_ones_and_says_so(tum_file):
 def test_taxels_without_neighbours_are_refused_by_name(shared_data: Path):
     with pytest.raises(LayoutFileError, match="neighbours"):
         read_networks(shared_data / "icub_taxels")
+
+
+def test_the_command_judges_finished_layouts_by_their_names(tmp_path):
+    file = tmp_path / "verdict.json"
+    answer = CliRunner().invoke(main.app, ["check", "--network", "allegro_right_hand", "--json", str(file)])
+    assert answer.exit_code == 0, answer.output
+    assert json.loads(file.read_text())[0]["cells"] == len(CellNetwork.of_layout(finished("allegro_right_hand")))
+    wrong = CliRunner().invoke(main.app, ["check", "--network", "ur6"])
+    assert wrong.exit_code == 2
+    assert "ur6" in wrong.output + wrong.stderr
+    assert "ur5" in wrong.output + wrong.stderr

@@ -11,6 +11,7 @@ import numpy as np
 from robotskin.layout.cell_network import CableEnd, CellNetwork
 from robotskin.layout.checking import files_in
 from robotskin.layout.errors import LayoutError, LayoutFileError
+from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.formats import read
 from robotskin.layout.found import FoundSkin
 from robotskin.layout.found_links import links_of
@@ -55,6 +56,18 @@ def read_networks(path: Path) -> list[ReadNetwork]:
         telling = [problem for problem in problems if problem.field == "neighbours"] + problems
         raise telling[0] if telling else LayoutFileError(path, "folder", path.name, "no files in it")
     return networks
+
+
+def named_networks(skin: str) -> list[ReadNetwork]:
+    """The network of a finished layout by its name, or those of a file or folder, as `read_networks`.
+
+    A file of that name is a file: nothing that lies there is hidden by a layout that comes with this package.
+    """
+    if skin not in finished_names() or Path(skin).is_file():
+        return read_networks(Path(skin))
+    layout = finished(skin)
+    unplugged = () if layout.section_unit_ports else ("no cable is stated",)
+    return [ReadNetwork(skin, CellNetwork.of_layout(layout), unplugged)]
 
 
 def found_network(source: str, skins: Sequence[FoundSkin]) -> ReadNetwork:
