@@ -179,8 +179,14 @@ void rs_queues_check(rs_cell* cell, uint32_t now_us);
 uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us); /* until it may be sent; 0: now */
 uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us);                /* likewise */
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
-/* Starts a frame on each of these ports (bit p: port p) that has one. */
-void rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output);
+/* Starts a frame on each of these ports (bit p: port p) that has one; on which it did. */
+unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us);
+/* Tells the frames that have started. */
+RS_INLINE void rs_output_start(rs_output* output, const rs_queues* queues, unsigned started) {
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    output->frame[port] = (started >> port & 1U) != 0U ? queues->sending[port] : 0;
+  }
+}
 /* Ports with something to send, now or as soon as they are free. */
 RS_INLINE unsigned rs_transmit_wanted(const rs_cell* cell) {
   const rs_queues* queues = &cell->queues;
@@ -196,6 +202,16 @@ void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* o
 /* ---- network/passing.c: the short way of what comes most often ---- */
 /* After a step the long way: until when the short one may be taken. */
 void rs_pass_note(rs_cell* cell, uint32_t now_us);
+/* rs_cell_step the short way, for whoever runs the cell and still has its last output, of which `frame` and `waiting`
+ * alone change: the ports (bit p: port p) on which the frame in queues.sending starts, queues.waiting being the new
+ * `waiting`; or RS_PASSED_NOT, and nothing changed, if the step has to go the long way. */
+enum { RS_PASSED_NOT = 1 << RS_PORTS };
+unsigned rs_pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us); /* known to be right */
+unsigned rs_pass_sent(rs_cell* cell, uint32_t now_us);                                       /* after rs_note_sent */
+/* Frames that are out (bit p: port p), as `sent` of the input that comes next. */
+RS_INLINE void rs_note_sent(rs_cell* cell, unsigned sent) {
+  cell->queues.busy &= (uint8_t)~sent;
+}
 
 /* ---- cell/sampling.c ---- */
 uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */

@@ -1,4 +1,4 @@
-/* What the firmware needs of the board that carries it: eleven functions. To port the cell, write these.
+/* What the firmware needs of the board that carries it: twelve functions. To port the cell, write these.
  *
  * Interrupts only collect: bytes that arrive, frames that are out, alarms that ring. main.c asks for them between two
  * steps, so that no function here is called from an interrupt and the cell's state needs no lock. */
@@ -28,6 +28,9 @@ enum {
 
 /* When to wake next. `sampling`: sample_us counts. `wanted`, bit p - 1: so does the end of the frame on port p. */
 void rs_board_alarms(uint32_t timer_us, bool sampling, uint32_t sample_us, uint32_t wanted);
+
+/* Another `wanted`; the alarms stay as they are. */
+void rs_board_wanted(uint32_t wanted);
 
 /* Sleeps until one of these has happened at least, and forgets what it returns. */
 uint32_t rs_board_wait(void);

@@ -56,6 +56,10 @@ void rs_board_alarms(uint32_t timer_us, bool sampling, uint32_t sample_us, uint3
   out->wanted = wanted;
 }
 
+void rs_board_wanted(uint32_t wanted) {
+  outside()->wanted = wanted;
+}
+
 RS_APART uint32_t rs_board_wait(void) {
   /* The emulator stops at the first instruction, and goes on at the second when something has happened. So there is one
    * such place, in a function apart. */

@@ -1,5 +1,6 @@
 /* A cell on a chip: what the board tells becomes inputs of the cell, what the cell asks for is done. */
 #include "board.h"
+#include "cell/parts.h"
 #include "robotskin/crc.h"
 #include "robotskin/receiver.h"
 #include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */
@@ -14,11 +15,10 @@ static rs_receiver line[RS_PORTS];
 static rs_input input;
 static rs_output output;
 
-/* Carries out `input`. */
-RS_INLINE void step(rs_input_kind kind) {
+/* Carries out `input` the long way; `sent` has been noted. */
+static RS_APART void step(rs_input_kind kind, uint32_t now_us) {
   input.kind = kind;
-  input.sent = (uint8_t)rs_board_sent();
-  rs_cell_step(&cell, &input, rs_board_now_us(), &output);
+  rs_step(&cell, &input, now_us, &output);
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     if (output.frame[port] != 0) rs_board_send(port, output.frame[port]);
   }
@@ -29,11 +29,54 @@ RS_INLINE void step(rs_input_kind kind) {
   if (output.restart) rs_board_restart();
 }
 
-static void take_frame(unsigned port, const uint8_t* frame, bool intact) {
+/* Tells the board what a step the short way asks for. */
+RS_INLINE void pass(unsigned started) {
+  for (; started != 0U; started &= started - 1U) {
+    const unsigned port = lowest[started];
+    rs_board_send(port, cell.queues.sending[port]);
+  }
+  rs_board_wanted(cell.queues.waiting);
+}
+
+/* Frames that are out count before what comes. */
+RS_INLINE void note_sent(void) {
+  const uint32_t sent = rs_board_sent();
+  if (sent != 0U) rs_note_sent(&cell, sent);
+}
+
+/* `checked`: known to be right. */
+static RS_APART void take_frame(unsigned port, const uint8_t* frame, bool checked) {
+  const uint32_t now_us = rs_board_now_us();
+  note_sent();
+  if (checked) {
+    const unsigned started = rs_pass_frame(&cell, port + 1U, frame, now_us);
+    if (started != RS_PASSED_NOT) {
+      pass(started);
+      return;
+    }
+  }
   input.port = (uint8_t)(port + 1U);
-  input.checked = intact;
+  input.checked = checked;
   input.frame = frame;
-  step(RS_INPUT_FRAME);
+  step(RS_INPUT_FRAME, now_us);
+}
+
+static RS_APART void take_sent(unsigned port) {
+  const uint32_t now_us = rs_board_now_us();
+  rs_note_sent(&cell, rs_board_sent() | 1U << port);
+  const unsigned started = rs_pass_sent(&cell, now_us);
+  if (started != RS_PASSED_NOT) {
+    pass(started);
+    return;
+  }
+  input.port = (uint8_t)(port + 1U);
+  step(RS_INPUT_SENT, now_us);
+}
+
+/* What is neither. */
+static RS_APART void take(rs_input_kind kind) {
+  note_sent();
+  step(kind, rs_board_now_us());
 }
 
 /* Bytes that are not one whole frame. */
@@ -64,22 +107,20 @@ static void sample(void) {
   rs_sample taken;
   input.fault = rs_board_sense(&taken);
   input.sample = &taken;
-  step(RS_INPUT_SAMPLE);
+  take(RS_INPUT_SAMPLE);
 }
 
 int main(void) {
   rs_boot boot;
   rs_board_start(&boot);
   input.boot = &boot;
-  step(RS_INPUT_BOOT);
+  take(RS_INPUT_BOOT);
   for (;;) {
     const uint32_t events = rs_board_wait();
     for (unsigned ports = events / RS_BOARD_LINE & PORTS_MASK; ports != 0U; ports &= ports - 1U) receive(lowest[ports]);
-    for (unsigned ports = events / RS_BOARD_SENT & PORTS_MASK; ports != 0U; ports &= ports - 1U) {
-      input.port = (uint8_t)(lowest[ports] + 1U);
-      step(RS_INPUT_SENT);
-    }
+    for (unsigned ports = events / RS_BOARD_SENT & PORTS_MASK; ports != 0U; ports &= ports - 1U)
+      take_sent(lowest[ports]);
     if ((events & RS_BOARD_SAMPLE) != 0U) sample();
-    if ((events & RS_BOARD_TIMER) != 0U) step(RS_INPUT_TIMER);
+    if ((events & RS_BOARD_TIMER) != 0U) take(RS_INPUT_TIMER);
   }
 }

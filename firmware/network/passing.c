@@ -40,11 +40,11 @@ void rs_pass_note(rs_cell* cell, uint32_t now_us) {
 }
 
 /* A sample of the subtree joins those that wait for the parent. */
-RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const rs_input* input, uint32_t now_us) {
+RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const uint8_t* frame, bool checked,
+                           uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  const uint8_t* frame = input->frame;
   if (!rs_sample_has_hop(frame) || queues->data.count >= RS_QUEUE_DATA) return false;
-  if (!input->checked && !rs_frame_intact(frame)) return false;
+  if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
   uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);
   rs_samples_sent_within(queues);
@@ -78,11 +78,11 @@ static bool could_be_parent(const rs_route* route, const rs_neighbour* neighbour
 }
 
 /* A tick of a neighbour that is not the parent, about a wave that is known to be a root's. */
-static RS_APART bool take_tick(rs_cell* cell, unsigned port, const rs_input* input, uint32_t now_us) {
+static RS_APART bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;
-  rs_tick_unpack(&tick, input->frame);
+  rs_tick_unpack(&tick, frame);
   if (!of_own_wave(route, &tick) || !as_before(neighbour, &tick) || could_be_parent(route, neighbour)) return false;
   const uint32_t time = rs_wave_time(&route->wave);
   const uint32_t ahead = (time - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
@@ -90,7 +90,7 @@ static RS_APART bool take_tick(rs_cell* cell, unsigned port, const rs_input* inp
       route->in_quarantine || route->wave.root == 0U || neighbour->wave.root != route->wave.root) {
     return false;
   }
-  if (!input->checked && !rs_frame_intact(input->frame)) return false;
+  if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
   if (tick.parent != 0U && rs_hearing_compare(&neighbour->hearing, tick.echo)) {
     cell->queues.advert_due |= (uint8_t)(1U << port);
@@ -106,70 +106,80 @@ static RS_APART bool take_tick(rs_cell* cell, unsigned port, const rs_input* inp
 }
 
 /* Takes a frame as the long way would; false, and nothing changed, if it asks for that. */
-static RS_APART bool take_frame(rs_cell* cell, const rs_input* input, uint32_t now_us) {
-  const unsigned port = (unsigned)input->port - 1U;
-  if (port >= RS_PORTS || input->port == cell->queues.parent_port) return false;
+RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bool checked, uint32_t now_us) {
+  const unsigned port = from - 1U;
+  if (port >= RS_PORTS || from == cell->queues.parent_port) return false;
   rs_neighbour* neighbour = &cell->route.neighbour[port];
-  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) {
-    return false;
-  }
-  switch (rs_frame_type_of(input->frame)) {
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) return false;
+  switch (rs_frame_type_of(frame)) {
     case RS_TYPE_clock:
-      return take_sample(cell, neighbour, input, now_us);
+      return take_sample(cell, neighbour, frame, checked, now_us);
     case RS_TYPE_tick:
-      return take_tick(cell, port, input, now_us);
+      return take_tick(cell, port, frame, checked, now_us);
     default:
       return false;
   }
 }
 
-/* The oldest sample goes out to the parent. */
-RS_INLINE void send_sample(rs_cell* cell, uint32_t now_us, rs_output* output) {
+/* The oldest sample goes out to the parent; its port as a bit. */
+RS_INLINE unsigned send_sample(rs_cell* cell, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
-  uint8_t* frame = queues->sending[port];
   queues->busy |= queues->parent_bit;
   queues->data_passed_over = 0;
   queues->started_us[port] = now_us;
-  output->frame[port] = frame;
-  rs_samples_take(queues, now_us, frame);
+  rs_samples_take(queues, now_us, queues->sending[port]);
+  return 1U << port;
 }
 
-static RS_APART void send_anything(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
-  rs_transmit_start(cell, ready, now_us, output);
+static RS_APART unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
+  const unsigned started = rs_transmit_start(cell, ready, now_us);
   cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
   cell->queues.samples_alone = samples_alone(cell);
+  return started;
 }
 
-/* Sends what can go out, `sent` being free (bit p: port p), and fills the output. */
-RS_INLINE void pass_on(rs_cell* cell, unsigned sent, uint32_t now_us, rs_output* output) {
+/* Sends what can go out; the ports on which something does. */
+RS_INLINE unsigned pass_on(rs_cell* cell, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = 0;
+  const unsigned ready = queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
+  if (ready == 0U) return 0;
+  if (ready != queues->parent_bit || !queues->samples_alone || queues->data.count == 0U) {
+    return send_anything(cell, ready, now_us);
+  }
+  const unsigned started = send_sample(cell, now_us);
+  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
+  return started;
+}
+
+/* Whether nothing is due. */
+RS_INLINE bool calm(const rs_cell* cell, uint32_t now_us) {
+  return cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
+}
+
+unsigned rs_pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  return calm(cell, now_us) && take_frame(cell, port, frame, true, now_us) ? pass_on(cell, now_us) : RS_PASSED_NOT;
+}
+
+unsigned rs_pass_sent(rs_cell* cell, uint32_t now_us) {
+  return calm(cell, now_us) ? pass_on(cell, now_us) : RS_PASSED_NOT;
+}
+
+void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
+  unsigned sent = input->sent;
+  const bool is_calm = calm(cell, now_us);
+  if (is_calm && input->kind == RS_INPUT_SENT && input->port <= RS_PORTS) {
+    sent |= 1U << input->port >> 1;
+  } else if (!is_calm || input->kind != RS_INPUT_FRAME ||
+             !take_frame(cell, input->port, input->frame, input->checked, now_us)) {
+    rs_step(cell, input, now_us, output);
+    return;
+  }
+  rs_note_sent(cell, sent);
+  rs_output_start(output, &cell->queues, pass_on(cell, now_us));
   output->timer_us = cell->timer_us;
   output->sample_us = cell->sampling.due_us;
   output->sampling = cell->sampling.running;
   output->led_changed = output->flash_changed = output->restart = false;
-  queues->busy &= (uint8_t)~sent;
-  const unsigned ready = queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
-  if (ready != 0U) {
-    if (ready == queues->parent_bit && queues->samples_alone && queues->data.count > 0U) {
-      send_sample(cell, now_us, output);
-      if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
-    } else {
-      send_anything(cell, ready, now_us, output);
-    }
-  }
-  output->waiting = queues->waiting;
-}
-
-void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
-  const bool calm = cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
-  unsigned sent = input->sent;
-  if (calm && input->kind == RS_INPUT_SENT && input->port <= RS_PORTS) {
-    sent |= 1U << input->port >> 1;
-  } else if (!calm || input->kind != RS_INPUT_FRAME || !take_frame(cell, input, now_us)) {
-    rs_step(cell, input, now_us, output);
-    return;
-  }
-  pass_on(cell, sent, now_us, output);
+  output->waiting = cell->queues.waiting;
 }

@@ -119,8 +119,9 @@ static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame
   return false;
 }
 
-RS_APART void rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us, rs_output* output) {
+RS_APART unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
+  unsigned started = 0;
   rs_cell_hold_indices(cell);
   for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
     if ((ready & 1U) == 0U) continue;
@@ -144,15 +145,16 @@ RS_APART void rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us, 
     if (!found) continue;
     queues->busy |= bit;
     queues->started_us[port] = now_us;
-    output->frame[port] = frame;
+    started |= bit;
   }
+  return started;
 }
 
 void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
   unsigned waiting = rs_transmit_wanted(cell);
   const unsigned ready = waiting & ~(unsigned)cell->queues.busy;
   if (ready != 0U) {
-    rs_transmit_start(cell, ready, now_us, output);
+    rs_output_start(output, &cell->queues, rs_transmit_start(cell, ready, now_us));
     waiting = rs_transmit_wanted(cell);
   }
   output->waiting = cell->queues.waiting = (uint8_t)waiting;
