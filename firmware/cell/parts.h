@@ -202,12 +202,6 @@ void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* o
 /* ---- network/passing.c: the short way of what comes most often ---- */
 /* After a step the long way: until when the short one may be taken. */
 void rs_pass_note(rs_cell* cell, uint32_t now_us);
-/* rs_cell_step the short way, for whoever runs the cell and still has its last output, of which `frame` and `waiting`
- * alone change: the ports (bit p: port p) on which the frame in queues.sending starts, queues.waiting being the new
- * `waiting`; or RS_PASSED_NOT, and nothing changed, if the step has to go the long way. */
-enum { RS_PASSED_NOT = 1 << RS_PORTS };
-unsigned rs_pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us); /* known to be right */
-unsigned rs_pass_sent(rs_cell* cell, uint32_t now_us);                                       /* after rs_note_sent */
 /* Frames that are out (bit p: port p), as `sent` of the input that comes next. */
 RS_INLINE void rs_note_sent(rs_cell* cell, unsigned sent) {
   cell->queues.busy &= (uint8_t)~sent;

@@ -1,9 +1,9 @@
 /* A cell on a chip: what the board tells becomes inputs of the cell, what the cell asks for is done. */
 #include "board.h"
-#include "cell/parts.h"
 #include "robotskin/crc.h"
 #include "robotskin/receiver.h"
 #include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */
+#include "network/passing.c" /* likewise: the short way */
 
 enum { PORTS_MASK = (1 << RS_PORTS) - 1 };
 
@@ -44,17 +44,8 @@ RS_INLINE void note_sent(void) {
   if (sent != 0U) rs_note_sent(&cell, sent);
 }
 
-/* `checked`: known to be right. */
-static RS_APART void take_frame(unsigned port, const uint8_t* frame, bool checked) {
-  const uint32_t now_us = rs_board_now_us();
-  note_sent();
-  if (checked) {
-    const unsigned started = rs_pass_frame(&cell, port + 1U, frame, now_us);
-    if (started != RS_PASSED_NOT) {
-      pass(started);
-      return;
-    }
-  }
+/* The long way of a frame; `checked`: it is known to be right. */
+static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
   input.port = (uint8_t)(port + 1U);
   input.checked = checked;
   input.frame = frame;
@@ -64,8 +55,8 @@ static RS_APART void take_frame(unsigned port, const uint8_t* frame, bool checke
 static RS_APART void take_sent(unsigned port) {
   const uint32_t now_us = rs_board_now_us();
   rs_note_sent(&cell, rs_board_sent() | 1U << port);
-  const unsigned started = rs_pass_sent(&cell, now_us);
-  if (started != RS_PASSED_NOT) {
+  const unsigned started = pass_sent(&cell, now_us);
+  if (started != PASSED_NOT) {
     pass(started);
     return;
   }
@@ -85,21 +76,30 @@ static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t
   if (idle) rs_receiver_idle(&line[port]);
   for (; count > 0U; --count) {
     const rs_received received = rs_receiver_byte(&line[port], *bytes++, frame);
-    if (received != RS_RECEIVED_NOTHING) take_frame(port, frame, received == RS_RECEIVED_FRAME);
+    if (received == RS_RECEIVED_NOTHING) continue;
+    note_sent();
+    take_the_long_way(port, frame, received == RS_RECEIVED_FRAME, rs_board_now_us());
   }
 }
 
 /* Takes what has come together; if more has, the board says so again. Nearly always that is a whole frame, right, at
  * the beginning of a word. */
-static void receive(unsigned port) {
+static RS_APART void receive(unsigned port) {
   const uint8_t* bytes;
   bool idle;
   const uint32_t count = rs_board_receive(port, &bytes, &idle);
-  if (count == RS_FRAME_BYTES && ((uintptr_t)bytes & 3U) == 0U && rs_receiver_at_boundary(&line[port]) &&
-      rs_frame_intact(bytes)) {
-    take_frame(port, bytes, true);
-  } else {
+  if (count != RS_FRAME_BYTES || ((uintptr_t)bytes & 3U) != 0U || !rs_receiver_at_boundary(&line[port]) ||
+      !rs_frame_intact(bytes)) {
     receive_bytes(port, bytes, count, idle);
+    return;
+  }
+  note_sent();
+  const uint32_t now_us = rs_board_now_us();
+  const unsigned started = pass_frame(&cell, port + 1U, bytes, now_us);
+  if (started != PASSED_NOT) {
+    pass(started);
+  } else {
+    take_the_long_way(port, bytes, true, now_us);
   }
 }
 

@@ -157,14 +157,6 @@ RS_INLINE bool calm(const rs_cell* cell, uint32_t now_us) {
   return cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
 }
 
-unsigned rs_pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
-  return calm(cell, now_us) && take_frame(cell, port, frame, true, now_us) ? pass_on(cell, now_us) : RS_PASSED_NOT;
-}
-
-unsigned rs_pass_sent(rs_cell* cell, uint32_t now_us) {
-  return calm(cell, now_us) ? pass_on(cell, now_us) : RS_PASSED_NOT;
-}
-
 void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
   unsigned sent = input->sent;
   const bool is_calm = calm(cell, now_us);
@@ -182,4 +174,26 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
   output->sampling = cell->sampling.running;
   output->led_changed = output->flash_changed = output->restart = false;
   output->waiting = cell->queues.waiting;
+}
+
+/* ---- A step the short way alone ----
+ * For whoever is compiled as one with this file, runs the cell and still has its last output, of which `frame` and
+ * `waiting` alone change. They answer the ports (bit p: port p) on which the frame in queues.sending starts,
+ * queues.waiting being the new `waiting`; or PASSED_NOT, and nothing changed, if the step has to go the long way. */
+enum { PASSED_NOT = 1 << RS_PORTS };
+
+static RS_APART unsigned send_what_waits(rs_cell* cell, uint32_t now_us) {
+  return pass_on(cell, now_us);
+}
+
+/* A frame that is known to be right has come. It is rare that something can go out just then. */
+RS_INLINE unsigned pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+  if (!calm(cell, now_us) || !take_frame(cell, port, frame, true, now_us)) return PASSED_NOT;
+  return (cell->queues.waiting & ~(unsigned)cell->queues.busy & RS_ALL_PORTS) == 0U ? 0U
+                                                                                    : send_what_waits(cell, now_us);
+}
+
+/* Frames are out that somebody waits for; they have been noted. */
+RS_INLINE unsigned pass_sent(rs_cell* cell, uint32_t now_us) {
+  return calm(cell, now_us) ? pass_on(cell, now_us) : PASSED_NOT;
 }
