@@ -39,9 +39,14 @@ enum {
 
 /* contribution[k][b]: of byte b when k bytes follow it, its upper byte first in memory, as checksums stand in frames.
  */
-static const uint16_t contribution[4][256] = {
-    TABLE(S0, S1, S2, S3, S4, S5, S6, S7), TABLE(S8, S9, S10, S11, S12, S13, S14, S15),
-    TABLE(S16, S17, S18, S19, S20, S21, S22, S23), TABLE(S24, S25, S26, S27, S28, S29, S30, S31)};
+static const uint16_t contribution[][256] = {
+    TABLE(S0, S1, S2, S3, S4, S5, S6, S7),
+    TABLE(S8, S9, S10, S11, S12, S13, S14, S15),
+#if !defined(RS_FRAMES_AT_WORDS)
+    TABLE(S16, S17, S18, S19, S20, S21, S22, S23),
+    TABLE(S24, S25, S26, S27, S28, S29, S30, S31),
+#endif
+};
 
 /* A hop taken from `ttl` left changes the bits of ttl ^ (ttl - 1); at 0 nothing is taken. */
 #define HOP(ttl) ENTRY((ttl) ^ ((ttl) + 63), T0, T1, T2, T3, T4, T5, 0, 0)
