@@ -61,7 +61,10 @@ void QueueWatch::count_drops(const world::Network& network, const Ground& ground
     const rs_wave& wave = network.cell(index).route.wave;
     const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
     const bool too_low = load[wave.root] > divisor * port.bearable;
-    const bool empty = drained && load[wave.root] <= divisor * port.draining;
+    if (divisor > cells_[index].divisor) cells_[index].thinned_ns = now_ns;
+    cells_[index].divisor = divisor;
+    const bool thinned = cells_[index].thinned_ns + deepest * drained_hop_ns < counted_ns_;
+    const bool empty = drained && thinned && load[wave.root] <= divisor * port.draining;
     if (judged && (too_low || empty) && recovery.has_path(index) && dropped != cells_[index].dropped_in_all)
       breaks_.add(Invariant::overload, now_ns, {index},
                   {{"dropped", static_cast<std::int64_t>(dropped) - cells_[index].dropped_in_all},

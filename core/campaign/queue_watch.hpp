@@ -40,7 +40,8 @@ class QueueWatch {
   struct Cell {
     std::array<std::int64_t, RS_QUEUE_DATA> since_ns{};
     std::uint8_t first = 0, count = 0;
-    std::uint32_t dropped = 0, dropped_in_all = 0;
+    std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
+    std::int64_t thinned_ns = 0;  // when the divisor rose last
   };
 
   BreakLog& breaks_;
