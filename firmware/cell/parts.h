@@ -211,6 +211,7 @@ RS_INLINE void rs_note_sent(rs_cell* cell, unsigned sent) {
 uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
 void rs_sampling_restart(rs_cell* cell, uint32_t now_us);    /* after a change of settings or id, or the first tick */
 void rs_sampling_refresh(rs_cell* cell, uint32_t now_us);    /* a frame for freshness is due, soon */
+void rs_sampling_check(rs_cell* cell, uint32_t now_us);      /* heals what damaged memory says of the next sample */
 void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us);
 
 /* ---- cell/joints.c ---- */

@@ -8,7 +8,10 @@
 #define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits) - 1)) : 0,
 #define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
   (1 << ((is_signed) != 0 ? (bits) - 1 : (bits))) - 1,
-enum { CLOCK_ROUND_US = 65536 * RS_TICK_US }; /* added so that no difference of times is negative */
+enum {
+  CLOCK_ROUND_US = 65536 * RS_TICK_US, /* added so that no difference of times is negative */
+  OVERDUE_US = 1000000                 /* no board is so late for a sample: its time is damaged memory */
+};
 
 static const int32_t channel_low[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_LOW)};
 static const int32_t channel_high[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_HIGH)};
@@ -58,6 +61,14 @@ void rs_sampling_restart(rs_cell* cell, uint32_t now_us) {
   sampling->running = period_us != 0U && cell->id != RS_ID_NONE && cell->route.timed;
   rs_sampling_refresh(cell, now_us);
   if (sampling->running) sampling->due_us = next_sample_us(cell, period_us, false, now_us);
+}
+
+void rs_sampling_check(rs_cell* cell, uint32_t now_us) {
+  const rs_sampling* sampling = &cell->sampling;
+  const uint32_t period_us = rs_sampling_period_us(&cell->settings);
+  const bool wanted = period_us != 0U && cell->id != RS_ID_NONE && cell->route.timed;
+  const bool far = sampling->due_us - now_us > 2U * period_us && now_us - sampling->due_us > OVERDUE_US;
+  if ((sampling->running != 0U) != wanted || (wanted && far)) rs_sampling_restart(cell, now_us);
 }
 
 /* Silence that a cell allows itself before it sends for freshness, other in each cell and each time. */

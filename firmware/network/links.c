@@ -72,14 +72,18 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
 }
 
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour) {
-  const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);
-  return neighbour->child && behind > RS_STALE_TICKS && behind < 0x8000U;
+  const uint32_t behind =
+      (rs_wave_time(&route->wave) - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  /* However long a stuck child has said the same, what it says does not become new by that. */
+  if (neighbour->stale) return neighbour->child && behind != 0U;
+  return neighbour->child && behind > RS_STALE_TICKS && behind < 1U << (RS_TICK_TIME_BITS - 1);
 }
 
 void rs_links_check(rs_cell* cell, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
+    if (neighbour->up) neighbour->held = false; /* damaged memory: a link that is kept out is down */
     /* A stuck cell may say the same for ever; a cell that has forgotten how near it was must not believe it again. */
     if (now_us - neighbour->turned_us >= RS_STALE_LIMIT_US) neighbour->stale = true;
     const bool lagging = rs_link_lagging(&cell->route, neighbour);

@@ -34,6 +34,7 @@ static RS_APART void check(rs_cell* cell, uint32_t now_us) {
   rs_retention_check(cell, now_us);
   rs_torque_check(cell);
   rs_cell_heal_settings(cell, now_us);
+  rs_sampling_check(cell, now_us);
   rs_route_check(cell, now_us);
   rs_identity_check(cell, now_us);
   if (cell->route.parent_port != RS_NO_PARENT && now_us - cell->route.reported_us >= RS_STATUS_US) {
