@@ -175,7 +175,8 @@ void RecoveryWatch::check_nearest() {
       const rs_route& beside = network_.cell(other).route;
       if (path_[other] != Path::whole || beside.wave.root != route.wave.root || beside.hops + 1 >= route.hops) continue;
       if (beside.yielding || route.neighbour[port - 1].leaving) continue;  // it is to become light
-      if (beside.neighbour[far % RS_PORTS].held) continue;                 // nothing hangs on a link that is held down
+      const rs_neighbour& back = beside.neighbour[far % RS_PORTS];
+      if (back.held && !back.up) continue;  // nothing hangs on a link that is held down
       breaks_.add(Invariant::depth_cap, network_.time_ns(), {cell, other},
                   {{"hops", route.hops}, {"beside", beside.hops}, {"port", port}});
     }

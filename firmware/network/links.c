@@ -38,6 +38,7 @@ void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
   neighbour->up = false;
   neighbour->good = 0;
   neighbour->hops = RS_HOPS_POISON;
+  if (neighbour->child) neighbour->hearing.kept = true;
   neighbour->child = false;
   neighbour->hears_us = false;
   rs_identity_changed(cell, now_us);

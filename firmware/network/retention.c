@@ -268,8 +268,9 @@ void rs_retention_check(rs_cell* cell, uint32_t now_us) {
 void rs_retention_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us) {
   rs_hearing* hearing = &cell->route.neighbour[port].hearing;
   if (tick->parent == 0U) {
+    hearing->kept = false;
     if (port + 1U == cell->route.parent_port) take_echo(cell, tick->echo, now_us);
-  } else if (!was_child) {
+  } else if (!was_child && !hearing->kept) {
     rs_hearing_start(hearing, tick->echo);
   } else if (rs_hearing_compare(hearing, tick->echo)) {
     cell->queues.advert_due |= (uint8_t)(1U << port);

@@ -215,6 +215,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   if (neighbour->met && neighbour->nonce != tick.nonce) {
     /* It rebooted: all that was learnt from it is void. */
     if (neighbour->up) rs_link_down(cell, port, now_us);
+    neighbour->hearing.kept = false;
     neighbour->good = 1;
   }
   neighbour->met = true;

@@ -30,6 +30,7 @@ typedef struct {
   uint8_t missed;    /* frames after it are missing */
   uint8_t serial;    /* newest of a torque frame */
   uint16_t serials;  /* bit i: serial - i has been heard */
+  uint8_t kept;      /* the lower end was a child when it fell silent, and may not know that it was not heard */
 } rs_hearing;
 
 /* The lower end has just become a child, and its next frame has this number. */
