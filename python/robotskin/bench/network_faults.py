@@ -113,9 +113,9 @@ def heal(kind: str, skin: str, seed: int) -> Healing:
     text = fault_text(kind, network, random, 1e3 * trial.time_s + 4 + 4 * random.random())
     for fault in parse_faults(text, wiring_of(network), seed + 1):
         trial.network.inject(fault)
-    end_s, thinned_out = trial.time_s + WATCHED_S, False
-    while trial.time_s < end_s:
-        trial.run_until(min(trial.time_s + STEP_S, end_s))
+    begin_s, thinned_out = trial.time_s, False
+    for step in range(1, round(WATCHED_S / STEP_S) + 1):
+        trial.run_until(begin_s + step * STEP_S)
         thinned_out = thinned_out or thins_out(trial)
     report = trial.report()
     (outcome,) = report.outcomes
