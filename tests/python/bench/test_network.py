@@ -7,7 +7,7 @@ import pytest
 
 from robotskin.bench import network, network_naive, network_peers, network_runs, network_speed
 from robotskin.bench.network_balance import balance, balance_figures
-from robotskin.bench.network_faults import KINDS, Healing, heal, recovery_figures
+from robotskin.bench.network_faults import KINDS, WATCHED_S, Healing, heal, recovery_figures
 from robotskin.bench.network_misses import misses
 from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
 from robotskin.bench.network_set import skins
@@ -155,3 +155,11 @@ def test_work_in_two_processes_comes_back_in_order():
 def test_an_unknown_part_is_named():
     with pytest.raises(Exception, match=r"'size2'.*recovery"):
         network.run(parts="size2")
+
+
+@pytest.mark.parametrize("kind", ["link", "cell", "noise"])
+def test_a_healing_is_watched_to_its_end(kind: str) -> None:
+    for seed in range(3):
+        healing = heal(kind, "sheet", seed)
+        assert healing.healed
+        assert 4 <= healing.host_gap_ms < 1e3 * WATCHED_S
