@@ -79,10 +79,11 @@ static uint32_t silence_us(const rs_cell* cell) {
 
 static bool changed(const rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT]) {
   for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) {
-    const int32_t difference = value[c] - cell->sampling.sent_value[c];
-    const int32_t threshold = cell->settings.threshold[c];
-    if ((cell->settings.event_mask >> c & 1U) != 0U && (difference >= threshold || -difference >= threshold))
-      return true;
+    const int32_t sent = cell->sampling.sent_value[c];
+    /* Damaged memory may lie further off than a difference with a sign can tell. */
+    const uint32_t distance =
+        value[c] > sent ? (uint32_t)value[c] - (uint32_t)sent : (uint32_t)sent - (uint32_t)value[c];
+    if ((cell->settings.event_mask >> c & 1U) != 0U && distance >= cell->settings.threshold[c]) return true;
   }
   return false;
 }

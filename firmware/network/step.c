@@ -51,8 +51,10 @@ static RS_APART uint32_t lasting(const rs_cell* cell) {
   return sum;
 }
 
+typedef uint16_t RS_ALIAS halfword;
+
 uint32_t rs_sum_of(const void* halfwords, uint32_t count) {
-  const uint16_t* half = halfwords;
+  const halfword* half = halfwords;
   uint32_t sum = 0x5EA1U;
   for (uint32_t i = 0; i < count / 2U; ++i) sum = ((sum << 5) | (sum >> 27)) + half[i];
   return sum == 0U ? 1U : sum;
