@@ -369,43 +369,47 @@ void bind_fusion(nb::module_& module) {
             return copy_of(std::span<const double>(fused));
           },
           "mass"_a, "levels"_a, "(n) Nm from mass (n, n) and levels [(torque (n), rows (s, n))], the highest first.");
+  // (n) Nm that `fuse`, told the input and where the torque goes, makes; false from it raises an error with the
+  // message.
+  const auto fused_by = [](const RobotDynamics& dynamics, Doubles position, Doubles velocity, Doubles unprojected,
+                           const char* otherwise, const auto& fuse) {
+    const std::size_t joints = dynamics.joint_count();
+    std::vector<double> fused(joints);
+    const skin::SkinState none;
+    require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
+            "arrays must have one entry a joint");
+    require(fuse(TaskInput{dynamics, span_of(position), span_of(velocity), none, {}, 0.001}, fused), otherwise);
+    return copy_of(std::span<const double>(fused));
+  };
   nb::class_<QuadraticFusion>(module, "QuadraticFusion", "Strict hierarchy by quadratic programmes within the limits.")
       .def(nb::init<std::size_t, std::size_t, std::size_t, QuadraticLimits>(), "joint_count"_a, "largest_rows"_a,
            "levels"_a, "limits"_a)
       .def(
           "fuse",
-          [spans](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-                  Doubles unprojected, const Levels& levels) {
-            const std::size_t joints = dynamics.joint_count();
-            std::vector<double> fused(joints);
-            const skin::SkinState none;
-            require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
-                    "arrays must have one entry a joint");
-            const TaskInput input{dynamics, span_of(position), span_of(velocity), none, {}, 0.001};
-            require(self.fuse(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(), span_of(unprojected),
-                              spans(levels, joints), fused),
-                    "the programmes have no finite answer");
-            return copy_of(std::span<const double>(fused));
+          [spans, fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+                            Doubles unprojected, const Levels& levels) {
+            return fused_by(dynamics, position, velocity, unprojected, "the programmes have no finite answer",
+                            [&](const TaskInput& input, std::vector<double>& fused) {
+                              return self.fuse(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
+                                               span_of(unprojected), spans(levels, fused.size()), fused);
+                            });
           },
           "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "levels"_a,
           "(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse.")
       .def(
           "fuse_weighted",
-          [](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-             Doubles unprojected, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
-            const std::size_t joints = dynamics.joint_count();
-            std::vector<double> fused(joints);
-            const skin::SkinState none;
-            require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
-                    "arrays must have one entry a joint");
-            const TaskInput input{dynamics, span_of(position), span_of(velocity), none, {}, 0.001};
+          [fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
+                     Doubles unprojected, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
             std::vector<control::WeightedRows> all;
             for (const auto& [weight, rows, acceleration] : terms)
               all.push_back({{rows.data(), rows.size()}, span_of(acceleration), weight});
-            require(self.fuse_weighted(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
-                                       span_of(unprojected), all, fused),
-                    "rows must be (rows, n) and accelerations (rows), no more than the largest, weights not negative");
-            return copy_of(std::span<const double>(fused));
+            return fused_by(
+                dynamics, position, velocity, unprojected,
+                "rows must be (rows, n) and accelerations (rows), no more than the largest, weights not negative",
+                [&](const TaskInput& input, std::vector<double>& fused) {
+                  return self.fuse_weighted(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
+                                            span_of(unprojected), all, fused);
+                });
           },
           "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "terms"_a,
           "(n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"

@@ -429,48 +429,45 @@ void Network::stuff(const Fault& fault) {
   }
 }
 
-void Network::corrupt(const Fault& fault, std::uint64_t key) {
-  auto* state = reinterpret_cast<std::uint8_t*>(&cells_[static_cast<std::size_t>(fault.cell)].state);
-  struct Range {
-    std::size_t first, bytes;
-  };
+namespace {
+
+struct Range {
+  std::size_t first, bytes;
+};
+
+// Where a cell keeps what a part names.
+std::vector<Range> ranges_of(FaultPart part) {
   constexpr Range route{offsetof(rs_cell, route), sizeof(rs_route)};
   constexpr Range queues{offsetof(rs_cell, queues), sizeof(rs_queues)};
   constexpr Range sampling{offsetof(rs_cell, sampling), sizeof(rs_sampling)};
-  constexpr Range retention{offsetof(rs_cell, retention), sizeof(rs_retention)};
-  constexpr Range torque{offsetof(rs_cell, torque), offsetof(rs_cell, retention) - offsetof(rs_cell, torque)};
-  constexpr Range commands{offsetof(rs_cell, commanding), sizeof(rs_commanding)};
-  constexpr Range settings{offsetof(rs_cell, settings), offsetof(rs_cell, counts) - offsetof(rs_cell, settings)};
-  constexpr Range everything{0, sizeof(rs_cell)};
-  std::vector<Range> ranges{route, queues, sampling};
-  switch (fault.part) {
+  switch (part) {
     case FaultPart::route:
-      ranges = {route};
-      break;
+      return {route};
     case FaultPart::queues:
-      ranges = {queues};
-      break;
+      return {queues};
     case FaultPart::sampling:
-      ranges = {sampling};
-      break;
+      return {sampling};
     case FaultPart::retention:
-      ranges = {retention};
-      break;
+      return {{offsetof(rs_cell, retention), sizeof(rs_retention)}};
     case FaultPart::torque:
-      ranges = {torque};
-      break;
+      return {{offsetof(rs_cell, torque), offsetof(rs_cell, retention) - offsetof(rs_cell, torque)}};
     case FaultPart::commands:
-      ranges = {commands};
-      break;
+      return {{offsetof(rs_cell, commanding), sizeof(rs_commanding)}};
     case FaultPart::settings:
-      ranges = {settings};
-      break;
+      return {{offsetof(rs_cell, settings), offsetof(rs_cell, counts) - offsetof(rs_cell, settings)}};
     case FaultPart::whole:
-      ranges = {everything};
-      break;
+      return {{0, sizeof(rs_cell)}};
     case FaultPart::all:
       break;
   }
+  return {route, queues, sampling};
+}
+
+}  // namespace
+
+void Network::corrupt(const Fault& fault, std::uint64_t key) {
+  auto* state = reinterpret_cast<std::uint8_t*>(&cells_[static_cast<std::size_t>(fault.cell)].state);
+  const std::vector<Range> ranges = ranges_of(fault.part);
   std::size_t whole = 0;
   for (const Range& range : ranges) whole += range.bytes;
   RandomStream draw(key);
