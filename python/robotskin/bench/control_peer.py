@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from robotskin import robots
 from robotskin._core.control import QuadraticFusion, QuadraticLimits
 from robotskin._core.model import RobotDynamics
+from robotskin.bench.control_ticks import time_figures
 from robotskin.errors import RobotskinError
 from robotskin.robots.gains import GainSet
 
@@ -42,13 +43,13 @@ def peer_figures(seed: int, ticks: int, tsid_python: str = "") -> dict[str, floa
     """
     problem = FlatProblem(np.random.default_rng(seed))
     torques, limited = problem.answers()
-    figures = _figures("flat_qp_tick", problem.times(ticks))
+    figures = time_figures("flat_qp_tick", problem.times(ticks) / 1e3)
     figures["flat_qp_limited_share"] = limited
     interpreter = tsid_python or os.environ.get(PYTHON_VARIABLE, "")
     if interpreter:
         answer = _ask_tsid(interpreter, problem.described() | {"ticks": ticks})
         theirs = np.array(answer["torques"])
-        figures |= _figures("peer_tsid_tick", np.array(answer["times_ns"]))
+        figures |= time_figures("peer_tsid_tick", np.array(answer["times_ns"]) / 1e3)
         figures["flat_qp_over_tsid"] = figures["flat_qp_tick_median_us"] / figures["peer_tsid_tick_median_us"]
         figures["flat_qp_tsid_difference"] = float(np.abs(torques - theirs).max() / np.abs(theirs).max())
     return figures
@@ -127,16 +128,6 @@ class FlatProblem:
             "velocity": list(self.limits.velocity),
             "horizon_s": HORIZON_S,
         }
-
-
-def _figures(key: str, times_ns: NDArray[np.int64]) -> dict[str, float]:
-    wall, processor = np.asarray(times_ns).T / 1e3
-    return {
-        f"{key}_median_us": float(np.median(wall)),
-        f"{key}_p99_us": float(np.percentile(wall, 99)),
-        f"{key}_max_us": float(wall.max()),
-        f"{key}_processor_median_us": float(np.median(processor)),
-    }
 
 
 def _ask_tsid(interpreter: str, problem: dict[str, Any]) -> dict[str, Any]:

@@ -137,15 +137,16 @@ class Rig:
         measured = cycle.time_steps(self.states, self.touch, start_ns, command, ticks) / 1e3
         if cycle.report.state != SafetyState.running:
             raise RuntimeError(f"{key}: the robot stopped while it was timed: {cycle.report.text}")
-        wall, processor = measured.T
-        return {
-            f"{key}_median_us": float(np.median(wall)),
-            f"{key}_p99_us": float(np.percentile(wall, 99)),
-            f"{key}_max_us": float(wall.max()),
-            f"{key}_processor_median_us": float(np.median(processor)),
-            f"{key}_processor_p99_us": float(np.percentile(processor, 99)),
-            f"{key}_processor_max_us": float(processor.max()),
-        }
+        return time_figures(key, measured)
+
+
+def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
+    """Median, 99 % and worst of times (ticks, 2) on the clock and of the processor."""
+    return {
+        f"{key}{of}_{name}_us": float(value)
+        for of, times in zip(("", "_processor"), times_us.T, strict=True)
+        for name, value in (("median", np.median(times)), ("p99", np.percentile(times, 99)), ("max", times.max()))
+    }
 
 
 def _gravity(robot: Robot, posture: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,26 +11,14 @@ from typing import Annotated, Any
 
 import typer
 
+from robotskin.bench.progress import tell_step
+
 PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign")
 CAMPAIGN_CHUNK = 400
 """Seeds between two lines of progress."""
 MUTANT_SEEDS = 1000
 """In which a mutant of the protocol must be caught."""
 FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
-
-
-TOLD_S = 20.0
-"""Between two lines of progress where there is no terminal."""
-_told = [0.0]
-
-
-def tell(text: str) -> None:
-    """Progress: on one line of the terminal, or now and then as a line of its own."""
-    if sys.stderr.isatty():
-        print(f"\r\033[K{text}", end="" if text else "\r", file=sys.stderr, flush=True)
-    elif text and time.monotonic() - _told[0] >= TOLD_S:
-        _told[0] = time.monotonic()
-        print(text, file=sys.stderr, flush=True)
 
 
 def cpu_s() -> float:
@@ -82,7 +70,7 @@ def run(
             begun_s = cpu_s()
             figures |= measures[part]()
             figures[f"{part}_cpu_s"] = round(cpu_s() - begun_s, 1)
-    tell("")
+    tell_step("")
     return figures
 
 
@@ -90,7 +78,7 @@ def speed_part(seed: int, quick: bool) -> dict[str, Any]:
     """Pace, beside SimPy and real time."""
     from robotskin.bench.network_speed import speed_figures
 
-    tell("speed")
+    tell_step("speed")
     return dict(speed_figures(seed, quick))
 
 
@@ -98,7 +86,7 @@ def scale_part(seed: int, quick: bool) -> dict[str, Any]:
     """10 000 and 100 000 cells."""
     from robotskin.bench.network_speed import scale_figures
 
-    tell("scale")
+    tell_step("scale")
     return dict(scale_figures(seed, quick))
 
 
@@ -127,14 +115,14 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
     jobs = set_jobs(seeds)
     if quick:
         jobs = [job for job in jobs if job[0] not in ("talos", "dual_arm")]
-    balances = list(spread(balance, jobs, processes, tell, "balance"))
+    balances = list(spread(balance, jobs, processes, tell_step, "balance"))
     for miss in misses(balances):
         print(miss, file=sys.stderr)
     if pictures is not None:
         draw_balance(balances, pictures / "network_balance.png")
         draw_trees(skins("sheet", 3, 0), 0, pictures / "network_trees.png")
     headline = [job for job in jobs if job[0] in COMPACT and job[1] == 3]
-    naive = list(spread(naive_service, headline, processes, tell, "first-arrival trees"))
+    naive = list(spread(naive_service, headline, processes, tell_step, "first-arrival trees"))
     return balance_figures(balances) | service_figures(balances, naive)
 
 
@@ -149,7 +137,7 @@ def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) ->
     jobs = [
         (ports, placement, which) for ports in PORTS for placement in PLACEMENTS for which in range(max(2, seeds // 4))
     ]
-    growths = list(spread(grow, jobs, processes, tell, "growing cylinder"))
+    growths = list(spread(grow, jobs, processes, tell_step, "growing cylinder"))
     if pictures is not None:
         draw_size(growths, pictures / "network_size.png")
     return {"size_runs": len(growths)} | size_figures(growths)
@@ -165,7 +153,7 @@ def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None
     jobs = [(kind, skin, which) for kind in KINDS for skin in FAULT_SKINS for which in range(each)]
     if not quick:
         jobs += [(kind, "robot_1260", which) for kind in KINDS for which in range(2)]
-    healings = list(spread(heal, jobs, processes, tell, "recovery"))
+    healings = list(spread(heal, jobs, processes, tell_step, "recovery"))
     for healing in healings:
         if healing.recovery_ms > 10 and healing.kind != "flap":
             print(f"beyond 10 ms: {healing}", file=sys.stderr)
@@ -180,7 +168,7 @@ def torque_part(seeds: int, processes: int) -> dict[str, Any]:
     from robotskin.bench.network_torque import torque_figures, torque_run
 
     jobs = [(which, fault) for which in range(max(2, seeds // 5)) for fault in (False, True)]
-    return torque_figures(list(spread(torque_run, jobs, processes, tell, "torque sums")))
+    return torque_figures(list(spread(torque_run, jobs, processes, tell_step, "torque sums")))
 
 
 def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
@@ -206,7 +194,7 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
             report.merge(part)
         run += len(chunk)
         left_s = (time.monotonic() - begun) / run * (fault_seeds - run)
-        tell(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
+        tell_step(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
     assert report is not None
     print(report.distribution, file=sys.stderr)
     mutants = caught_mutants(MUTANT_SEEDS)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import sys
+import time
+
+STEPS_PAUSE_S = 20.0
+_told_step_s = -STEPS_PAUSE_S
 
 
 def tell(text: str) -> None:
@@ -11,3 +15,13 @@ def tell(text: str) -> None:
         print(f"\r\033[K{text}", end="" if text else "\r", file=sys.stderr, flush=True)
     elif text:
         print(text, file=sys.stderr, flush=True)
+
+
+def tell_step(text: str) -> None:
+    """The same of one of many short steps: without a terminal only now and then."""
+    global _told_step_s
+    if not sys.stderr.isatty():
+        if time.monotonic() - _told_step_s < STEPS_PAUSE_S:
+            return
+        _told_step_s = time.monotonic()
+    tell(text)

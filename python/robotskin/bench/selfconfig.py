@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from robotskin.bench.network import tell
 from robotskin.bench.network_runs import spread
+from robotskin.bench.progress import tell_step
 from robotskin.bench.selfconfig_configure import configure_figures, displacement_figures
 from robotskin.bench.selfconfig_kinematics import kinematic_figures
 from robotskin.bench.selfconfig_localise import localisation_figures
@@ -96,13 +96,13 @@ def run(
         raise typer.BadParameter(f"{folder}: no patch file (*.json) is in this folder", param_hint="--data")
     figures: Figures = {}
     jobs = [(part, seed, seeds, folder) for part in PARTS if part in wanted and part not in TIMED]
-    for found in spread(figures_of, jobs, min(processes, max(len(jobs), 1)), tell, "part"):
+    for found in spread(figures_of, jobs, min(processes, max(len(jobs), 1)), tell_step, "part"):
         figures |= found
     for part in TIMED:
         if part in wanted:
-            tell(part)
+            tell_step(part)
             figures |= figures_of(part, seed, seeds, folder)
-    tell("")
+    tell_step("")
     return figures
 
 
