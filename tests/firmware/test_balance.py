@@ -73,20 +73,27 @@ def test_a_trunk_along_the_border_moves_cell_by_cell(skin_seed: int) -> None:
     assert run.depth <= run.least_depth + 4
 
 
-def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
-    """In this round, of which nobody has heard before."""
-    world = skin(seed, 2)
+def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
+    """The cells of 48 that were each granted a move to the other of two trees, none of which moved."""
     world.run_ms(700)
     roots = [world.cell(index).root for index in range(48)]
+    told = []
     for index in range(2, 48):
         cell = world.cell(index)
         if cell.parent_port == 0:
             continue
-        names = {"cell": cell.id, "target_root": 3 - cell.root, "whole": 1}
-        grant = {"sequence": cell.sequence, "root": cell.root, "round": 7} | names
+        grant = {"sequence": cell.sequence, "root": cell.root, "cell": cell.id, "target_root": 3 - cell.root} | fields
         world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", grant), world.now))
+        told.append(cell)
     world.run_ms(30)
     assert [world.cell(index).root for index in range(48)] == roots
+    return told
+
+
+def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
+    """In this round, of which nobody has heard before."""
+    world = skin(seed, 2)
+    granted_in_vain(world, round=7, whole=1)
 
 
 def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:
@@ -131,14 +138,5 @@ def test_a_lost_port_is_shared_out_and_taken_back(seed: int) -> None:
 
 def test_a_forged_grant_moves_nobody(seed: int) -> None:
     world = skin(seed, 2, key=bytes(range(16)))
-    world.run_ms(700)
-    roots = [world.cell(index).root for index in range(48)]
-    for index in range(2, 48):
-        cell = world.cell(index)
-        if cell.parent_port == 0:
-            continue
-        grant = {"sequence": cell.sequence, "root": cell.root, "cell": cell.id, "target_root": 3 - cell.root}
-        world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", grant), world.now))
+    for cell in granted_in_vain(world):
         assert cell.counts["tags_refused"] > 0
-    world.run_ms(30)
-    assert [world.cell(index).root for index in range(48)] == roots

@@ -150,11 +150,17 @@ def on_screen(page: "sync_api.Page", camera: Camera, points: np.ndarray) -> np.n
     return corner + camera.pixels(points, canvas["width"], canvas["height"])
 
 
-@pytest.mark.timeout(600)
-def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync_api.Browser", demo: str) -> None:
+def opened(browser: "sync_api.Browser", address: str) -> "sync_api.Page":
+    """The page at an address, patient with a slow machine."""
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(PATIENCE_S * 1e3)
-    page.goto(demo)
+    page.goto(address)
+    return page
+
+
+@pytest.mark.timeout(600)
+def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync_api.Browser", demo: str) -> None:
+    page = opened(browser, demo)
     page.get_by_text("Joints", exact=True).click()
     before = joint_positions(page)
 
@@ -185,9 +191,7 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
 
 @pytest.mark.timeout(600)
 def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_api.Browser", behaving: str) -> None:
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(PATIENCE_S * 1e3)
-    page.goto(behaving)
+    page = opened(browser, behaving)
     state = page.locator("[data-behaviour]").first
     assert state.get_attribute("data-behaviour") == "skin_compliance"
     for name in ("kinesthetic_cartesian", "reach_joint_goal_compliant"):
@@ -203,9 +207,7 @@ def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_a
 
 @pytest.mark.timeout(600)
 def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.Browser", view: str) -> None:
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(PATIENCE_S * 1e3)
-    page.goto(view)
+    page = opened(browser, view)
     state = page.locator("[data-loads]").first
 
     def loads() -> list[int]:
@@ -234,9 +236,7 @@ def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
     browser: "sync_api.Browser", placing: tuple[str, Path]
 ) -> None:
     address, file = placing
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(PATIENCE_S * 1e3)
-    page.goto(address)
+    page = opened(browser, address)
     card = page.locator("[data-patch]").first
     card.wait_for()
     robot, skin = robots.load("ur5"), layout.finished("ur5")

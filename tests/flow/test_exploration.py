@@ -1,10 +1,9 @@
 """An unknown skin on a moving robot: real firmware, network and driver, the guard before every command."""
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio
 import pytest
+from partial_skin import part_of
 
 from robotskin import layout, robots
 from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
@@ -36,26 +35,7 @@ def outer_patches(skin: layout.Layout) -> layout.Layout:
     kept = [
         number for number, patch in enumerate(skin.patches) if patch.link not in ("shoulder_link", "upper_arm_link")
     ]
-    cells = np.flatnonzero(np.isin(skin.patch, kept))
-    new = np.full(len(skin), -1)
-    new[cells] = np.arange(len(cells))
-    neighbours = skin.neighbours[cells].copy()
-    neighbours[:, :, 0] = np.where(neighbours[:, :, 0] >= 0, new[neighbours[:, :, 0]], -1)
-    return replace(
-        skin,
-        id=skin.id[cells],
-        section_unit=skin.section_unit[cells],
-        link=skin.link[cells],
-        link_from_cell=skin.link_from_cell[cells],
-        neighbours=neighbours,
-        patch=np.searchsorted(kept, skin.patch[cells]),
-        patches=tuple(replace(skin.patches[number], root=int(new[skin.patches[number].root])) for number in kept),
-        section_unit_ports=tuple(
-            replace(place, cell=int(new[place.cell])) for place in skin.section_unit_ports if new[place.cell] >= 0
-        ),
-        cables=(),
-        studs=(),
-    )
+    return part_of(skin, np.flatnonzero(np.isin(skin.patch, kept)))
 
 
 def test_an_unknown_skin_is_heard_moved_and_found(ur5, skin, seed) -> None:

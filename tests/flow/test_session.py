@@ -1,9 +1,8 @@
 """The whole flow in one piece: contact to motor command, over real UDP, with the shipping firmware in every cell."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from partial_skin import part_of
 
 from robotskin import layout, robots
 from robotskin.apps.live import LiveSession
@@ -120,34 +119,10 @@ def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, sk
     assert live.failure is None
 
 
-def known_part(skin: layout.Layout, rows: np.ndarray) -> layout.Layout:
-    """The layout of a robot that has found these cells of its skin, in this order."""
-    new = np.full(len(skin), -1)
-    new[rows] = np.arange(len(rows))
-    other = np.where(skin.neighbours[rows, :, 0] >= 0, new[skin.neighbours[rows, :, 0]], -1)
-    port = np.where(other >= 0, skin.neighbours[rows, :, 1], 0)
-    numbers = np.unique(skin.patch[rows])
-    return replace(
-        skin,
-        id=skin.id[rows],
-        section_unit=skin.section_unit[rows],
-        link=skin.link[rows],
-        link_from_cell=skin.link_from_cell[rows],
-        neighbours=np.stack([other, port], axis=2).astype(np.int32),
-        patch=np.searchsorted(numbers, skin.patch[rows]).astype(np.int32),
-        patches=tuple(replace(skin.patches[number], root=int(new[skin.patches[number].root])) for number in numbers),
-        section_unit_ports=tuple(
-            replace(place, cell=int(new[place.cell])) for place in skin.section_unit_ports if new[place.cell] >= 0
-        ),
-        studs=(),
-        cables=(),
-    )
-
-
 def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right_cells(ur5, skin, seed) -> None:
     """Cells that were not placed still carry paths; what is shown and clicked is counted as the found layout counts."""
     rows = np.flatnonzero(skin.patch != skin.patch[0])[::-1]
-    session = Session(ur5, skin, seed, link="in process", believed=known_part(skin, rows))
+    session = Session(ur5, skin, seed, link="in process", believed=part_of(skin, rows))
     session.boot()
     world = session.world
     network = SessionNetwork(

@@ -105,18 +105,23 @@ def limits_file(folder: Path, newton: float) -> Path:
     return file
 
 
-def test_a_push_beyond_the_limit_of_a_region_stops_the_robot_and_leaves_its_last_second(
-    tmp_path: Path, seed: int
-) -> None:
-    fault = tmp_path / "fault.csv"
-    session = BehaviourSession(
+def limited_session(folder: Path, seed: int, newton: float, fault_file: Path) -> BehaviourSession:
+    """A UR5 whose forearm may press a chest with so much force."""
+    return BehaviourSession(
         robots.load("ur5"),
         layout.finished("ur5"),
         seed=seed,
         link="in process",
-        body_limits=BodyLimits.load(limits_file(tmp_path, 9.0)),
-        fault_file=fault,
+        body_limits=BodyLimits.load(limits_file(folder, newton)),
+        fault_file=fault_file,
     )
+
+
+def test_a_push_beyond_the_limit_of_a_region_stops_the_robot_and_leaves_its_last_second(
+    tmp_path: Path, seed: int
+) -> None:
+    fault = tmp_path / "fault.csv"
+    session = limited_session(tmp_path, seed, 9.0, fault)
     try:
         session.boot()
         cell = pushed_cell(session, "forearm_link")
@@ -148,14 +153,7 @@ def test_a_push_beyond_the_limit_of_a_region_stops_the_robot_and_leaves_its_last
 def test_a_full_disk_prevents_no_stop(tmp_path: Path, seed: int) -> None:
     folder = tmp_path / "gone"
     folder.mkdir()
-    session = BehaviourSession(
-        robots.load("ur5"),
-        layout.finished("ur5"),
-        seed=seed,
-        link="in process",
-        body_limits=BodyLimits.load(limits_file(tmp_path, 5.0)),
-        fault_file=folder / "fault.csv",
-    )
+    session = limited_session(tmp_path, seed, 5.0, folder / "fault.csv")
     try:
         session.boot()
         folder.rmdir()
@@ -175,14 +173,7 @@ def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, 
         raise ValueError("no text of this")
 
     monkeypatch.setattr("robotskin.apps.behaviour_session.write_state_log", broken)
-    session = BehaviourSession(
-        robots.load("ur5"),
-        layout.finished("ur5"),
-        seed=seed,
-        link="in process",
-        body_limits=BodyLimits.load(limits_file(tmp_path, 5.0)),
-        fault_file=tmp_path / "fault.csv",
-    )
+    session = limited_session(tmp_path, seed, 5.0, tmp_path / "fault.csv")
     session.boot()
     session.world.push(pushed_cell(session, "forearm_link"), 12.0)
     while session.state is SafetyState.running:

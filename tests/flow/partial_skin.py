@@ -1,0 +1,31 @@
+"""Layouts of a part of a skin."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from robotskin import layout
+
+
+def part_of(skin: layout.Layout, rows: np.ndarray) -> layout.Layout:
+    """The layout of these cells alone, in this order, with the cables that end at them."""
+    new = np.full(len(skin), -1)
+    new[rows] = np.arange(len(rows))
+    other = np.where(skin.neighbours[rows, :, 0] >= 0, new[skin.neighbours[rows, :, 0]], -1)
+    port = np.where(other >= 0, skin.neighbours[rows, :, 1], 0)
+    numbers = np.unique(skin.patch[rows])
+    return replace(
+        skin,
+        id=skin.id[rows],
+        section_unit=skin.section_unit[rows],
+        link=skin.link[rows],
+        link_from_cell=skin.link_from_cell[rows],
+        neighbours=np.stack([other, port], axis=2).astype(np.int32),
+        patch=np.searchsorted(numbers, skin.patch[rows]).astype(np.int32),
+        patches=tuple(replace(skin.patches[number], root=int(new[skin.patches[number].root])) for number in numbers),
+        section_unit_ports=tuple(
+            replace(place, cell=int(new[place.cell])) for place in skin.section_unit_ports if new[place.cell] >= 0
+        ),
+        studs=(),
+        cables=(),
+    )
