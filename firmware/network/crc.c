@@ -54,6 +54,18 @@ static const uint16_t contribution[][256] = {
 #define HOPS_16(ttl) HOPS_4(ttl), HOPS_4((ttl) + 4), HOPS_4((ttl) + 8), HOPS_4((ttl) + 12)
 const uint16_t rs_sample_hop_change[64] = {HOPS_16(0), HOPS_16(16), HOPS_16(32), HOPS_16(48)};
 
+/* What is another at each port in a tick. A bit that k others follow counts Sk; U5 is S39, U6 is S47 and so on. */
+RS_STATIC_ASSERT((int)RS_tick_sender_port_LAST == RS_CONTENT_BITS - 1 - 92 && (int)RS_tick_sender_port_AT == 50,
+                 "U12_5 is the last bit of the port");
+RS_STATIC_ASSERT((int)RS_tick_heard_AT == RS_CONTENT_BITS - 1 - 82 && (int)RS_tick_parent_AT == 60,
+                 "U11_3 is the bit that tells a neighbour that it is heard");
+RS_STATIC_ASSERT((int)RS_tick_echo_LAST == RS_CONTENT_BITS - 1 - 54 && (int)RS_tick_echo_AT == 82,
+                 "U7_7 is the last bit of the echo");
+#define LINK_4(i) LINK(i), LINK((i) + 1), LINK((i) + 2), LINK((i) + 3)
+#define LINK(i) ENTRY((i), U11_3, U11_4, U12_5, U12_6, 0, 0, 0, 0)
+const uint16_t rs_tick_link_change[16] = {LINK_4(0), LINK_4(4), LINK_4(8), LINK_4(12)};
+const uint16_t rs_tick_echo_change[256] = TABLE(U7_7, U7, U8_1, U8_2, U8_3, U8_4, U8_5, U8_6);
+
 /* The checksums below have their two bytes swapped, so that the next bytes of a little-endian word meet theirs. */
 static uint32_t load_little(const uint8_t* bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;

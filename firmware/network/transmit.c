@@ -17,12 +17,6 @@ uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us) 
   return since_us < RS_ADVERTS_US ? RS_ADVERTS_US - since_us : 0U;
 }
 
-static void note_advert(rs_queues* queues, unsigned port, uint32_t now_us) {
-  const unsigned at = queues->advert_next[port] % RS_ADVERTS;
-  queues->advert_us[port][at] = now_us;
-  queues->advert_next[port] = (uint8_t)((at + 1U) % RS_ADVERTS);
-}
-
 /* A bucket that holds a burst of status frames and fills again by one in each mean time; `status_spent_us` is when it
  * is full. A time further off than an empty bucket needs is damaged memory. */
 static uint32_t status_spent_us(const rs_cell* cell, uint32_t now_us) {
@@ -45,28 +39,59 @@ static void note_status(rs_cell* cell, uint32_t now_us) {
   cell->route.reported_us = now_us;
 }
 
-static RS_APART void pack_advert(rs_cell* cell, unsigned port, uint32_t now_us, uint8_t* frame) {
+/* An advert but for the fields of the link that it is for, which have 0. */
+static RS_APART void pack_advert(const rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
-  const rs_neighbour* neighbour = &route->neighbour[port];
   uint32_t age_us = now_us - route->origin_us;
   if (age_us > 0xFFFU) age_us = 0xFFFU;
-  /* A link that is kept out is so for both. */
-  const bool heard = neighbour->good > 0U && !neighbour->held && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
-  rs_tick tick = {
-      .type = RS_TYPE_tick,
-      .hops = route->hops,
-      .sender = cell->id,
-      .sender_port = port,
-      .nonce = cell->nonce,
-      .parent = route->parent_port == port + 1U,
-      .heard = heard,
-      .echo = route->parent_port == port + 1U ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing),
-      .leaving = (route->hold && !route->hold_whole) || route->yielding != 0U,
-      .age_us = age_us};
+  rs_tick tick = {.type = RS_TYPE_tick,
+                  .hops = route->hops,
+                  .sender = cell->id,
+                  .nonce = cell->nonce,
+                  .leaving = (route->hold && !route->hold_whole) || route->yielding != 0U,
+                  .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
   rs_frame_seal(frame);
 }
+
+/* Starts an advert on each of these ports that may have one already; on which it did. */
+static RS_APART unsigned start_adverts(rs_cell* cell, unsigned due, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  RS_WORDS uint8_t base[RS_FRAME_BYTES];
+  unsigned started = 0;
+  for (unsigned port = 0; due != 0U; ++port, due >>= 1) {
+    if ((due & 1U) == 0U) continue;
+    uint32_t* last_us = &queues->advert_us[port][queues->advert_next[port] % RS_ADVERTS];
+    if (now_us - *last_us < RS_ADVERTS_US) continue;
+    *last_us = now_us;
+    queues->advert_next[port] = (uint8_t)((queues->advert_next[port] + 1U) % RS_ADVERTS);
+
+    if (started == 0U) pack_advert(cell, now_us, base);
+    started |= 1U << port;
+    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    const bool parent = cell->route.parent_port == port + 1U;
+    /* A link that is kept out is so for both. */
+    const bool heard = neighbour->good > 0U && !neighbour->held && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
+    const uint32_t echo = parent ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing);
+    uint32_t words[5] = {0};
+    rs_bits_put(words, RS_tick_sender_port_AT, 2, port);
+    rs_bits_put(words, RS_tick_parent_AT, 1, parent);
+    rs_bits_put(words, RS_tick_heard_AT, 1, heard);
+    rs_bits_put(words, RS_tick_echo_AT, 8, echo);
+    uint8_t* frame = queues->sending[port];
+    rs_frame_copy(frame, base);
+    rs_frame_set_word(frame, 1, rs_frame_word(frame, 1) | words[1]);
+    rs_frame_set_word(frame, 2, rs_frame_word(frame, 2) | words[2]);
+    rs_frame_change_checksum(frame, (uint32_t)rs_tick_link_change[port << 2 | (unsigned)parent << 1 | heard] ^
+                                        rs_tick_echo_change[echo & 0xFFU]);
+  }
+  queues->advert_due &= (uint8_t)~started;
+  return started;
+}
+RS_STATIC_ASSERT((int)RS_tick_sender_port_AT >= 32 && (int)RS_tick_heard_LAST < 64 && (int)RS_tick_echo_AT >= 64 &&
+                     (int)RS_tick_echo_LAST < 96,
+                 "the fields of a link stand in words 1 and 2");
 
 static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
@@ -121,31 +146,27 @@ static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame
 
 RS_APART unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  unsigned started = 0;
   rs_cell_hold_indices(cell);
-  for (unsigned port = 0; ready != 0U; ++port, ready >>= 1) {
-    if ((ready & 1U) == 0U) continue;
-    const uint8_t bit = (uint8_t)(1U << port);
-    uint8_t* frame = queues->sending[port];
-    bool found;
-    /* A torque sum before the advert that announces it, so that its loss shows at once. */
-    const bool torque_first = port + 1U == cell->route.parent_port && cell->retention.announcements > 0U;
-    if (torque_first && rs_retention_next_torque(cell, frame, now_us)) {
-      found = true;
-    } else if ((queues->advert_due & bit) != 0U && rs_advert_wait_us(cell, port, now_us) == 0U) {
-      queues->advert_due &= (uint8_t)~bit;
-      note_advert(queues, port, now_us);
-      pack_advert(cell, port, now_us, frame);
-      found = true;
-    } else if (port + 1U == cell->route.parent_port) {
-      found = next_for_parent(cell, now_us, frame);
-    } else {
-      found = queues->down.count > 0U && next_for_child(cell, port, frame);
+  const unsigned parent_port = (cell->route.parent_port - 1U) % RS_PORTS;
+  const unsigned parent = 1U << cell->route.parent_port >> 1;
+  unsigned started = 0;
+  /* A torque sum before the advert that announces it, so that its loss shows at once. */
+  if ((ready & parent) != 0U && cell->retention.announcements > 0U &&
+      rs_retention_next_torque(cell, queues->sending[parent_port], now_us)) {
+    started = parent;
+  }
+  const unsigned adverts = ready & ~started & queues->advert_due;
+  if (adverts != 0U) started |= start_adverts(cell, adverts, now_us);
+  ready &= ~started;
+  if ((ready & parent) != 0U && next_for_parent(cell, now_us, queues->sending[parent_port])) started |= parent;
+  if (queues->down.count > 0U) {
+    for (unsigned port = 0, others = ready & ~parent; others != 0U; ++port, others >>= 1) {
+      if ((others & 1U) != 0U && next_for_child(cell, port, queues->sending[port])) started |= 1U << port;
     }
-    if (!found) continue;
-    queues->busy |= bit;
-    queues->started_us[port] = now_us;
-    started |= bit;
+  }
+  queues->busy |= (uint8_t)started;
+  for (unsigned port = 0, rest = started; rest != 0U; ++port, rest >>= 1) {
+    if ((rest & 1U) != 0U) queues->started_us[port] = now_us;
   }
   return started;
 }

@@ -38,6 +38,25 @@ extern const uint16_t rs_sample_hop_change[64];
 RS_STATIC_ASSERT((int)RS_clock_ttl_AT == 26 && (int)RS_clock_ttl_LAST == 31 && (int)RS_event_ttl_AT == 26,
                  "hops left are the lower six bits of byte 3");
 
+/* What a tick's fields of a link change in the checksum of one that has 0 in them: by sender_port << 2 | parent << 1 |
+ * heard, and by echo. The two are to be added (XOR), in the byte order of rs_sample_hop_change. */
+extern const uint16_t rs_tick_link_change[16];
+extern const uint16_t rs_tick_echo_change[256];
+
+/* Adds such a change to a frame's checksum. */
+RS_INLINE void rs_frame_change_checksum(uint8_t frame[RS_FRAME_BYTES], uint32_t change) {
+#if defined(RS_FRAMES_AT_WORDS)
+  uint8_t* at = (uint8_t*)RS_AT_WORD(frame) + RS_CONTENT_BYTES;
+  uint16_t checksum;
+  __builtin_memcpy(&checksum, at, sizeof checksum);
+  checksum ^= (uint16_t)change;
+  __builtin_memcpy(at, &checksum, sizeof checksum);
+#else
+  frame[RS_CONTENT_BYTES] ^= (uint8_t)change;
+  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)(change >> 8);
+#endif
+}
+
 /* Whether a clock or event frame has a hop left, and rs_frame_take_hop of one that has. */
 RS_INLINE bool rs_sample_has_hop(const uint8_t frame[RS_FRAME_BYTES]) {
   return (frame[3] & 0x3FU) != 0U;
@@ -45,8 +64,21 @@ RS_INLINE bool rs_sample_has_hop(const uint8_t frame[RS_FRAME_BYTES]) {
 RS_INLINE void rs_sample_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
   const uint32_t change = rs_sample_hop_change[frame[3] & 0x3FU];
   --frame[3];
-  frame[RS_CONTENT_BYTES] ^= (uint8_t)change;
-  frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)(change >> 8);
+  rs_frame_change_checksum(frame, change);
+}
+
+/* Copies such a frame, a hop less. */
+RS_INLINE void rs_sample_bring(uint8_t to[RS_FRAME_BYTES], const uint8_t from[RS_FRAME_BYTES]) {
+#if defined(RS_FRAMES_AT_WORDS)
+  uint32_t words[RS_FRAME_BYTES / 4];
+  __builtin_memcpy(words, RS_AT_WORD(from), sizeof words);
+  words[4] ^= (uint32_t)rs_sample_hop_change[words[0] >> 24 & 0x3FU] << 16;
+  words[0] -= 1U << 24;
+  __builtin_memcpy(RS_AT_WORD(to), words, sizeof words);
+#else
+  __builtin_memcpy(to, from, RS_FRAME_BYTES);
+  rs_sample_take_hop(to);
+#endif
 }
 
 #ifdef __cplusplus

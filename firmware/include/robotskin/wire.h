@@ -269,16 +269,35 @@ RS_INLINE void rs_store32(uint8_t* bytes, uint32_t word) {
   bytes[3] = (uint8_t)word;
 }
 
+/* One of the first four words of a frame, and back. */
+RS_INLINE uint32_t rs_frame_word(const uint8_t* frame, unsigned at) {
+#if defined(RS_FRAMES_AT_WORDS)
+  uint32_t word; /* a little-endian processor, which turns the bytes round in one instruction */
+  __builtin_memcpy(&word, RS_AT_WORD(frame + 4U * at), sizeof word);
+  return __builtin_bswap32(word);
+#else
+  return rs_load32(frame + 4U * at);
+#endif
+}
+RS_INLINE void rs_frame_set_word(uint8_t* frame, unsigned at, uint32_t word) {
+#if defined(RS_FRAMES_AT_WORDS)
+  word = __builtin_bswap32(word);
+  __builtin_memcpy(RS_AT_WORD(frame + 4U * at), &word, sizeof word);
+#else
+  rs_store32(frame + 4U * at, word);
+#endif
+}
+
 /* The content as big-endian words; the last word holds 16 content bits on top and is zero below. */
 RS_INLINE void rs_content_load(uint32_t words[5], const uint8_t* bytes) {
   const uint8_t* at = (const uint8_t*)RS_AT_WORD(bytes);
-  for (unsigned i = 0; i < 4U; ++i) words[i] = rs_load32(at + 4U * i);
+  for (unsigned i = 0; i < 4U; ++i) words[i] = rs_frame_word(bytes, i);
   words[4] = ((uint32_t)at[16] << 24) | ((uint32_t)at[17] << 16);
 }
 
 RS_INLINE void rs_content_store(uint8_t* bytes, const uint32_t words[5]) {
   uint8_t* at = (uint8_t*)RS_AT_WORD(bytes);
-  for (unsigned i = 0; i < 4U; ++i) rs_store32(at + 4U * i, words[i]);
+  for (unsigned i = 0; i < 4U; ++i) rs_frame_set_word(bytes, i, words[i]);
   at[16] = (uint8_t)(words[4] >> 24);
   at[17] = (uint8_t)(words[4] >> 16);
 }
