@@ -26,15 +26,6 @@ RS_INLINE void rs_frame_copy(uint8_t* to, const uint8_t* from) {
 #endif
 }
 
-/* Copies a frame as it came to a whole word. */
-RS_INLINE void rs_frame_bring(uint8_t* to, const uint8_t* from) {
-#if defined(RS_FRAMES_AT_WORDS)
-  rs_frame_copy(to, from);
-#else
-  memcpy(to, from, RS_FRAME_BYTES);
-#endif
-}
-
 /* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */
 RS_INLINE uint32_t rs_spread(uint32_t x) {
   x ^= x >> 16;
@@ -183,8 +174,9 @@ void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
 unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us);
 /* Tells the frames that have started. */
 RS_INLINE void rs_output_start(rs_output* output, const rs_queues* queues, unsigned started) {
-  for (unsigned port = 0; port < RS_PORTS; ++port) {
-    output->frame[port] = (started >> port & 1U) != 0U ? queues->sending[port] : 0;
+  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = 0;
+  for (unsigned port = 0; started != 0U; ++port, started >>= 1) {
+    if ((started & 1U) != 0U) output->frame[port % RS_PORTS] = queues->sending[port % RS_PORTS];
   }
 }
 /* Ports with something to send, now or as soon as they are free. */

@@ -1,9 +1,9 @@
 /* A cell on a chip: what the board tells becomes inputs of the cell, what the cell asks for is done. */
 #include "board.h"
-#include "robotskin/crc.h"
 #include "robotskin/receiver.h"
 #include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */
-#include "network/passing.c" /* likewise: the short way */
+#include "network/crc.c"     /* likewise: the checksum of every frame, */
+#include "network/passing.c" /* and the short way */
 
 enum { PORTS_MASK = (1 << RS_PORTS) - 1 };
 
@@ -12,6 +12,7 @@ static const uint8_t lowest[PORTS_MASK + 1] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 
 
 static rs_cell cell; /* the one place where a cell has an address of its own */
 static rs_receiver line[RS_PORTS];
+static uint8_t cut_up[RS_PORTS]; /* whether a line's receiver has had bytes that are no whole frame */
 static rs_input input;
 static rs_output output;
 
@@ -29,12 +30,23 @@ static RS_APART void step(rs_input_kind kind, uint32_t now_us) {
   if (output.restart) rs_board_restart();
 }
 
-/* Tells the board what a step the short way asks for. */
-RS_INLINE void pass(unsigned started) {
-  for (; started != 0U; started &= started - 1U) {
-    const unsigned port = lowest[started];
-    rs_board_send(port, cell.queues.sending[port]);
+/* Starts the frames of a step the short way; bit p: on port p. */
+static RS_APART void start_all(unsigned started) {
+  for (; started != 0U; started &= started - 1U) rs_board_send(lowest[started], cell.queues.sending[lowest[started]]);
+}
+
+/* Sends what can go out, the short way. */
+RS_INLINE void pass_on(unsigned ready, uint32_t now_us) {
+  rs_queues* queues = &cell.queues;
+  if (is_sample(queues, ready)) {
+    const unsigned port = send_sample(queues, now_us);
+    rs_board_send(port, queues->sending[port]);
+  } else {
+    start_all(send_anything(&cell, ready, now_us));
   }
+}
+static RS_APART void pass_on_apart(unsigned ready, uint32_t now_us) {
+  pass_on(ready, now_us);
   rs_board_wanted(cell.queues.waiting);
 }
 
@@ -55,13 +67,14 @@ static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool
 static RS_APART void take_sent(unsigned port) {
   const uint32_t now_us = rs_board_now_us();
   rs_note_sent(&cell, rs_board_sent() | 1U << port);
-  const unsigned started = pass_sent(&cell, now_us);
-  if (started != PASSED_NOT) {
-    pass(started);
+  if (!calm(&cell, now_us)) {
+    input.port = (uint8_t)(port + 1U);
+    step(RS_INPUT_SENT, now_us);
     return;
   }
-  input.port = (uint8_t)(port + 1U);
-  step(RS_INPUT_SENT, now_us);
+  const unsigned ready = ready_to_send(&cell.queues);
+  if (ready != 0U) pass_on(ready, now_us);
+  rs_board_wanted(cell.queues.waiting);
 }
 
 /* What is neither. */
@@ -80,6 +93,7 @@ static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t
     note_sent();
     take_the_long_way(port, frame, received == RS_RECEIVED_FRAME, rs_board_now_us());
   }
+  cut_up[port] = !rs_receiver_at_boundary(&line[port]);
 }
 
 /* Takes what has come together; if more has, the board says so again. Nearly always that is a whole frame, right, at
@@ -88,18 +102,22 @@ static RS_APART void receive(unsigned port) {
   const uint8_t* bytes;
   bool idle;
   const uint32_t count = rs_board_receive(port, &bytes, &idle);
-  if (count != RS_FRAME_BYTES || ((uintptr_t)bytes & 3U) != 0U || !rs_receiver_at_boundary(&line[port]) ||
-      !rs_frame_intact(bytes)) {
+  if (count != RS_FRAME_BYTES || ((uintptr_t)bytes & 3U) != 0U || cut_up[port] || of_frame(bytes) != 0U) {
     receive_bytes(port, bytes, count, idle);
     return;
   }
   note_sent();
   const uint32_t now_us = rs_board_now_us();
-  const unsigned started = pass_frame(&cell, port + 1U, bytes, now_us);
-  if (started != PASSED_NOT) {
-    pass(started);
-  } else {
+  if (!calm(&cell, now_us) || !take_frame(&cell, port + 1U, bytes, true, now_us)) {
     take_the_long_way(port, bytes, true, now_us);
+    return;
+  }
+  /* It is rare that something can go out just then. */
+  const unsigned ready = ready_to_send(&cell.queues);
+  if (ready == 0U) {
+    rs_board_wanted(cell.queues.waiting);
+  } else {
+    pass_on_apart(ready, now_us);
   }
 }
 
@@ -118,8 +136,10 @@ int main(void) {
   for (;;) {
     const uint32_t events = rs_board_wait();
     for (unsigned ports = events / RS_BOARD_LINE & PORTS_MASK; ports != 0U; ports &= ports - 1U) receive(lowest[ports]);
+    if (events < RS_BOARD_SENT) continue;
     for (unsigned ports = events / RS_BOARD_SENT & PORTS_MASK; ports != 0U; ports &= ports - 1U)
       take_sent(lowest[ports]);
+    if (events < RS_BOARD_TIMER) continue;
     if ((events & RS_BOARD_SAMPLE) != 0U) sample();
     if ((events & RS_BOARD_TIMER) != 0U) take(RS_INPUT_TIMER);
   }

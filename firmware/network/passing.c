@@ -48,8 +48,7 @@ RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const uint8_t
   neighbour->heard_us = now_us;
   uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);
   rs_samples_sent_within(queues);
-  rs_frame_bring(place, frame);
-  rs_sample_take_hop(place);
+  rs_sample_bring(place, frame);
   queues->waiting |= queues->parent_bit;
   return true;
 }
@@ -121,17 +120,28 @@ RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bo
   }
 }
 
-/* The oldest sample goes out to the parent; its port as a bit. */
-RS_INLINE unsigned send_sample(rs_cell* cell, uint32_t now_us) {
-  rs_queues* queues = &cell->queues;
+/* Ports on which something can go out. */
+RS_INLINE unsigned ready_to_send(const rs_queues* queues) {
+  return queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
+}
+
+/* Whether that is a sample to the parent. */
+RS_INLINE bool is_sample(const rs_queues* queues, unsigned ready) {
+  return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U;
+}
+
+/* The oldest sample goes out to the parent; on which port. */
+RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us) {
   const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
   queues->busy |= queues->parent_bit;
   queues->data_passed_over = 0;
   queues->started_us[port] = now_us;
   rs_samples_take(queues, now_us, queues->sending[port]);
-  return 1U << port;
+  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
+  return port;
 }
 
+/* Whatever is next goes out on these ports; on which something does. */
 static RS_APART unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
   const unsigned started = rs_transmit_start(cell, ready, now_us);
   cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
@@ -139,22 +149,16 @@ static RS_APART unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t n
   return started;
 }
 
-/* Sends what can go out; the ports on which something does. */
-RS_INLINE unsigned pass_on(rs_cell* cell, uint32_t now_us) {
-  rs_queues* queues = &cell->queues;
-  const unsigned ready = queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
-  if (ready == 0U) return 0;
-  if (ready != queues->parent_bit || !queues->samples_alone || queues->data.count == 0U) {
-    return send_anything(cell, ready, now_us);
-  }
-  const unsigned started = send_sample(cell, now_us);
-  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
-  return started;
-}
-
 /* Whether nothing is due. */
 RS_INLINE bool calm(const rs_cell* cell, uint32_t now_us) {
   return cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
+}
+
+static unsigned pass_anything(rs_cell* cell, uint32_t now_us) {
+  const unsigned ready = ready_to_send(&cell->queues);
+  if (ready == 0U) return 0;
+  return is_sample(&cell->queues, ready) ? 1U << send_sample(&cell->queues, now_us)
+                                         : send_anything(cell, ready, now_us);
 }
 
 void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
@@ -168,32 +172,10 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     return;
   }
   rs_note_sent(cell, sent);
-  rs_output_start(output, &cell->queues, pass_on(cell, now_us));
+  rs_output_start(output, &cell->queues, pass_anything(cell, now_us));
   output->timer_us = cell->timer_us;
   output->sample_us = cell->sampling.due_us;
   output->sampling = cell->sampling.running;
   output->led_changed = output->flash_changed = output->restart = false;
   output->waiting = cell->queues.waiting;
-}
-
-/* ---- A step the short way alone ----
- * For whoever is compiled as one with this file, runs the cell and still has its last output, of which `frame` and
- * `waiting` alone change. They answer the ports (bit p: port p) on which the frame in queues.sending starts,
- * queues.waiting being the new `waiting`; or PASSED_NOT, and nothing changed, if the step has to go the long way. */
-enum { PASSED_NOT = 1 << RS_PORTS };
-
-static RS_APART unsigned send_what_waits(rs_cell* cell, uint32_t now_us) {
-  return pass_on(cell, now_us);
-}
-
-/* A frame that is known to be right has come. It is rare that something can go out just then. */
-RS_INLINE unsigned pass_frame(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
-  if (!calm(cell, now_us) || !take_frame(cell, port, frame, true, now_us)) return PASSED_NOT;
-  return (cell->queues.waiting & ~(unsigned)cell->queues.busy & RS_ALL_PORTS) == 0U ? 0U
-                                                                                    : send_what_waits(cell, now_us);
-}
-
-/* Frames are out that somebody waits for; they have been noted. */
-RS_INLINE unsigned pass_sent(rs_cell* cell, uint32_t now_us) {
-  return calm(cell, now_us) ? pass_on(cell, now_us) : PASSED_NOT;
 }

@@ -56,9 +56,9 @@ def build(optimisation: str = OPTIMISATION, firmware: Path = SOURCES) -> ChipIma
         raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
     if find_spec("ziglang") is None:
         raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
-    # main.c includes the board's and the short way's.
+    # main.c includes the board's, the checksum's and the short way's.
     found = [path for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
-    sources = [str(path) for path in found if path.stem != "passing" and not path.stem.endswith("_board")]
+    sources = [str(path) for path in found if path.stem not in ("crc", "passing") and not path.stem.endswith("_board")]
     includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
     with tempfile.TemporaryDirectory() as scratch:
         elf = Path(scratch) / "cell.elf"
