@@ -2,6 +2,7 @@
 #ifndef ROBOTSKIN_CELL_PARTS_H
 #define ROBOTSKIN_CELL_PARTS_H
 
+#include <stddef.h>
 #include <string.h>
 
 #include "robotskin/cell.h"
@@ -15,6 +16,19 @@ enum { RS_ALL_PORTS = (1 << RS_PORTS) - 1 };
 /* Whether time a is at or after time b, on a clock that wraps. */
 RS_INLINE bool rs_reached(uint32_t a, uint32_t b) {
   return (int32_t)(a - b) >= 0;
+}
+
+/* What is left of a time after whole periods, and how many they are. Of a time of a few periods, that is of any but in
+ * damaged memory, a small processor finds it sooner than by a division. */
+RS_INLINE uint32_t rs_left_of(uint32_t time_us, uint32_t period_us, uint32_t* periods) {
+  *periods = 0;
+  for (unsigned turn = 0; turn < 4U; ++turn) {
+    if (time_us < period_us) return time_us;
+    time_us -= period_us;
+    ++*periods;
+  }
+  *periods += time_us / period_us;
+  return time_us % period_us;
 }
 
 /* Copies a frame; both begin at a whole word. */
@@ -62,9 +76,18 @@ RS_INLINE void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
   tick->gain_threshold = wave->gain_threshold;
 }
 RS_INLINE bool rs_waves_equal(const rs_wave* a, const rs_wave* b) {
+#if defined(RS_FRAMES_AT_WORDS)
+  uint32_t first[4], second[4]; /* little-endian; of the last one, the bytes that have no name do not count */
+  RS_STATIC_ASSERT(sizeof first == sizeof *a && offsetof(rs_wave, none) == 13, "a wave is four words");
+  __builtin_memcpy(first, a, sizeof first);
+  __builtin_memcpy(second, b, sizeof second);
+  return first[0] == second[0] && first[1] == second[1] && first[2] == second[2] &&
+         ((first[3] ^ second[3]) & 0xFFU) == 0U;
+#else
   return a->tag == b->tag && a->sequence == b->sequence && a->era == b->era && a->root == b->root &&
          a->forming == b->forming && a->depth_cap == b->depth_cap && a->rate_divisor == b->rate_divisor &&
          a->gain_threshold == b->gain_threshold;
+#endif
 }
 /* The tag of a joints frame of an epoch, whose number the frame tells modulo 64. */
 uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch);

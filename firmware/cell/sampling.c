@@ -41,11 +41,13 @@ static uint32_t phase_us(const rs_cell* cell, uint32_t period_us) {
  * are locked to the section unit's time, each cell at a phase of its own, so that the cells of a tree neither sample at
  * once nor drift into each other. */
 static uint32_t next_sample_us(const rs_cell* cell, uint32_t period_us, bool sampled, uint32_t now_us) {
-  const uint32_t period_ticks = period_us / RS_TICK_US;
-  if (period_ticks * RS_TICK_US != period_us || 65536U % period_ticks != 0U) return now_us + period_us;
-  const uint32_t in_period_us = (cell->route.wave.sequence % period_ticks) * RS_TICK_US;
-  const uint32_t position_us = (in_period_us + (now_us - cell->route.origin_us)) % period_us;
-  uint32_t wait_us = (phase_us(cell, period_us) + period_us - position_us) % period_us;
+  const uint32_t period_ticks = period_us * 4195U >> 22;           /* whole ticks, up to a second, come out right */
+  const bool divides = (period_ticks & (period_ticks - 1U)) == 0U; /* 65536, the number of tick numbers */
+  if (period_ticks * RS_TICK_US != period_us || !divides) return now_us + period_us;
+  const uint32_t in_period_us = (cell->route.wave.sequence & (period_ticks - 1U)) * RS_TICK_US;
+  uint32_t periods;
+  const uint32_t position_us = rs_left_of(in_period_us + (now_us - cell->route.origin_us), period_us, &periods);
+  uint32_t wait_us = rs_left_of(phase_us(cell, period_us) + period_us - position_us, period_us, &periods);
   if (wait_us == 0U || (sampled && wait_us < period_us / 2U)) wait_us += period_us;
   return now_us + wait_us;
 }
@@ -100,21 +102,23 @@ static bool divided_away(const rs_cell* cell, uint32_t period_us, uint32_t now_u
 
 static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refresh, bool fault, uint32_t now_us) {
   rs_sampling* sampling = &cell->sampling;
-  const uint32_t since_us = now_us - cell->route.origin_us;
-  const rs_clock sample = {.type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
-                           .source = cell->id,
-                           .sequence = sampling->sequence,
-                           .ttl = RS_TTL_START,
-                           .sample_tick = (cell->route.wave.sequence + since_us / RS_TICK_US) & 0xFU,
-                           .sample_phase = since_us % RS_TICK_US * 64U / RS_TICK_US,
-                           .refresh = refresh,
-                           .fault = fault,
-                           .dropped = sampling->dropped,
+  uint32_t ticks;
+  const uint32_t in_tick_us = rs_left_of(now_us - cell->route.origin_us, RS_TICK_US, &ticks);
+  const rs_clock sample = {
+      .type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
+      .source = cell->id,
+      .sequence = sampling->sequence,
+      .ttl = RS_TTL_START,
+      .sample_tick = (cell->route.wave.sequence + ticks) & 0xFU,
+      .sample_phase = in_tick_us * 67109U >> 20, /* 64ths: of less than a tick, the same as by division */
+      .refresh = refresh,
+      .fault = fault,
+      .dropped = sampling->dropped,
 #define CHANNEL_VALUE(name, is_signed, bits, numerator, denominator, unit) \
   .name = CHANNEL_VALUE_##is_signed(value[RS_CHANNEL_##name]),
 #define CHANNEL_VALUE_0(counts) (uint32_t)(counts)
 #define CHANNEL_VALUE_1(counts) (counts)
-                           RS_CHANNELS(CHANNEL_VALUE)};
+      RS_CHANNELS(CHANNEL_VALUE)};
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_clock_pack(frame, &sample);
   rs_frame_seal(frame);

@@ -55,6 +55,33 @@ static RS_APART void pack_advert(const rs_cell* cell, uint32_t now_us, uint8_t* 
   rs_frame_seal(frame);
 }
 
+/* Such an advert for one port. */
+static RS_APART void address_advert(rs_cell* cell, unsigned port, const uint8_t* base, uint32_t now_us) {
+  const rs_neighbour* neighbour = &cell->route.neighbour[port];
+  uint32_t words[5] = {0};
+  rs_bits_put(words, RS_tick_sender_port_AT, 2, port);
+  unsigned link = port << 2;
+  /* A link that is kept out is so for both. */
+  if (neighbour->good > 0U && !neighbour->held && now_us - neighbour->heard_us < RS_LINK_DOWN_US) {
+    rs_bits_put(words, RS_tick_heard_AT, 1, 1);
+    link |= 1U;
+  }
+  uint32_t echo;
+  if (cell->route.parent_port == port + 1U) {
+    rs_bits_put(words, RS_tick_parent_AT, 1, 1);
+    link |= 2U;
+    echo = rs_retention_announce(cell) & 0xFFU;
+  } else {
+    echo = rs_hearing_echo(&neighbour->hearing);
+  }
+  rs_bits_put(words, RS_tick_echo_AT, 8, echo);
+  uint8_t* frame = cell->queues.sending[port];
+  rs_frame_copy(frame, base);
+  rs_frame_set_word(frame, 1, rs_frame_word(frame, 1) | words[1]);
+  rs_frame_set_word(frame, 2, rs_frame_word(frame, 2) | words[2]);
+  rs_frame_change_checksum(frame, (uint32_t)rs_tick_link_change[link] ^ rs_tick_echo_change[echo]);
+}
+
 /* Starts an advert on each of these ports that may have one already; on which it did. */
 static RS_APART unsigned start_adverts(rs_cell* cell, unsigned due, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
@@ -62,29 +89,14 @@ static RS_APART unsigned start_adverts(rs_cell* cell, unsigned due, uint32_t now
   unsigned started = 0;
   for (unsigned port = 0; due != 0U; ++port, due >>= 1) {
     if ((due & 1U) == 0U) continue;
-    uint32_t* last_us = &queues->advert_us[port][queues->advert_next[port] % RS_ADVERTS];
+    const unsigned next = queues->advert_next[port] % RS_ADVERTS;
+    uint32_t* last_us = &queues->advert_us[port][next];
     if (now_us - *last_us < RS_ADVERTS_US) continue;
     *last_us = now_us;
-    queues->advert_next[port] = (uint8_t)((queues->advert_next[port] + 1U) % RS_ADVERTS);
-
+    queues->advert_next[port] = (uint8_t)((next + 1U) % RS_ADVERTS);
     if (started == 0U) pack_advert(cell, now_us, base);
     started |= 1U << port;
-    const rs_neighbour* neighbour = &cell->route.neighbour[port];
-    const bool parent = cell->route.parent_port == port + 1U;
-    /* A link that is kept out is so for both. */
-    const bool heard = neighbour->good > 0U && !neighbour->held && now_us - neighbour->heard_us < RS_LINK_DOWN_US;
-    const uint32_t echo = parent ? rs_retention_announce(cell) : rs_hearing_echo(&neighbour->hearing);
-    uint32_t words[5] = {0};
-    rs_bits_put(words, RS_tick_sender_port_AT, 2, port);
-    rs_bits_put(words, RS_tick_parent_AT, 1, parent);
-    rs_bits_put(words, RS_tick_heard_AT, 1, heard);
-    rs_bits_put(words, RS_tick_echo_AT, 8, echo);
-    uint8_t* frame = queues->sending[port];
-    rs_frame_copy(frame, base);
-    rs_frame_set_word(frame, 1, rs_frame_word(frame, 1) | words[1]);
-    rs_frame_set_word(frame, 2, rs_frame_word(frame, 2) | words[2]);
-    rs_frame_change_checksum(frame, (uint32_t)rs_tick_link_change[port << 2 | (unsigned)parent << 1 | heard] ^
-                                        rs_tick_echo_change[echo & 0xFFU]);
+    address_advert(cell, port, base, now_us);
   }
   queues->advert_due &= (uint8_t)~started;
   return started;
