@@ -134,6 +134,18 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
   rs_ports_send(unit, port, content);
 }
 
+/* By how much fewer cells tree `root` has than the own one, with what it was granted in this round: no more may go
+ * there, or it would become fuller than what it takes from. */
+static uint32_t gap_left(const rs_unit_balance* balance, uint8_t root) {
+  uint32_t gap = 0, gone = 0;
+  for (unsigned w = 0; w < RS_WANTS; ++w) {
+    const bool there = balance->given_root[w] == root;
+    if (there) gap = balance->gap[w];
+    gone += (there ? 2U : 1U) * balance->given[w];
+  }
+  return gap > gone ? gap - gone : 0U;
+}
+
 static void remove_want(rs_unit_balance* balance, unsigned w) {
   for (; w + 1U < RS_WANTS; ++w) {
     balance->want_root[w] = balance->want_root[w + 1U];
@@ -147,20 +159,44 @@ static void close_wants(rs_unit_balance* balance) {
   for (unsigned w = 0; w < RS_WANTS; ++w) remove_want(balance, 0);
 }
 
-/* Whether the last offer is one of this round, not yet granted, that fits what is still wanted. */
-static bool take_offer(rs_unit_balance* balance) {
+/* Cells of a tree as they are known now. */
+static uint32_t size_of(const rs_section_unit* unit, uint8_t root) {
+  const unsigned u = root >> 4, port = (root & 15U) - 1U;
+  if (root == 0U || port >= RS_SECTION_UNIT_PORTS_MAX) return 0;
+  return u == unit->config.unit ? unit->port[port].size : unit->peer[u].tree[port].size;
+}
+
+/* Whether the last offer is one of this round, not yet granted, that fits what is still wanted; and still fits, if
+ * other trees have changed since: then it waits. */
+static bool fits(const rs_section_unit* unit, unsigned port) {
+  const rs_unit_balance* balance = &unit->port[port].balance;
   const rs_offer* offer = &balance->offer;
   if (offer->cell == RS_ID_NONE || offer->size == 0U || offer->round != balance->round) return false;
   for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) {
     if (balance->granted[i] == offer->cell) return false;
   }
+  if (size_of(unit, offer->root) + offer->size > unit->port[port].size) return false;
   for (unsigned w = 0; w < RS_WANTS; ++w) {
-    if (balance->want_root[w] != offer->root || balance->want_size[w] < offer->size) continue;
-    balance->want_size[w] = (uint16_t)(balance->want_size[w] - offer->size);
-    if (balance->want_size[w] == 0U) remove_want(balance, w);
-    return true;
+    if (balance->want_root[w] == offer->root && balance->want_size[w] >= offer->size) return true;
   }
   return false;
+}
+
+/* What is wanted still leaves no tree fuller than the own one. */
+static void give(rs_unit_balance* balance) {
+  const rs_offer* offer = &balance->offer;
+  for (unsigned w = 0; w < RS_WANTS; ++w) {
+    if (balance->given_root[w] == offer->root) balance->given[w] = (uint16_t)(balance->given[w] + offer->size);
+    if (balance->want_root[w] == offer->root) {
+      balance->want_size[w] = (uint16_t)(balance->want_size[w] - offer->size);
+    }
+  }
+  for (unsigned w = RS_WANTS; w-- > 0U;) {
+    const uint32_t left = gap_left(balance, balance->want_root[w]);
+    if (balance->want_size[w] > left) balance->want_size[w] = (uint16_t)left;
+    if (balance->want_size[w] == 0U) remove_want(balance, w);
+  }
+  balance->granted[balance->granted_next++ % RS_UNIT_GRANTED] = offer->cell;
 }
 
 static void serve(rs_section_unit* unit, unsigned port) {
@@ -174,9 +210,9 @@ static void serve(rs_section_unit* unit, unsigned port) {
     balance->open = false;
     return;
   }
-  if (tick >= balance->decide_at && take_offer(balance)) {
+  if (tick >= balance->decide_at && fits(unit, port)) {
+    give(balance);
     send_grant(unit, port, &balance->offer);
-    balance->granted[balance->granted_next++ % RS_UNIT_GRANTED] = balance->offer.cell;
     balance->offer.cell = RS_ID_NONE;
     balance->decide_at = tick + RS_GRANT_TICKS;
     balance->close_at = tick + OFFER_TICKS + there_and_back(here);
@@ -194,30 +230,33 @@ static void serve(rs_section_unit* unit, unsigned port) {
   balance->busy_until = tick + (balance->failed > 0U ? 0U : RS_SETTLE_TICKS + there_and_back(here));
 }
 
-/* How many cells tree j may take from tree k. Never so many that it becomes larger than the largest tree, with what
- * other ports are giving it already: levelling must not make the fullest cable fuller. A tree that does not pass cells
- * on takes no more than brings the two level, because what it takes beyond that stays there. */
-static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigned k, unsigned j, uint32_t most) {
+/* By how many cells tree j is smaller than tree k, with what other ports are giving it already. Cells go downhill only,
+ * and so many at most: no cable becomes fuller than the one that gives, and loads no less even, whatever becomes of
+ * what j is to pass on. */
+static uint32_t gap_to(const rs_section_unit* unit, const rs_trees* trees, unsigned k, unsigned j) {
   uint32_t taken = trees->size[j];
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     const rs_unit_balance* other = &unit->port[port].balance;
-    if (port == trees->port[k] || !other->open) continue;
+    if (port == trees->port[k]) continue;
     for (unsigned w = 0; w < RS_WANTS; ++w) {
-      if (other->want_root[w] == trees->root[j]) taken += other->want_size[w];
+      if (other->open && other->want_root[w] == trees->root[j]) taken += other->want_size[w];
+      const bool counts = other->open || unit->tick_time < other->busy_until;
+      if (counts && other->given_root[w] == trees->root[j]) taken += other->given[w];
     }
   }
-  if (taken >= most) return 0;
-  const uint32_t below = most - taken;
-  if (trees->port[j] == RS_TREE_FOREIGN) return below;
-  const rs_unit_balance* balance = &unit->port[trees->port[j]].balance;
-  if (balance->failed <= FAILED_ROUNDS) return below;
-  const uint32_t level = trees->size[k] > taken + 1U ? (trees->size[k] - taken) / 2U : 0U;
-  return level < below ? level : below;
+  return trees->size[k] > taken ? trees->size[k] - taken : 0U;
+}
+
+/* How much of that tree j may take. One that does not pass cells on takes no more than brings the two level, because
+ * what it takes beyond that stays there. */
+static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigned j, uint32_t gap) {
+  const bool stuck = trees->port[j] != RS_TREE_FOREIGN && unit->port[trees->port[j]].balance.failed > FAILED_ROUNDS;
+  return stuck ? gap / 2U : gap;
 }
 
 /* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
 static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
-                 uint32_t most, const rs_unit_balance* lead) {
+                 const rs_unit_balance* lead) {
   const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
@@ -238,7 +277,8 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
     const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
     if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
     if (balance->failed > 0U && levelling > size) size = levelling > 2047U ? 2047U : levelling;
-    const uint32_t most_taken = room(unit, trees, k, j, most);
+    uint32_t gap = gap_to(unit, trees, k, j);
+    const uint32_t most_taken = room(unit, trees, j, gap);
     if (most_taken == 0U) continue;
     if (size > most_taken) size = most_taken;
     uint8_t root = trees->root[j];
@@ -246,19 +286,25 @@ static void want(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint3
       if (balance->want_root[w] != 0U && taken[w] >= flow) continue;
       const int64_t other_flow = taken[w];
       const uint8_t other_root = balance->want_root[w];
-      const uint16_t other_size = balance->want_size[w];
+      const uint16_t other_size = balance->want_size[w], other_gap = balance->gap[w];
       taken[w] = flow;
       balance->want_root[w] = root;
       balance->want_size[w] = (uint16_t)size;
+      balance->gap[w] = (uint16_t)gap;
       flow = other_flow;
       root = other_root;
       size = other_size;
+      gap = other_gap;
       if (root == 0U) break;
     }
   }
   if (balance->want_root[0] == 0U) {
     balance->failed = 0;
     return;
+  }
+  for (unsigned w = 0; w < RS_WANTS; ++w) {
+    balance->given_root[w] = balance->want_root[w];
+    balance->given[w] = 0;
   }
   balance->open = true;
   balance->last_resort = balance->failed > 0U;
@@ -344,12 +390,11 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
   rs_trees_relax(&trees, unit->potential);
   for (unsigned first = 0; first < trees.count; ++first) {
     if (trees.component[first] != first) continue;
-    uint32_t cells = 0, count = 0, most = 0;
+    uint32_t cells = 0, count = 0;
     unsigned lead = RS_TREE_FOREIGN;
     for (unsigned k = first; k < trees.count; ++k) {
       if (trees.component[k] != first) continue;
       cells += trees.size[k];
-      if (trees.size[k] > most) most = trees.size[k];
       ++count;
       if (lead == RS_TREE_FOREIGN) lead = trees.port[k];
     }
@@ -359,7 +404,7 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
       const rs_unit_port* here = &unit->port[trees.port[k]];
       if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
           unit->tick_time >= here->balance.busy_until) {
-        want(unit, &trees, k, cells, count, most, &unit->port[lead].balance);
+        want(unit, &trees, k, cells, count, &unit->port[lead].balance);
       }
     }
     watch_progress(unit, &trees, first, &unit->port[lead].balance);

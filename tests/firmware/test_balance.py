@@ -58,6 +58,19 @@ def test_levelling_never_makes_the_fullest_cable_fuller(seed: int) -> None:
     assert fullest <= max(formed)
 
 
+def test_what_a_tree_has_not_got_it_does_not_pass_on(seed: int) -> None:
+    """The largest tree touches the others at its root only, which stays: nothing comes that the next could pass on."""
+    line = [((i, 1), (i + 1, 4)) for i in range(18)]
+    world = SmallWorld(19, line, [(12, 3), (13, 3), (18, 3)], seed)
+    world.run_ms(35)
+    formed = sizes(world)
+    worst = 0
+    for _ in range(60):
+        world.run_ms(10)
+        worst = max(worst, sum(size * size for size in sizes(world)))
+    assert worst <= sum(size * size for size in formed)
+
+
 @pytest.mark.parametrize(("kind", "ports", "skin_seed"), [("cylinder", 4, 2), ("cylinder", 5, 52), ("cylinder", 5, 96)])
 def test_what_has_joined_since_the_offer_does_not_come_too_deep(kind: str, ports: int, skin_seed: int) -> None:
     run = settle(kind, ports, skin_seed)

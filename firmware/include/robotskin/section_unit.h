@@ -79,7 +79,10 @@ typedef struct {
   uint64_t beside_seen[RS_UNIT_BESIDE];
   rs_offer offer; /* last one heard */
   uint16_t want_size[RS_WANTS];
-  uint8_t want_root[RS_WANTS]; /* 0: none */
+  uint8_t want_root[RS_WANTS];  /* 0: none */
+  uint16_t gap[RS_WANTS];       /* cells by which that tree was smaller when the round was opened */
+  uint16_t given[RS_WANTS];     /* granted to it in this round, */
+  uint8_t given_root[RS_WANTS]; /* whose root this is: it counts until the sizes are right again */
   uint8_t round;
   bool open;         /* a round of wants is under way */
   bool last_resort;  /* the round before found no offer */
