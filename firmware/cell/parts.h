@@ -96,10 +96,13 @@ uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_
 
 /* ---- network/links.c: which neighbours are there (R1) ---- */
 bool rs_link_usable(const rs_neighbour* neighbour);
+void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us); /* a damaged frame has come */
+/* Whether so many frames from there are damaged that another line is better. */
+bool rs_link_spoilt(const rs_neighbour* neighbour, uint32_t now_us);
 void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us);
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us);
 /* Whether a child has stayed behind the own ticks for longer than any move takes. */
-bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour);
+bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint32_t now_us);
 void rs_links_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/route.c: the parent (R2 to R9) ---- */
@@ -109,6 +112,11 @@ void rs_route_lose(rs_cell* cell, uint32_t now_us);
 void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us); /* R3; only what is feasible */
 void rs_route_advertise(rs_cell* cell, uint32_t now_us);            /* to every neighbour, now */
 bool rs_route_feasible(const rs_route* route, unsigned port);       /* R2 */
+/* Whether the way up begins with a line that spoils frames. */
+RS_INLINE bool rs_route_spoilt(const rs_route* route, uint32_t now_us) {
+  return route->parent_port != RS_NO_PARENT &&
+         rs_link_spoilt(&route->neighbour[(route->parent_port - 1U) % RS_PORTS], now_us);
+}
 void rs_route_check(rs_cell* cell, uint32_t now_us);
 uint32_t rs_tick_time(const rs_cell* cell, uint32_t now_us); /* milliseconds, RS_TICK_TIME_BITS bits */
 
@@ -186,7 +194,9 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame,
                  uint32_t now_us);                       /* by its type; false: no room. It begins at a whole word */
 void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
 void rs_queues_forget_samples(rs_cell* cell);
-void rs_queues_repeat(rs_cell* cell, uint32_t now_us); /* the last samples, which the parent may have lost */
+/* The last samples wait again, */
+void rs_queues_repeat_lost(rs_cell* cell, uint32_t now_us);   /* as the parent was lost */
+void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us); /* as few frames come through to it */
 void rs_queues_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/transmit.c: the next frame of each idle port ---- */

@@ -4,6 +4,25 @@ bool rs_link_usable(const rs_neighbour* neighbour) {
   return neighbour->up && neighbour->hears_us;
 }
 
+/* Time that is left from now until the bucket of damaged frames is empty. More than it holds is damaged memory. */
+static uint32_t spoilt_left_us(const rs_neighbour* neighbour, uint32_t now_us) {
+  const uint32_t left_us = neighbour->spoilt_us - now_us;
+  return left_us <= RS_SPOILT_MAX_US ? left_us : 0U;
+}
+
+bool rs_link_spoilt(const rs_neighbour* neighbour, uint32_t now_us) {
+  return spoilt_left_us(neighbour, now_us) > RS_SPOILT_MANY_US;
+}
+
+void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us) {
+  const uint32_t left_us = spoilt_left_us(neighbour, now_us) + RS_SPOILT_US;
+  ++neighbour->lost;
+  neighbour->spoilt_us = now_us + (left_us < RS_SPOILT_MAX_US ? left_us : RS_SPOILT_MAX_US);
+  /* A line that damages frames is no dead one: only silence is, or a neighbour of whom nothing new comes through. */
+  if (neighbour->up && !neighbour->stale && now_us - neighbour->heard_us < RS_LINK_DOWN_US)
+    neighbour->heard_us = now_us;
+}
+
 /* Doubles with each loss. */
 static uint32_t hold_down_us(uint32_t flaps) {
   uint32_t hold_us = RS_HOLD_DOWN_US;
@@ -72,7 +91,9 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_identity_changed(cell, now_us);
 }
 
-bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour) {
+bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint32_t now_us) {
+  /* It may have gone unheard, and is counted where it is then. */
+  if (rs_link_spoilt(neighbour, now_us)) return neighbour->child;
   const uint32_t behind =
       (rs_wave_time(&route->wave) - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
   /* However long a stuck child has said the same, what it says does not become new by that. */
@@ -87,7 +108,7 @@ void rs_links_check(rs_cell* cell, uint32_t now_us) {
     if (neighbour->up) neighbour->held = false; /* damaged memory: a link that is kept out is down */
     /* A stuck cell may say the same for ever; a cell that has forgotten how near it was must not believe it again. */
     if (now_us - neighbour->turned_us >= RS_STALE_LIMIT_US) neighbour->stale = true;
-    const bool lagging = rs_link_lagging(&cell->route, neighbour);
+    const bool lagging = rs_link_lagging(&cell->route, neighbour, now_us);
     if (lagging != (neighbour->lagging != 0U)) {
       neighbour->lagging = lagging;
       rs_subtree_update(cell);

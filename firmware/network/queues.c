@@ -3,6 +3,8 @@
 
 #include "network/rings.h"
 
+enum { SPOILT_AT_ONCE = 8 }; /* samples that wait while some are repeated */
+
 /* A report or request that waits is replaced by a newer one of the same cell. */
 static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
   const rs_frame_type type = rs_frame_type_of(frame);
@@ -82,17 +84,29 @@ void rs_queues_forget_samples(rs_cell* cell) {
   queues->data.count = queues->data_again = 0;
 }
 
-void rs_queues_repeat(rs_cell* cell, uint32_t now_us) {
+/* The samples sent last wait again: none older, and so many in all at most. */
+static void repeat(rs_cell* cell, uint32_t oldest_us, unsigned most, bool again_too, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   rs_ring* ring = &queues->data;
-  if (now_us - queues->data_sent_us > RS_REPEAT_US) queues->data_sent = 0;
-  for (; queues->data_sent > 0U && ring->count < RS_QUEUE_DATA; --queues->data_sent) {
+  if (now_us - queues->data_sent_us > RS_REPEAT_SPOILT_US) queues->data_sent = 0;
+  for (; queues->data_sent > 0U && ring->count < most; --queues->data_sent) {
     const uint8_t last = (uint8_t)((ring->first - 1U) & (RS_QUEUE_DATA - 1U));
-    if (rs_sample_age_us(cell, queues->data_frame[last], now_us) > RS_REPEAT_US) return;
+    const uint8_t* frame = queues->data_frame[last];
+    if (rs_sample_age_us(cell, frame, now_us) > oldest_us || (!again_too && rs_frame_is_replayed(frame))) return;
     ring->first = last;
     ++ring->count;
     ++queues->data_again;
   }
+}
+
+void rs_queues_repeat_lost(rs_cell* cell, uint32_t now_us) {
+  repeat(cell, RS_REPEAT_US, RS_QUEUE_DATA, true, now_us);
+}
+
+/* What came here as a repetition is not repeated: where many lines spoil frames, it would multiply from cell to cell.
+ */
+void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us) {
+  repeat(cell, RS_REPEAT_SPOILT_US, SPOILT_AT_ONCE, false, now_us);
 }
 
 void rs_queues_check(rs_cell* cell, uint32_t now_us) {

@@ -87,8 +87,7 @@ static bool is_here(const rs_retention* retention, const uint8_t* frame) {
 
 bool rs_retention_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   rs_retention* retention = &cell->retention;
-  const bool replayed = (frame[RS_event_replayed_AT / 8] >> (7U - RS_event_replayed_AT % 8) & 1U) != 0U;
-  if (replayed && is_here(retention, frame)) return true;
+  if (rs_frame_is_replayed(frame) && is_here(retention, frame)) return true;
   if (retention->event.count >= RS_RETAINED_EVENTS) {
     if (retention->event.tried == 0U) return false;
     drop_first_event(cell);
@@ -239,11 +238,12 @@ void rs_retention_move(rs_cell* cell, uint32_t now_us) {
   if (old_port != RS_NO_PARENT) {
     const rs_neighbour* old = &route->neighbour[(old_port - 1U) % RS_PORTS];
     const uint16_t behind = (uint16_t)(route->wave.sequence - old->wave.sequence);
-    retention->was_silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
-    retention->was_lost = retention->was_silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
+    const bool silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
+    retention->was_silent = silent || rs_link_spoilt(old, now_us);
+    retention->was_lost = silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
   }
   if (route->parent_port == RS_NO_PARENT) return;
-  if (retention->was_silent) rs_queues_repeat(cell, now_us);
+  if (retention->was_silent) rs_queues_repeat_lost(cell, now_us);
   move(cell, !retention->was_lost);
 }
 

@@ -84,15 +84,17 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route_advertise(cell, now_us);
 }
 
-/* The best neighbour to adopt: fewest hops, the own root first, then the lowest port; RS_PORTS if none is feasible. */
-static unsigned best_feasible(const rs_route* route) {
+/* The best neighbour to adopt: over a line that does not spoil frames, fewest hops, the own root first, then the lowest
+ * port; RS_PORTS if none is feasible. */
+static unsigned best_feasible(const rs_route* route, uint32_t now_us) {
   unsigned best = RS_PORTS;
   uint32_t best_cost = 0;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
     if (!rs_route_feasible(route, port)) continue;
-    const uint32_t cost = 2U * neighbour->hops + (neighbour->wave.root != route->wave.root ? 1U : 0U);
+    const uint32_t cost = (rs_link_spoilt(neighbour, now_us) ? 1024U : 0U) + 2U * neighbour->hops +
+                          (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {
       best = port;
       best_cost = cost;
@@ -104,7 +106,7 @@ static unsigned best_feasible(const rs_route* route) {
 /* R5 */
 void rs_route_lose(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  const unsigned best = best_feasible(route);
+  const unsigned best = best_feasible(route, now_us);
   if (best < RS_PORTS) {
     rs_route_adopt(cell, best, now_us);
     return;
@@ -173,7 +175,13 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   /* Nobody goes back to a cell at the border while it is to become light, but for being too deep. */
   const bool back = same && neighbour->leaving && !route->neighbour[route->parent_port - 1U].leaving &&
                     route->hops + route->subtree_height <= route->wave.depth_cap;
-  if (gain >= 1 && gain >= wanted && !back) {
+  const bool spoilt = rs_link_spoilt(neighbour, now_us);
+  const bool parent_spoilt = rs_link_spoilt(&route->neighbour[route->parent_port - 1U], now_us);
+  if (parent_spoilt && !spoilt && same) {
+    rs_route_adopt(cell, port, now_us);
+    return;
+  }
+  if (gain >= 1 && gain >= wanted && !back && (parent_spoilt || !spoilt)) {
     rs_route_adopt(cell, port, now_us);
     return;
   }
@@ -255,7 +263,7 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
   }
   const bool was_lagging = neighbour->lagging;
-  if (was_lagging) neighbour->lagging = rs_link_lagging(route, neighbour);
+  if (was_lagging) neighbour->lagging = rs_link_lagging(route, neighbour, now_us);
   if (port + 1U != route->parent_port && (was_lagging || neighbour->hops != old_hops ||
                                           neighbour->wave.root != old_root || neighbour->leaving != was_leaving)) {
     rs_subtree_update(cell);
@@ -298,13 +306,14 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
 
   const rs_neighbour* parent = parent_of(route);
   if (parent != 0) {
-    if (!rs_link_usable(parent) || now_us - route->advanced_us >= RS_STALE_LIMIT_US) {
+    const bool stale = now_us - route->advanced_us >= RS_STALE_LIMIT_US && !rs_link_spoilt(parent, now_us);
+    if (!rs_link_usable(parent) || stale) {
       rs_route_lose(cell, now_us);
     } else if (held && !route->hold && rs_newer(parent->wave.sequence, route->wave.sequence)) {
       tick_of_parent(cell, route->parent_port - 1U, now_us); /* what was held back */
     }
   } else if (!route->in_quarantine) {
-    const unsigned best = best_feasible(route);
+    const unsigned best = best_feasible(route, now_us);
     if (best < RS_PORTS) {
       rs_route_adopt(cell, best, now_us);
     } else if (now_us - route->orphaned_us >= RS_ORPHAN_RESET_US) {

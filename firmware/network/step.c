@@ -125,7 +125,10 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   if (!checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
-    ++neighbour->lost;
+    rs_link_damage(neighbour, now_us);
+    if (port + 1U == cell->route.parent_port && rs_link_spoilt(neighbour, now_us)) {
+      rs_queues_repeat_spoilt(cell, now_us);
+    }
     return;
   }
   rs_link_heard(cell, port, now_us);

@@ -44,12 +44,13 @@ static RS_APART void pack_advert(const rs_cell* cell, uint32_t now_us, uint8_t* 
   const rs_route* route = &cell->route;
   uint32_t age_us = now_us - route->origin_us;
   if (age_us > 0xFFFU) age_us = 0xFFFU;
-  rs_tick tick = {.type = RS_TYPE_tick,
-                  .hops = route->hops,
-                  .sender = cell->id,
-                  .nonce = cell->nonce,
-                  .leaving = (route->hold && !route->hold_whole) || route->yielding != 0U,
-                  .age_us = age_us};
+  rs_tick tick = {
+      .type = RS_TYPE_tick,
+      .hops = route->hops,
+      .sender = cell->id,
+      .nonce = cell->nonce,
+      .leaving = (route->hold && !route->hold_whole) || route->yielding != 0U || rs_route_spoilt(route, now_us),
+      .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
   rs_frame_seal(frame);

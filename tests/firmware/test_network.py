@@ -234,6 +234,55 @@ def test_no_parent_is_followed_further_than_frames_live(hops: int) -> None:
     assert (cell.parent_port, cell.hops) == (0, firmware.HOPS_POISON)
 
 
+def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, spoilt: set[int]) -> int:
+    """Ticks of a neighbour at port 1 each millisecond, 0.3 ms later of one with a hop more at port 2.
+
+    Of what comes in at the ports in `spoilt`, three frames of four are damaged.
+    """
+    told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
+    for sequence in range(first, first + ticks):
+        for port, wait in ((1, 700), (2, 300)):
+            now += wait
+            for out in range(1, 5):
+                cell.sent(out, now)
+            cell.timer(now)
+            fields = {"sender": 4 + port, "sender_port": port, "hops": 3 + port, "sequence": sequence}
+            frame = bytearray(firmware.pack("tick", {**told, **fields}))
+            if port in spoilt and sequence % 4:
+                frame[7] ^= 1
+            cell.frame(port, bytes(frame), now)
+            assert cell.parent_port != 0, sequence
+    return now
+
+
+def cell_beside_two() -> tuple[firmware.Cell, int]:
+    cell = firmware.Cell()
+    cell.boot(7, 1, 3_000_000)
+    now = run_on_ticks(cell, 3_000_000, 88, 12, hops=4, root=0x11)
+    now = run_beside_two(cell, now, 100, 12, set())
+    assert cell.parent_port == 1
+    return cell, now
+
+
+def test_who_hears_its_parent_badly_takes_another_and_comes_back() -> None:
+    cell, now = cell_beside_two()
+    now = run_beside_two(cell, now, 112, 8, {1})
+    assert cell.parent_port == 2
+    now = run_beside_two(cell, now, 120, 40, {1})
+    assert cell.parent_port == 2
+    run_beside_two(cell, now, 160, 20, set())
+    assert cell.parent_port == 1
+
+
+def test_where_every_line_spoils_frames_nobody_changes_its_parent() -> None:
+    cell, now = cell_beside_two()
+    changes = cell.counts["parent_changes"]
+    run_beside_two(cell, now, 112, 40, {1, 2})
+    assert cell.parent_port == 1
+    assert cell.counts["parent_changes"] == changes
+    assert cell.counts["orphanings"] == 0
+
+
 @pytest.mark.parametrize("key", [None, bytes(range(16))])
 def test_the_tick_of_no_root_is_followed_by_nobody(key: bytes | None) -> None:
     """All that the tag covers is zero, as in the memory of a cell whose neighbour has said nothing yet."""

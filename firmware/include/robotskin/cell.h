@@ -139,7 +139,8 @@ typedef struct {
   uint32_t poisoned_us; /* when it last said that it has no way to a root */
   uint32_t up_us;       /* link up since */
   uint32_t held_until_us;
-  uint32_t lost; /* frames with a wrong checksum */
+  uint32_t lost;      /* frames with a wrong checksum, */
+  uint32_t spoilt_us; /* and how full their bucket is: when it will be empty */
   uint16_t id;
   uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
   uint16_t lean_size;

@@ -31,6 +31,9 @@ bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]);
 
 /* Says of a sample that it is sent again; the checksum follows likewise. */
 void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]);
+RS_INLINE bool rs_frame_is_replayed(const uint8_t frame[RS_FRAME_BYTES]) {
+  return (frame[RS_clock_replayed_AT / 8] >> (7U - RS_clock_replayed_AT % 8) & 1U) != 0U;
+}
 
 /* What a hop taken changes in a sample's checksum, by the hops left before: it is linear, and the time to live is the
  * lower part of byte 3. Byte 18 is the lower half. */

@@ -23,6 +23,9 @@ enum {
   RS_SEQUENCE_WINDOW = 16,    /* ticks a neighbour may be ahead of a living parent */
   RS_HOLD_DOWN_US = 8000,     /* after a second loss of a link, doubling with each further one */
   RS_HOLD_DOWN_MAX_US = 2000000,
+  RS_SPOILT_US = 4000,           /* what a damaged frame adds to a line's bucket, from which time takes, */
+  RS_SPOILT_MANY_US = 5000,      /* when that is full enough for going elsewhere, */
+  RS_SPOILT_MAX_US = 12000,      /* and when it is full */
   RS_FLAP_FORGET_US = 1000000,   /* a link that held so long starts anew */
   RS_STATUS_US = 8000,           /* to the parent, at least so often, */
   RS_STATUS_PAUSE_US = 300,      /* with at least so long between two, */
@@ -50,6 +53,7 @@ enum {
   RS_PEER_LEAP_MS = 30000,       /* longest leap: half the tick numbers are newer */
   RS_ECHO_US = 250,              /* from going back to frames that were missed until the parent knows it */
   RS_REPEAT_US = 3000,           /* clock frames sent so lately to a parent that was lost are sent to the new one */
+  RS_REPEAT_SPOILT_US = 7000,    /* clock frames so old are sent again over a line that spoils frames */
   RS_RETENTION_US = 12000,       /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,     /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,      /* one that found no parent is given up after this */

@@ -163,3 +163,6 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
         healing = heal(kind, "sheet", seed)
         assert healing.healed
         assert 4 <= healing.host_gap_ms < 1e3 * WATCHED_S
+        if kind == "noise":  # no cell loses its way, and no cell more than two samples in a row
+            assert healing.cells_cut_off == 0
+            assert healing.host_gap_ms <= 12.5
