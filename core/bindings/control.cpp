@@ -106,7 +106,7 @@ void bind_skin_task(nb::module_& module) {
           "(n) Nm at the posture of the dynamics; share (N) float32, 0 masks a cell.")
       .def_prop_ro(
           "magnitudes", [](const SkinTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
-          "(N) newton, what each cell asked for in the last compute")
+          "(N) newton, float32, what each cell asked for in the last compute")
       .def(
           "joint_wrenches",
           [](SkinTask& self) {
@@ -118,13 +118,13 @@ void bind_skin_task(nb::module_& module) {
       .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a)
       .def(
           "compute",
-          [](control::NaiveSkinTask& self, const RobotDynamics& dynamics, Doubles magnitude) {
+          [](control::NaiveSkinTask& self, const RobotDynamics& dynamics, InputArray<float> magnitude) {
             require(magnitude.shape(0) == self.cell_count(), "magnitude must have one entry a cell");
             std::vector<double> torque(dynamics.joint_count());
             self.compute(dynamics, span_of(magnitude), torque);
             return owned(torque);
           },
-          "dynamics"_a, "magnitude"_a, "(n) Nm from magnitude (N) newton along each cell's -z.");
+          "dynamics"_a, "magnitude"_a, "(n) Nm from magnitude (N) newton, float32, along each cell's -z.");
   module.def(
       "time_skin_task",
       [](const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
@@ -133,13 +133,22 @@ void bind_skin_task(nb::module_& module) {
         require(!times.task.empty(), "states and position must fit the skin and the robot, rounds must not be 0");
         nb::dict result;
         result["product"] = owned(times.product);
+        result["single"] = owned(times.single);
         result["task"] = owned(times.task);
         result["kinematics"] = owned(times.kinematics);
         result["naive"] = owned(times.naive);
         return result;
       },
       "robot"_a, "skin"_a, "gains"_a, "state"_a, "other"_a, "position"_a, "rounds"_a,
-      "Nanoseconds of each round: {'product', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.");
+      "Nanoseconds of each round: {'product', 'single', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.");
+  module.def(
+      "time_dynamics_update",
+      [](const RobotModel& robot, Doubles position, std::size_t rounds) {
+        const auto times = control::time_dynamics_update(robot, span_of(position), rounds);
+        require(!times.empty(), "position must fit the robot, rounds must not be 0");
+        return owned(times);
+      },
+      "robot"_a, "position"_a, "rounds"_a, "Nanoseconds of each update of the dynamics (rounds).");
 }
 
 void bind_resolver(nb::module_& module) {

@@ -216,7 +216,7 @@ void bind_skin_tasks(nb::module_& module) {
       .def_prop_ro("source_share", &SkinReactionTask::source_share, "1: all of the torque is the skin's own")
       .def_prop_ro(
           "magnitudes", [](const SkinReactionTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
-          "(N) newton");
+          "(N) newton, float32");
   nb::class_<SkinCartesianTask, Task>(module, "SkinCartesianTask",
                                       "Every touch of the limb moves the frame of one of its links.")
       .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, const std::string&, double, double>(),

@@ -242,7 +242,7 @@ void bind_cycle(nb::module_& module) {
       .def_prop_ro("touch_torque", torques(&SkinCycle::touch_torque), nb::rv_policy::move, "(n) Nm of the forces felt")
       .def_prop_ro("fused_torque", torques(&SkinCycle::fused_torque), nb::rv_policy::move, "(n) Nm, eq. 18")
       .def_prop_ro("reference", torques(&SkinCycle::reference), nb::rv_policy::move, "(n) rad")
-      .def_prop_ro("cell_magnitudes", torques(&SkinCycle::cell_magnitudes), nb::rv_policy::move, "(N) newton")
+      .def_prop_ro("cell_magnitudes", torques(&SkinCycle::cell_magnitudes), nb::rv_policy::move, "(N) newton, float32")
       .def_prop_ro("report", &SkinCycle::report, nb::rv_policy::reference_internal);
 }
 

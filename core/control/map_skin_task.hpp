@@ -35,8 +35,8 @@ class MapSkinTask final : public Task {
   SkinActivation activation_;
   SkinMap map_;
   double lever_;
-  std::vector<double> tile_share_;  // (T) sum 1
-  std::vector<double> magnitude_;   // (N)
+  std::vector<double> tile_share_;    // (T) sum 1
+  skin::CellArray<float> magnitude_;  // (N)
   std::size_t nearest_ = 0;
 };
 

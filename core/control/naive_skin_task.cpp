@@ -10,8 +10,7 @@ NaiveSkinTask::NaiveSkinTask(const RobotModel& robot, const skin::SkinModel& ski
   for (const std::string& name : skin.link_names) link_.push_back(robot.link_index(name));
 }
 
-void NaiveSkinTask::compute(const RobotDynamics& dynamics, std::span<const double> magnitude,
-                            std::span<double> torque) {
+void NaiveSkinTask::compute(const RobotDynamics& dynamics, std::span<const float> magnitude, std::span<double> torque) {
   const std::size_t joints = dynamics.joint_count();
   std::ranges::fill(torque, 0.0);
   std::array<double, 16> base_from_link;

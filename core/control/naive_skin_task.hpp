@@ -19,7 +19,7 @@ class NaiveSkinTask {
   std::size_t cell_count() const noexcept { return skin_.size(); }
 
   // torque (n) Nm from magnitude (N) newton, what each cell asks for along its normal.
-  void compute(const RobotDynamics& dynamics, std::span<const double> magnitude, std::span<double> torque);
+  void compute(const RobotDynamics& dynamics, std::span<const float> magnitude, std::span<double> torque);
 
  private:
   const skin::SkinModel skin_;

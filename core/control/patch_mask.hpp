@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "control/fade.hpp"
+#include "skin/cell_array.hpp"
 #include "skin/skin_model.hpp"
 
 namespace robotskin::control {
@@ -55,7 +56,7 @@ class PatchMask {
 
  private:
   std::vector<std::int32_t> patch_;  // (N)
-  std::vector<float> share_;         // (N)
+  skin::CellArray<float> share_;     // (N)
   std::vector<Fade> fades_;          // (patches)
   std::vector<std::atomic<bool>> masked_;
   bool whole_ = true;

@@ -53,7 +53,7 @@ ROBOTSKIN_INSTRUCTION_SETS
 void kernel(std::size_t cells, const float* __restrict force, const float* __restrict proximity,
             const std::uint8_t* __restrict health, const float* __restrict share, const float* __restrict force_weight,
             const float* __restrict proximity_weight, const Threshold force_threshold,
-            const Threshold proximity_threshold, double* __restrict magnitude) {
+            const Threshold proximity_threshold, float* __restrict magnitude) {
   for (std::size_t i = 0; i < cells; ++i) {
     const float sum = force[3 * i] + force[3 * i + 1] + force[3 * i + 2];
     const float felt = clamped(zero_if_no_number(sum), largest_cell_force_n);
@@ -74,7 +74,8 @@ SkinGains SkinGains::uniform(std::size_t cells, float force_weight, float proxim
 }
 
 SkinActivation::SkinActivation(const SkinGains& gains, std::size_t cells)
-    : force_weight_(gains.force_weight), proximity_weight_(gains.proximity_weight) {
+    : force_weight_(gains.force_weight.begin(), gains.force_weight.end()),
+      proximity_weight_(gains.proximity_weight.begin(), gains.proximity_weight.end()) {
   check("force_weight", gains.force_weight, cells);
   check("proximity_weight", gains.proximity_weight, cells);
   check("force_silent", gains.force_silent, cells);
@@ -92,7 +93,7 @@ SkinActivation::SkinActivation(const SkinGains& gains, std::size_t cells)
   }
 }
 
-void SkinActivation::apply(const skin::SkinState& state, const float* share, double* magnitude) const noexcept {
+void SkinActivation::apply(const skin::SkinState& state, const float* share, float* magnitude) const noexcept {
   static_assert(sizeof(skin::Health) == 1 && sizeof(state.normal_force[0]) == 3 * sizeof(float));
   const float* force = state.normal_force.data()->data();
   const auto* health = reinterpret_cast<const std::uint8_t*>(state.health.data());

@@ -59,7 +59,7 @@ class SkinActivation {
 
   // magnitude (N) newton: share * (w_f sum f + w_p p) along each cell's z axis, before the sign of touch. Zero for
   // every cell that is not alive. `share` (N) 0 to 1, masks a cell with 0. The state has N cells.
-  void apply(const skin::SkinState& state, const float* share, double* magnitude) const noexcept;
+  void apply(const skin::SkinState& state, const float* share, float* magnitude) const noexcept;
 
  private:
   // Neighbouring cells of the same thresholds.
@@ -68,8 +68,8 @@ class SkinActivation {
     Threshold force, proximity;
   };
 
-  std::vector<float> force_weight_, proximity_weight_;  // (N)
-  std::vector<Region> regions_;                         // all cells, in their order
+  skin::CellArray<float> force_weight_, proximity_weight_;  // (N)
+  std::vector<Region> regions_;                             // all cells, in their order
 };
 
 }  // namespace robotskin::control

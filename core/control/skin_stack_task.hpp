@@ -21,8 +21,8 @@ class SkinReactionTask final : public Task {
                    double bandwidth_hz = 0, double period_s = 0.001, double own_scale = 1);
   void start(const TaskInput&) noexcept override { filter_.prime(); }
   [[nodiscard]] bool update(const TaskInput& input) noexcept override;
-  std::span<const double> magnitudes() const noexcept { return skin_task_.magnitudes(); }  // (N) newton
-  std::span<const double> host_torque() const noexcept { return asked_; }                  // (n) Nm, the host's sum
+  std::span<const float> magnitudes() const noexcept { return skin_task_.magnitudes(); }  // (N) newton
+  std::span<const double> host_torque() const noexcept { return asked_; }                 // (n) Nm, the host's sum
   double source_share() const noexcept { return source_.share(); }  // 1: all of the torque is the skin's own
 
   static constexpr double source_fade_s = 0.25;

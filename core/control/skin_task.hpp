@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "control/skin_activation.hpp"
+#include "control/wrench_product.hpp"
 #include "model/robot_dynamics.hpp"
 #include "model/robot_model.hpp"
 #include "skin/skin_model.hpp"
@@ -29,7 +31,7 @@ class SkinTask {
                              std::span<double> torque) noexcept;
 
   // (N) newton, what each cell asked for in the last compute, in the order of the skin model.
-  std::span<const double> magnitudes() const noexcept { return magnitude_; }
+  std::span<const float> magnitudes() const noexcept { return std::span(magnitude_).first(cell_count()); }
 
   // (n, 6) force and moment about the joint's origin, in the joint's frame, that the cells of each joint's body asked
   // for in the last compute (23).
@@ -41,17 +43,17 @@ class SkinTask {
  private:
   void aggregate() noexcept;
 
-  struct Body {
-    std::size_t joint, first, count;  // its cells are columns first .. first + count of the matrix
-    std::size_t cell;                 // the first of them
-  };
+  struct Column;
+  void deal(const std::vector<Column>& columns);
 
   SkinActivation activation_;
-  std::vector<Body> bodies_;
-  std::vector<std::size_t> column_cell_;  // (columns) cell of each column
-  bool together_ = true;                  // the cells of every body follow each other
-  std::vector<double> matrix_;            // (6, columns) rows: -z in the joint frame, p x -z
-  std::vector<double> magnitude_, column_magnitude_;
+  skin::CellArray<float> magnitude_;  // (N, and some zeros that the last block of columns may reach)
+  std::vector<WrenchRun> runs_;
+  std::vector<WrenchBlock> blocks_;  // the touch -z in the joint frame and p x -z of each cell
+  // Where the cells of a body do not follow each other, the forces are sorted by body first.
+  std::vector<std::uint32_t> sorted_cell_;  // (columns) cell of each column, nothing where they do follow
+  skin::CellArray<float> sorted_magnitude_;
+  std::vector<std::size_t> worn_;  // joints whose bodies have cells
   std::vector<int> parent_;
   std::vector<double> joint_wrench_;  // (n, 6)
   std::vector<double> base_wrench_;   // (n, 6) about the base's origin, in the base frame; of the subtree

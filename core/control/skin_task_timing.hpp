@@ -12,7 +12,8 @@ namespace robotskin::control {
 
 // One entry a round, nanoseconds.
 struct SkinTaskTimes {
-  std::vector<std::int64_t> product;     // one 6 x n product with a number for each cell
+  std::vector<std::int64_t> product;     // one 6 x n product in double precision with a number for each cell
+  std::vector<std::int64_t> single;      // the same in single precision, as the task does it
   std::vector<std::int64_t> task;        // thresholds, activation, products and joint torques
   std::vector<std::int64_t> kinematics;  // what both need: the update of the dynamics
   std::vector<std::int64_t> naive;       // a Jacobian a cell; every tenth round, since it is slow
@@ -23,5 +24,10 @@ struct SkinTaskTimes {
 SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
                              const skin::SkinState& state, const skin::SkinState& other,
                              std::span<const double> position, std::size_t rounds);
+
+// Nanoseconds of each update of the dynamics: the kernel beside which other times stand. Empty if the position does not
+// fit the robot.
+std::vector<std::int64_t> time_dynamics_update(const RobotModel& robot, std::span<const double> position,
+                                               std::size_t rounds);
 
 }  // namespace robotskin::control

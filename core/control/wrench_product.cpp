@@ -1,31 +1,41 @@
 #include "control/wrench_product.hpp"
 
+#include <cstring>
+
 #include "control/instruction_sets.hpp"
 
 namespace robotskin::control {
+namespace {
 
-// CMake lets the compiler reorder the sums of this file, which is what makes them vectors.
+using Lanes = float __attribute__((vector_size(sizeof(float) * WrenchBlock::columns)));
+
+}  // namespace
+
+// CMake lets the compiler reorder the sums of this file, which makes the last one of a run a tree.
 ROBOTSKIN_INSTRUCTION_SETS
-void wrench_product(const double* matrix, std::size_t stride, const double* magnitude, std::size_t count,
-                    double* wrench) noexcept {
-  const double *r0 = matrix, *r1 = r0 + stride, *r2 = r1 + stride, *r3 = r2 + stride, *r4 = r3 + stride,
-               *r5 = r4 + stride;
-  double w0 = 0, w1 = 0, w2 = 0, w3 = 0, w4 = 0, w5 = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double force = magnitude[i];
-    w0 += r0[i] * force;
-    w1 += r1[i] * force;
-    w2 += r2[i] * force;
-    w3 += r3[i] * force;
-    w4 += r4[i] * force;
-    w5 += r5[i] * force;
+void add_wrenches(const WrenchRun* runs, std::size_t run_count, const WrenchBlock* blocks, const float* force,
+                  double* wrenches) noexcept {
+  for (std::size_t run = 0; run < run_count; ++run) {
+    Lanes sums[6]{};
+    const float* next = force + runs[run].first_force;
+    for (const WrenchBlock* end = blocks + runs[run].block_count; blocks != end; ++blocks) {
+      Lanes forces;
+      std::memcpy(&forces, next, sizeof forces);
+      next += WrenchBlock::columns;
+#pragma GCC unroll 6
+      for (std::size_t row = 0; row < 6; ++row) {
+        Lanes entries;
+        std::memcpy(&entries, blocks->rows[row], sizeof entries);
+        sums[row] += entries * forces;
+      }
+    }
+    double* wrench = wrenches + 6 * runs[run].joint;
+    for (std::size_t row = 0; row < 6; ++row) {
+      float lane[WrenchBlock::columns];
+      std::memcpy(lane, &sums[row], sizeof lane);
+      wrench[row] += ((lane[0] + lane[4]) + (lane[1] + lane[5])) + ((lane[2] + lane[6]) + (lane[3] + lane[7]));
+    }
   }
-  wrench[0] = w0;
-  wrench[1] = w1;
-  wrench[2] = w2;
-  wrench[3] = w3;
-  wrench[4] = w4;
-  wrench[5] = w5;
 }
 
 }  // namespace robotskin::control

@@ -70,7 +70,7 @@ class SkinCycle {
   std::span<const double> touch_torque() const noexcept { return touch_torque_; }  // of the measured forces alone
   std::span<const double> fused_torque() const noexcept { return fused_torque_; }
   std::span<const double> reference() const noexcept { return reference_; }
-  std::span<const double> cell_magnitudes() const noexcept { return skin_task_.magnitudes(); }  // (N) newton
+  std::span<const float> cell_magnitudes() const noexcept { return skin_task_.magnitudes(); }  // (N) newton
   const GuardReport& report() const noexcept { return guard_.report(); }
 
  private:

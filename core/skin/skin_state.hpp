@@ -4,7 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <vector>
+
+#include "skin/cell_array.hpp"
 
 namespace robotskin::skin {
 
@@ -16,15 +17,15 @@ enum class Health : std::uint8_t { alive, stale, stuck, dead, never_seen };
 // Values of a cell that is not alive are its last ones, of one never seen no touch, nothing near, temperature NaN:
 // whoever uses a value looks at its health first.
 struct SkinState {
-  std::vector<std::array<float, 3>> normal_force;  // (N, 3) newton, >= 0; the touch on the robot is -z times their sum
-  std::vector<float> proximity;                    // (N) 0 to 1, share of full scale
-  std::vector<float> distance;                     // (N) metres, estimated from proximity; +inf where nothing is near
-  std::vector<std::array<float, 3>> acceleration;  // (N, 3) m/s^2, specific force in the cell frame
-  std::vector<std::array<float, 2>> temperature;   // (N, 2) degrees Celsius
-  std::vector<std::int64_t> stamp_ns;              // (N) host clock at the sample
-  std::vector<Health> health;                      // (N)
-  std::vector<std::uint8_t> saturated;             // (N) 1 where a channel is at the end of its range
-  std::int64_t time_ns = 0;                        // host clock when the driver handed out these samples
+  CellArray<std::array<float, 3>> normal_force;  // (N, 3) newton, >= 0; the touch on the robot is -z times their sum
+  CellArray<float> proximity;                    // (N) 0 to 1, share of full scale
+  CellArray<float> distance;                     // (N) metres, estimated from proximity; +inf where nothing is near
+  CellArray<std::array<float, 3>> acceleration;  // (N, 3) m/s^2, specific force in the cell frame
+  CellArray<std::array<float, 2>> temperature;   // (N, 2) degrees Celsius
+  CellArray<std::int64_t> stamp_ns;              // (N) host clock at the sample
+  CellArray<Health> health;                      // (N)
+  CellArray<std::uint8_t> saturated;             // (N) 1 where a channel is at the end of its range
+  std::int64_t time_ns = 0;                      // host clock when the driver handed out these samples
 
   void resize(std::size_t cells) {
     normal_force.assign(cells, {0, 0, 0});

@@ -214,8 +214,8 @@ class SkinTask:
         """
 
     @property
-    def magnitudes(self) -> NDArray[numpy.float64]:
-        """(N) newton, what each cell asked for in the last compute"""
+    def magnitudes(self) -> NDArray[numpy.float32]:
+        """(N) newton, float32, what each cell asked for in the last compute"""
 
     def joint_wrenches(self) -> NDArray[numpy.float64]:
         """
@@ -229,9 +229,9 @@ class NaiveSkinTask:
     def compute(
         self,
         dynamics: robotskin._core.model.RobotDynamics,
-        magnitude: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        magnitude: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
     ) -> NDArray[numpy.float64]:
-        """(n) Nm from magnitude (N) newton along each cell's -z."""
+        """(n) Nm from magnitude (N) newton, float32, along each cell's -z."""
 
 def time_skin_task(
     robot: robotskin._core.model.RobotModel,
@@ -243,8 +243,15 @@ def time_skin_task(
     rounds: int,
 ) -> dict:
     """
-    Nanoseconds of each round: {'product', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.
+    Nanoseconds of each round: {'product', 'single', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.
     """
+
+def time_dynamics_update(
+    robot: robotskin._core.model.RobotModel,
+    position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    rounds: int,
+) -> NDArray[numpy.int64]:
+    """Nanoseconds of each update of the dynamics (rounds)."""
 
 def joint_task(
     gains: JointGains,
@@ -543,8 +550,8 @@ class SkinReactionTask(Task):
         """1: all of the torque is the skin's own"""
 
     @property
-    def magnitudes(self) -> NDArray[numpy.float64]:
-        """(N) newton"""
+    def magnitudes(self) -> NDArray[numpy.float32]:
+        """(N) newton, float32"""
 
 class SkinCartesianTask(Task):
     """Every touch of the limb moves the frame of one of its links."""

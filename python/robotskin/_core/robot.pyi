@@ -404,8 +404,8 @@ class SkinCycle:
         """(n) rad"""
 
     @property
-    def cell_magnitudes(self) -> NDArray[numpy.float64]:
-        """(N) newton"""
+    def cell_magnitudes(self) -> NDArray[numpy.float32]:
+        """(N) newton, float32"""
 
     @property
     def report(self) -> GuardReport: ...

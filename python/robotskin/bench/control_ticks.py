@@ -24,9 +24,10 @@ from robotskin._core.control import (
     SkinGains,
     SkinReactionTask,
     StackEntry,
+    time_dynamics_update,
     time_skin_task,
 )
-from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin._core.robot import SafetyState, TaskCycle, TaskCycleGains
 from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin.control.self_collision import self_collision_task
@@ -66,6 +67,7 @@ def skin_figures(seed: int, rounds: int) -> Figures:
     return {
         "skin_task_1260_us": small["task"],
         "skin_product_1260_us": small["product"],
+        "skin_product_single_1260_us": small["single"],
         "skin_task_ratio": small["task"] / small["product"],
         "skin_task_100000_us": large["task"],
         "skin_task_scaling": large["task"] / 100_000 / a_cell,
@@ -77,8 +79,9 @@ def ratio_figures(seed: int, figures: Figures, rounds: int = 3000) -> Figures:
     times = {key.removesuffix("_us"): value for key, value in figures.items() if key.endswith("_us")}
     if not times:
         return {}
-    rng = np.random.default_rng(seed)
-    reference = _skin_times(robots.load("talos").core, finished("talos").skin_model(), rng, rounds)["kinematics"]
+    robot, rng = robots.load("talos").core, np.random.default_rng(seed)
+    time_dynamics_update(robot, _posture(robot, rng), 20)
+    reference = float(np.median(time_dynamics_update(robot, _posture(robot, rng), rounds))) / 1e3
     ratios = {f"{key}_ratio": value / reference for key, value in times.items()}
     return {"reference_kernel": REFERENCE, "reference_us": reference} | ratios
 
@@ -166,9 +169,13 @@ def _touched(cells: int, rng: np.random.Generator, share: float) -> SkinState:
     return state
 
 
-def _skin_times(robot: Any, skin: SkinModel, rng: np.random.Generator, rounds: int) -> dict[str, float]:
+def _posture(robot: RobotModel, rng: np.random.Generator) -> NDArray[np.float64]:
+    return rng.uniform(np.maximum(robot.lower, -1), np.minimum(robot.upper, 1))
+
+
+def _skin_times(robot: RobotModel, skin: SkinModel, rng: np.random.Generator, rounds: int) -> dict[str, float]:
     gains = SkinGains.uniform(len(skin), 3.0, 20.0, 0.35, 0.9, 0.02, 0.05)
-    posture = rng.uniform(np.maximum(robot.lower, -1), np.minimum(robot.upper, 1))
+    posture = _posture(robot, rng)
     states = _touched(len(skin), rng, 1.0), _touched(len(skin), rng, 1.0)
     time_skin_task(robot, skin, gains, *states, posture, 20)
     times = time_skin_task(robot, skin, gains, *states, posture, rounds)
