@@ -12,6 +12,7 @@ import typer
 from robotskin.bench.firmware_chip import CLOCK_HZ, cycle_figures, identity_figures, size_figures
 from robotskin.bench.firmware_compliance import compliance_figures
 from robotskin.bench.firmware_delay import CELLS, delay_figures
+from robotskin.bench.firmware_machine import machine_figures
 from robotskin.bench.firmware_torque import operation_figures, sine_figures, torque_figures
 from robotskin.bench.progress import tell
 
@@ -24,7 +25,8 @@ def run(
 ) -> dict[str, Any]:
     """Build the firmware for a Cortex-M0+ class part, run it in an emulator, and measure torques computed in the skin.
 
-    Needs the extra `chip`; where the minutes go is told at the end.
+    Needs the extra `chip`; where the minutes go is told at the end. Where GCC for ARM and QEMU are installed, the same
+    firmware is built and booted there, too.
     """
     clock = Stopwatch()
     chip = clock.around("cycles", lambda: cycle_figures(seed, 5 if quick else 50))
@@ -44,6 +46,7 @@ def run(
         **clock.around("torque", lambda: torque_figures(seed, 1000 if quick else 10_000)),
         **clock.around("delay", lambda: delay_figures(seed, cell_us, sizes, picture)),
         **clock.around("compliance", lambda: compliance_figures(seed, 1 if quick else 5)),
+        **clock.around("machine", lambda: machine_figures(seed, 20 if quick else 100)),
         **clock.figures,
     }
 

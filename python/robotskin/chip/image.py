@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,11 +22,13 @@ SOURCES = Path(__file__).parents[3] / "firmware"
 ROOMS = ("cell", "torque", "network")
 OPTIMISATION = "-O2"
 FLAGS = (
-    "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-std=c11", "-ffreestanding",
-    "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables",
-    "-fno-asynchronous-unwind-tables", "-fno-sanitize=undefined", "-Wall", "-Wextra", "-Werror", "-g1",
-    "-DRS_FRAMES_AT_WORDS", '-DRS_BOARD="emulated_board.c"',
+    "-std=c11", "-ffreestanding", "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections",
+    "-fno-unwind-tables", "-fno-asynchronous-unwind-tables", "-Wall", "-Wextra", "-Werror", "-g1",
+    "-DRS_FRAMES_AT_WORDS",
 )  # fmt: skip
+CLANG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m0plus", "-fno-sanitize=undefined")
+GCC = ("-mcpu=cortex-m0plus", "-mthumb", "-mfloat-abi=soft", "-masm-syntax-unified", "-nostdlib", "-nostartfiles")
+GCC_NAME = "arm-none-eabi-gcc"
 
 
 @dataclass(frozen=True)
@@ -47,28 +50,54 @@ class ChipImage:
         return len(self.flash) + FLASH_BYTES - self.symbols["rs_kept_start"]
 
 
-def build(optimisation: str = OPTIMISATION, firmware: Path = SOURCES) -> ChipImage:
-    """Cross-build the firmware with the clang of the `ziglang` wheel.
+def build(
+    optimisation: str = OPTIMISATION,
+    firmware: Path = SOURCES,
+    *,
+    board: str = "emulated_board.c",
+    options: Sequence[str] = (),
+    compiler: str = "clang",
+    elf: Path | None = None,
+) -> ChipImage:
+    """Cross-build the firmware with the clang of the `ziglang` wheel, or with a `compiler` "gcc" for ARM, if installed.
+
+    Args:
+        board: the file of firmware/chip that carries it.
+        options: more ones for the compiler.
+        elf: where to write the linked program, too.
 
     Raises ChipError if sources or compiler are not here, or do not compile without a warning.
     """
     if not (firmware / "chip" / "main.c").is_file():
         raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
-    if find_spec("ziglang") is None:
-        raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
     # main.c includes the board's, the checksum's and the short way's.
     found = [path for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
     sources = [str(path) for path in found if path.stem not in ("crc", "passing") and not path.stem.endswith("_board")]
     includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
     with tempfile.TemporaryDirectory() as scratch:
-        elf = Path(scratch) / "cell.elf"
-        command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, optimisation, *includes, *sources]
-        command += ["-T", str(firmware / "chip" / "cortex_m0plus.ld"), "-Wl,--gc-sections", "-o", str(elf)]
+        linked = elf or Path(scratch) / "cell.elf"
+        command = [*_compiler(compiler), *FLAGS, f'-DRS_BOARD="{board}"', *options, optimisation, *includes, *sources]
+        command += ["-T", str(firmware / "chip" / "cortex_m0plus.ld"), "-Wl,--gc-sections", "-o", str(linked)]
+        command += ["-lgcc"] if compiler == "gcc" else []
         caches = {"ZIG_GLOBAL_CACHE_DIR": str(_cache()), "ZIG_LOCAL_CACHE_DIR": str(_cache())}
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **caches}, check=False)
         if done.returncode != 0:
             raise ChipError(f"the firmware does not build for the chip:\n{done.stderr.strip()[:4000]}")
-        return read_elf(elf.read_bytes())
+        return read_elf(linked.read_bytes())
+
+
+def _compiler(compiler: str) -> list[str]:
+    """The beginning of a command."""
+    if compiler == "clang":
+        if find_spec("ziglang") is None:
+            raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
+        return [sys.executable, "-m", "ziglang", "cc", *CLANG]
+    if compiler == "gcc":
+        program = shutil.which(GCC_NAME)
+        if program is None:
+            raise ChipError(f"{GCC_NAME} is not installed (Debian: gcc-arm-none-eabi)")
+        return [program, *GCC]
+    raise ChipError(f"{compiler!r} is no compiler: one of clang, gcc")
 
 
 def read_elf(elf: bytes) -> ChipImage:
