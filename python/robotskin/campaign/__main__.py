@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import math
 import random
 import sys
 
@@ -56,15 +57,37 @@ def _check_largest_models() -> bool:
     return whole
 
 
+def _seed(text: str) -> int:
+    if not text.isdigit() or int(text) >= 1 << 64:
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed: a whole number from 0 to 2^64 - 1")
+    return int(text)
+
+
+def _positive(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} must be a whole number of at least 1")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} must be a finite number of seconds above 0")
+    return seconds
+
+
 def main() -> int:
     """Run what the command line asks for; 0 if no invariant broke."""
     parser = argparse.ArgumentParser(prog="python -m robotskin.campaign", description=__doc__)
-    parser.add_argument("seeds", nargs="*", type=int, help="run these again, with everything they print")
+    parser.add_argument("seeds", nargs="*", type=_seed, help="run these again, with everything they print")
     parser.add_argument("--shrink", action="store_true", help="look for a smaller case of each break")
-    parser.add_argument("--first", type=int, help="first of a range of seeds; drawn if left out")
-    parser.add_argument("--count", type=int, help="how many of the range")
-    parser.add_argument("--soak", type=float, metavar="SECONDS", help="go on with new seeds for so long")
-    parser.add_argument("--processes", type=int, help="all processors by default")
+    parser.add_argument("--first", type=_seed, help="first of a range of seeds; drawn if left out")
+    parser.add_argument("--count", type=_positive, help="how many of the range")
+    parser.add_argument("--soak", type=_seconds, metavar="SECONDS", help="go on with new seeds for so long")
+    parser.add_argument("--processes", type=_positive, help="all processors by default")
     parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
     options = parser.parse_args()
     if options.model:

@@ -13,6 +13,7 @@ from rich.table import Table
 from robotskin.errors import InputError
 
 SHOWN_PER_KIND = 3
+STANDARD_RATE_HZ = 250.0
 
 TABLE_WIDTH = 110
 SHOWN_PARTS = 12
@@ -34,8 +35,9 @@ def command(
         bool, typer.Option("--network", help="Judge the wiring instead: rate, loads, depth, and what limits them.")
     ] = False,
     rate: Annotated[
-        float, typer.Option(help="With --network: frames a second that each cell shall send.", min=1)
-    ] = 250,
+        float | None,
+        typer.Option(help="With --network: frames a second that each cell shall send; 250 by default.", min=1),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="With --network: draw trees, cut and loads into this file.", dir_okay=False)
     ] = None,
@@ -48,15 +50,22 @@ def command(
     With --network it names what the wiring can carry at the best, whatever the firmware does: which cables or bridges
     limit the rate, and where one more helps most. --strict then exits with status 1 if the rate is not reached.
     """
+    from robotskin.apps.outputs import PICTURES, require_writable
     from robotskin.layout.finished_layouts import finished_names
 
+    foreign = {"--robot": robot, "--all": show_all} if network else {"--rate": rate, "--picture": picture}
+    for option, value in foreign.items():
+        if value:
+            raise InputError(f"{option} {value}: is {'not ' if network else ''}for --network")
+    require_writable("--json", json_file)
+    require_writable("--picture", picture, PICTURES)
     known = finished_names() if network else ()
     for name in files:
         if name not in known and not Path(name).exists():
             also = f", nor a finished layout: {', '.join(known)}" if network else ""
             raise InputError(f"{name}: there is no such file or folder{also}")
     if network:
-        judge_networks(files, rate, picture, json_file, strict)
+        judge_networks(files, rate or STANDARD_RATE_HZ, picture, json_file, strict)
         return
     from robotskin.layout.checking import check_files
 

@@ -76,6 +76,7 @@ def command(
 
     from robotskin import robots
     from robotskin.apps.configuring import babble, check_again, home_posture, placed_by_camera, worn_layout
+    from robotskin.apps.outputs import PICTURES, require_writable
     from robotskin.errors import InputError
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
@@ -91,12 +92,16 @@ def command(
     require_steps(chosen)
     if camera and "localisation" not in chosen:
         raise InputError(f"--camera: places patches in the step localisation, which --steps {steps} leaves out")
-    _require_writable("--output", output, "localisation", chosen)
-    _require_writable("--recording", recording)
-    _require_writable("--report", report)
-    _require_writable("--map", map_file, "map", chosen)
-    _require_writable("--map-picture", map_picture, "map", chosen)
-    _require_writable("--urdf", urdf, "kinematics", chosen)
+    for option, path, step in (
+        ("--output", output, "localisation"),
+        ("--map", map_file, "map"),
+        ("--map-picture", map_picture, "map"),
+        ("--urdf", urdf, "kinematics"),
+    ):
+        _require_step(option, path, step, chosen)
+        require_writable(option, path, PICTURES if path is map_picture else ())
+    require_writable("--recording", recording)
+    require_writable("--report", report)
     earlier = BabblingRecording.load(check) if check is not None else None
     if earlier is not None:
         require_joints(model, earlier)
@@ -195,19 +200,9 @@ def command(
         console.print(f"report written to {report}")
 
 
-def _require_writable(option: str, path: Path | None, step: str = "", steps: tuple[str, ...] = ()) -> None:
-    """Refuse a file that would not be written after minutes of motion: its folder or the step that fills it is missing.
-
-    Raises:
-        InputError: names the option, the file and what is missing.
-    """
+def _require_step(option: str, path: Path | None, step: str, steps: tuple[str, ...]) -> None:
+    """Refuse a file that no step would fill. Raises InputError, which names the option, the file and the step."""
     from robotskin.errors import InputError
 
-    if path is None:
-        return
-    if step and step not in steps:
+    if path is not None and step not in steps:
         raise InputError(f"{option} {path}: is made by the step {step}, which --steps {','.join(steps)} leaves out")
-    if not path.absolute().parent.is_dir():
-        raise InputError(f"{option} {path}: there is no folder {path.parent} to write it in")
-    if path.is_dir():
-        raise InputError(f"{option} {path}: is a folder; name a file in it")

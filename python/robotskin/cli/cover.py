@@ -40,6 +40,7 @@ def command(
     from dataclasses import replace
 
     from robotskin import robots
+    from robotskin.apps.outputs import require_writable
     from robotskin.layout.covering import cover
     from robotskin.layout.errors import CoveringError
     from robotskin.layout.places import Rules
@@ -49,6 +50,8 @@ def command(
     console = Console()
     if console.width < TABLE_WIDTH:
         console = Console(width=TABLE_WIDTH)
+    require_writable("--output", output, (".json", ".json.gz", ".gz"))
+    require_writable("--picture", picture, (".png",))
     body = robots.load(robot)
     plan = PLANS.get(body.name)
     chosen = tuple(links.split(",")) if links else plan.links if plan else None

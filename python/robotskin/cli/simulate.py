@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from robotskin.layout.cell_network import CellNetwork
 
 TABLE_WIDTH = 110
+STANDARD_PORTS = 3
 SHAPES = ("sheet:COLUMNSxROWS", "cylinder:AROUNDxROWS")
 
 
@@ -25,7 +26,9 @@ def command(
         int | None,
         typer.Option(min=1, max=600, help="Cables at drawn cells of the rim; by default the layout's own, or 3."),
     ] = None,
-    units: Annotated[int, typer.Option(min=1, max=16, help="Section units to which --ports are dealt.")] = 1,
+    units: Annotated[
+        int | None, typer.Option(min=1, max=16, help="Section units to which drawn cables are dealt; 1 by default.")
+    ] = None,
     seconds: Annotated[float, typer.Option(min=0.01, help="Virtual time.")] = 1.0,
     rate: Annotated[int, typer.Option(help="Samples a second of each cell: 0, 63, 125 or 250.")] = 250,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
@@ -78,11 +81,12 @@ def command(
         raise typer.Exit(1)
 
 
-def skin_of(layout: str, ports: int | None, units: int, seed: int) -> CellNetwork:
+def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> CellNetwork:
     """The cells and cables that a user means.
 
     Raises:
-        InputError: neither a finished layout, nor a shape, nor a file; or more cables than the rim has room for.
+        InputError: neither a finished layout, nor a shape, nor a file; or more cables than the rim has room for; or
+            more section units than cables.
     """
     from random import Random
 
@@ -101,20 +105,24 @@ def skin_of(layout: str, ports: int | None, units: int, seed: int) -> CellNetwor
         columns, rows = (int(number) for number in numbers)
         links, position = network_shapes.lattice(columns, columns * rows, wrapped=kind == "cylinder")
         skin = network_shapes.assemble(kind, columns * rows, links, position)
-        ports = ports or 3
+        ports = ports or STANDARD_PORTS
     else:
         known = layouts.finished_names()
         if layout not in known and not Path(layout).is_file():
             raise InputError(f"layout {layout!r}: choose from {', '.join(known)}, {', '.join(SHAPES)}, or name a file")
         skin = CellNetwork.of_layout(layouts.finished(layout) if layout in known else layouts.Layout.load(layout))
     if ports is None:
+        if units is not None:
+            raise InputError(f"--units {units}: {layout} has its own cables; --ports draws others")
         return skin
+    if units is not None and units > ports:
+        raise InputError(f"--units {units}: there are {ports} cables, --ports, and each unit needs one")
     free = skin.neighbours[:, :, 0] < 0
     rim = [int(cell) for cell in np.flatnonzero(free.any(axis=1))]
     if ports > len(rim):
         raise InputError(f"--ports {ports}: {len(rim)} cells of {layout} have a free port")
     Random(seed).shuffle(rim)
-    return skin.with_cables([(cell, int(np.flatnonzero(free[cell])[0]) + 1) for cell in rim[:ports]], units=units)
+    return skin.with_cables([(cell, int(np.flatnonzero(free[cell])[0]) + 1) for cell in rim[:ports]], units=units or 1)
 
 
 def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> None:

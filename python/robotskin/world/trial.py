@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core import world as core
+from robotskin.errors import InputError
 
 
 class Skin(Protocol):
@@ -58,11 +59,15 @@ def run_trial(
 
     Raises:
         FaultError: a fault that cannot be read, or whose target does not exist.
+        InputError: a fault that would come after the end.
     """
     wiring = wiring_of(skin)
     options = core.NetworkOptions()
     options.seed, options.clock_rate_hz = seed, rate_hz
     options.faults = core.parse_faults(faults, wiring, seed) if isinstance(faults, str) else list(faults)
+    for fault in options.faults:
+        if fault.time_ns >= 1e9 * seconds:
+            raise InputError(f"fault {fault}: the run ends before it, after {seconds:g} s")
     if line is not None:
         options.line = line
     trial = core.NetworkTrial(wiring, options)

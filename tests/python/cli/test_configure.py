@@ -52,6 +52,7 @@ def recordings(tmp_path, seed: int):
         (["--output", "."], "--output ."),
         (["--steps", "topology,reconstruction", "--camera"], "--camera: places patches in the step localisation"),
         (["--check", "half.npz"], "half.npz: no whole numpy archive"),
+        (["--map-picture", "map.foo"], "map.foo: the name must end in .png or .svg or .pdf"),
         (["--from", "half.npz"], "half.npz: no whole numpy archive"),
     ],
 )

@@ -1,0 +1,23 @@
+"""Files that a person asks for: refused before minutes of work where they could not be written after it."""
+
+from pathlib import Path
+
+from robotskin.errors import InputError
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def require_writable(option: str, path: Path | None, endings: tuple[str, ...] = ()) -> None:
+    """Refuse a file whose folder is missing, that is a folder itself, or whose name has none of the `endings`.
+
+    Raises:
+        InputError: names the option, the file and what is missing.
+    """
+    if path is None:
+        return
+    if endings and path.suffix.lower() not in endings:
+        raise InputError(f"{option} {path}: the name must end in {' or '.join(endings)}")
+    if not path.absolute().parent.is_dir():
+        raise InputError(f"{option} {path}: there is no folder {path.parent} to write it in")
+    if path.is_dir():
+        raise InputError(f"{option} {path}: is a folder; name a file in it")

@@ -1,0 +1,27 @@
+"""`python -m robotskin.campaign`: what is no seed, count or time is refused by its value."""
+
+import pytest
+
+from robotskin.campaign import __main__ as command
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["abc"], "'abc' is no seed"),
+        (["--", "-5"], "'-5' is no seed"),
+        ([str(1 << 64)], "is no seed: a whole number from 0 to 2^64 - 1"),
+        (["--soak", "nan"], "'nan' must be a finite number of seconds above 0"),
+        (["--count", "0"], "'0' must be a whole number of at least 1"),
+        (["--count", "1", "--processes", "0"], "'0' must be a whole number of at least 1"),
+        ([], "give seeds, --count or --soak"),
+    ],
+)
+def test_what_is_no_number_of_its_kind_is_refused(
+    arguments: list[str], says: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["campaign", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        command.main()
+    assert ended.value.code == 2
+    assert says in capsys.readouterr().err
