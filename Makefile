@@ -7,7 +7,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(BUILD_JOBS)
 export PATH := $(abspath $(BIN)):$(PATH)
 
 SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
-C_FILES := $(shell find firmware core tests -name '*.[ch]' -o -name '*.[ch]pp')
+C_FILES := $(shell find firmware core tests examples -name '*.[ch]' -o -name '*.[ch]pp')
 
 .PHONY: help build demo test test-asan soak fuzz lint format bench docs stubs lock clean
 

@@ -18,9 +18,20 @@ def test_links_and_pictures_exist(page: Path) -> None:
     assert not missing
 
 
-def test_the_readmes_program_runs() -> None:
-    program = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    assert program is not None
-    done = subprocess.run([sys.executable, "-c", program[1]], capture_output=True, text=True)
+def run_program(page: str) -> str:
+    """What the Python on a page prints when its blocks run one after the other."""
+    program = "\n".join(re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL))
+    assert program
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert 13.0 < float(done.stdout.split()[0]) < 17.0, "a push of 15 N is felt as such"
+    return done.stdout
+
+
+@pytest.mark.parametrize("page", ["docs/control.md", "docs/network.md"])
+def test_the_programs_of_a_page_run(page: str) -> None:
+    run_program(page)
+
+
+def test_the_readmes_program_runs() -> None:
+    done = run_program("README.md")
+    assert 13.0 < float(done.split()[0]) < 17.0, "a push of 15 N is felt as such"

@@ -4,6 +4,8 @@
 #include "bindings/bindings.hpp"
 
 NB_MODULE(_core, module) {
+  // A script's names, a task of its own among them, may tie objects together until the process ends, which frees them.
+  nanobind::set_leak_warnings(false);
   module.doc() = "The compiled core of robotskin: one submodule for each stage of the flow.";
   robotskin::bindings::bind_all(module);
 }

@@ -88,10 +88,13 @@ class BehaviourSession(Session):
         super().step()
         report = self.controller.report
         if before is not SafetyState.stopped and report.state is SafetyState.stopped and report.reason != Reason.asked:
-            self.fault = report.text
+            self.fault = "; ".join(part for part in (report.text, self.controller.task_error) if part)
             self._unwritten, self._written = self.fault_file is not None, ""
         if self._unwritten and report.conditions & Condition.at_rest.value:
             self._write_fault()
+
+    def _why_not_running(self) -> str:
+        return "; ".join(part for part in (super()._why_not_running(), self.controller.task_error) if part)
 
     def shut_down(self) -> None:
         """Stop the robot and bring it to rest, whatever happened before."""

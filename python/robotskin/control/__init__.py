@@ -1,5 +1,6 @@
 """Behaviours of skinned robots: tasks from the core's library, put together by name, and changed while they run."""
 
+from robotskin._core.control import UNPROJECTED, Fusion, PythonTask
 from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
 from robotskin.control.controller import Controller
 from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
@@ -8,13 +9,16 @@ from robotskin.control.task_library import TASKS, TaskLibrary
 __all__ = [
     "BEHAVIOURS",
     "TASKS",
+    "UNPROJECTED",
     "Behaviour",
     "CartesianGoal",
     "Controller",
     "ForceGoal",
+    "Fusion",
     "Goal",
     "JointGoal",
     "Primitive",
+    "PythonTask",
     "TaskLibrary",
     "behaviour",
     "primitive",

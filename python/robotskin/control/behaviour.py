@@ -10,13 +10,23 @@ from robotskin.errors import InputError, UnknownNameError
 
 @dataclass(frozen=True)
 class Behaviour:
-    """A behaviour: names of tasks (`robotskin.control.TASKS`) with their levels, 0 the highest, and their fusion."""
+    """A behaviour: names of tasks (`robotskin.control.TASKS`) with their levels, 0 the highest, and their fusion.
+
+    Raises InputError for a fusion that is none.
+    """
 
     name: str
     tasks: dict[str, int]
     fusion: Fusion
-    meaning: str
-    """In one sentence, for people who choose."""
+    meaning: str = "does as its tasks say"
+    """In one sentence that begins with what the robot does, for people who choose."""
+    gains: str = ""
+    """The behaviour whose gain set it takes; its own name by default."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.fusion, Fusion):
+            choices = ", ".join(f"Fusion.{one.name}" for one in Fusion)
+            raise InputError(f"behaviour {self.name}: fusion {self.fusion!r}: choose from {choices}")
 
     def with_fusion(self, fusion: Fusion) -> Behaviour:
         """The same tasks fused in another way."""

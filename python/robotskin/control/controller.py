@@ -10,6 +10,7 @@ from robotskin._core.control import (
     Fusion,
     JointTask,
     MapSkinTask,
+    PythonTask,
     QuadraticLimits,
     SkinCartesianTask,
     SkinReactionTask,
@@ -116,7 +117,7 @@ class Controller:
 
     def _made(self, wanted: str | Behaviour) -> tuple[Behaviour, dict[str, Task]]:
         found = self._as_asked(behaviour(wanted)) if isinstance(wanted, str) else wanted
-        chosen = self.gains.choose(found.name)
+        chosen = self.gains.choose(found.gains or found.name)
         return found, {name: self.library.make(name, chosen) for name in found.tasks}
 
     def _as_asked(self, named: Behaviour) -> Behaviour:
@@ -191,6 +192,12 @@ class Controller:
     def report(self) -> GuardReport:
         """What the guard decided last."""
         return self.cycle.report
+
+    @property
+    def task_error(self) -> str:
+        """What tasks written in Python raised in the last tick, by name; empty where none did."""
+        failed = {name: task.error for name, task in self.tasks.items() if isinstance(task, PythonTask) and task.error}
+        return "; ".join(f"task {name}: {error.splitlines()[-1]}" for name, error in failed.items())
 
     @property
     def host_skin_torque(self) -> NDArray[np.float64]:

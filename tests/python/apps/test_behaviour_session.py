@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin._core.control import MapSkinTask, SelfCollisionTask
+from robotskin._core.control import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 from robotskin._core.robot import Reason, SafetyState
 from robotskin.apps.behaviour_session import BehaviourSession
 from robotskin.apps.live import LiveSession
 from robotskin.apps.session import Session, SessionError
 from robotskin.apps.touches import pushed_cell
-from robotskin.control import BEHAVIOURS
+from robotskin.control import BEHAVIOURS, Behaviour
 from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.robots.chains import ChainError
@@ -48,6 +48,16 @@ def test_behaviours_change_while_the_robot_is_touched(session: BehaviourSession)
     with pytest.raises(UnknownNameError, match="kinesthetic_joint"):
         session.set_behaviour("kinesthetic_joints")
     assert set(session.behaviours) == set(BEHAVIOURS)
+
+
+def test_a_task_of_the_users_that_raises_stops_the_robot_by_its_name(session: BehaviourSession) -> None:
+    session.boot()
+    session.controller.library.add("mine", lambda library, gains: PythonTask("mine", 6, 0, lambda *_: 1 / 0))
+    tasks = {"mine": 0, "joint": 0, "gravity": -1}
+    session.controller.use(Behaviour("own", tasks, Fusion.weighted_sum, gains="skin_compliance"))
+    session.run(0.1)
+    assert session.state is SafetyState.stopped
+    assert "task mine: ZeroDivisionError: division by zero" in session.fault_told
 
 
 def test_a_session_of_one_behaviour_refuses_another(seed: int) -> None:

@@ -169,11 +169,19 @@ def test_a_users_task_takes_part_in_a_behaviour(rig) -> None:
         return PythonTask("swing", 6, 0, compute)
 
     rig.controller.library.add("swing", swing)
-    own = Behaviour("skin_compliance", {"swing": 0, "joint": 0, "gravity": -1}, Fusion.weighted_sum, "swings")
+    own = Behaviour("own", {"swing": 0, "joint": 0, "gravity": -1}, Fusion.weighted_sum, gains="skin_compliance")
     rig.run(0.1)
     rig.controller.use(own)
     assert rig.run(3.0) == SafetyState.running
     assert rig.joints.position[5] - rig.gains.home[5] == pytest.approx(30 / 120, rel=0.02)
+
+
+def test_a_behaviour_of_ones_own_names_fusion_and_gains(rig) -> None:
+    with pytest.raises(InputError, match=r"own: fusion 'weighted_sum': choose from Fusion\.weighted_sum"):
+        Behaviour("own", {"joint": 0}, "weighted_sum")  # type: ignore[arg-type]
+    with pytest.raises(UnknownNameError, match=r"'own': choose from .*skin_compliance"):
+        rig.controller.use(Behaviour("own", {"joint": 0}, Fusion.weighted_sum))
+    assert rig.controller.behaviour.name == "skin_compliance"
 
 
 def test_every_gain_set_is_a_share_of_the_robots_gains() -> None:
