@@ -22,6 +22,11 @@ static bool within_cap(const rs_route* route, const rs_neighbour* target, const 
   return target->hops + 1U + route->subtree_height <= wave->depth_cap;
 }
 
+static void rest(rs_route* route) {
+  route->resting = true;
+  route->moved_sequence = route->wave.sequence;
+}
+
 /* Begins a move to the neighbour at a port. */
 static void hold(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32_t now_us) {
   rs_route* route = &cell->route;
@@ -132,8 +137,7 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
     } else if (light && rs_route_feasible(route, port)) {
       rs_route_adopt(cell, port, now_us);
       if (detour) return true;
-      route->resting = true;
-      route->moved_sequence = route->wave.sequence;
+      rest(route);
       return true;
     }
   }
@@ -143,6 +147,9 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
 
 void rs_move_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold && now_us - route->hold_us >= rs_move_longest_us(route)) route->hold = false;
+  if (route->hold && now_us - route->hold_us >= rs_move_longest_us(route)) {
+    route->hold = false;
+    if (route->target_root != route->wave.root) rest(route); /* others may be luckier */
+  }
   if ((uint16_t)(route->wave.sequence - route->moved_sequence) >= RS_REST_TICKS) route->resting = false;
 }

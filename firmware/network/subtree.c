@@ -40,9 +40,17 @@ static uint32_t most_to_let_go(const rs_wants* wants) {
   return 6U << (wants->round & 3U);
 }
 
+/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in four of
+ * eight rounds half of them stay as they are: those by a bit of their id, another one each quarter of a second. */
+static bool takes_turn(const rs_cell* cell) {
+  const rs_wants* wants = &cell->route.wants;
+  return (wants->round & 4U) == 0U || (cell->id >> (wants->sequence >> 8U & 7U) & 1U) != 0U;
+}
+
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
  * with all that hangs on it; whoever has another parent off the border goes there, and the trunk becomes light. */
-static bool hangs_at_border(const rs_route* route) {
+static bool hangs_at_border(const rs_cell* cell) {
+  const rs_route* route = &cell->route;
   const bool detour = route->hold && route->target_root == route->wave.root;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
@@ -52,7 +60,7 @@ static bool hangs_at_border(const rs_route* route) {
       continue;
     }
     for (unsigned w = 0; w < RS_WANTS; ++w) {
-      if (route->wants.target[w] == neighbour->wave.root) return true;
+      if (route->wants.target[w] == neighbour->wave.root && takes_turn(cell)) return true;
     }
   }
   return false;
@@ -97,7 +105,7 @@ void rs_subtree_update(rs_cell* cell) {
   route->alternative = alternative;
   const bool may_yield =
       wanted && route->wants.last_resort && route->hops > 1U && size <= most_to_let_go(&route->wants);
-  if (!may_yield || !hangs_at_border(route)) {
+  if (!may_yield || !hangs_at_border(cell)) {
     route->yielding = 0;
   } else if (route->yielding == 0U) {
     route->yielding = 1;
