@@ -9,6 +9,7 @@
 /* The children hear no newer tick while a move is held, and may not take that for a stale way. */
 _Static_assert(RS_HOLD_US + RS_TICK_US < RS_STALE_US, "a planned move is over before its children lose patience");
 
+enum { NO_ROUND = 0xFF };  /* numbers of rounds are smaller, and come again: what was told in one holds in that alone */
 enum { DETOUR_TICKS = 2 }; /* that a cell at the border waits, and one more for each hop below it */
 
 bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {
@@ -68,6 +69,7 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   const uint16_t before = (uint16_t)(route->wants.sequence - grant.sequence);
   if (route->wants.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return;
   rs_queue_down(cell, frame);
+  if (route->wants.root != grant.root || route->wants.round != grant.round) route->told_round = NO_ROUND;
   route->wants =
       (rs_wants){.sequence = (uint16_t)grant.sequence,
                  .size = {(uint16_t)grant.want_1_size, (uint16_t)grant.want_2_size, (uint16_t)grant.want_3_size},

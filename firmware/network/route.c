@@ -286,8 +286,22 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   }
 }
 
+/* Who has a parent has the distance of the wave that it passes on. Where it has not, memory is damaged, and the known
+ * time says which of the two: otherwise nobody might be feasible for long. */
+static void heal_distance(rs_route* route) {
+  if (route->parent_port == RS_NO_PARENT || route->unbound || route->feasible_sequence == route->wave.sequence) return;
+  if (route->known_time != ~route->known_time_complement) return;
+  if ((uint16_t)route->known_time == route->wave.sequence) {
+    route->feasible_sequence = route->wave.sequence;
+    if (route->hops < route->feasible_hops) route->feasible_hops = route->hops;
+  } else if ((uint16_t)route->known_time == route->feasible_sequence) {
+    route->wave.sequence = route->feasible_sequence;
+  }
+}
+
 void rs_route_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
+  heal_distance(route);
   /* Without a parent there is no way to advertise, and with one there is. */
   if (route->parent_port == RS_NO_PARENT && route->hops != RS_HOPS_POISON) {
     route->hops = RS_HOPS_POISON;

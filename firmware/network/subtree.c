@@ -66,6 +66,11 @@ static bool hangs_at_border(const rs_cell* cell) {
   return false;
 }
 
+static void set_size(rs_neighbour* neighbour, uint32_t size) {
+  neighbour->size = (uint16_t)size;
+  neighbour->size_complement = (uint16_t)~size;
+}
+
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
   const bool wanted = rs_wants_open(route);
@@ -74,10 +79,11 @@ void rs_subtree_update(rs_cell* cell) {
   root_set foreign = {.count = 0};
   rs_offer best = {.cell = RS_ID_NONE};
   for (unsigned port = 0; port < RS_PORTS; ++port) {
-    const rs_neighbour* neighbour = &route->neighbour[port];
+    rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port) continue;
     if (neighbour->child && neighbour->up) {
       if (neighbour->lagging) continue;
+      if ((neighbour->size ^ neighbour->size_complement) != 0xFFFF) rs_subtree_forget(neighbour);
       size += neighbour->size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
       if (!neighbour->alternative) lean_size += neighbour->lean_size;
@@ -117,7 +123,8 @@ void rs_subtree_update(rs_cell* cell) {
 }
 
 void rs_subtree_forget(rs_neighbour* neighbour) {
-  neighbour->size = neighbour->lean_size = 1;
+  set_size(neighbour, 1);
+  neighbour->lean_size = 1;
   neighbour->height = 0;
   neighbour->alternative = false;
   neighbour->offer = (rs_offer){.cell = RS_ID_NONE};
@@ -128,7 +135,7 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   rs_status status;
   rs_status_unpack(&status, frame);
-  neighbour->size = (uint16_t)status.size;
+  set_size(neighbour, status.size);
   neighbour->lean_size = (uint16_t)status.lean_size;
   neighbour->height = (uint8_t)status.height;
   neighbour->alternative = status.alternative != 0U;

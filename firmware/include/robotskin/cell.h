@@ -144,7 +144,8 @@ typedef struct {
   uint16_t id;
   uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
   uint16_t lean_size;
-  rs_offer offer; /* the best of its subtree */
+  uint16_t size_complement; /* of `size`: a damaged one must not thin out a whole tree */
+  rs_offer offer;           /* the best of its subtree */
   uint8_t foreign[RS_FOREIGN_ROOTS];
   uint8_t height; /* of its subtree */
   uint8_t hops;   /* as advertised */
