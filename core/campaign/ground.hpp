@@ -48,6 +48,8 @@ class Ground {
   std::int32_t far(std::size_t wire) const { return far_[wire]; }
   bool is_cell(std::size_t wire) const { return wire < RS_PORTS * cells_; }
   static std::size_t cell_of(std::size_t wire) { return wire / RS_PORTS; }
+  // Since when the wire leads where it does.
+  std::int64_t moved_ns(std::size_t wire) const { return moved_ns_[wire]; }
   // Frames go both ways between two that run.
   bool joined(std::size_t wire) const { return joined_[wire]; }
   // Joined for so long that the link is up, and let in again if it has been flapping.
@@ -84,7 +86,7 @@ class Ground {
   std::size_t cells_;
   std::vector<std::int32_t> far_, downs_;
   std::vector<std::uint8_t> joined_;
-  std::vector<std::int64_t> ready_ns_;
+  std::vector<std::int64_t> ready_ns_, moved_ns_;
   std::vector<std::uint8_t> runs_, zombie_;
   std::vector<std::int64_t> booted_ns_;
   std::vector<std::int32_t> depth_, queue_;

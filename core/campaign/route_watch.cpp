@@ -117,7 +117,11 @@ void RouteWatch::adopted(std::size_t cell, const rs_route& route) {
   const std::size_t wire = ground_.wire_of_cell(cell, port);
   const std::int32_t far = ground_.far(wire);
   const std::int32_t before = shadow.parent;
-  if (far == Ground::nobody) {
+  const ArrivedAdvert* advert = adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
+  if (advert != nullptr && advert->time_ns < ground_.moved_ns(wire)) {
+    // Who said so was there until the plug was moved.
+    if (port != shadow.port) shadow.parent = none;
+  } else if (far == Ground::nobody) {
     shadow.parent = none;
   } else if (!ground_.is_cell(static_cast<std::size_t>(far))) {
     shadow.parent = unit;
@@ -130,7 +134,6 @@ void RouteWatch::adopted(std::size_t cell, const rs_route& route) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < quarantine_ns)
       breaks_.add(Invariant::quarantine, now_ns, {cell}, {{"us since boot", (now_ns - ground_.booted_ns(cell)) / us}});
-    const ArrivedAdvert* advert = adverts_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
     if (advert != nullptr && advert->planted && (before != none || now_ns - shadow.alone_ns < alone_long_ns))
       breaks_.add(Invariant::replayed, now_ns, {cell},
                   {{"port", port}, {"sequence", route.wave.sequence}, {"before", shadow.wave.sequence}});
