@@ -142,6 +142,9 @@ void bind_robot_model(nb::module_& module) {
           "effort_limit", [](const RobotModel& self) { return copied(self.effort_limit(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) Nm or N")
       .def_prop_ro(
+          "joint_damping", [](const RobotModel& self) { return copied(self.joint_damping(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) Nm s/rad or N s/m")
+      .def_prop_ro(
           "link_joints", [](const RobotModel& self) { return copied(self.link_joints(), {self.link_count()}); },
           nb::rv_policy::move, "(l) index of the joint that carries the link, or BASE")
       .def_prop_ro(

@@ -69,6 +69,11 @@ RobotModel::RobotModel(const std::string& urdf) {
     upper_.push_back(limit_or_infinity(model.upperPositionLimit[position]));
     velocity_limit_.push_back(limit_or_infinity(model.upperVelocityLimit[position]));
     effort_limit_.push_back(limit_or_infinity(model.upperEffortLimit[position]));
+    const double damping = model.damping[position];
+    if (!(damping >= 0) || !std::isfinite(damping))
+      throw ModelError("joint '" + model.names[index] + "' of robot '" + name_ + "' has a damping of " +
+                       std::to_string(damping) + "; it must be finite and not negative");
+    joint_damping_.push_back(damping);
   }
 
   for (const pinocchio::Frame& frame : model.frames) {

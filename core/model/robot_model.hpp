@@ -47,6 +47,7 @@ class RobotModel {
   std::span<const double> upper() const noexcept { return upper_; }                    // (n) rad or m, +inf: unbounded
   std::span<const double> velocity_limit() const noexcept { return velocity_limit_; }  // (n) rad/s or m/s
   std::span<const double> effort_limit() const noexcept { return effort_limit_; }      // (n) Nm or N
+  std::span<const double> joint_damping() const noexcept { return joint_damping_; }    // (n) Nm s/rad or N s/m, >= 0
 
   // Links, the base link first.
   std::span<const std::string> link_names() const noexcept { return link_names_; }
@@ -65,7 +66,7 @@ class RobotModel {
   std::vector<int> joint_parents_, link_joints_;
   std::vector<JointKind> joint_kinds_;
   std::vector<double> joint_axes_, parent_from_joint_, joint_from_link_;
-  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
+  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_, joint_damping_;
   std::shared_ptr<const void> pinocchio_model_;  // a pinocchio::Model, a type that costs a minute to know
 };
 

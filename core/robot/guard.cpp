@@ -9,8 +9,9 @@
 namespace robotskin::robot {
 namespace {
 
-// Time in which a torque may bring a joint back inside its velocity limit, and a braking joint to rest.
-constexpr double torque_horizon_s = 0.02;
+// Time in which a joint may come up to its velocity limit, since no servo stops accelerating at once, and in which a
+// torque may bring it back inside and a braking joint to rest.
+constexpr double horizon_s = 0.02;
 // Share of the acceleration limit with which a command that was held back closes up to the one asked for.
 constexpr double catch_up_share = 0.5;
 // Natural frequency with which a stopped torque-controlled robot holds its place.
@@ -22,6 +23,14 @@ bool all_finite(std::span<const double> values) noexcept {
 
 double towards(double from, double to, double step) noexcept {
   return std::clamp(to, from - step, from + step);
+}
+
+// The speed of at most `fastest` that a joint of speed `was` may have after `share` of the horizon.
+double slowing_up(double was, double speed, double fastest, double share) noexcept {
+  const auto bound = [&](double sign) {
+    return was * sign < fastest ? was * sign + share * (fastest - was * sign) : fastest;
+  };
+  return std::clamp(speed, -bound(-1), bound(1));
 }
 
 // torque (n) = M acceleration + C v + g.
@@ -44,6 +53,9 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
       lower_(robot.lower().begin(), robot.lower().end()),
       upper_(robot.upper().begin(), robot.upper().end()),
       velocity_limit_(robot.velocity_limit().begin(), robot.velocity_limit().end()),
+      damped_(
+          {std::vector<double>(robot.joint_count(), 0.0), {robot.joint_damping().begin(), robot.joint_damping().end()}},
+          robot.joint_count()),
       effort_limit_(robot.effort_limit().begin(), robot.effort_limit().end()) {
   const std::size_t joints = robot.joint_count();
   const auto check_joints = [joints](const char* name, const std::vector<double>& values) {
@@ -202,8 +214,7 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
       asked_position_[i] = command.value[i];
     }
     double speed = towards(was, aim, limits_.acceleration[i] * period);
-    const double fastest = speed_share * velocity_limit_[i];
-    speed = std::clamp(speed, -fastest, fastest);
+    speed = slowing_up(was, speed, speed_share * velocity_limit_[i], std::min(1.0, period / horizon_s));
     // A joint may be only as fast as it can brake before its limit.
     const double up = std::max(0.0, upper_[i] - limits_.position_margin - from);
     const double down = std::max(0.0, from - lower_[i] - limits_.position_margin);
@@ -220,10 +231,12 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
 }
 
 // Position and velocity limits at acceleration level, since a bound on the torque itself would forbid holding gravity.
+// The acceleration is the mean one over the horizon: damped joints of little inertia, as a hand's, end it at a speed
+// that their damping alone decides.
 bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
                          std::vector<double>& torque) noexcept {
   bool changed = false;
-  if (dynamics.forward_dynamics(torque, acceleration_)) {
+  if (damped_.acceleration(dynamics, joints.velocity, torque, horizon_s, acceleration_)) {
     bool bounded = false;
     for (std::size_t i = 0; i < torque.size(); ++i) {
       const double fastest = speed_share * velocity_limit_[i];
@@ -231,10 +244,10 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
       const double down = std::max(0.0, joints.position[i] - lower_[i] - limits_.position_margin);
       const double speed_up = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * up));
       const double speed_down = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * down));
-      // Only a joint that is about to be too fast is held back; what a hand pushes is not seen here.
+      // Only a joint that is about to be too fast is held back. What a hand pushes is left out: it may let go.
       const double velocity = joints.velocity[i];
-      const double high = (speed_up - velocity) / torque_horizon_s;
-      const double low = (-speed_down - velocity) / torque_horizon_s;
+      const double high = (speed_up - velocity) / horizon_s;
+      const double low = (-speed_down - velocity) / horizon_s;
       const double allowed = std::clamp(acceleration_[i], low, high);
       if (allowed != acceleration_[i]) {
         acceleration_[i] = allowed;
@@ -243,6 +256,8 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
     }
     if (bounded) {
       inverse_dynamics(dynamics, acceleration_, torque);
+      for (std::size_t i = 0; i < torque.size(); ++i)
+        torque[i] += damped_.gains().friction[i] * (joints.velocity[i] + horizon_s * acceleration_[i]);
       changed = true;
     }
   }
@@ -268,8 +283,8 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
       at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const double brake = std::clamp(-joints.velocity[i] / torque_horizon_s, -limits_.stop_deceleration[i],
-                                      limits_.stop_deceleration[i]);
+      const double brake =
+          std::clamp(-joints.velocity[i] / horizon_s, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]);
       const double hold =
           hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) - 2 * hold_rad_s * joints.velocity[i];
       acceleration_[i] =

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "control/virtual_robot.hpp"
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
 #include "model/robot_dynamics.hpp"
@@ -82,7 +83,9 @@ class Guard {
   GuardLimits limits_;
   BodyMonitor body_;
   BodyExcess excess_;  // of this cycle
-  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_;
+  std::vector<double> lower_, upper_, velocity_limit_;
+  control::VirtualRobot damped_;  // the robot with the damping of its joints
+  std::vector<double> effort_limit_;
   GuardReport report_;
   CommandMode last_mode_ = CommandMode::position;
   bool has_last_ = false;      // something was sent in last_mode_

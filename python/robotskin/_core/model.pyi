@@ -166,6 +166,10 @@ class RobotModel:
         """(n) Nm or N"""
 
     @property
+    def joint_damping(self) -> NDArray[numpy.float64]:
+        """(n) Nm s/rad or N s/m"""
+
+    @property
     def link_joints(self) -> NDArray[numpy.int32]:
         """(l) index of the joint that carries the link, or BASE"""
 

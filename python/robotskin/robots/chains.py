@@ -16,6 +16,10 @@ class ChainError(RobotskinError):
     """A chain that no cell can compute; the message names the link, the value and what is possible."""
 
 
+LONGEST_M = firmware.CHAIN_REACH / 2.0**firmware.LENGTH_BITS * 2.0**firmware.LENGTH_EXPONENT_MAX
+"""From a joint to a cell."""
+
+
 @dataclass(frozen=True)
 class Chain:
     """The n joints from a robot's base to a link, each turning about or sliding along the z axis of its own frame.
@@ -34,7 +38,10 @@ class Chain:
     prismatic: NDArray[np.bool_]
     """(n,)"""
     slide_m: float
-    """The longest way that a sliding joint may be from its zero."""
+    """The longest way that a sliding joint may be from its zero, of those that the torque of another depends on.
+
+    Where the first joints of a chain slide, as a mobile base does, no torque depends on how far: nothing turns below.
+    """
 
     @classmethod
     def to(cls, robot: Robot, link: str) -> "Chain":
@@ -54,19 +61,21 @@ class Chain:
         places = np.asarray(model.parent_from_joint).reshape(-1, 4, 4)
         before = [np.eye(4), *turned[:-1]]
         prismatic = np.array([model.joint_kinds[joint] == JointKind.prismatic for joint in joints])
-        reach = np.maximum(np.abs(robot.lower[joints]), np.abs(robot.upper[joints]))
+        reach = np.maximum(np.abs(robot.lower[joints]), np.abs(robot.upper[joints]))[
+            prismatic & ~_first_slides(prismatic)
+        ]
         return cls(
             link=link,
             joints=tuple(joints),
             before_from_joint=np.stack([before[k].T @ places[joint] @ turned[k] for k, joint in enumerate(joints)]),
             joint_from_link=turned[-1].T @ np.asarray(model.joint_from_link).reshape(-1, 4, 4)[index],
             prismatic=prismatic,
-            slide_m=float(reach[prismatic].max(initial=0.0)),
+            slide_m=float(reach.max(initial=0.0)),
         )
 
     def codes(self, q: ArrayLike) -> list[int]:
         """(n,) the joint positions of this chain as they are broadcast, from those (m,) of the robot, rad or m."""
-        value = np.asarray(q, dtype=float)[list(self.joints)]
+        value = np.where(_first_slides(self.prismatic), 0.0, np.asarray(q, dtype=float)[list(self.joints)])
         turns = np.rint(value / (2 * np.pi) * firmware.TURN).astype(int)
         slides = np.rint(value * 2.0**firmware.LENGTH_BITS).astype(int)
         wrapped = (turns + firmware.TURN // 2) % firmware.TURN - firmware.TURN // 2
@@ -98,7 +107,15 @@ class Chain:
             )
             if chain.valid(round(self.slide_m / unit * 2**firmware.LENGTH_BITS)):
                 return chain
-        raise ChainError(f"a cell on {self.link} can be further from a joint than any unit of length holds")
+        raise ChainError(
+            f"a cell on {self.link}, below which joints slide by up to {self.slide_m} m, can be further from a joint "
+            f"than the {LONGEST_M:.1f} m that a cell counts"
+        )
+
+
+def _first_slides(prismatic: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,) whether a joint slides and every one before it does."""
+    return np.logical_and.accumulate(prismatic)
 
 
 def _z_becomes(axis: NDArray[np.float64]) -> NDArray[np.float64]:

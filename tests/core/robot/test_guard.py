@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from guard_bench import PERIOD_NS, Bench
 
-from robotskin._core.model import CommandMode
+from robotskin import robots
+from robotskin._core.model import CommandMode, RobotModel
 from robotskin._core.robot import (
     Condition,
     Guard,
@@ -220,7 +221,7 @@ def test_silence_of_cells_that_are_alive_is_no_fault(bench) -> None:
 def test_missing_cells_make_the_robot_slow(bench) -> None:
     bench.started(VELOCITY)
     bench.skin.health[:20] = Health.dead.value
-    for _ in range(100):
+    for _ in range(500):
         report = bench.check(VELOCITY, np.full(6, 3.0))
     assert (report.state, report.reason) == (DEGRADED, Reason.skin_partly_lost)
     np.testing.assert_allclose(bench.command.value, 0.25 * bench.robot.velocity_limit)
@@ -273,6 +274,47 @@ def test_a_stop_ends_only_when_nobody_wants_to_run(bench) -> None:
         assert bench.check(POSITION, bench.neutral(POSITION)).state == STOPPED
     assert bench.check(POSITION, bench.neutral(POSITION), wanted=False).state == READY
     assert bench.check(POSITION, bench.neutral(POSITION)).state == RUNNING
+
+
+@pytest.mark.parametrize("mode", [POSITION, VELOCITY])
+def test_a_servo_that_overshoots_stays_within_its_velocity_limit(bench, mode) -> None:
+    """A servo cannot stop accelerating at once: a command that ends its climb at the limit carries it beyond."""
+    bench.started(mode)
+    limit = bench.robot.velocity_limit[0]
+    frequency, damping, step = 150.0, 0.4, bench.limits.period_s / 20
+    was, speed, acceleration = bench.joints.position[0], 0.0, 0.0
+    for _ in range(300):
+        asked = bench.neutral(mode)
+        asked[0] = was + 1.0 if mode == POSITION else 10.0
+        bench.check(mode, asked)
+        commanded = bench.command.value[0]
+        if mode == POSITION:
+            commanded, was = (commanded - was) / bench.limits.period_s, commanded
+        for _ in range(20):
+            acceleration += step * (frequency**2 * (commanded - speed) - 2 * damping * frequency * acceleration)
+            speed += step * acceleration
+        assert speed <= limit
+    assert speed > 0.9 * limit
+
+
+def test_what_a_joints_damping_makes_slow_is_not_held_back() -> None:
+    """A wrist of 20 Nm s/rad turns at 0.75 rad/s by 15 Nm, for all its little inertia; its shoulder can be too fast."""
+    model = RobotModel(robots.load("ur5").urdf.replace('damping="0.0"', 'damping="20.0"'))
+    assert (np.asarray(model.joint_damping) == 20).all()
+    bench = Bench(model).started(TORQUE)
+    push, period = np.zeros(6), bench.limits.period_s
+    for joint, torque, interventions in ((5, 15.0, False), (0, 140.0, True)):
+        push[joint] = torque
+        before = bench.guard.report.interventions
+        for _ in range(1000):
+            report = bench.check(TORQUE, bench.neutral(TORQUE) + push)
+            damped = bench.dynamics.mass_matrix + 20 * period * np.eye(6)
+            force = bench.command.value - bench.dynamics.nonlinear_effects - 20 * bench.joints.velocity
+            bench.joints.velocity = bench.joints.velocity + period * np.linalg.solve(damped, force)
+            assert (np.abs(bench.joints.velocity) <= model.velocity_limit).all()
+        assert (report.interventions > before) == interventions
+    assert bench.joints.velocity[5] == pytest.approx(0.75, rel=0.05)
+    assert report.state == RUNNING
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
+from robotskin._core import firmware
 from robotskin._core.control import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 from robotskin._core.robot import Reason, SafetyState
 from robotskin.apps.behaviour_session import BehaviourSession
@@ -97,9 +98,30 @@ def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> No
     assert difference < 0.15 * np.linalg.norm(gave_way["host"])
 
 
-def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(seed: int) -> None:
-    robot, skin = robots.load("dual_arm"), layout.finished("dual_arm")
-    with pytest.raises(ChainError):
+def test_the_cells_of_a_mobile_robot_compute_their_own_torque(seed: int) -> None:
+    """Its base slides without bounds, which no torque depends on."""
+    session = BehaviourSession(
+        robots.load("dual_arm"), layout.finished("dual_arm"), seed=seed, link="in process", own_torques=True
+    )
+    try:
+        session.boot()
+        session.set_source("skin")
+        session.run(0.3)
+        session.world.push(pushed_cell(session, "left_forearm_link"), 10.0)
+        session.run(0.3)
+        task = session.controller.tasks["skin"]
+        assert task.source_share == 1.0
+        own, host = session.own_torque.joint, task.host_torque
+        assert np.abs(own - host).max() < 0.1 * np.abs(host).max()
+        assert session.state == SafetyState.running
+    finally:
+        session.shut_down()
+
+
+def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(seed: int, monkeypatch) -> None:
+    monkeypatch.setattr(firmware, "CHAIN_JOINTS", 2)
+    robot, skin = robots.load("ur5"), layout.finished("ur5")
+    with pytest.raises(ChainError, match="3 joints below it: 1 to 2 can be"):
         BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=True)
     session = BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=None)
     assert session.torques is None
