@@ -23,7 +23,7 @@ class BehaviourSession(Session):
     """A skinned robot that does what behaviours and goals say; see `Session` for the other arguments.
 
     Args:
-        robot: the robot, which must have a gain file that names a gain set for the behaviour.
+        robot: the robot, whose gains must name a gain set for the behaviour.
         layout: its skin.
         behaviour: to begin with, by name or made by hand.
         seed: repeats the run.

@@ -43,7 +43,7 @@ class Session:
     """World, driver, skin and controller of one robot.
 
     Args:
-        robot: the robot, which must have a gain file.
+        robot: the robot.
         layout: its skin, N cells.
         seed: repeats the run.
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
@@ -54,6 +54,11 @@ class Session:
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
         own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
             sources to choose from; None: if the robot's limbs allow it.
+        gains: of this robot; by default those of its name that come with the project.
+
+    Raises:
+        UnknownNameError: no gains of that name, no such interface or mode. SessionError: a layout of another robot.
+        GainError, ModelError, ControlError, ChainError: gains, robot and skin that do not fit together.
     """
 
     def __init__(
@@ -69,11 +74,15 @@ class Session:
         believed: Layout | None = None,
         control: Robot | None = None,
         own_torques: bool | None = False,
+        gains: GainSet | None = None,
     ) -> None:
+        if layout.robot != robot.name:
+            raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
-        self.gains = GainSet.load(robot.name)
+        self.gains = gains or GainSet.load(robot.name)
+        self.gains.require_fit(robot.core)
         self.home = self.gains.home
         model = self.layout.skin_model()
         self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None

@@ -11,7 +11,12 @@ import typer
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="A robot with a gain file: ur5, allegro_right_hand, dual_arm or talos.")],
+    robot: Annotated[
+        str,
+        typer.Argument(
+            help="A robot with gains, ur5, allegro_right_hand, dual_arm or talos; with --gains any name or URDF file."
+        ),
+    ],
     behaviour: Annotated[
         str,
         typer.Option(
@@ -30,6 +35,16 @@ def command(
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No page: touch at random, measure, and end.")] = False,
     seconds: Annotated[float, typer.Option(help="Simulated seconds of touches with --headless.", min=0)] = 10.0,
+    layout: Annotated[
+        Path | None,
+        typer.Option(help="A layout file; by default the robot's finished layout.", exists=True, dir_okay=False),
+    ] = None,
+    gains: Annotated[
+        Path | None,
+        typer.Option(
+            help="A gain file (TOML, docs/control.md); by default the robot's own.", exists=True, dir_okay=False
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
     skin_source: Annotated[
@@ -77,7 +92,7 @@ def command(
     from robotskin.apps.behaviour_script import set_goal
     from robotskin.apps.behaviour_session import BehaviourSession
     from robotskin.control.body_limits import BodyLimits
-    from robotskin.errors import UnknownNameError
+    from robotskin.errors import InputError, UnknownNameError
     from robotskin.robots.gains import GainSet
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.viewer.session_view import SOURCES
@@ -89,14 +104,16 @@ def command(
         raise UnknownNameError("fusion", fusion, names)
     if skin_source not in SOURCES:
         raise UnknownNameError("skin source", skin_source, SOURCES)
+    if gains is not None and gains.suffix != ".toml":
+        raise InputError(f"--gains {gains}: the name of a gain file ends in .toml")
     target = numbers_of(goal)
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
     limits = None if body_limits is None else BodyLimits.load(body_limits)
     console = Console()
     with console.status(f"loading {robot}"):
-        GainSet.load(robot)
+        chosen = GainSet.load(robot if gains is None else str(gains))
         model = robots.load(robot)
-        skin = layouts.finished(model.name)
+        skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
         key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
         session = BehaviourSession(
             model,
@@ -112,6 +129,7 @@ def command(
             skin_map=learnt,
             body_limits=limits,
             fault_file=fault_file,
+            gains=chosen,
         )
         session.set_source(skin_source)
     if headless:

@@ -6,7 +6,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from robotskin import layout
 from robotskin.cli import main
+from robotskin.robots import gains
+
+GAIN_FILES = Path(gains.__file__).parent
 
 
 def run(*arguments: object):
@@ -38,12 +42,32 @@ def test_a_behaviour_runs_headless(tmp_path: Path, seed: int) -> None:
         (("ur5", "--skin-map", __file__), "robotskin configure --map FILE"),
         (("ur5", "--body-limits", __file__), "test_run.py"),
         (("ur5", "--fault-file", "/there/is/none.csv"), "no folder"),
+        (("ur5", "--gains", __file__), "test_run.py: the name of a gain file ends in .toml"),
+        (("ur5", "--gains", GAIN_FILES / "dual_arm.toml"), "for 15 joints, the robot has 6"),
+        (("ur5", "--layout", __file__), "test_run.py"),
+        (("panda",), "choose from allegro_right_hand, dual_arm, talos, ur5"),
     ],
 )
 def test_what_is_no_choice_is_refused_with_the_choices(arguments: tuple[str, ...], message: str) -> None:
     answer = run(*arguments, "--headless")
     assert answer.exit_code == 2
     assert message in " ".join(answer.output.split())
+
+
+def test_a_robot_runs_by_gains_and_skin_from_files(tmp_path: Path, seed: int) -> None:
+    worn, own, file = tmp_path / "worn.json", tmp_path / "own.toml", tmp_path / "run.json"
+    layout.finished("ur5").save(worn)
+    text = (GAIN_FILES / "ur5.toml").read_text()
+    soft = text.replace("compliance_m_per_n = 0.003", "compliance_m_per_n = 0.0005")
+    assert soft != text
+    own.write_text(soft)
+    options = ("--headless", "--seconds", 1.5, "--seed", seed, "--json", file)
+    moved = []
+    for chosen in (GAIN_FILES / "ur5.toml", own):
+        answer = run("ur5", "--gains", chosen, "--layout", worn, *options)
+        assert answer.exit_code == 0, answer.output
+        moved.append(json.loads(file.read_text())["largest_move_m"])
+    assert moved[1] < 0.5 * moved[0]
 
 
 def test_a_contact_beyond_a_limit_ends_in_status_1_and_a_file(tmp_path: Path, seed: int) -> None:

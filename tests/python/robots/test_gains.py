@@ -35,6 +35,9 @@ def test_every_gain_file_fits_its_robot() -> None:
         ("damping = [0.0, ", "damping = [", "joint.damping has 5 values, posture.home has 6"),
         ("[joint]", "[joint", "ur5.toml"),
         ("speed_rad_s = 0.5", "", "goal.speed_rad_s is missing"),
+        ("estimator_hz = 20.0", "estimator_hz = 0", "inner_loop.estimator_hz holds 0, it must be greater than 0"),
+        ("bandwidth_hz = 80.0", "bandwidth_hz = -80.0", "skin.bandwidth_hz holds -80.0, it must be at least 0"),
+        ("stiffness = [2400.0", "stiffness = [0.0", "joint.stiffness holds 0.0, it must be greater than 0"),
     ],
 )
 def test_a_damaged_file_is_refused_by_field(text, tmp_path, old, new, message) -> None:
@@ -42,6 +45,16 @@ def test_a_damaged_file_is_refused_by_field(text, tmp_path, old, new, message) -
     path.write_text(text.replace(old, new, 1))
     assert path.read_text() != text
     with pytest.raises(GainError, match=message):
+        GainSet.load(str(path))
+
+
+def test_a_home_beyond_a_joint_limit_and_a_file_that_is_no_text_are_refused(text, tmp_path) -> None:
+    path = tmp_path / "ur5.toml"
+    path.write_text(text.replace("home = [0.0, -1.4", "home = [0.0, -9.4"))
+    with pytest.raises(GainError, match=r"posture.home of shoulder_lift_joint is -9.4: -6.28"):
+        GainSet.load(str(path)).guard_limits(robots.load("ur5").core)
+    path.write_bytes(b"\xff\x00")
+    with pytest.raises(GainError, match=r"ur5.toml: .*decode"):
         GainSet.load(str(path))
 
 

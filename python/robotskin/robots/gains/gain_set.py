@@ -63,6 +63,26 @@ FIELDS = {
     "limits": {"acceleration": "n", "stop_deceleration": "n", "torque_rate": "n"},
     "cartesian": {"link": "text", "stiffness": "6", "damping": "6", "speed_m_s": "1", "turn_speed_rad_s": "1"},
 }
+MAY_BE_NEGATIVE = ("home",)
+MAY_BE_ZERO = (
+    "damping",
+    "inertia",
+    "integral",
+    "derivative",
+    "dead_zone_rad_s",
+    "largest_bias_rad_s",
+    "position_bias_per_s",
+    "largest_bias_rad",
+    "servo_lag_s",
+    "servo_lag_s2",
+    "largest_force_weight",
+    "proximity_n",
+    "force_silent_n",
+    "proximity_silent",
+    "bandwidth_hz",
+)
+"""Of the fields that hold numbers; `cartesian.stiffness` is 0 along axes that are left free. All others are above 0."""
+
 SHARES = ("joint", "cartesian", "skin", "speed")
 """What a named gain set states, each a share of the gains above."""
 
@@ -92,7 +112,10 @@ class GainSet:
         """
         if robot.endswith(".toml"):
             path = Path(robot)
-            return cls(path.stem, _checked(path.read_text(encoding="utf-8"), str(path)))
+            try:
+                return cls(path.stem, _checked(path.read_text(encoding="utf-8"), str(path)))
+            except UnicodeDecodeError as error:
+                raise GainError(f"{path}: {error}") from error
         if robot not in robots_with_gains():
             raise UnknownNameError("robot with gains", robot, robots_with_gains())
         text = (resources.files("robotskin.robots.gains") / f"{robot}.toml").read_text(encoding="utf-8")
@@ -146,7 +169,7 @@ class GainSet:
 
     def cycle_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> CycleGains:
         """All gains of the skin cycle; `posture` (n) rad, default: home. Raises GainError for another robot's file."""
-        self._require_joints(robot)
+        self.require_fit(robot)
         values = self.values
         inner = InnerLoopGains(*(values["inner_loop"][name] for name in ("proportional", "integral", "derivative")))
         inner.dead_zone_rad_s = values["inner_loop"]["dead_zone_rad_s"]
@@ -185,7 +208,7 @@ class GainSet:
 
     def guard_limits(self, robot: RobotModel) -> GuardLimits:
         """Limits of the guard beside those of the robot model. Raises GainError for another robot's file."""
-        self._require_joints(robot)
+        self.require_fit(robot)
         limits = self.values["limits"]
         return GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
 
@@ -193,10 +216,16 @@ class GainSet:
         """Build the skin cycle with these gains and limits."""
         return SkinCycle(robot, skin, self.cycle_gains(robot, skin, posture), self.guard_limits(robot))
 
-    def _require_joints(self, robot: RobotModel) -> None:
-        joints = len(self.values["posture"]["home"])
+    def require_fit(self, robot: RobotModel) -> None:
+        """Raise GainError for the gains of a robot with other joints, or with a home that this one cannot take."""
+        joints = len(self.home)
         if joints != robot.joint_count:
             raise GainError(f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}")
+        for name, home, lower, upper in zip(robot.joint_names, self.home, robot.lower, robot.upper, strict=True):
+            if not lower <= home <= upper:
+                raise GainError(
+                    f"the gains of {self.robot}: posture.home of {name} is {home:g}: {lower:g} to {upper:g}"
+                )
 
 
 @dataclass(frozen=True)
@@ -309,6 +338,10 @@ def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
             for number in numbers:
                 if isinstance(number, bool) or not isinstance(number, int | float) or not np.isfinite(number):
                     raise GainError(f"{file}: {section}.{name} holds {number!r}, which is no finite number")
+                free = name in MAY_BE_ZERO or (section, name) == ("cartesian", "stiffness")
+                if name not in MAY_BE_NEGATIVE and not (number >= 0 if free else number > 0):
+                    least = "at least" if free else "greater than"
+                    raise GainError(f"{file}: {section}.{name} holds {number!r}, it must be {least} 0")
             if kind == "6" and len(numbers) != 6:
                 raise GainError(f"{file}: {section}.{name} has {len(numbers)} values, it must be {_KINDS[kind]}")
             if kind == "n":
