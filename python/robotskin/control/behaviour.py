@@ -74,6 +74,15 @@ BEHAVIOURS = {
 }
 """By name."""
 
+PRESS = Behaviour(
+    "press",
+    {"force": 0, "posture": 1, "gravity": UNPROJECTED},
+    Fusion.null_space,
+    "presses with a force that its skin measures",
+    gains="reach_cartesian_compliant",
+)
+"""What a goal that states a force chooses; figure 11 has no such behaviour."""
+
 
 def behaviour(name: str) -> Behaviour:
     """The behaviour of this name. Raises UnknownNameError with the choices."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robotskin._core.control import (
     CartesianTask,
+    ForceTask,
     Fusion,
     JointTask,
     MapSkinTask,
@@ -20,7 +23,7 @@ from robotskin._core.control import (
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin._core.robot import BodyLimits, GuardReport, SkinSource, TaskCycle, TaskCycleGains
 from robotskin._core.skin import SkinModel, SkinState, SkinTorque
-from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
+from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
 from robotskin.control.primitive import Goal, JointGoal, primitive
 from robotskin.control.task_library import TaskLibrary
 from robotskin.errors import InputError
@@ -88,10 +91,13 @@ class Controller:
         """Reach a goal: the primitive generator chooses the behaviour. Nothing changes if the goal is refused."""
         chosen = primitive(goal)
         before = (self.behaviour, self.tasks)
-        if chosen.behaviour.name != self.behaviour.name:
-            self.behaviour, self.tasks = self._made(chosen.behaviour.name)
+        if chosen.behaviour.name != self.behaviour.name or chosen.behaviour is PRESS:
+            self.behaviour, self.tasks = self._made(self._as_asked(chosen.behaviour), chosen.link)
         try:
-            if chosen.reference is not None:
+            force = self.tasks.get("force")
+            if chosen.reference is not None and isinstance(force, ForceTask):
+                force.request_force(chosen.reference)
+            elif chosen.reference is not None:
                 self.set_reference(chosen.reference)
         except Exception:
             self.behaviour, self.tasks = before
@@ -115,16 +121,16 @@ class Controller:
         for task in followers:
             task.request_reference(values)
 
-    def _made(self, wanted: str | Behaviour) -> tuple[Behaviour, dict[str, Task]]:
+    def _made(self, wanted: str | Behaviour, link: str = "") -> tuple[Behaviour, dict[str, Task]]:
         found = self._as_asked(behaviour(wanted)) if isinstance(wanted, str) else wanted
-        chosen = self.gains.choose(found.gains or found.name)
+        chosen = replace(self.gains.choose(found.gains or found.name), other_link=link)
         return found, {name: self.library.make(name, chosen) for name in found.tasks}
 
     def _as_asked(self, named: Behaviour) -> Behaviour:
         """The form that a behaviour by name takes for this controller."""
-        if self._fusion is not None:
+        if self._fusion is not None and named is not PRESS:
             named = named.with_fusion(self._fusion)
-        if self.library.skin_map is not None:
+        if self.library.skin_map is not None and named.name in BEHAVIOURS:
             named = named.with_map()
         return named if self.library.body is None else named.protected()
 

@@ -9,6 +9,8 @@ import numpy as np
 from robotskin._core.control import (
     CartesianTask,
     ContactImpedanceTask,
+    ForceGains,
+    ForceTask,
     GravityTask,
     JointLimitTask,
     JointTask,
@@ -20,7 +22,7 @@ from robotskin._core.control import (
     SplineJointTask,
     Task,
 )
-from robotskin._core.model import RobotModel
+from robotskin._core.model import BASE, RobotModel
 from robotskin._core.skin import SkinModel
 from robotskin.control.self_collision import self_collision_task
 from robotskin.errors import InputError, UnknownNameError
@@ -119,6 +121,29 @@ def _require_fit(skin_map: SensoryMotorMap, robot: RobotModel, skin: SkinModel) 
         raise InputError(f"sensory-motor map of {skin_map.robot}: it knows none of the skin's {len(skin)} cells")
 
 
+FORCE_INTEGRAL_PER_S = 0.1
+"""Slow, so that soft walls do not swing: the force felt answers what is asked anyway, less what friction holds back."""
+
+
+def _force(own: TaskLibrary, gains: ChosenGains) -> Task:
+    """Refused where no cell can feel how the link presses: it would press ever harder."""
+    robot = own.robot
+    joint = robot.link_joints[robot.link_index(gains.link)]
+    felt = []
+    for name in sorted({own.skin.link_names[link] for link in own.skin.link}):
+        above = robot.link_joints[robot.link_index(name)]
+        while above not in (joint, BASE):
+            above = robot.joint_parents[above]
+        if above == joint:
+            chosen = ForceGains()
+            chosen.integral = FORCE_INTEGRAL_PER_S
+            return ForceTask(robot, own.skin, gains.skin(robot, own.skin), gains.link, chosen)
+        felt.append(name)
+    raise InputError(
+        f"task force: no cell on or beyond {gains.link} feels how it presses; there are cells on {', '.join(felt)}"
+    )
+
+
 def _self_collision(own: TaskLibrary, gains: ChosenGains) -> Task:
     """One for all behaviours: which pairs are always near is looked up once, in the home posture."""
     if own._self_collision is None:
@@ -147,6 +172,7 @@ _MAKERS: dict[str, Maker] = {
     "skin_cartesian": lambda own, gains: SkinCartesianTask(
         own.robot, own.skin, gains.hand_skin(own.robot, own.skin), gains.link, _skin_filter_hz(gains)
     ),
+    "force": _force,
     "contact_impedance": lambda own, gains: ContactImpedanceTask(own.robot, own.skin, gains.skin(own.robot, own.skin)),
     "self_collision": _self_collision,
     "joint_limits": lambda own, gains: JointLimitTask(own.robot),

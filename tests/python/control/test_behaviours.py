@@ -5,7 +5,7 @@ import pytest
 
 from robotskin import robots
 from robotskin._core.control import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
+from robotskin._core.model import CommandMode, JointCommand, JointState, ModelError, RobotDynamics
 from robotskin._core.robot import SafetyState
 from robotskin._core.skin import Health, SkinState
 from robotskin.control import (
@@ -159,6 +159,39 @@ def test_goals_choose_behaviours() -> None:
     assert primitive(ForceGoal(hand=True)).behaviour.name == "kinesthetic_cartesian"
     with pytest.raises(InputError, match="no goal"):
         primitive("up")  # type: ignore[arg-type]
+
+
+def test_a_force_goal_presses_until_the_skin_feels_it(rig) -> None:
+    """Against a wall that yields like a spring, through the whole cycle."""
+    name, dynamics = "wrist_2_link", RobotDynamics(rig.robot)
+    link = rig.robot.link_index(name)
+    cell = int(np.flatnonzero(rig.skin_model.link == rig.skin_model.link_names.index(name))[6])
+
+    def place() -> np.ndarray:
+        dynamics.update(np.array(rig.joints.position), np.zeros(6))
+        return dynamics.base_from_link(link) @ rig.skin_model.link_from_cell[cell]
+
+    rig.run(0.1)
+    start, normal = place()[:3, 3], place()[:3, 2]
+    rig.controller.go(ForceGoal(force_n=8.0 * normal, link=name))
+    for _ in range(4_000):
+        pressed = max(20_000 * float((place()[:3, 3] - start) @ normal), 0.0)
+        rig.skin.normal_force[cell] = pressed / 3
+        state = rig.run(0.001)
+    assert state == SafetyState.running
+    assert rig.controller.behaviour.name == "press"
+    assert pressed == pytest.approx(8.0, abs=0.5)
+    for goal, message in (
+        (ForceGoal(force_n=(0, 0, 8)), "on or beyond ee_link feels .*wrist_2_link"),
+        (ForceGoal(force_n=(0, 8)), r"shape \(2,\).*3\) newton"),
+        (ForceGoal(force_n=(0, 0, np.nan)), r"force goal \[0.0, 0.0, nan\]"),
+        (ForceGoal(force_n=(0, 0, 99), link=name), "at most 50"),
+        (ForceGoal(force_n=(0, 0, 8), link="elbow"), "no link 'elbow'"),
+        (JointGoal("up"), "joint goal 'up'"),
+    ):
+        with pytest.raises((InputError, ControlError, ModelError), match=message):
+            rig.controller.go(goal)
+    assert rig.controller.behaviour.name == "press"
 
 
 def test_a_users_task_takes_part_in_a_behaviour(rig) -> None:

@@ -235,6 +235,8 @@ class ChosenGains:
     gains: GainSet
     name: str
     share: dict[str, float]
+    other_link: str = ""
+    """Moved instead of the one that the file names."""
 
     @property
     def joint(self) -> JointGains:
@@ -251,7 +253,7 @@ class ChosenGains:
     @property
     def link(self) -> str:
         """The link that Cartesian tasks move."""
-        return str(self.gains.values["cartesian"]["link"])
+        return self.other_link or str(self.gains.values["cartesian"]["link"])
 
     @property
     def speed_rad_s(self) -> float:
