@@ -1,11 +1,15 @@
 """What the pages point at is there, and what they show as code runs."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from robotskin.cli import main
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -35,3 +39,18 @@ def test_the_programs_of_a_page_run(page: str) -> None:
 def test_the_readmes_program_runs() -> None:
     done = run_program("README.md")
     assert 13.0 < float(done.split()[0]) < 17.0, "a push of 15 N is felt as such"
+
+
+def test_the_page_of_the_network_shows_what_simulate_prints() -> None:
+    """Word for word; the numbers are those of the firmware as it was when the page was written."""
+
+    def words(text: str) -> list[str]:
+        return [re.sub(r"[\d.]+", "0", line) for line in text.splitlines()]
+
+    page = (ROOT / "docs/network.md").read_text()
+    shown = re.search(r"```\n\$ robotskin simulate ([^\n]*)\n(.*?)```", page, re.DOTALL)
+    assert shown is not None
+    answer = CliRunner().invoke(main.app, ["simulate", *shlex.split(shown[1])])
+    assert answer.exit_code == 0, answer.output
+    missing = [line for line in words(shown[2]) if line != "0" and line not in words(answer.output)]
+    assert not missing

@@ -51,6 +51,15 @@ Owned rows_of(const Task& task) {
   return copy_of(task.rows(), {task.row_count(), task.joint_count()});
 }
 
+std::array<double, 6> six_of(const std::vector<double>& values, const char* what) {
+  std::array<double, 6> six{};
+  if (values.size() != six.size())
+    throw control::ControlError("Cartesian gains: " + std::string(what) + " has " + std::to_string(values.size()) +
+                                " values, there are 6 axes");
+  std::ranges::copy(values, six.begin());
+  return six;
+}
+
 void bind_task(nb::module_& module) {
   nb::class_<Task>(module, "Task",
                    "A task: a torque on the joints, and the motions (rows) that tasks of lower levels leave alone.")
@@ -122,8 +131,8 @@ void bind_model_tasks(nb::module_& module) {
   nb::class_<CartesianGains>(module, "CartesianGains", "Impedance along and about x, y, z of the base.")
       .def(
           "__init__",
-          [](CartesianGains* self, std::array<double, 6> stiffness, std::array<double, 6> damping) {
-            new (self) CartesianGains{stiffness, damping};
+          [](CartesianGains* self, const std::vector<double>& stiffness, const std::vector<double>& damping) {
+            new (self) CartesianGains{six_of(stiffness, "stiffness"), six_of(damping, "damping")};
           },
           "stiffness"_a, "damping"_a, "N/m and Nm/rad, N s/m and Nm s/rad; axes with neither are left free.")
       .def_rw("stiffness", &CartesianGains::stiffness)

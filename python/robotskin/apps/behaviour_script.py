@@ -57,10 +57,12 @@ def run(
     """Boot, set the goal, touch cells at random for `seconds`, let go, and measure.
 
     Figures: `largest_move_m` of the pushed cells, `peak_contact_n`, `joint_error_rad` or `hand_error_m` at the end
-    where the behaviour has a reference, `limit_violations`, `interventions`, `running` (1: it never stopped).
+    where the behaviour has a reference, of a spline its present point; `goal_error_rad` or `goal_error_m`: how far it
+    still is to a goal that was given; `limit_violations`, `interventions`, `running` (1: it never stopped).
     """
     progress("boot")
     figures: dict[str, float] = {"boot_s": session.boot()}
+    start = hand_pose(session)[:3, 3]
     if goal is not None:
         set_goal(session, goal)
     generator = np.random.default_rng([session.seed, 5])
@@ -87,6 +89,10 @@ def run(
             figures["joint_error_rad"] = float(np.abs(np.array(session.joints.position) - task.reference).max())
         if isinstance(task, CartesianTask):
             figures["hand_error_m"] = float(np.linalg.norm(task.error[:3]))
+    if goal is not None and "joint_error_rad" in figures:
+        figures["goal_error_rad"] = float(np.abs(np.array(session.joints.position) - goal).max())
+    elif goal is not None:
+        figures["goal_error_m"] = float(np.linalg.norm(hand_pose(session)[:3, 3] - start - goal))
     report = session.controller.report
     figures |= {
         "limit_violations": report.violations,

@@ -421,6 +421,8 @@ def test_what_does_not_fit_is_refused_by_name(robot, rng) -> None:
     skin = random_skin(robot, CELLS, rng)
     fine = SkinGains.uniform(CELLS, 1, 1, 0.5, 1.5, 0.1, 0.3)
     pose = CartesianGains([1.0] * 6, [1.0] * 6)
+    with pytest.raises(ControlError, match="stiffness has 5 values, there are 6 axes"):
+        CartesianGains([1.0] * 5, [1.0] * 6)
     with pytest.raises(ModelError, match="no_such_link"):
         CartesianTask(robot, "no_such_link", pose)
     with pytest.raises(ControlError, match="base"):

@@ -27,6 +27,16 @@ def test_a_behaviour_runs_headless(tmp_path: Path, seed: int) -> None:
     assert figures["limit_violations"] == 0
     assert figures["running"] == 1
     assert "joint_error_rad" in figures
+    assert figures["goal_error_rad"] < 0.05
+
+
+def test_a_goal_that_is_not_reached_is_told_as_far_away(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "run.json"
+    options = ("--behaviour", "reach_cartesian_goal_compliant", "--goal", "9,9,9", "--headless", "--seconds", 0)
+    answer = run("ur5", *options, "--seed", seed, "--json", file)
+    assert answer.exit_code == 0, answer.output
+    figures = json.loads(file.read_text())
+    assert figures["hand_error_m"] < 0.1 < 15 < figures["goal_error_m"]
 
 
 @pytest.mark.parametrize(
