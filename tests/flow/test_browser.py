@@ -21,6 +21,7 @@ from robotskin.layout.moving import root_from_cell
 from robotskin.layout.snapping import stand_off
 from robotskin.layout.surface import LinkSurface
 from robotskin.viewer.camera import Camera
+from robotskin.viewer.network_scene import LIFT_M
 from robotskin.viewer.placing import HANDLE_M
 from robotskin.viewer.scene import body_corners
 
@@ -136,6 +137,16 @@ def place_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, f
     return x, y, cell
 
 
+def wire_to_click(page: "sync_api.Page", posture: np.ndarray, cell: int) -> np.ndarray:
+    """(2,) where on the screen the middle of a cell's first wire is."""
+    robot, skin = robots.load("ur5"), layout.finished("ur5")
+    poses = robot.base_from_link(posture)
+    other = next(int(neighbour) for neighbour, _ in skin.neighbours[cell] if neighbour >= 0)
+    ends = (poses[robot.link_index(skin.links[skin.link[cell]])] @ skin.link_from_cell[[cell, other]])[:, :3]
+    middle = (ends[:, :, 3] + LIFT_M * ends[:, :, 2]).mean(axis=0)
+    return on_screen(page, opening_camera(robot, poses), middle[None])[0]
+
+
 def opening_camera(robot: robots.Robot, poses: np.ndarray) -> Camera:
     """The camera with which a page opens."""
     bounds = {robot.link_index(link): robot.link_mesh(link, "visual").bounds for link in robot.links_with("visual")}
@@ -222,6 +233,10 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     wait_for(lambda: sum(loads()) == cells - 1 and state.get_attribute("data-stranded") == "0", f"cell {cell} lives on")
     page.get_by_role("button", name="Mend everything").click()
     wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
+
+    page.mouse.click(*wire_to_click(page, robots.load("ur5").neutral, cell))
+    page.get_by_text("wire cut: whole after").wait_for()
+    assert sum(loads()) == cells
     page.close()
 
 
