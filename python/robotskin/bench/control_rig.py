@@ -35,6 +35,7 @@ class ControlRig:
         behaviour, interface: to begin with.
         seed: of the world.
         hands: that can touch the robot.
+        self_collision: the controller knows the robot's surfaces, so that behaviours by name keep its bodies apart.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class ControlRig:
         seed: int,
         *,
         hands: int = 1,
+        self_collision: bool = False,
     ) -> None:
         self.robot, self.layout = robots.load(name), finished(name)
         self.gains = GainSet.load(name)
@@ -52,7 +54,8 @@ class ControlRig:
             self.layout, self.robot, seed, posture=self.gains.home, powered=False, hands=[HandSpec()] * hands
         )
         self.model = self.layout.skin_model()
-        self.controller = Controller(self.robot.core, self.model, self.gains, behaviour)
+        body = self.robot if self_collision else None
+        self.controller = Controller(self.robot.core, self.model, self.gains, behaviour, body=body)
         self.controller.request_mode(CommandMode[interface])
         self.joints = JointState(self.robot.joint_count)
         self.command = JointCommand(CommandMode[interface], self.robot.joint_count)

@@ -44,10 +44,14 @@ class Behaviour:
         return replace(self, tasks=tasks)
 
     def protected(self) -> Behaviour:
-        """The same, with tasks of the highest level that keep joints from their limits and bodies from each other."""
-        below = 0 if self.fusion is Fusion.weighted_sum else 1
-        tasks = {name: level + below if level >= 0 else level for name, level in self.tasks.items()}
-        return replace(self, tasks={"joint_limits": 0, "self_collision": 0} | tasks)
+        """The same, below tasks that keep joints from their limits and bodies from each other.
+
+        Tasks beside each other (eq. 18) stay so, but leave the motions alone that those need (eq. 19, 20): beside a
+        stiff one that asks for a collision they would have too little weight.
+        """
+        tasks = {name: level + 1 if level >= 0 else level for name, level in self.tasks.items()}
+        fusion = Fusion.null_space if self.fusion is Fusion.weighted_sum else self.fusion
+        return replace(self, tasks={"joint_limits": 0, "self_collision": 0} | tasks, fusion=fusion)
 
 
 def _paper(name: str, tasks: tuple[str, ...], meaning: str) -> Behaviour:
