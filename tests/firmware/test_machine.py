@@ -42,24 +42,24 @@ def test_a_machine_is_a_cell_among_cells(compiler: str, keyed: bool, seed: int, 
         assert skin.run_until(skin.all_named, 400), skin.unit.names
         own = skin.machine_id()
 
-        def each_has_sampled() -> bool:
-            counts = Counter(sample["source"] for sample in skin.heard.samples)
-            return len(counts) == 4 and min(counts.values()) >= 8
+        def each_has_sampled(since: int) -> bool:
+            counts = Counter(sample["source"] for sample in skin.heard.samples[since:])
+            return len(counts) == 4 and min(counts.values()) >= 4
 
-        assert skin.run_until(each_has_sampled, 400), skin.heard
-        assert skin.wrong_samples() == []
-        assert [cell.parent_port for cell in skin.cells] == [1, 1, 1]  # on the machine
-        assert [cell.hops for cell in skin.cells] == [2, 2, 2]
+        def whole() -> bool:
+            """Whether the others hang on the machine."""
+            return all(cell.parent_port == 1 and cell.hops == 2 for cell in skin.cells)
+
+        assert skin.run_until(lambda: each_has_sampled(0), 400), skin.heard
+        assert skin.run_until(whole, 400)
         assert {cell.neighbours[0]["id"] for cell in skin.cells} == {own}
 
         machine.lines[1].send(b"\x55")  # what follows is no longer where frames began
         heard = len(skin.heard.samples)
-        assert skin.run_until(lambda: len(skin.heard.samples) >= heard + 16, 400)
-        assert {sample["source"] for sample in skin.heard.samples[heard:]} == set(skin.unit.names.values())
-        assert skin.cells[0].neighbours[0]["id"] == own
+        assert skin.run_until(lambda: each_has_sampled(heard) and whole(), 400), skin.heard
+        assert skin.wrong_samples() == []
 
-        skin.driver.command("ping")
-        assert skin.run_until(lambda: len(skin.replies) >= 4, 400), skin.replies
+        assert skin.answered(400) == set(skin.unit.names.values())
         newest = skin.driver.samples()
         by_key = dict(zip(newest["key"].tolist(), newest["proximity"].tolist(), strict=True))
         assert set(by_key) == set(skin.unit.names.values())

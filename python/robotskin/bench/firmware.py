@@ -46,7 +46,7 @@ def run(
         **clock.around("torque", lambda: torque_figures(seed, 1000 if quick else 10_000)),
         **clock.around("delay", lambda: delay_figures(seed, cell_us, sizes, picture)),
         **clock.around("compliance", lambda: compliance_figures(seed, 1 if quick else 5)),
-        **clock.around("machine", lambda: machine_figures(seed, 20 if quick else 100)),
+        **clock.around("machine", lambda: machine_figures(seed, 5 if quick else 50, 20 if quick else 60)),
         **clock.figures,
     }
 

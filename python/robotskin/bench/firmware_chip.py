@@ -11,7 +11,7 @@ from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality
 from robotskin.bench.progress import tell
-from robotskin.chip import build
+from robotskin.chip import ChipImage, build
 from robotskin.chip.meter import Count, Meter
 from robotskin.chip.rig import ChipRig, told_cell
 from robotskin.robots.chains import Chain
@@ -22,13 +22,21 @@ SAMPLE_MS = 1000 // SAMPLE_HZ
 POSTURE = (0.5, -1.1, 0.9, 0.3, -0.4, 1.2)
 
 
-def rig_of(seed: int, columns: int, rows: int, roots: list[tuple[int, int]], chip_cell: int, **options: Any) -> ChipRig:
-    """A rig whose cells sit on the last link of a six-joint arm."""
+def rig_of(
+    seed: int,
+    columns: int,
+    rows: int,
+    roots: list[tuple[int, int]],
+    chip_cell: int,
+    image: ChipImage | None = None,
+    **options: Any,
+) -> ChipRig:
+    """A rig whose cells sit on the last link of a six-joint arm, with clang's firmware unless told otherwise."""
     chain = Chain.to(robots.load("ur5"), "wrist_3_link")
     pose = np.eye(4)
     pose[:3, 3] = (0.03, 0.02, 0.06)
     told = told_cell(chain.of_cell(pose))
-    return ChipRig(build(), columns, rows, roots, chip_cell, told, chain.codes(POSTURE), seed, **options)
+    return ChipRig(image or build(), columns, rows, roots, chip_cell, told, chain.codes(POSTURE), seed, **options)
 
 
 def size_figures() -> dict[str, Any]:
@@ -37,21 +45,25 @@ def size_figures() -> dict[str, Any]:
     return {"flash_bytes": image.flash_bytes, "static_ram_bytes": image.static_bytes}
 
 
-def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
+def busiest_cell(seed: int, image: ChipImage | None = None) -> tuple[ChipRig, Meter]:
     """The busiest cell of a cable: 66 cells at 250 Hz, all of them in touch and computing torques of six joints.
 
     It is the one at the section unit, so every frame of the other 65 goes through it.
     """
     root = 5
-    rig = rig_of(seed, 11, 6, [(root, 4)], root)
+    rig = rig_of(seed, 11, 6, [(root, 4)], root, image)
     meter = Meter(rig.chip)
     rig.run_ms(300)
     rig.press(16)
     rig.run_ms(100)
-    meter.on = True
-    before = rig.twin.samples
+    return rig, meter
+
+
+def metered(rig: ChipRig, meter: Meter, samples: int) -> tuple[Count, Count]:
+    """All of so many sample periods, and the worst one."""
     worst = Count()
     total = Count()
+    meter.on = True
     for sample in range(samples):
         if sample % 10 == 0:
             tell(f"cycles of the busiest cell: sample {sample} of {samples}")
@@ -61,8 +73,16 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
         if period.cycles > worst.cycles:
             worst = period
     meter.on = False
-    taken = rig.twin.samples - before
     tell("")
+    return total, worst
+
+
+def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
+    """Cycles of the busiest cell, and of a leaf."""
+    rig, meter = busiest_cell(seed)
+    before = rig.twin.samples
+    total, worst = metered(rig, meter, samples)
+    taken = rig.twin.samples - before
     cells = int(rig.driver.torques()["cells"][0][0])
     return {
         "cells_through_the_chip": cells,

@@ -86,6 +86,12 @@ def build(
         return read_elf(linked.read_bytes())
 
 
+def compilers() -> list[str]:
+    """Those that are here, of the two that `build` takes."""
+    here = {"clang": find_spec("ziglang") is not None, "gcc": shutil.which(GCC_NAME) is not None}
+    return [name for name, is_here in here.items() if is_here]
+
+
 def _compiler(compiler: str) -> list[str]:
     """The beginning of a command."""
     if compiler == "clang":

@@ -16,7 +16,7 @@ from robotskin.chip.image import ChipImage, build
 
 BOARD = "mps2_an385_board.c"
 QEMU = "qemu-system-arm"
-SLOWER = 100
+SLOWER = 200
 """The cell's clock on such a machine is so much slower than ours: no program here keeps microseconds."""
 _FUSES = 0x20003000
 _PATIENCE_S = 30.0

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from random import Random
 
 from robotskin._core import firmware
@@ -181,6 +182,19 @@ class MachineSkin:
         """Whether the section unit has given an id to each of the four cells."""
         return len(self.unit.names) == 1 + len(self.cells)
 
+    def answered(self, longest_ms: float) -> set[int]:
+        """Ping all cells until each has answered, again after a while; those that have, by their keys."""
+        end_us = self.now_us + int(longest_ms * 1000)
+        self.replies.clear()
+
+        def heard() -> set[int]:
+            return {int(reply["key"]) for reply in self.replies}
+
+        while len(heard()) < len(self.unit.names) and self.now_us < end_us:
+            self.driver.command("ping")
+            self.run_until(lambda: len(heard()) >= len(self.unit.names), 40)
+        return heard()
+
     def machine_id(self, uid: int = UID) -> int:
         """The id of the cell with that serial number, as the section unit has given it; 0: none."""
         return int(self.unit.names.get(uid, 0))
@@ -200,3 +214,33 @@ class MachineSkin:
                 wrong.append(sample)
             last = count
         return wrong
+
+
+_LONGEST_MS = 100.0
+"""For what has to happen."""
+
+
+def run_machine(elf: Path, seed: int, milliseconds: float) -> dict[str, float]:
+    """Boot a program in such a skin with a key, and look at what it does in so long a time of its own.
+
+    Returns how long until all were named (ms), how many cells were, the machine's samples and how many of them were
+    wrong, samples that it passed on, all frames that came out of it, and cells that answered a ping.
+    """
+    key = key_of(seed)
+    with Machine(elf, UID, random=seed, key=key) as machine:
+        skin = MachineSkin(machine, key)
+        began_us = skin.now_us
+        skin.run_until(skin.all_named, _LONGEST_MS)
+        named_us = skin.now_us
+        skin.run_until(lambda: False, milliseconds)
+        answered = skin.answered(_LONGEST_MS)
+        own = skin.machine_id()
+        return {
+            "named_ms": (named_us - began_us) / 1000,
+            "cells_named": len(skin.unit.names),
+            "samples": sum(sample["source"] == own for sample in skin.heard.samples),
+            "samples_wrong": len(skin.wrong_samples()),
+            "samples_passed_on": sum(sample["source"] != own for sample in skin.heard.samples),
+            "frames": sum(skin.heard.frames.values()),
+            "cells_answering": len(answered),
+        }
