@@ -15,8 +15,10 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   if (route->hold) wait_us = sooner(wait_us, route->hold_us + rs_move_longest_us(route) - now_us);
   if (route->in_quarantine) wait_us = sooner(wait_us, route->quarantine_us - now_us);
   if (route->parent_port != RS_NO_PARENT) {
-    wait_us = sooner(wait_us, cell->queues.status_due ? rs_status_wait_us(cell, now_us)
-                                                      : route->reported_us + RS_STATUS_US - now_us);
+    /* What is asked for at least so often brings the checks of all else, and is itself never looked past. */
+    const uint32_t since_us = now_us - route->reported_us;
+    const uint32_t due_us = since_us < RS_STATUS_US ? RS_STATUS_US - since_us : 1U;
+    wait_us = sooner(wait_us, cell->queues.status_due ? rs_status_wait_us(cell, now_us) : due_us);
   }
   wait_us = sooner(wait_us, (cell->id == RS_ID_NONE ? cell->join_us : cell->topology_us) - now_us);
   for (unsigned port = 0; port < RS_PORTS; ++port) {
