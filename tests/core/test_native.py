@@ -57,6 +57,7 @@ def address() -> Path:
         "check_snapshot_table",
         "check_cycle",
         "check_active_set",
+        "check_event_queue",
     ]
     return build("address,undefined", *programs)
 
@@ -81,6 +82,10 @@ def test_no_torn_sample_is_ever_seen(address: Path, thread: Path, seed: int) -> 
 
 def test_the_cycle_allocates_nothing(address: Path, seed: int) -> None:
     check(address, "check_cycle", seed, 2000)
+
+
+def test_events_come_in_order_however_many_wait(address: Path, seed: int) -> None:
+    check(address, "check_event_queue", seed)
 
 
 def test_the_active_set_finds_the_best_of_random_programmes(address: Path, seed: int) -> None:
