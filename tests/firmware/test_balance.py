@@ -1,10 +1,13 @@
 """Laws of balance: ports share the cells evenly, moves that are planned lose nothing, and nothing swings for ever."""
 
+import numpy as np
 import pytest
 from small_world import SmallWorld
 
 from robotskin._core import firmware
+from robotskin._core.world import NetworkOptions, NetworkTrial, UnitDescription, Wiring
 from robotskin.bench.network_runs import settle
+from robotskin.bench.network_set import skins
 
 
 def sheet(columns: int, rows: int) -> list[tuple[tuple[int, int], tuple[int, int]]]:
@@ -101,6 +104,31 @@ def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
     world.run_ms(30)
     assert [world.cell(index).root for index in range(48)] == roots
     return told
+
+
+def test_where_all_of_a_tree_hangs_at_the_border_one_half_lets_go(seed: int) -> None:
+    """Both trunks of the fullest tree run along the border: let go together, neither's branches find another way.
+
+    Whose turn it is goes by the cells' ids, so not every draw of them comes to the end.
+    """
+    network = skins("ur5", 3, 8)
+    cells = np.flatnonzero(network.part == 3)
+    place = {int(cell): index for index, cell in enumerate(cells)}
+    neighbours = network.neighbours[cells].copy()
+    neighbours[:, :, 0] = [[place.get(int(cell), -1) for cell in row] for row in neighbours[:, :, 0]]
+    unit = UnitDescription(
+        section_unit=0,
+        unit=0,
+        ports=[(place[cable.cell], cable.cell_port) for cable in network.cables if cable.cell in place],
+    )
+    even = 0
+    for draw in range(5 * seed, 5 * seed + 5):
+        options = NetworkOptions()
+        options.seed = draw
+        trial = NetworkTrial(Wiring(neighbours, list(range(1, len(cells) + 1)), [unit]), options)
+        trial.run_until(1.2)
+        even += max(trial.report().port_loads[0]) <= 1.02 * len(cells) / 3 + 1
+    assert even >= 2
 
 
 def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
