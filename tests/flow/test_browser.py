@@ -237,6 +237,12 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     page.mouse.click(*wire_to_click(page, robots.load("ur5").neutral, cell))
     page.get_by_text("wire cut: whole after").wait_for()
     assert sum(loads()) == cells
+    port = 1 + int(np.flatnonzero(layout.finished("ur5").neighbours[cell, :, 0] >= 0)[0])
+    row = page.locator(f'[data-ports-of="{cell}"] [data-port="{port}"]')
+    wait_for(lambda: row.get_attribute("data-link") == "down", "the chosen cell's card does not tell the cut wire")
+    assert page.locator(f'[data-ports-of="{cell}"] [data-role="parent"]').count() == 1
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "ports.png"))
     page.close()
 
 

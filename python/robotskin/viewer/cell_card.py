@@ -7,13 +7,17 @@ import numpy as np
 from robotskin.layout import Layout
 from robotskin.viewer.colours import HEALTH_COLOURS
 from robotskin.viewer.legend import PADDING, css
+from robotskin.viewer.network_view import NetworkReading
+from robotskin.viewer.port_table import port_table
 from robotskin.viewer.session_view import Health, Integers, SkinReading
 
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
 
 
-def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinReading) -> str:
-    """The identity, health and nine channels of a cell; an invitation to click where `cell` is None."""
+def cell_card(
+    cell: int | None, layout: Layout, cable: Integers, reading: SkinReading, network: NetworkReading | None = None
+) -> str:
+    """The identity, health, nine channels and, where they are seen, ports of a cell; an invitation where it is None."""
     if cell is None:
         return NOTHING_CHOSEN
     health = list(Health)[int(reading.health[cell])]
@@ -35,7 +39,8 @@ def cell_card(cell: int | None, layout: Layout, cable: Integers, reading: SkinRe
         f'<span data-health="{health}" style="color:{css(HEALTH_COLOURS[health])}">{health}</span></div>'
     )
     values = f'<div style="{faded}">{table_rows(rows)}</div>'
-    return f'<div style="{PADDING};font-size:12px">{head}{place_rows(cell, layout, cable)}{values}</div>'
+    ports = "" if network is None else port_table(cell, layout, network)
+    return f'<div style="{PADDING};font-size:12px">{head}{place_rows(cell, layout, cable)}{values}{ports}</div>'
 
 
 def place_rows(cell: int, layout: Layout, cable: Integers) -> str:

@@ -11,7 +11,8 @@ from robotskin.viewer.legend import PADDING, legend
 from robotskin.viewer.network import wired_tree
 from robotskin.viewer.network_panel import LEGEND, NetworkPanel
 from robotskin.viewer.network_scene import NetworkScene, cell_colours
-from robotskin.viewer.network_view import NetworkView
+from robotskin.viewer.network_view import NetworkReading, NetworkView
+from robotskin.viewer.port_table import port_table
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import Floats
@@ -33,6 +34,7 @@ class Exhibit(ServedPage):
         self.robot = robot
         self.layout = layout
         self.posture = robot.neutral.copy()
+        self.chosen: int | None = None
         super().__init__(f"{robot.name}, {len(layout)} cells", port)
         self._cable, parent = wired_tree(layout)
         self.scene = Scene(self.server, robot, layout, self.posture)
@@ -86,13 +88,18 @@ class Exhibit(ServedPage):
             self.wires.update(reading)
             if readout:
                 self.panel.update(reading)
+                self._show_card(reading)
 
     def _run(self) -> None:
         frame = 0
         while self.network is not None and not self._closing.wait(1 / FRAMES_PER_S):
-            if self.server.get_clients() and self.modality.value == NETWORK:
+            if not self.server.get_clients():
+                continue
+            if self.modality.value == NETWORK:
                 self.draw_network(readout=frame % FRAMES_PER_READOUT == 0)
-                frame += 1
+            elif frame % FRAMES_PER_READOUT == 0:
+                self._show_card(self.network.reading())
+            frame += 1
 
     def bend(self, posture: Floats) -> None:
         """Take a posture (n,), rad or m."""
@@ -106,9 +113,20 @@ class Exhibit(ServedPage):
             self.command(lambda: network.toggle_cell(cell))
 
     def _show_cell(self, cell: int) -> None:
+        self.chosen = cell
         self.scene.mark(cell, None)
-        rows = place_rows(cell, self.layout, self._cable)
-        self.card.content = f'<div style="{PADDING};font-size:12px"><b>Cell {cell}</b>{rows}</div>'
+        self._show_card(None if self.network is None else self.network.reading())
+
+    def _show_card(self, reading: NetworkReading | None) -> None:
+        cell = self.chosen
+        if cell is None:
+            return
+        cable = self._cable if reading is None else reading.cable
+        ports = "" if reading is None else port_table(cell, self.layout, reading)
+        rows = place_rows(cell, self.layout, cable) + ports
+        content = f'<div style="{PADDING};font-size:12px"><b data-cell="{cell}">Cell {cell}</b>{rows}</div>'
+        if self.card.content != content:
+            self.card.content = content
 
     def _bend_joint(self, joint: int, value: float) -> None:
         posture = self.posture.copy()

@@ -8,11 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import trimesh
 import viser
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout import Layout
 from robotskin.viewer.colours import NO_FRESH_VALUE, Colours, category_colours
-from robotskin.viewer.network_view import NetworkReading
+from robotskin.viewer.network_view import Flags, NetworkReading
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.session_view import Floats, Integers
 
@@ -36,18 +37,23 @@ class NetworkScene:
 
     def __init__(self, scene: Scene, layout: Layout) -> None:
         self.layout = layout
+        self._scene = scene
         self.on_wire_click: Callable[[int, int], None] = lambda cell, port: None
-        edges = layout.edges() + np.array([0, 1, 0, 1])
-        self.wires = edges[scene.cell_link[edges[:, 0]] == scene.cell_link[edges[:, 2]]]
-        """(W, 4) cell, port, cell, port of each wire that is drawn: those within one link; ports from 1."""
+        self.wires = layout.edges() + np.array([0, 1, 0, 1])
+        """(W, 4) cell, port, cell, port of each wire; ports from 1."""
+        self.bridges = np.flatnonzero(scene.cell_link[self.wires[:, 0]] != scene.cell_link[self.wires[:, 2]])
+        """(B,) which of `wires` go from one link to another, and so change as the robot moves."""
         self.colours: Colours = np.zeros((len(self.wires), 3), dtype=np.uint8)
-        self._bars: list[tuple[Integers, Floats, viser.BatchedMeshHandle]] = []
+        self._bars: list[tuple[Integers, viser.BatchedMeshHandle]] = []
+        self._sizes = np.zeros((len(self.wires), 3))
+        self._bridge_bars: viser.BatchedMeshHandle | None = None
         self._plugs: list[tuple[Integers, viser.BatchedMeshHandle]] = []
         self._cut = np.zeros(len(self.wires), dtype=bool)
         self._plug_colours = np.zeros((len(layout.section_unit_ports), 3), dtype=np.uint8)
         self._shown = True
         self._draw_bars(scene)
         self._draw_plugs(scene)
+        scene.on_move = self.follow
 
     def show(self, shown: bool) -> None:
         """Show the wires, or hide them."""
@@ -59,9 +65,9 @@ class NetworkScene:
     def update(self, reading: NetworkReading) -> None:
         """Colour every wire by what runs over it; only what changed is sent."""
         cut, colours = wire_colours(self.wires, reading)
-        for wires, scales, handle in self._bars:
+        for wires, handle in self._bars:
             if not np.array_equal(cut[wires], self._cut[wires]):
-                handle.batched_scales = scales * np.where(cut[wires, None], [CUT_SHARE, 1.0, 1.0], 1.0)
+                handle.batched_scales = self._drawn_sizes(wires, cut)
             if not np.array_equal(colours[wires], self.colours[wires]):
                 handle.batched_colors = colours[wires]
         self._cut, self.colours = cut, colours
@@ -74,23 +80,44 @@ class NetworkScene:
                 handle.batched_colors = plug_colours[cables]
         self._plug_colours = plug_colours
 
+    def follow(self) -> None:
+        """Lay the bars between links anew: the robot has moved."""
+        if self._bridge_bars is not None:
+            wxyz, position, self._sizes[self.bridges] = bars(self._scene.cell_poses(), self.wires[self.bridges])
+            self._bridge_bars.batched_wxyzs = wxyz.astype(np.float32)
+            self._bridge_bars.batched_positions = position.astype(np.float32)
+            self._bridge_bars.batched_scales = self._drawn_sizes(self.bridges, self._cut)
+
+    def _drawn_sizes(self, wires: Integers, cut: Flags) -> NDArray[np.float32]:
+        shares = np.where(cut[wires, None], [CUT_SHARE, 1.0, 1.0], 1.0)
+        return (self._sizes[wires] * shares).astype(np.float32)
+
     def _draw_bars(self, scene: Scene) -> None:
-        for index in sorted(set(scene.cell_link[self.wires[:, 0]])):
-            wires = np.flatnonzero(scene.cell_link[self.wires[:, 0]] == index)
-            wxyz, position, scales = bars(self.layout.link_from_cell, self.wires[wires])
-            handle = scene.server.scene.add_batched_meshes_simple(
-                f"/robot/{scene.robot.link_names[index]}/wires",
-                *_unit_box(),
-                batched_wxyzs=wxyz,
-                batched_positions=position,
-                batched_scales=scales,
-                batched_colors=self.colours[wires],
-                lod="off",
-                flat_shading=True,
-                cast_shadow=False,
+        on = scene.cell_link[self.wires[:, 0]].copy()
+        on[self.bridges] = -1
+        for index in sorted(set(on) - {-1}):
+            self._draw_batch(
+                f"/robot/{scene.robot.link_names[index]}/wires", np.flatnonzero(on == index), self.layout.link_from_cell
             )
-            self._bars.append((wires, scales, handle))
-            self._listen(handle, self.wires[wires, :2])
+        if len(self.bridges):
+            self._bridge_bars = self._draw_batch("/bridges", self.bridges, scene.cell_poses())
+
+    def _draw_batch(self, name: str, wires: Integers, frame_from_cell: Floats) -> viser.BatchedMeshHandle:
+        wxyz, position, self._sizes[wires] = bars(frame_from_cell, self.wires[wires])
+        handle = self._scene.server.scene.add_batched_meshes_simple(
+            name,
+            *_unit_box(),
+            batched_wxyzs=wxyz,
+            batched_positions=position,
+            batched_scales=self._sizes[wires],
+            batched_colors=self.colours[wires],
+            lod="off",
+            flat_shading=True,
+            cast_shadow=False,
+        )
+        self._bars.append((wires, handle))
+        self._listen(handle, self.wires[wires, :2])
+        return handle
 
     def _draw_plugs(self, scene: Scene) -> None:
         ports = self.layout.section_unit_ports

@@ -131,7 +131,9 @@ class Page(ServedPage):
             self._follow_network(snapshot)
             self._remember(snapshot)
             if self._drawn % FRAMES_PER_READOUT == 0:
-                self.readouts.update(snapshot, self.chosen, self._cable, silent_s)
+                network = self.session.network
+                reading = None if network is None or self.chosen is None else network.reading()
+                self.readouts.update(snapshot, self.chosen, self._cable, silent_s, reading)
                 self.controls.update(snapshot, now_s)
             if self._drawn % FRAMES_PER_PLOT == 0:
                 self.readouts.update_plots()

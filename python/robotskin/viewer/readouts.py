@@ -10,6 +10,7 @@ from viser import uplot
 from robotskin.layout import Layout
 from robotskin.viewer.cell_card import cell_card, table_rows
 from robotskin.viewer.legend import PADDING
+from robotskin.viewer.network_view import NetworkReading
 from robotskin.viewer.session_view import Health, Integers, RobotView, Snapshot
 
 HISTORY_S = 12.0
@@ -65,10 +66,17 @@ class Readouts:
         panel.dock_left()
         panel.set_width(300)
 
-    def update(self, snapshot: Snapshot, cell: int | None, cable: Integers, silent_s: float) -> None:
-        """Show a moment that is `silent_s` seconds old, and the numbers of the chosen cell."""
+    def update(
+        self,
+        snapshot: Snapshot,
+        cell: int | None,
+        cable: Integers,
+        silent_s: float,
+        network: NetworkReading | None = None,
+    ) -> None:
+        """Show a moment that is `silent_s` seconds old, and the chosen cell; what is at its ports is `network`'s."""
         _assign(self._state, state_tiles(snapshot, silent_s))
-        _assign(self._cell, cell_card(cell, self.layout, cable, snapshot.skin))
+        _assign(self._cell, cell_card(cell, self.layout, cable, snapshot.skin, network))
         _assign(self._joints, joint_rows(list(self.robot.joint_names), snapshot))
 
     def update_plots(self) -> None:

@@ -41,6 +41,7 @@ class Scene:
         self.on_cell_click: Callable[[int], None] = lambda cell: None
         self.on_cell_drag: Callable[[int, str, float], None] = lambda cell, phase, length_m: None
         self.on_hand_drag: Callable[[float, bool], None] = lambda distance_m, done: None
+        self.on_move: Callable[[], None] = lambda: None
 
         self.links: dict[int, viser.FrameHandle] = {}
         self._bounds: dict[int, Floats] = {}
@@ -179,10 +180,14 @@ class Scene:
         """Put every link where the joint positions (n,) in rad or m put it."""
         poses = np.asarray(self.robot.base_from_link(joint_position), dtype=float)
         wxyz, position = wxyz_position(poses)
+        moved = False
         for index, frame in self.links.items():
             if not np.allclose(poses[index], self._poses[index], atol=1e-5, rtol=0.0):
                 frame.wxyz, frame.position = wxyz[index], position[index]
                 self._poses[index] = poses[index]
+                moved = True
+        if moved:
+            self.on_move()
 
     def lay(self, layout: Layout) -> None:
         """Put every cell where another layout of the same cells has it."""
@@ -277,6 +282,10 @@ class Scene:
             self.arrow.scale = (1.0, 1.0, 0.35 + 0.05 * touch.force_n)
         if touch is not None and approaching and not self._hand_moved_here:
             self.handle.position = (0.0, 0.0, touch.distance_m + HANDLE_LIFT_M)
+
+    def cell_poses(self) -> Floats:
+        """(N, 4, 4) how all cells are now, in the base frame."""
+        return base_from_cell(self._poses, self.cell_link, self.layout.link_from_cell)
 
     def cell_position(self, cell: int) -> Floats:
         """(3,) where the face of a cell is now, in the base frame, metres."""

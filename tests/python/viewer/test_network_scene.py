@@ -1,15 +1,29 @@
 """Laws of the drawn network: a wire has the colour of what runs over it, and lies between the cells it joins."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from stand_in import stand_in_layout
+from stand_in import StandInRobot, stand_in_layout
 
+from robotskin.layout import Layout
 from robotskin.viewer.colours import category_colours
 from robotskin.viewer.network import fair_shares, follow_ports
 from robotskin.viewer.network_panel import state
-from robotskin.viewer.network_scene import CUT_COLOUR, DEAD_COLOUR, MOVED_COLOUR, bars, cell_colours, wire_colours
+from robotskin.viewer.network_scene import (
+    CUT_COLOUR,
+    CUT_SHARE,
+    DEAD_COLOUR,
+    MOVED_COLOUR,
+    NetworkScene,
+    bars,
+    cell_colours,
+    wire_colours,
+)
 from robotskin.viewer.network_view import NO_PATH, NetworkReading
+from robotskin.viewer.scene import Scene
+from robotskin.viewer.server import close_server, open_server
 
 
 def reading(**changes: object) -> NetworkReading:
@@ -107,3 +121,38 @@ def test_the_panel_tells_loads_and_who_has_no_path() -> None:
     assert 'data-stranded="4"' in text
     assert f'data-loads="{len(layout) // 2} {len(layout) // 2}"' in text
     assert "4 cells seek" in text
+
+
+def bridged_layout() -> Layout:
+    """The stand-in's skin with one wire from the last cell of its upper link to the first of its lower one."""
+    layout = stand_in_layout()
+    half = len(layout) // 2
+    neighbours = layout.neighbours.copy()
+    neighbours[half - 1, 3], neighbours[half, 0] = (half, 1), (half - 1, 4)
+    return replace(layout, neighbours=neighbours)
+
+
+def test_a_wire_between_links_is_drawn_and_clicked_and_follows_the_robot() -> None:
+    robot, layout = StandInRobot(), bridged_layout()
+    half = len(layout) // 2
+    server = open_server("wires", 18190)
+    try:
+        scene = Scene(server, robot, layout, np.zeros(2))
+        drawn = NetworkScene(scene, layout)
+        (bridge,) = drawn.bridges
+        assert [*drawn.wires[bridge]] == [half - 1, 4, half, 1]
+        bar = server.scene.get_handle_by_name("/bridges")
+        for posture in ([0.0, 0.0], [0.4, 0.9]):
+            scene.move(np.array(posture))
+            ends = np.array([scene.cell_position(half - 1), scene.cell_position(half)])
+            assert bar.batched_positions[0] == pytest.approx(ends.mean(axis=0), abs=0.003)
+        length = bar.batched_scales[0, 0]
+        cut = np.zeros((len(layout), 4), dtype=bool)
+        cut[half - 1, 3] = cut[half, 0] = True
+        drawn.update(reading(cut=cut))
+        assert bar.batched_scales[0, 0] == pytest.approx(CUT_SHARE * length)
+        assert tuple(bar.batched_colors[0]) == CUT_COLOUR
+        scene.move(np.zeros(2))
+        assert bar.batched_scales[0, 0] < length, "a cut wire is whole again once the robot moves"
+    finally:
+        close_server(server)

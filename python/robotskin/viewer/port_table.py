@@ -1,0 +1,89 @@
+"""The four ports of one cell of a living network, as HTML: who is there, whether it works, what was damaged."""
+
+from dataclasses import dataclass
+
+from robotskin.layout import Layout
+from robotskin.viewer.network_view import NetworkReading
+
+PARENT, CHILD, RESERVE = "parent", "child", "reserve"
+
+
+@dataclass(frozen=True)
+class PortState:
+    """What is so at one port of a cell."""
+
+    port: int
+    """1 to 4."""
+    neighbour: str
+    """Cell and its port, or the cable; empty at a free port."""
+    trouble: str = ""
+    """Why nothing comes through; empty where the wire works, and at a free port."""
+    role: str = ""
+    """Of the neighbour, while the wire works: `PARENT`, `CHILD` or `RESERVE`."""
+    damaged: int | None = None
+    """Frames that arrived damaged here since the cell started; None at a free port."""
+    damaged_there: int | None = None
+    """The same at the other end; None where that is no cell."""
+
+
+def port_states(cell: int, layout: Layout, reading: NetworkReading) -> list[PortState]:
+    """The ports 1 to 4 of a cell at one moment of its network."""
+    cable_at = {(place.cell, place.cell_port): index for index, place in enumerate(layout.section_unit_ports)}
+    states = []
+    for port in range(1, layout.neighbours.shape[1] + 1):
+        other, other_port = (int(part) for part in layout.neighbours[cell, port - 1])
+        cable = cable_at.get((cell, port))
+        if other < 0 and cable is None:
+            states.append(PortState(port, ""))
+            continue
+        trouble = ""
+        if reading.cut[cell, port - 1] or (other >= 0 and reading.cut[other, other_port - 1]):
+            trouble = "cut"
+        elif not reading.alive[cell]:
+            trouble = "cell dead"
+        elif other >= 0 and not reading.alive[other]:
+            trouble = "neighbour dead"
+        role = ""
+        if not trouble:
+            child = other >= 0 and reading.parent_port[other] == other_port
+            role = PARENT if reading.parent_port[cell] == port else CHILD if child else RESERVE
+        states.append(
+            PortState(
+                port,
+                f"cable {cable}" if other < 0 else f"cell {other}, port {other_port}",
+                trouble,
+                role,
+                int(reading.damaged[cell, port - 1]),
+                int(reading.damaged[other, other_port - 1]) if other >= 0 else None,
+            )
+        )
+    return states
+
+
+def port_table(cell: int, layout: Layout, reading: NetworkReading) -> str:
+    """`port_states` as HTML; a row's attributes `data-port`, `data-link`, `data-role` and `data-damaged` hold it."""
+    rows = "".join(_row(state) for state in port_states(cell, layout, reading))
+    heads = "".join(
+        f'<td style="opacity:.65;text-align:{"right" if name.startswith("damaged") else "left"}">{name}</td>'
+        for name in ("port", "neighbour", "wire", "damaged here", "there")
+    )
+    hint = "Frames with a wrong checksum, as each end has received them."
+    return (
+        '<table style="width:100%;margin-top:6px;line-height:1.5;font-variant-numeric:tabular-nums" '
+        f'data-ports-of="{cell}" title="{hint}"><tr>{heads}</tr>{rows}</table>'
+    )
+
+
+def _row(state: PortState) -> str:
+    if not state.neighbour:
+        return f'<tr style="opacity:.5" data-port="{state.port}"><td>{state.port}</td><td colspan="4">free</td></tr>'
+    link = "down" if state.trouble else "up"
+    colour = "#ff6b5e" if state.trouble else "#34c38f"
+    told = f"{link}, {state.trouble or state.role}"
+    there = "–" if state.damaged_there is None else f"{state.damaged_there:,}"
+    return (
+        f'<tr data-port="{state.port}" data-link="{link}" data-role="{state.role}" data-damaged="{state.damaged}">'
+        f"<td>{state.port}</td><td>{state.neighbour}</td>"
+        f'<td style="color:{colour}">{told}</td>'
+        f'<td style="text-align:right">{state.damaged:,}</td><td style="text-align:right">{there}</td></tr>'
+    )
