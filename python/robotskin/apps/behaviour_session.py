@@ -136,3 +136,8 @@ class BehaviourSession(Session):
         self.controller.use(name)
         if not self.controller.takes_own_torque:
             self.set_source("host")
+
+    @property
+    def source_refused(self) -> str:
+        """Why `set_source` refuses "skin" at present; empty where it does not."""
+        return super().source_refused or self.controller.own_torque_refused

@@ -244,6 +244,7 @@ class LiveSession:
             mode=session.mode,
             skin_on=session.skin_on,
             source=session.source,
+            source_refused=session.source_refused,
             torques=self._torques(),
             controller_state=report.state.name,
             stop_reason=report.text if stopped else "",

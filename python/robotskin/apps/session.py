@@ -247,9 +247,14 @@ class Session:
         if source not in SOURCES:
             raise UnknownNameError("source", source, SOURCES)
         if source == "skin" and self.torques is None:
-            raise SessionError("the cells have not been told how to compute torques: give own_torques")
+            raise SessionError(f"{self.source_refused}: give own_torques")
         self.cycle.request_skin_source(SkinSource[source])
         self.source = source
+
+    @property
+    def source_refused(self) -> str:
+        """Why `set_source` refuses "skin" at present; empty where it does not."""
+        return "" if self.torques is not None else "the cells have not been told how to compute torques"
 
     def set_skin(self, on: bool) -> None:
         """Let touch move the robot, or not."""

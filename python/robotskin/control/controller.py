@@ -170,18 +170,22 @@ class Controller:
 
     def request_skin_source(self, source: SkinSource) -> None:
         """Whose torque the skin task contributes. Raises InputError for the skin's where the behaviour has none."""
-        if source is not SkinSource.host and not self.takes_own_torque:
-            fits = ", ".join(name for name, one in self.behaviours.items() if "skin" in one.tasks) or "none by a map"
-            raise InputError(
-                f"skin source {source.name}: {self.behaviour.name} sums the cells' forces on the host; the skin's own "
-                f"torque is taken by {fits}"
-            )
+        if source is not SkinSource.host and self.own_torque_refused:
+            raise InputError(f"skin source {source.name}: {self.own_torque_refused}")
         self.cycle.request_skin_source(source)
 
     @property
     def takes_own_torque(self) -> bool:
         """Whether the behaviour has a task that can take the skin's own torque."""
         return any(isinstance(task, SkinReactionTask) for task in self.tasks.values())
+
+    @property
+    def own_torque_refused(self) -> str:
+        """Why the behaviour cannot take the skin's own torque; empty where it can."""
+        if self.takes_own_torque:
+            return ""
+        fits = ", ".join(name for name, one in self.behaviours.items() if "skin" in one.tasks) or "none by a map"
+        return f"{self.behaviour.name} sums the cells' forces on the host; the skin's own torque is taken by {fits}"
 
     def request_patch_mask(self, patch: int, masked: bool) -> bool:
         """Let a patch contribute nothing; False if there is no such patch."""

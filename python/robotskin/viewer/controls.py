@@ -54,9 +54,8 @@ class Controls:
             self._meaning = gui.add_markdown("", visible=bool(names))
             self.interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
             self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
-            self._source = gui.add_dropdown(
-                "Torque from", SOURCES, initial_value=snapshot.source, visible=snapshot.torques is not None
-            )
+            self._source = gui.add_dropdown("Torque from", SOURCES, initial_value=snapshot.source)
+            self._source_refused = gui.add_markdown("", visible=False)
             self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
             reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
         with gui.add_folder("Colour"):
@@ -113,9 +112,20 @@ class Controls:
         """Show what the session does now, whoever asked for it; `now_s` is the wall clock's, of any origin."""
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
+        self._offer_source(snapshot)
         meaning = _small(f"The robot {self.session.behaviours.get(snapshot.behaviour, 'does as it was told')}.")
         if self._meaning.content != meaning:
             self._meaning.content = meaning
+
+    def _offer_source(self, snapshot: Snapshot) -> None:
+        """Let the torque's source be chosen where there is a choice, and say why where there is none."""
+        refused = snapshot.source_refused
+        if self._source.disabled != bool(refused):
+            self._source.disabled = bool(refused)
+        if refused and self._source_refused.content != (told := _small(f"Only the host's: {in_words(refused)}.")):
+            self._source_refused.content = told
+        if self._source_refused.visible != bool(refused):
+            self._source_refused.visible = bool(refused)
 
     def use(self, tool: str) -> None:
         """Choose what a click does."""

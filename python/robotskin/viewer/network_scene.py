@@ -146,7 +146,7 @@ class NetworkScene:
                 self.on_wire_click(int(cell), int(port))
 
 
-def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Integers, Colours]:
+def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Flags, Colours]:
     """Which wires (W, 4) are cut (W,), and the colour of each (W, 3).
 
     A wire on somebody's path has the colour of its cable, lighter than the cells, and white while the path is new;

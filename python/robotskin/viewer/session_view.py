@@ -125,6 +125,8 @@ class Snapshot:
     """Why it stopped; empty while it runs."""
     source: str = "host"
     """Who computes the torque of the skin task: one of `SOURCES`."""
+    source_refused: str = ""
+    """Why only the host can at present; empty where there is a choice."""
     torques: Torques | None = None
     """What both sources say; None where the cells compute no torques."""
     touch: Touch | None = None

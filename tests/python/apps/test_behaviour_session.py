@@ -85,7 +85,9 @@ def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> No
             gave_way[source] = session.cell_position(cell) - before
             task = session.controller.tasks["skin"]
             assert task.source_share == (1.0 if source == "skin" else 0.0)
+            assert session.source_refused == ""
             session.set_behaviour("kinesthetic_cartesian")
+            assert "kinesthetic_cartesian sums the cells' forces on the host" in session.source_refused
             assert session.source == "host", "no task of this behaviour can take the skin's own torque"
             with pytest.raises(InputError, match=", ".join(WITH_SKIN_TASK)):
                 session.set_source("skin")

@@ -242,3 +242,11 @@ def test_the_page_follows_the_network_that_the_cells_grow(page: Page) -> None:
     # The cable of the second half is reached by its first cell alone now.
     assert np.array_equal(changed[count // 2], wired[count // 2])
     assert np.all(changed[count // 2 + 1 :] == NO_FRESH_VALUE)
+
+
+def test_the_page_says_why_there_is_no_choice_of_the_torques_source(page: Page) -> None:
+    controls = page.controls
+    for refused in ("kinesthetic_joint sums the cells' forces on the host", ""):
+        controls.update(replace(page.session.snapshot(), source_refused=refused), 0.0)
+        assert controls._source.disabled == controls._source_refused.visible == bool(refused)
+    assert "kinesthetic joint sums" in controls._source_refused.content
