@@ -217,6 +217,41 @@ def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_a
 
 
 @pytest.mark.timeout(600)
+def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
+    browser: "sync_api.Browser", behaving: str
+) -> None:
+    page = opened(browser, behaving)
+    page.get_by_text("Joints", exact=True).click()
+    used = page.locator("[data-torque-source]").first
+    assert used.get_attribute("data-torque-source") == "host"
+    page.get_by_label("Until released").check()
+    x, y, _ = place_to_click(page, joint_positions(page))
+    page.mouse.click(x, y)
+    wait_for(lambda: np.abs(torques(page)[0]).max() > 0.1, "the host computes no torque of the push")
+    # Both columns are of one moment, and the cells' sum may be an epoch older than the host's.
+    wait_for(
+        lambda: np.abs(np.subtract(*torques(page))).max() < 0.05 * np.abs(torques(page)[0]).max() + 0.1,
+        f"the sources do not come to say the same: {torques(page)}",
+    )
+    source = page.get_by_role("combobox", name="Torque from")
+    source.click()
+    page.get_by_role("option", name="skin", exact=True).click()
+    wait_for(lambda: used.get_attribute("data-torque-source") == "skin", "the skin's own torque is not taken")
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "sources.png"))
+
+    page.get_by_role("combobox", name="Behaviour").click()
+    page.get_by_role("option", name="kinesthetic cartesian", exact=True).click()
+    page.get_by_text("Only the host's: kinesthetic cartesian sums").wait_for()
+    wait_for(source.is_disabled, "the source can be chosen although there is no choice")
+    assert used.get_attribute("data-torque-source") == "host"
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        source.scroll_into_view_if_needed()
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "refused.png"))
+    page.close()
+
+
+@pytest.mark.timeout(600)
 def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.Browser", view: str) -> None:
     page = opened(browser, view)
     state = page.locator("[data-loads]").first
@@ -242,8 +277,15 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     wait_for(lambda: row.get_attribute("data-link") == "down", "the chosen cell's card does not tell the cut wire")
     assert page.locator(f'[data-ports-of="{cell}"] [data-role="parent"]').count() == 1
     if "ROBOTSKIN_PICTURES" in os.environ:
+        row.scroll_into_view_if_needed()
         page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "ports.png"))
     page.close()
+
+
+def torques(page: "sync_api.Page") -> np.ndarray:
+    """(2, n) Nm of touch at the joints, the host's and the skin's, as the page says."""
+    cells = page.locator("[data-torque-source] + table tr td:not(:first-child)").all_inner_texts()
+    return np.array([float(cell) for cell in cells[2:]]).reshape(-1, 2).T
 
 
 def place_of(page: "sync_api.Page") -> np.ndarray:
