@@ -41,16 +41,20 @@ def test_the_readmes_program_runs() -> None:
     assert 13.0 < float(done.split()[0]) < 17.0, "a push of 15 N is felt as such"
 
 
-def test_the_page_of_the_network_shows_what_simulate_prints() -> None:
+@pytest.mark.parametrize("command", ["simulate", "check"])
+def test_the_page_of_the_network_shows_what_commands_print(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Word for word; the numbers are those of the firmware as it was when the page was written."""
 
     def words(text: str) -> list[str]:
         return [re.sub(r"[\d.]+", "0", line) for line in text.splitlines()]
 
     page = (ROOT / "docs/network.md").read_text()
-    shown = re.search(r"```\n\$ robotskin simulate ([^\n]*)\n(.*?)```", page, re.DOTALL)
+    shown = re.search(rf"```\n\$ robotskin ({command} [^\n]*)\n(.*?)```", page, re.DOTALL)
     assert shown is not None
-    answer = CliRunner().invoke(main.app, ["simulate", *shlex.split(shown[1])])
+    monkeypatch.chdir(tmp_path)
+    answer = CliRunner().invoke(main.app, shlex.split(shown[1]))
     assert answer.exit_code == 0, answer.output
     missing = [line for line in words(shown[2]) if line != "0" and line not in words(answer.output)]
     assert not missing

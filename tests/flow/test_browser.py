@@ -21,7 +21,7 @@ from robotskin.layout.moving import root_from_cell
 from robotskin.layout.snapping import stand_off
 from robotskin.layout.surface import LinkSurface
 from robotskin.viewer.camera import Camera
-from robotskin.viewer.network_scene import LIFT_M
+from robotskin.viewer.network_scene import LIFT_M, PLUG_M
 from robotskin.viewer.placing import HANDLE_M
 from robotskin.viewer.scene import body_corners
 
@@ -145,6 +145,22 @@ def wire_to_click(page: "sync_api.Page", posture: np.ndarray, cell: int) -> np.n
     ends = (poses[robot.link_index(skin.links[skin.link[cell]])] @ skin.link_from_cell[[cell, other]])[:, :3]
     middle = (ends[:, :, 3] + LIFT_M * ends[:, :, 2]).mean(axis=0)
     return on_screen(page, opening_camera(robot, poses), middle[None])[0]
+
+
+def plug_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[np.ndarray, int]:
+    """Where on the screen the plug is that faces the camera best, and which cable it ends."""
+    robot, skin = robots.load("ur5"), layout.finished("ur5")
+    poses = robot.base_from_link(posture)
+    camera = opening_camera(robot, poses)
+    cells = np.array([place.cell for place in skin.section_unit_ports])
+    base_from_cell = (
+        poses[[robot.link_index(skin.links[link]) for link in skin.link[cells]]] @ skin.link_from_cell[cells]
+    )
+    towards = camera.position_m - base_from_cell[:, :3, 3]
+    facing = np.einsum("ij,ij->i", base_from_cell[:, :3, 2], towards / np.linalg.norm(towards, axis=1, keepdims=True))
+    cable = int(np.argmax(facing))
+    middle = base_from_cell[cable, :3, 3] + PLUG_M[2] / 2 * base_from_cell[cable, :3, 2]
+    return on_screen(page, camera, middle[None])[0], cable
 
 
 def opening_camera(robot: robots.Robot, poses: np.ndarray) -> Camera:
@@ -279,6 +295,11 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     if "ROBOTSKIN_PICTURES" in os.environ:
         row.scroll_into_view_if_needed()
         page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "ports.png"))
+
+    # On another link than the cell and the wire: nothing unseen may catch the click.
+    place, cable = plug_to_click(page, robots.load("ur5").neutral)
+    page.mouse.click(*place)
+    wait_for(lambda: loads()[cable] == 0, f"the plug of cable {cable} does not come out")
     page.close()
 
 

@@ -30,6 +30,8 @@ class NetworkWatch:
         self._cut = np.zeros((len(layout), 4), dtype=bool)
         self._moved_s = np.full(len(layout), -np.inf)
         self._changes = np.zeros(len(layout), dtype=np.int64)
+        self._killed = np.zeros(len(layout), dtype=bool)
+        self._starting = np.zeros(len(layout), dtype=bool)  # told to start, but not up yet
         self._what = self._news = "power on"
         self._broken_since_s: float | None = self.clock()
         self._stranded_most = 0
@@ -50,8 +52,10 @@ class NetworkWatch:
         self._moved_s[changes != self._changes] = self.clock()
         self._changes = changes
         reachable = alive & (np.asarray(self.network.depths) >= 0)
-        stranded = int(np.count_nonzero(reachable & (cable == NO_PATH)))
-        self._lost = int(np.count_nonzero(alive & ~reachable))
+        self._starting &= ~alive
+        stranded = int(np.count_nonzero((reachable & (cable == NO_PATH)) | self._starting))
+        # A cut cable feeds nobody: cells that only it fed are off.
+        self._lost = int(np.count_nonzero(~reachable & ~self._killed & ~self._starting))
         self._tell(stranded, reachable=int(np.count_nonzero(reachable)))
         return NetworkReading(
             time_s=self.clock(),
@@ -90,9 +94,12 @@ class NetworkWatch:
         self.demand(cell)
         if self.network.alive(cell):
             self.network.kill(cell)
+            self._killed[cell] = True
             self._befell(f"cell {cell} killed")
+        elif not self._killed[cell]:
+            self._befell(f"cell {cell} has no power, and cannot be started")
         else:
-            self.network.reboot(cell)
+            self._start(cell)
             self._befell(f"cell {cell} started")
 
     def mend(self) -> None:
@@ -102,8 +109,12 @@ class NetworkWatch:
         self._cut[:] = False
         for cell in range(len(self.layout)):
             if not self.network.alive(cell):
-                self.network.reboot(cell)
+                self._start(cell)
         self._befell("all mended")
+
+    def _start(self, cell: int) -> None:
+        self.network.reboot(cell)
+        self._killed[cell], self._starting[cell] = False, True
 
     def _befell(self, what: str) -> None:
         self._what = self._news = what
@@ -123,7 +134,7 @@ class NetworkWatch:
             took_ms = (self.clock() - self._broken_since_s) * 1e3
             lost = self._lost - self._lost_before
             whole = f"whole after {took_ms:.1f} ms" if self._stranded_most else "no other path changes"
-            self._news = f"{self._what}: {whole}" + (f", {_cells(lost)} beyond reach" if lost > 0 else "")
+            self._news = f"{self._what}: {whole}" + (f", {_cells(lost)} beyond reach of a cable" if lost > 0 else "")
             self._broken_since_s = None
 
 

@@ -29,10 +29,12 @@ def cpu_s() -> float:
 
 def run(
     *,
-    seed: int = 1,
+    seed: Annotated[int, typer.Option(help="Of clocks and wires in the parts speed and scale.", min=0)] = 1,
     seeds: Annotated[int, typer.Option(help="Seeds of the set, from 0; 100 is the whole set.", min=1, max=100)] = 100,
     quick: Annotated[bool, typer.Option(help="Three seeds of each skin: an impression in two minutes.")] = False,
-    parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
+    parts: Annotated[
+        str, typer.Option(help=f"With commas between them; all by default: {', '.join(PARTS)}.", show_default=False)
+    ] = ",".join(PARTS),
     fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign, from 1.", min=1)] = 20000,
     processes: Annotated[int, typer.Option(help="Worker processes.", min=1, max=2)] = 2,
     pictures: Annotated[

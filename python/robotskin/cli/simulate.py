@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 
 TABLE_WIDTH = 110
 STANDARD_PORTS = 3
+FAULTS_HELP = """kind:key=value,...@time; several with ; between; random:N@time draws N of any kind by the seed.
+Cells and units count from 0, ports from 1. A wire is named by a port of a cell or of a unit.
+A key that has a value here may be left out, and stands for that value then.
+"""
 SHAPES = ("sheet:COLUMNSxROWS", "cylinder:AROUNDxROWS")
 
 
@@ -48,7 +52,9 @@ def command(
     robotskin simulate cylinder:11x18 --ports 4 --units 2 --faults "stop:unit=1,for=50ms@400ms" --json out/run.json
     """
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.table import Table
 
     from robotskin._core.world import fault_help
     from robotskin.apps.figures import write_figures
@@ -59,21 +65,25 @@ def command(
     if console.width < TABLE_WIDTH:
         console = Console(width=TABLE_WIDTH)
     if list_faults:
-        console.print(
-            "kind:key=value,...@time; several with ; between; random:N@time draws N of any kind by the seed\n"
-        )
-        console.print(fault_help(), markup=False, highlight=False)
+        console.print(FAULTS_HELP)
+        table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
+        for line in fault_help().splitlines():
+            fault, _, meaning = line.partition("  ")
+            table.add_row(escape(fault), escape(meaning))
+        console.print(table, highlight=False)
         return
     rates = (0, 63, 125, 250)
     if rate not in rates:
         raise InputError(f"--rate {rate}: choose from {', '.join(map(str, rates))}")
-    skin = skin_of(layout, ports, units, seed)
+    skin, remarks = skin_of(layout, ports, units, seed)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(f"{len(skin)} cells", total=seconds)
         report = run_trial(
             skin, seconds, seed, faults, rate_hz=rate, progress=lambda time_s, _: bar.update(task, completed=time_s)
         )
+    for remark in remarks:
+        console.print(f"Note: {remark}.", markup=False, highlight=False)
     show(console, skin, report, seed)
     if json_file is not None:
         write_figures(json_file, seed, figures_of(report))
@@ -81,12 +91,13 @@ def command(
         raise typer.Exit(1)
 
 
-def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> CellNetwork:
-    """The cells and cables that a user means.
+def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> tuple[CellNetwork, tuple[str, ...]]:
+    """The cells and cables that a user means, and what had to be assumed about them.
 
     Raises:
-        InputError: neither a finished layout, nor a shape, nor a file; or more cables than the rim has room for; or
-            more section units than cables.
+        InputError: neither a finished layout, nor a shape, nor a file; or no cable, or more than the rim has room for;
+            or more section units than cables.
+        LayoutFileError: a file that is no skin, or does not say who is plugged into whom.
     """
     from random import Random
 
@@ -95,8 +106,9 @@ def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> Cel
     from robotskin import layout as layouts
     from robotskin.errors import InputError
     from robotskin.layout import network_shapes
-    from robotskin.layout.cell_network import CellNetwork
+    from robotskin.layout.network_limits import named_networks
 
+    remarks: tuple[str, ...] = ()
     kind, _, size = layout.partition(":")
     if kind in ("sheet", "cylinder"):
         numbers = size.split("x")
@@ -110,11 +122,14 @@ def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> Cel
         known = layouts.finished_names()
         if layout not in known and not Path(layout).is_file():
             raise InputError(f"layout {layout!r}: choose from {', '.join(known)}, {', '.join(SHAPES)}, or name a file")
-        skin = CellNetwork.of_layout(layouts.finished(layout) if layout in known else layouts.Layout.load(layout))
+        (found,) = named_networks(layout)
+        skin, remarks = found.network, found.remarks
     if ports is None:
         if units is not None:
             raise InputError(f"--units {units}: {layout} has its own cables; --ports draws others")
-        return skin
+        if not skin.cables:
+            raise InputError(f"layout {layout!r}: it states no cable; --ports draws some")
+        return skin, remarks
     if units is not None and units > ports:
         raise InputError(f"--units {units}: there are {ports} cables, --ports, and each unit needs one")
     free = skin.neighbours[:, :, 0] < 0
@@ -122,7 +137,8 @@ def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> Cel
     if ports > len(rim):
         raise InputError(f"--ports {ports}: {len(rim)} cells of {layout} have a free port")
     Random(seed).shuffle(rim)
-    return skin.with_cables([(cell, int(np.flatnonzero(free[cell])[0]) + 1) for cell in rim[:ports]], units=units or 1)
+    ends = [(cell, int(np.flatnonzero(free[cell])[0]) + 1) for cell in rim[:ports]]
+    return skin.with_cables(ends, units=units or 1), ()
 
 
 def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> None:
@@ -148,10 +164,18 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
             )
         console.print(table)
     loads = "; ".join(", ".join(map(str, unit)) for unit in report.port_loads)
-    console.print(f"cells by port: {loads}; depth {report.depth_max}, {report.extra_depth_mean:.2f} over the least")
     console.print(
-        f"{report.samples_sent} samples sent, {report.samples_lost} lost; latency {report.latency_mean_ms:.2f} ms, "
-        f"p99 {report.latency_p99_ms:.2f} ms; longest silence of a steady cell {report.host_gap_ms:.2f} ms"
+        f"cells by port: {loads}; "
+        f"at most {report.depth_max} hops, on average {report.extra_depth_mean:.2f} over the fewest"
     )
+    if report.samples_heard:
+        console.print(
+            f"{report.samples_sent} samples sent, {report.samples_lost} lost; latency {report.latency_mean_ms:.2f} ms, "
+            f"p99 {report.latency_p99_ms:.2f} ms; longest silence of a steady cell {report.host_gap_ms:.2f} ms"
+        )
+    else:
+        console.print(f"{report.samples_sent} samples sent, none heard")
     state = "whole" if report.whole else "[bold red]not whole[/]"
+    if report.cells_in_reach < len(skin):
+        state += f", [bold]{report.cells_in_reach} of {len(skin)} cells in reach of a cable[/]"
     console.print(f"after {report.seconds:g} s: {state}; seed {seed}, log hash {report.log_hash:016x}")

@@ -35,6 +35,12 @@ class CableEnd:
         unit = f".{self.unit}" if self.unit else ""
         return f"section unit {self.section_unit}{unit} port {self.port}"
 
+    @property
+    def label(self) -> str:
+        """The same where there is little room: section unit, then its unit if there are several, and port."""
+        unit = f".{self.unit}" if self.unit else ""
+        return f"{self.section_unit}{unit}:{self.port}"
+
 
 @dataclass(frozen=True, eq=False)
 class CellNetwork:
@@ -164,5 +170,5 @@ class CellNetwork:
         return self.patch_names[number] if 0 <= number < len(self.patch_names) else f"patch {number}"
 
     def cell_name(self, cell: int) -> str:
-        """Of a cell, as a person finds it: its id, or its index where it has none."""
-        return f"cell {self.id[cell]}" if self.id[cell] else f"cell at index {cell}"
+        """Of a cell: the index by which faults and pages name it, and the id, if any, by which the network does."""
+        return f"cell {cell} (id {self.id[cell]})" if self.id[cell] else f"cell {cell}"

@@ -7,6 +7,7 @@ import numpy as np
 from robotskin.layout import Layout
 from robotskin.viewer.colours import HEALTH_COLOURS
 from robotskin.viewer.legend import PADDING, css
+from robotskin.viewer.network import cable_names
 from robotskin.viewer.network_view import NetworkReading
 from robotskin.viewer.port_table import port_table
 from robotskin.viewer.session_view import Health, Integers, SkinReading
@@ -45,12 +46,13 @@ def cell_card(
 
 def place_rows(cell: int, layout: Layout, cable: Integers) -> str:
     """Where a cell sits and how it is wired; `cable` (N,) is the one each cell reports through."""
+    through = cable_names(layout)[int(cable[cell])] if cable[cell] >= 0 else "–"
     neighbours = ", ".join(_number(int(neighbour)) for neighbour in layout.neighbours[cell, :, 0])
     return table_rows(
         [
             ("link", layout.links[layout.link[cell]]),
             ("section unit, id", f"{layout.section_unit[cell]}, {layout.id[cell]}"),
-            ("patch, cable", f"{_number(int(layout.patch[cell]))}, {_number(int(cable[cell]))}"),
+            ("patch, cable", f"{_number(int(layout.patch[cell]))}, {through}"),
             ("neighbours at ports 1 to 4", neighbours),
         ]
     )

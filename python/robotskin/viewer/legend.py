@@ -15,6 +15,7 @@ from robotskin.viewer.colours import (
     category_colours,
     table,
 )
+from robotskin.viewer.network import cable_names
 from robotskin.viewer.session_view import Integers
 
 # The page gives pieces of HTML no margin of their own.
@@ -43,7 +44,7 @@ def legend(modality: str, layout: Layout, cable: Integers) -> str:
     if modality == "patch":
         return _numbers("Patches, each laid as one piece", "patch", layout.patch)
     if modality == "network":
-        return _numbers("Cable to the section unit that a cell reports through", "cable", cable)
+        return _numbers("Cable to the section unit that a cell reports through", "cable", cable, cable_names(layout))
     raise UnknownNameError("modality", modality, MODALITIES)
 
 
@@ -68,15 +69,17 @@ def _swatches(title: str, swatches: list[str]) -> str:
     return f'<div style="{STYLE}"><div style="margin-bottom:4px">{escape(title)}</div>{" ".join(swatches)}</div>'
 
 
-def _numbers(title: str, noun: str, numbers: np.ndarray, most: int = 12) -> str:
+def _numbers(title: str, noun: str, numbers: np.ndarray, names: list[str] | None = None, most: int = 12) -> str:
     found = np.unique(np.asarray(numbers, dtype=int))
     colours = category_colours(found)
-    swatches = [
-        swatch(
-            colour, f"{noun} {number} ({np.count_nonzero(numbers == number)} cells)" if number >= 0 else f"no {noun}"
-        )
-        for number, colour in zip(found[:most], colours, strict=False)
-    ]
+
+    def told(number: int) -> str:
+        if number < 0:
+            return f"no {noun}"
+        name = str(number) if names is None else names[number]
+        return f"{noun} {name} ({np.count_nonzero(numbers == number)} cells)"
+
+    swatches = [swatch(colour, told(number)) for number, colour in zip(found[:most], colours, strict=False)]
     if len(found) > most:
         swatches.append(f"and {len(found) - most} more")
     return _swatches(title, swatches)

@@ -7,8 +7,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.viewer.network_view import NO_PATH, Flags
 from robotskin.viewer.session_view import Integers
+
+
+def cable_names(layout: Layout) -> list[str]:
+    """Of each cable in `layout.section_unit_ports`: section unit and port, as everywhere where there is little room."""
+    return [cable.label for cable in CellNetwork.of_layout(layout).cables]
 
 
 def wired_tree(layout: Layout) -> tuple[Integers, Integers]:

@@ -9,7 +9,7 @@ from robotskin.layout import Layout
 from robotskin.viewer.cell_card import table_rows
 from robotskin.viewer.colours import NO_FRESH_VALUE, category_colours
 from robotskin.viewer.legend import PADDING, STYLE, css, swatch
-from robotskin.viewer.network import fair_shares
+from robotskin.viewer.network import cable_names, fair_shares
 from robotskin.viewer.network_scene import CUT_COLOUR, DAMAGED_COLOUR, DEAD_COLOUR, IDLE_COLOUR, MOVED_COLOUR
 from robotskin.viewer.network_view import PACES, NetworkReading, NetworkView
 
@@ -24,12 +24,12 @@ LEGEND = (
             (DAMAGED_COLOUR, "damages frames"),
             (IDLE_COLOUR, "wire in reserve"),
             (NO_FRESH_VALUE, "no path"),
-            (DEAD_COLOUR, "dead"),
+            (DEAD_COLOUR, "dead or no power"),
         )
     )
     + "</div>"
 )
-HINT = "Click a wire or a plug to cut or mend it."
+HINT = "Click a wire, or a cable's post, to cut or mend it."
 
 
 class NetworkPanel:
@@ -76,7 +76,8 @@ def state(reading: NetworkReading, layout: Layout) -> str:
 
     The attributes `data-stranded` and `data-loads` hold the numbers.
     """
-    cables = len(layout.section_unit_ports)
+    names = cable_names(layout)
+    cables = len(names)
     load = reading.load(cables)
     fair = fair_shares(reading.alive, reading.cut, layout)
     reached = int(np.count_nonzero(reading.cable >= 0))
@@ -86,21 +87,21 @@ def state(reading: NetworkReading, layout: Layout) -> str:
         ("time", f"{reading.time_s * 1e3:,.1f} ms"),
         ("cells on a path", f"{reached} / {len(layout)}"),
         ("deepest cell", f"{int(reading.hops.max(initial=0))} hops"),
-        ("dead cells, cut wires", f"{int(np.count_nonzero(~reading.alive))}, {_wires_cut(reading, layout)}"),
+        ("cells that do not run, cut wires", f"{int(np.count_nonzero(~reading.alive))}, {_wires_cut(reading, layout)}"),
         ("damaged frames", f"{int(reading.damaged.sum()):,}"),
     ]
-    bars = "".join(_bar(index, int(load[index]), int(fair[index]), most) for index in range(cables))
+    bars = "".join(_bar(index, names[index], int(load[index]), int(fair[index]), most) for index in range(cables))
     loads = " ".join(str(count) for count in load)
     return (
         f'<div style="{PADDING};font-size:12px" data-stranded="{reading.stranded}" data-loads="{loads}">'
         f'<div style="border-left:3px solid {colour};padding-left:8px;margin-bottom:6px;font-weight:600">'
         f"{reading.news}</div>{table_rows(rows)}"
-        '<div style="opacity:.65;margin-top:6px">Cells by cable; the mark is a fair share</div>'
+        '<div style="opacity:.65;margin-top:6px">Cells by cable (section unit:port); the mark is a fair share</div>'
         f'<div style="max-height:260px;overflow-y:auto">{bars}</div></div>'
     )
 
 
-def _bar(index: int, load: int, fair: int, most: int) -> str:
+def _bar(index: int, name: str, load: int, fair: int, most: int) -> str:
     colour = css(category_colours(np.array([index]))[0]) if fair else "rgb(255,70,60)"
     scale = 100 / most
     bar = f"position:absolute;inset:0;width:{load * scale:.1f}%;background:{colour};border-radius:3px"
@@ -109,7 +110,7 @@ def _bar(index: int, load: int, fair: int, most: int) -> str:
     number = "width:34px;text-align:right;font-variant-numeric:tabular-nums"
     return (
         '<div style="display:flex;align-items:center;gap:6px;line-height:1.5">'
-        f'<span style="width:52px;opacity:.65">cable {index}</span>'
+        f'<span style="width:34px;opacity:.65;font-variant-numeric:tabular-nums">{name}</span>'
         f'<span style="{ground}"><span style="{bar}"></span><span style="{mark}"></span></span>'
         f'<span style="{number}">{load if fair else "cut"}</span></div>'
     )

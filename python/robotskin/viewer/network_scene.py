@@ -29,7 +29,11 @@ LIFT_M = 0.0028
 BAR_WIDTH_M = 0.0026
 CUT_SHARE = 0.45
 """A cut wire is drawn this much shorter."""
-PLUG_M = 0.006
+BOX_M = 0.001
+"""Side of the cube that bars and plugs are scaled from. The browser keeps one unscaled and unseen at the origin of each
+link, to outline what the pointer is over, and it catches clicks: it has to be small."""
+PLUG_M = (0.009, 0.009, 0.018)
+"""A plug stands upright on its cell, so that it is found between the wires and met by a click."""
 
 
 class NetworkScene:
@@ -71,7 +75,7 @@ class NetworkScene:
             if not np.array_equal(colours[wires], self.colours[wires]):
                 handle.batched_colors = colours[wires]
         self._cut, self.colours = cut, colours
-        plug_colours = category_colours(np.arange(len(self.layout.section_unit_ports)))
+        plug_colours = lightened(category_colours(np.arange(len(self.layout.section_unit_ports))))
         for index, place in enumerate(self.layout.section_unit_ports):
             if reading.cut[place.cell, place.cell_port - 1]:
                 plug_colours[index] = CUT_COLOUR
@@ -90,7 +94,7 @@ class NetworkScene:
 
     def _drawn_sizes(self, wires: Integers, cut: Flags) -> NDArray[np.float32]:
         shares = np.where(cut[wires, None], [CUT_SHARE, 1.0, 1.0], 1.0)
-        return (self._sizes[wires] * shares).astype(np.float32)
+        return (self._sizes[wires] * shares / BOX_M).astype(np.float32)
 
     def _draw_bars(self, scene: Scene) -> None:
         on = scene.cell_link[self.wires[:, 0]].copy()
@@ -106,10 +110,10 @@ class NetworkScene:
         wxyz, position, self._sizes[wires] = bars(frame_from_cell, self.wires[wires])
         handle = self._scene.server.scene.add_batched_meshes_simple(
             name,
-            *_unit_box(),
+            *_box(),
             batched_wxyzs=wxyz,
             batched_positions=position,
-            batched_scales=self._sizes[wires],
+            batched_scales=self._sizes[wires] / BOX_M,
             batched_colors=self.colours[wires],
             lod="off",
             flat_shading=True,
@@ -127,10 +131,10 @@ class NetworkScene:
             pose = self.layout.link_from_cell[cells[cables]]
             handle = scene.server.scene.add_batched_meshes_simple(
                 f"/robot/{scene.robot.link_names[index]}/plugs",
-                *_unit_box(),
-                batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(cables), 1)),
-                batched_positions=pose[:, :3, 3] + 2 * LIFT_M * pose[:, :3, 2],
-                batched_scales=np.full((len(cables), 3), PLUG_M),
+                *_box(),
+                batched_wxyzs=Rotation.from_matrix(pose[:, :3, :3]).as_quat(scalar_first=True),
+                batched_positions=pose[:, :3, 3] + (LIFT_M + PLUG_M[2] / 2) * pose[:, :3, 2],
+                batched_scales=np.tile(PLUG_M, (len(cables), 1)) / BOX_M,
                 batched_colors=self._plug_colours[cables],
                 lod="off",
                 flat_shading=True,
@@ -159,12 +163,17 @@ def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Flags, Colou
     child = np.where(up, cell, other)
     colours = np.tile(np.array(IDLE_COLOUR, dtype=np.uint8), (len(wires), 1))
     used = up | down
-    colours[used] = 255 - (255 - category_colours(reading.cable[child[used]])) // 3
+    colours[used] = lightened(category_colours(reading.cable[child[used]]))
     moved = used & (reading.time_s - reading.moved_s[child] < MOVED_FLASH_S)
     colours[moved] = MOVED_COLOUR
     colours[(reading.damaged[cell, port - 1] > 0) | (reading.damaged[other, other_port - 1] > 0)] = DAMAGED_COLOUR
     colours[cut] = CUT_COLOUR
     return cut, colours
+
+
+def lightened(colours: Colours) -> Colours:
+    """What stands on cells of these colours (N, 3), to be told from them."""
+    return 255 - (255 - colours) // 3
 
 
 def cell_colours(reading: NetworkReading) -> Colours:
@@ -192,8 +201,8 @@ def bars(link_from_cell: Floats, wires: Integers) -> tuple[Floats, Floats, Float
     return wxyz, (start + end) / 2, sizes
 
 
-def _unit_box() -> tuple[np.ndarray, np.ndarray]:
-    """A cube of side 1 around the origin, each face with vertices of its own."""
-    box = trimesh.creation.box()
+def _box() -> tuple[np.ndarray, np.ndarray]:
+    """A cube of side `BOX_M` around the origin, each face with vertices of its own."""
+    box = trimesh.creation.box(extents=(BOX_M, BOX_M, BOX_M))
     vertices = box.vertices[box.faces].reshape(-1, 3).astype(np.float32)
     return vertices, np.arange(len(vertices), dtype=np.uint32).reshape(-1, 3)

@@ -34,7 +34,7 @@ class NetworkReading:
     moved_s: Floats
     """(N,) when the cell last changed its parent; -inf for never."""
     stranded: int = 0
-    """Cells that live and could be reached over wires that work, but have no path yet."""
+    """Cells that run or start and could be reached over wires that work, but have no path yet."""
     news: str = ""
     """What happened last, in a sentence."""
 

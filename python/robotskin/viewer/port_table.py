@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from robotskin.layout import Layout
+from robotskin.viewer.network import cable_names
 from robotskin.viewer.network_view import NetworkReading
 
 PARENT, CHILD, RESERVE = "parent", "child", "reserve"
@@ -28,7 +29,8 @@ class PortState:
 
 def port_states(cell: int, layout: Layout, reading: NetworkReading) -> list[PortState]:
     """The ports 1 to 4 of a cell at one moment of its network."""
-    cable_at = {(place.cell, place.cell_port): index for index, place in enumerate(layout.section_unit_ports)}
+    plugs = [(place.cell, place.cell_port) for place in layout.section_unit_ports]
+    cable_at = dict(zip(plugs, cable_names(layout), strict=True))
     states = []
     for port in range(1, layout.neighbours.shape[1] + 1):
         other, other_port = (int(part) for part in layout.neighbours[cell, port - 1])
@@ -64,26 +66,37 @@ def port_table(cell: int, layout: Layout, reading: NetworkReading) -> str:
     """`port_states` as HTML; a row's attributes `data-port`, `data-link`, `data-role` and `data-damaged` hold it."""
     rows = "".join(_row(state) for state in port_states(cell, layout, reading))
     heads = "".join(
-        f'<td style="opacity:.65;text-align:{"right" if name.startswith("damaged") else "left"}">{name}</td>'
-        for name in ("port", "neighbour", "wire", "damaged here", "there")
+        f'<td style="{_CELL};text-align:{side}" {more}>{name}</td>'
+        for name, side, more in (
+            ("port", "left", ""),
+            ("neighbour", "left", ""),
+            ("wire", "left", ""),
+            ("damaged", "right", 'colspan="2"'),
+        )
     )
-    hint = "Frames with a wrong checksum, as each end has received them."
+    hint = "Frames with a wrong checksum, as they have arrived here and at the other end."
     return (
-        '<table style="width:100%;margin-top:6px;line-height:1.5;font-variant-numeric:tabular-nums" '
-        f'data-ports-of="{cell}" title="{hint}"><tr>{heads}</tr>{rows}</table>'
+        '<table style="width:100%;margin-top:6px;line-height:1.5;border-spacing:0;font-variant-numeric:tabular-nums" '
+        f'data-ports-of="{cell}" title="{hint}"><tr style="opacity:.65">{heads}</tr>{rows}</table>'
     )
+
+
+_CELL = "padding:0 5px 0 0;vertical-align:top"
 
 
 def _row(state: PortState) -> str:
     if not state.neighbour:
-        return f'<tr style="opacity:.5" data-port="{state.port}"><td>{state.port}</td><td colspan="4">free</td></tr>'
+        free = f'<td style="{_CELL}">{state.port}</td><td style="{_CELL}" colspan="4">free</td>'
+        return f'<tr style="opacity:.5" data-port="{state.port}">{free}</tr>'
     link = "down" if state.trouble else "up"
     colour = "#ff6b5e" if state.trouble else "#34c38f"
     told = f"{link}, {state.trouble or state.role}"
-    there = "–" if state.damaged_there is None else f"{state.damaged_there:,}"
+    wire = _CELL if state.trouble else f"{_CELL};white-space:nowrap"
+    there = "" if state.damaged_there is None else f"there {state.damaged_there:,}"
+    number = f"{_CELL};text-align:right;white-space:nowrap"
     return (
         f'<tr data-port="{state.port}" data-link="{link}" data-role="{state.role}" data-damaged="{state.damaged}">'
-        f"<td>{state.port}</td><td>{state.neighbour}</td>"
-        f'<td style="color:{colour}">{told}</td>'
-        f'<td style="text-align:right">{state.damaged:,}</td><td style="text-align:right">{there}</td></tr>'
+        f'<td style="{_CELL}">{state.port}</td><td style="{_CELL};white-space:nowrap">{state.neighbour}</td>'
+        f'<td style="{wire};color:{colour}">{told}</td>'
+        f'<td style="{number}">{state.damaged:,}</td><td style="{number};opacity:.65">{there}</td></tr>'
     )

@@ -80,7 +80,8 @@ def run_trial(
 
 
 def figures_of(report: core.TrialReport) -> dict[str, Any]:
-    """A report as flat numbers, fit for JSON; of faults the worst."""
+    """A report as flat numbers, fit for JSON; of faults the worst. What no sample has told is None."""
+    heard = report.samples_heard > 0
     loads = [load for unit in report.port_loads for load in unit]
     return {
         "seconds": report.seconds,
@@ -91,13 +92,13 @@ def figures_of(report: core.TrialReport) -> dict[str, Any]:
         "faults": len(report.outcomes),
         "recovery_max_ms": report.recovery_max_ms,
         "rejoin_max_ms": max((outcome.rejoin_ms for outcome in report.outcomes), default=0.0),
-        "host_gap_ms": report.host_gap_ms,
+        "host_gap_ms": report.host_gap_ms if heard else None,
         "samples_sent": report.samples_sent,
         "samples_heard": report.samples_heard,
         "samples_lost": report.samples_lost,
         "samples_twice": report.samples_twice,
-        "latency_mean_ms": report.latency_mean_ms,
-        "latency_p99_ms": report.latency_p99_ms,
+        "latency_mean_ms": report.latency_mean_ms if heard else None,
+        "latency_p99_ms": report.latency_p99_ms if heard else None,
         "port_load_max": max(loads, default=0),
         "port_load_min": min(loads, default=0),
         "depth_max": report.depth_max,

@@ -8,9 +8,10 @@ import pytest
 
 from robotskin.apps.live_network import LiveNetwork
 from robotskin.apps.network_watch import NetworkError
-from robotskin.layout import finished
+from robotskin.layout import SectionUnitPort, finished
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.viewer.network import fair_shares
-from robotskin.viewer.network_view import NO_PATH, NetworkReading
+from robotskin.viewer.network_view import NO_PATH, Flags, NetworkReading
 
 PATIENCE_S = 60.0
 
@@ -61,10 +62,38 @@ def test_the_skin_heals_around_a_cut_wire_and_a_dead_cell(network: LiveNetwork) 
     told = (f"cell {cell} killed: whole", f"cell {cell} killed: no other")
     dead = wait_for(network, lambda reading: reading.news.startswith(told))
     assert dead.cable[cell] == NO_PATH
-    # A dead cell is not beyond reach; a living one without a way is.
-    assert ("beyond reach" in dead.news) == bool(np.any(dead.alive & (dead.cable == NO_PATH)))
+    # A dead cell is not beyond reach; any other without a way is.
+    others = np.arange(len(dead.cable)) != cell
+    assert ("beyond reach" in dead.news) == bool(np.any(dead.cable[others] == NO_PATH))
     network.mend()
-    wait_for(network, lambda reading: bool(reading.alive[cell]) and not reading.cut.any() and not reading.stranded)
+    mended = wait_for(network, lambda reading: reading.news.startswith("all mended: whole"))
+    assert np.all(mended.cable >= 0), "it is told once the cell is back"
+    assert "beyond reach" not in mended.news
+    assert not mended.cut.any()
+
+
+def test_what_a_pulled_cable_leaves_without_power_is_told_and_cannot_be_started(network: LiveNetwork) -> None:
+    places = network.layout.section_unit_ports
+    load = network.reading().load(len(places))
+    alone = next(
+        index for index, place in enumerate(places) if load[index] == np.count_nonzero(shared_with(network, place))
+    )
+    cell, port = places[alone].cell, places[alone].cell_port
+    network.toggle_link(cell, port)
+    dark = wait_for(network, lambda reading: reading.news.startswith("wire cut:"))
+    assert f"{load[alone]} cells beyond reach of a cable" in dark.news
+    assert np.count_nonzero(~dark.alive) == load[alone]
+    network.toggle_cell(cell)
+    still = wait_for(network, lambda reading: "has no power" in reading.news)
+    assert not still.alive[cell]
+    network.mend()
+    wait_for(network, lambda reading: bool(np.all(reading.cable >= 0)))
+
+
+def shared_with(network: LiveNetwork, place: SectionUnitPort) -> Flags:
+    """(N,) the cells that hang together with the one of a cable."""
+    part = CellNetwork.of_layout(network.layout).part
+    return part == part[place.cell]
 
 
 def test_a_paused_network_stands_still(network: LiveNetwork) -> None:

@@ -1,6 +1,7 @@
 """`robotskin simulate`: one seed gives one run, the exit status tells whether it healed, mistakes are named."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from typer.testing import CliRunner
 
 from robotskin._core.world import fault_kinds
 from robotskin.cli import main
+from robotskin.layout import finished
 
 
 def simulate(*arguments: object):
@@ -62,6 +64,32 @@ def test_cells_that_nothing_can_reach_any_more_are_no_failure_to_heal(seed):
     faults = "crash:cell=10@150ms"
     answer = simulate("sheet:20x1", "--ports", 1, "--faults", faults, "--seconds", 0.2, "--seed", seed)
     assert answer.exit_code == 0, answer.output
+
+
+def test_what_no_cable_reaches_and_what_nobody_has_heard_is_said(tmp_path, seed):
+    file = tmp_path / "run.json"
+    answer = simulate("ur5", "--ports", 2, "--seconds", 0.05, "--rate", 0, "--json", file, "--seed", seed)
+    assert answer.exit_code == 0, answer.output
+    run = figures(file)
+    assert f"whole, {run['cells_in_reach']} of 260 cells in reach of a cable" in answer.output
+    assert "0 samples sent, none heard" in answer.output
+    assert run["host_gap_ms"] is run["latency_mean_ms"] is run["latency_p99_ms"] is None
+
+
+def test_a_foreign_skin_runs_and_one_without_wires_is_refused(shared_data, seed):
+    answer = simulate(shared_data / "tum_patches" / "p4e.json", "--seconds", 0.1, "--seed", seed)
+    assert answer.exit_code == 0, answer.output
+    assert "log hash" in answer.output
+    answer = simulate(shared_data / "icub_taxels" / "torso.txt")
+    assert answer.exit_code == 2
+    assert "who is plugged into whom" in " ".join(answer.output.split())
+
+
+def test_a_layout_without_cables_asks_for_some(tmp_path, seed):
+    bare = tmp_path / "bare.json"
+    replace(finished("allegro_right_hand"), section_unit_ports=(), cables=()).save(bare)
+    assert "--ports draws some" in simulate(bare).output
+    assert simulate(bare, "--ports", 3, "--seconds", 0.05, "--seed", seed).exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -274,8 +274,9 @@ def test_the_command_names_patch_cells_and_ports(tmp_path):
     answer = CliRunner().invoke(main.app, ["check", *options])
     assert answer.exit_code == 0, answer.output
     assert "No routing hears every cell at 500 Hz" in answer.output
-    assert "forearm_link_1 behind 2 lines (section unit 1 port 6 at cell 173" in answer.output
-    assert "One more cable helps most at cell" in answer.output
+    assert "forearm_link_1 behind 2 lines, " in answer.output
+    assert "section unit 1 port 6 at cell 172 (id 173)" in answer.output, "by index, as faults name it, and by id"
+    assert "One more cable helps most at port" in answer.output
     assert (tmp_path / "verdict.json").exists()
     assert CliRunner().invoke(main.app, ["check", *options, "--strict"]).exit_code == 1
 
@@ -285,6 +286,15 @@ def test_a_foreign_skin_is_judged_with_the_cables_it_states(shared_data: Path):
     assert {len(read.network) for read in found} == {28, 4}
     for read in found:
         assert judge(read.network).tree_rate_hz > 250
+
+
+def test_files_of_a_folder_that_are_no_networks_are_told(shared_data: Path):
+    found = read_networks(shared_data)
+    assert {len(read.network) for read in found} == {28, 4}
+    assert any("who is plugged into whom" in remark for remark in found[0].remarks)
+    assert not any(
+        "left out" in remark for read in read_networks(shared_data / "tum_patches") for remark in read.remarks
+    )
 
 
 def test_a_foreign_skin_without_cables_gets_planned_ones_and_says_so(tum_file):

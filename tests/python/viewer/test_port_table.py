@@ -13,7 +13,7 @@ def test_a_port_names_neighbour_and_role() -> None:
     first, middle = port_states(0, layout, reading()), port_states(5, layout, reading())
     assert [one.neighbour for one in middle] == ["cell 4, port 4", "", "", "cell 6, port 1"]
     assert [one.role for one in middle] == [PARENT, "", "", CHILD]
-    assert [one.neighbour for one in first] == ["", "cable 0", "", "cell 1, port 1"]
+    assert [one.neighbour for one in first] == ["", "cable 7:1", "", "cell 1, port 1"]
     assert [one.role for one in first] == ["", PARENT, "", CHILD]
     turned = reading().parent_port.copy()
     turned[6] = 4

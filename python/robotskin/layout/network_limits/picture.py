@@ -108,7 +108,7 @@ def draw_loads(axes: Axes, verdict: Verdict) -> None:
             cable = verdict.network.cables[int(part.forest.cables[tree])]
             loads.append(int(load))
             colours.append(TREE_COLOURS[tree % len(TREE_COLOURS)])
-            names.append(f"{cable.section_unit}.{cable.unit}:{cable.port}")
+            names.append(cable.label)
     axes.bar(range(len(loads)), loads, color=colours, width=0.8)
     axes.axhline(verdict.cells_per_line, color=CUT_COLOUR, linewidth=1)
     axes.set_ylabel("cells")
@@ -139,7 +139,7 @@ def save_picture(verdict: Verdict, path: Path) -> None:
     draw_loads(figure.add_subplot(grid[rows, :]), verdict)
     figure.suptitle(
         f"{verdict.network.name}: every cell heard at {verdict.tree_rate_hz:.0f} Hz at most "
-        f"(any routing {verdict.any_rate_hz:.0f} Hz); cut lines in red, cables ringed",
+        f"(any routing {verdict.any_rate_hz:.0f} Hz); rings are cables, what limits a part is red",
         fontsize=10,
     )
     figure.savefig(path, dpi=110)

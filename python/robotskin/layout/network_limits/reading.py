@@ -32,8 +32,8 @@ def read_networks(path: Path) -> list[ReadNetwork]:
     """The networks in a file, or in the files of a folder; foreign files of one format in a folder are one skin.
 
     Raises:
-        LayoutFileError: a file that is no skin, or whose cells have no neighbours; in a folder such files are passed
-            over as long as there is another.
+        LayoutFileError: a file that is no skin, or whose cells have no neighbours; in a folder such files are left out
+            as long as there is another, and a remark on the first network says so.
     """
     skins: dict[str, list[FoundSkin]] = {}
     networks: list[ReadNetwork] = []
@@ -52,9 +52,12 @@ def read_networks(path: Path) -> list[ReadNetwork]:
         except LayoutFileError as error:
             problems.append(error)
     networks += [found_network(f"{path} ({kind})", found) for kind, found in skins.items()]
+    problems.sort(key=lambda problem: problem.field != "neighbours")  # a skin without wires tells more than a README
     if not networks:
-        telling = [problem for problem in problems if problem.field == "neighbours"] + problems
-        raise telling[0] if telling else LayoutFileError(path, "folder", path.name, "no files in it")
+        raise problems[0] if problems else LayoutFileError(path, "folder", path.name, "no files in it")
+    if problems:
+        left_out = f"{len(problems)} files of the folder are no networks and left out, such as {problems[0]}"
+        networks[0] = replace(networks[0], remarks=(*networks[0].remarks, left_out))
     return networks
 
 

@@ -66,14 +66,14 @@ def limit(network: CellNetwork, part: PartVerdict) -> str:
     ]
     share = float(cut.cells_per_line)
     return (
-        f"The tightest place: {count(len(cut.cells), 'cell')} of {where} behind {count(cut.lines, 'line')} "
-        f"({names(lines)}), {share:.4g} cells a line: {cut.rate_hz:.0f} Hz."
+        f"The tightest place: {count(len(cut.cells), 'cell')} of {where} behind {count(cut.lines, 'line')}, "
+        f"{share:.4g} cells a line, {cut.rate_hz:.0f} Hz: {names(lines)}."
     )
 
 
 def end(network: CellNetwork, cell: int, port: int) -> str:
     """A port as a person finds it."""
-    return f"{network.cell_name(cell)} port {port} ({network.patch_name(cell)})"
+    return f"port {port} of {network.cell_name(cell)} on {network.patch_name(cell)}"
 
 
 def names(listed: Sequence[str]) -> str:
