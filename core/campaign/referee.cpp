@@ -30,6 +30,7 @@ void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_in
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
   routes_->cell_stepped(cell, input);
   ledger_.cell_stepped(network, cell, input);
+  sampling_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
   queues_.cell_stepped(network, *ground_, *recovery_, cell, within_load());
 }
@@ -105,6 +106,7 @@ bool Referee::within_load() const {
 
 void Referee::poll() {
   recovery_->poll();
+  sampling_.poll(*network_, *ground_, *recovery_, overloaded_ns_);
   orders_.poll(*network_);
   torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {

@@ -17,6 +17,7 @@
 #include "campaign/recovery_watch.hpp"
 #include "campaign/route_watch.hpp"
 #include "campaign/sample_ledger.hpp"
+#include "campaign/sampling_watch.hpp"
 #include "campaign/topology_watch.hpp"
 #include "campaign/torque_ledger.hpp"
 #include "robotskin/timing.h"
@@ -54,6 +55,7 @@ class Referee : public world::Observer, public world::DatagramSink {
   // The network is not there yet: it needs the ledger for its readings.
   explicit Referee(const FaultCase& drawn)
       : ledger_(drawn, breaks_),
+        sampling_(drawn, breaks_),
         torques_(drawn.wiring.cell_count(), drawn.traffic.limbs, breaks_),
         queues_(drawn.wiring.cell_count(), drawn.traffic.events, breaks_),
         forgeries_(breaks_),
@@ -99,6 +101,7 @@ class Referee : public world::Observer, public world::DatagramSink {
   const world::Network* network_ = nullptr;
   BreakLog breaks_;
   SampleLedger ledger_;
+  SamplingWatch sampling_;
   TorqueLedger torques_;
   QueueWatch queues_;
   ForgeryWatch forgeries_;

@@ -23,7 +23,9 @@ SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
   if (!traffic_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
   const world::Fault& fault = drawn.faults.front();
   const bool of_cell = fault.kind == world::FaultKind::crash || fault.kind == world::FaultKind::reboot;
-  failure_.possible = of_cell || fault.kind == world::FaultKind::cut || fault.kind == world::FaultKind::oneway;
+  const bool of_wire = fault.kind == world::FaultKind::burst && fault.cell >= 0;
+  failure_.possible =
+      of_cell || of_wire || fault.kind == world::FaultKind::cut || fault.kind == world::FaultKind::oneway;
   if (of_cell) failure_.victim = fault.cell;
 }
 

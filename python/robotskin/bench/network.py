@@ -199,7 +199,7 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
         tell_step(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
     assert report is not None
     print(report.distribution, file=sys.stderr)
-    mutants = caught_mutants(MUTANT_SEEDS)
+    mutants = caught_mutants(MUTANT_SEEDS, search=True)
     figures["fault_seeds_run"] = report.seeds
     figures["invariant_breaks"] = report.breaks
     figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)

@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -20,26 +21,71 @@ ROUTE_INVARIANTS = ("acyclic", "distance_order", "own_child", "quarantine", "hop
 
 @dataclasses.dataclass(frozen=True)
 class Mutant:
-    """What is broken, and the invariants one of which has to show it."""
+    """What is broken, the invariants one of which has to show it, and a seed that does: it is tried first.
+
+    Without a seed it shows itself within the first few. `directed`: chance seldom shows it, and a case of its own in
+    `directed_cases.toml` does.
+    """
 
     text: str
     invariants: tuple[str, ...] = ROUTE_INVARIANTS
+    seed: int | None = None
+    directed: bool = False
 
 
 # By the name of the program.
 MUTANTS = {
     "newer_or_equal": Mutant("the feasibility rule takes what is as new, however far"),
     "no_feasible_distance": Mutant("there is no feasibility rule: any advert may be adopted"),
+    "distance_not_kept": Mutant("a cell forgets how near it was with the present tick"),
+    "hops_uncounted": Mutant("a cell says to be as near as its parent", ("true_adoption",)),
+    "ticks_made_by_cells": Mutant("cells pass on ticks that no root has made", ("true_tick",)),
     "own_child_allowed": Mutant("a cell may adopt a neighbour that says to be its child"),
     "no_quarantine": Mutant("a cell takes part at once after a reboot"),
+    "deaf_neighbours_used": Mutant(
+        "a neighbour that does not hear this cell may be its parent", ("recovery",), seed=31
+    ),
+    "silence_unnoticed": Mutant("a silent neighbour counts as there for ten times as long", ("recovery",)),
+    "way_lost_untold": Mutant("a cell that has lost its way does not say so at once", ("recovery",), seed=75),
+    "never_nearer": Mutant("no cell goes over to a nearer parent", ("shortest",)),
+    "zombies_followed": Mutant("nobody leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
+    "far_ahead_believed": Mutant("there is no window of tick numbers", ("tick_window",), directed=True),
+    "wrap_unknown": Mutant("a tick number after the wrap is older than those before", ("rejoined",), seed=14),
+    "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=96),
+    "moves_not_held": Mutant("a granted cell changes over at once, feasible or not"),
+    "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=84),
+    "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), seed=57),
+    "wants_out_of_order": Mutant("wants and grants from before are taken again", ("replayed",), seed=1307),
+    "sizes_uncounted": Mutant("a cell counts each child as one cell", ("tree_sizes",)),
     "tags_unchecked": Mutant("any tag will do", ("forged",)),
-    "torques_counted_twice": Mutant("a torque sum sent again is added again", ("torque_count", "torque_once")),
-    "torques_not_awaited": Mutant("no cell waits for its children's torque sums", ("torque_complete",)),
-    "torques_miscounted": Mutant("a cell counts itself twice", ("torque_count",)),
-    "events_unmarked": Mutant("events sent again do not say so", ("exactly_once",)),
-    "events_forgotten": Mutant("events are kept for a tenth of a millisecond only", ("event_kept", "none_lost")),
-    "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",)),
+    "ticks_unchecked": Mutant("any tag will do for a tick", ("forged",)),
+    "grants_unchecked": Mutant("any tag will do for a grant", ("forged",), seed=226),
+    "commands_unchecked": Mutant("any tag will do for a command", ("forged",)),
+    "joints_unchecked": Mutant("any tag will do for joint positions", ("forged",), seed=49),
+    "ticks_played_again": Mutant("a neighbour may go back in time", ("replayed",), seed=32),
+    "commands_played_again": Mutant("commands from before are carried out again", ("replayed",), seed=801),
+    "joints_played_again": Mutant("joint positions from before are taken again", ("replayed",), seed=32),
+    "samples_unmarked": Mutant("samples sent again do not say so", ("exactly_once",)),
+    "samples_of_others": Mutant("samples name another cell", ("true_sample",)),
+    "samples_gathered": Mutant("samples are sent when eight wait", ("waiting",)),
+    "samples_newest_first": Mutant("the newest sample is sent first", ("in_order",), seed=22),
+    "queues_unbounded": Mutant("samples are queued beyond the end of the ring", ("queue_bound",)),
+    "sampling_unhealed": Mutant("damaged memory may stop the sampling", ("sampled",), seed=51),
+    "thinned_out_too_much": Mutant("cells send half of what the rate divisor asks for", ("sampled",)),
+    "divisor_ignored": Mutant("cells send every sample whatever the rate divisor", ("overload",)),
     "never_thinned_out": Mutant("the rate divisor stays one", ("overload",)),
+    "never_fresh": Mutant("without an event a cell is silent for ever", ("sampled",)),
+    "changes_unsent": Mutant("in event mode only freshness is sent", ("sampled",)),
+    "events_unmarked": Mutant("events sent again do not say so", ("exactly_once",)),
+    "events_forgotten": Mutant("events are kept for a tenth of a millisecond only", ("event_kept",), seed=173),
+    "echo_ignored": Mutant("frames that were missed are not sent again", ("event_kept",), directed=True),
+    "adverts_unlimited": Mutant("adverts go out as often as they are due", ("advert_rate",)),
+    "status_unlimited": Mutant("status frames go out as often as they are due", ("control_share",)),
+    "torques_counted_twice": Mutant("a torque sum sent again is added again", ("torque_count", "torque_once")),
+    "epochs_begun_twice": Mutant("a corrected clock begins the same epoch again", ("torque_count", "torque_once")),
+    "torques_not_awaited": Mutant("no cell waits for its children's torque sums", ("torque_complete",), seed=22),
+    "torques_miscounted": Mutant("a cell counts itself twice", ("torque_count",)),
+    "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",), seed=58),
 }
 
 
@@ -90,24 +136,49 @@ def build(*names: str, sanitize: str = "") -> Path:
     return folder
 
 
-def run_program(folder: Path, name: str, *arguments: object) -> list[dict[str, Any]]:
-    """Run a program; the JSON objects it prints."""
+def run_program(folder: Path, name: str, *arguments: object, text: str | None = None) -> list[dict[str, Any]]:
+    """Run a program, with `text` at its input; the JSON objects it prints."""
     command = [str(folder / f"campaign_{name}"), *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True)
+    run = subprocess.run(command, input=text, capture_output=True, text=True)
     if run.returncode != 0:
         raise CampaignBuildError(f"{' '.join(command)}: status {run.returncode}: {run.stderr[-3000:]}")
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
-def caught_mutants(seeds: int = 1000, first_seed: int = 1) -> list[CaughtMutant]:
-    """Run each mutant until one of its invariants breaks, for at most so many seeds."""
+def directed_cases() -> dict[str, dict[str, str]]:
+    """Return the cases made for mutants, by the mutant's name: `found`, what it shows, and `case`, its text."""
+    return tomllib.loads((source_tree() / "tests/core/campaign/directed_cases.toml").read_text())
+
+
+def _own_case(folder: Path, name: str, mutant: Mutant) -> CaughtMutant | None:
+    """Run what is known to show it; None if that is nothing, or shows it no more."""
+    if mutant.directed:
+        found = run_program(folder, name, "case", text=directed_cases()[name]["case"])
+    elif mutant.seed is not None:
+        found = run_program(folder, name, "run", mutant.seed, 1, *mutant.invariants)
+    else:
+        return None
+    for one in found:
+        if one.get("invariant") in mutant.invariants:
+            return CaughtMutant(name, 1, one.get("cpu_s", 0.0), one["seed"], one["invariant"], one["break"])
+    return None
+
+
+def caught_mutants(seeds: int = 1000, first_seed: int = 1, *, search: bool = False) -> list[CaughtMutant]:
+    """Run each mutant until one of its invariants breaks: in the seed or case that is known to show it, else in seeds.
+
+    `search`: in seeds from `first_seed` on all the same, at most so many, and then in what is known. The programs are
+    built first; `CampaignBuildError` if that fails.
+    """
     folder = build(*MUTANTS)
     results = []
     for name, mutant in MUTANTS.items():
-        (found,) = run_program(folder, name, "run", first_seed, seeds, *mutant.invariants)
-        results.append(
-            CaughtMutant(
-                name, found["seeds"], found["cpu_s"], found.get("seed"), found.get("invariant"), found.get("break")
-            )
-        )
+        result = None if search else _own_case(folder, name, mutant)
+        if result is None:
+            (found,) = run_program(folder, name, "run", first_seed, seeds, *mutant.invariants)
+            of_break = (found.get(key) for key in ("seed", "invariant", "break"))
+            result = CaughtMutant(name, found["seeds"], found["cpu_s"], *of_break)
+            if search and result.seed is None:
+                result = _own_case(folder, name, mutant) or result
+        results.append(result)
     return results

@@ -1,10 +1,21 @@
 # The rules that are broken on purpose, one a mutant. Semicolons in a text would split it: leave them out.
+
+# ---- Parents: R1 to R9 ----
 campaign_mutant(newer_or_equal include/robotskin/feasibility.h
   "return offer.sequence == bound.sequence && offer.hops < bound.hops"
   "return offer.sequence == bound.sequence")
 campaign_mutant(no_feasible_distance include/robotskin/feasibility.h
   "return offer.sequence == bound.sequence && offer.hops < bound.hops"
   "return true")
+campaign_mutant(distance_not_kept network/route.c
+  "} else if (route->hops < route->feasible_hops) {"
+  "} else if (false) {")
+campaign_mutant(hops_uncounted network/route.c
+  "route->hops = (uint8_t)(neighbour->hops + 1U)"
+  "route->hops = neighbour->hops")
+campaign_mutant(ticks_made_by_cells network/route.c
+  "route->wave = neighbour->wave"
+  "route->wave = neighbour->wave, ++route->wave.sequence")
 campaign_mutant(own_child_allowed
   network/route.c
   "if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue"
@@ -15,27 +26,145 @@ campaign_mutant(own_child_allowed
 campaign_mutant(no_quarantine network/route.c
   "route->in_quarantine = true"
   "route->in_quarantine = false")
+campaign_mutant(deaf_neighbours_used network/route.c
+  "neighbour->hears_us = tick.heard != 0U"
+  "neighbour->hears_us = true")
+campaign_mutant(silence_unnoticed include/robotskin/timing.h
+  "RS_LINK_DOWN_US = 3500"
+  "RS_LINK_DOWN_US = 35000")
+campaign_mutant(way_lost_untold network/route.c
+  "++cell->counts.orphanings"
+  "return")
+campaign_mutant(never_nearer network/route.c
+  "const int wanted = same || too_deep ? 1 : (int)route->wave.gain_threshold"
+  "const int wanted = 64")
+campaign_mutant(zombies_followed network/route.c
+  "if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {"
+  "if (false) {")
+campaign_mutant(far_ahead_believed network/route.c
+  "ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {"
+  "false) {")
+campaign_mutant(wrap_unknown include/robotskin/feasibility.h
+  "return ahead != 0U && ahead < 0x8000U"
+  "return ahead != 0U && a > b")
+campaign_mutant(damaged_time_believed network/route.c
+  "if (cell->route.known_time == ~cell->route.known_time_complement) {"
+  "if (true) {")
+
+# ---- Moves and levelling: R10 ----
+campaign_mutant(moves_not_held network/moves.c
+  "hold(cell, best, whole, route->told_size, now_us)"
+  "rs_route_adopt(cell, best, now_us)")
+campaign_mutant(moves_lose_samples network/route.c
+  "if (moved) route->hold = false"
+  "if (moved) route->hold = false, rs_queues_forget_samples(cell)")
+campaign_mutant(moves_too_deep network/moves.c
+  "return target->hops + 1U + route->subtree_height <= wave->depth_cap"
+  "return true")
+campaign_mutant(wants_out_of_order network/moves.c
+  "if (route->wants.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return"
+  "(void)before")
+campaign_mutant(sizes_uncounted network/subtree.c
+  "size += neighbour->size"
+  "size += 1U")
+
+# ---- Tags, and what is played again ----
 campaign_mutant(tags_unchecked network/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"
   "return difference == difference")
-campaign_mutant(torques_counted_twice network/torque_epoch.c
-  "if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return"
-  "(void)rs_hearing_first(&neighbour->hearing, torque.serial)")
-campaign_mutant(torques_not_awaited network/torque_epoch.c
-  "epoch->waiting |= (uint8_t)(1U << port)"
-  "(void)port")
-campaign_mutant(torques_miscounted network/torque_epoch.c
-  "sum.cells = 1"
-  "sum.cells = 2")
+campaign_mutant(ticks_unchecked network/route.c
+  "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
+  "return true")
+campaign_mutant(grants_unchecked network/moves.c
+  "if (cell->keyed && !rs_tags_equal(rs_command_tag(&cell->key, frame, route->wave.era), grant.tag)) {"
+  "if (false) {")
+campaign_mutant(commands_unchecked cell/commands.c
+  "if (!cell->keyed) return true"
+  "if (true) return true")
+campaign_mutant(joints_unchecked cell/joints.c
+  "(cell->keyed && !rs_tags_equal(rs_joints_tag(&cell->key, frame, epoch), joints.tag))"
+  "false")
+campaign_mutant(ticks_played_again network/route.c
+  "if (from_before(neighbour, &tick, &wave, now_us) || "
+  "if (")
+campaign_mutant(commands_played_again cell/commands.c
+  "if (!rs_newer((uint16_t)command->counter, commanding->counter)) {"
+  "if (false) {")
+campaign_mutant(joints_played_again cell/joints.c
+  "if (state->known[joints.limb] >> joints.part & 1U && (uint8_t)(*newest - epoch) < EPOCHS_OLD) {"
+  "if (false) {")
+
+# ---- Samples, events and queues ----
+campaign_mutant(samples_unmarked network/transmit.c
+  "rs_frame_mark_replayed(frame)"
+  "(void)again")
+campaign_mutant(samples_of_others cell/sampling.c
+  ".source = cell->id"
+  ".source = cell->id + 1U")
+campaign_mutant(samples_gathered network/transmit.c
+  "if (queues->data.count > 0U) {"
+  "if (queues->data.count > 8U) {"
+  network/passing.c
+  "return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U"
+  "return ready == queues->parent_bit && queues->samples_alone && queues->data.count > 8U")
+campaign_mutant(samples_newest_first network/rings.h
+  "rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)"
+  "rs_frame_copy(frame, queues->data_frame[(queues->data.first + --queues->data.count) & (RS_QUEUE_DATA - 1U)])")
+campaign_mutant(queues_unbounded network/queues.c
+  "if (queues->data.count >= RS_QUEUE_DATA) {"
+  "if (queues->data.count >= 2U * RS_QUEUE_DATA) {"
+  network/queues.c
+  "place = rs_ring_append(&queues->data, queues->data_frame, RS_QUEUE_DATA)"
+  "place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA)")
+campaign_mutant(sampling_unhealed cell/sampling.c
+  "if ((sampling->running != 0U) != wanted || (wanted && far)) rs_sampling_restart(cell, now_us)"
+  "(void)wanted, (void)far")
+campaign_mutant(thinned_out_too_much cell/sampling.c
+  "return (number + cell->id) % divisor != 0U"
+  "return (number + cell->id) % (2U * divisor) != 0U")
+campaign_mutant(divisor_ignored cell/sampling.c
+  "return (number + cell->id) % divisor != 0U"
+  "return number == 0U && divisor == 0U")
+campaign_mutant(never_thinned_out section_unit/rate.c
+  "if (least > DIVISOR_MAX) least = DIVISOR_MAX"
+  "if (least > 1U) least = 1U")
+campaign_mutant(never_fresh cell/sampling.c
+  "const bool refresh = due || now_us - sampling->sent_us + period_us >= silence_us(cell)"
+  "const bool refresh = due && silence_us(cell) > 0U")
+campaign_mutant(changes_unsent cell/sampling.c
+  "if (event || refresh) send("
+  "if (refresh) send(")
 campaign_mutant(events_unmarked network/retention.c
   "if (ring->sent < ring->tried) rs_frame_mark_replayed"
   "if (false) rs_frame_mark_replayed")
 campaign_mutant(events_forgotten include/robotskin/timing.h
   "RS_RETENTION_US = 12000"
   "RS_RETENTION_US = 100")
+campaign_mutant(echo_ignored network/retention.c
+  "if ((echo & RS_ECHO_MISSED) == 0U) return"
+  "return")
+campaign_mutant(adverts_unlimited network/transmit.c
+  "if (now_us - *last_us < RS_ADVERTS_US) continue"
+  "(void)0")
+campaign_mutant(status_unlimited network/transmit.c
+  "return pause_us > fill_us ? pause_us : fill_us"
+  "return pause_us > fill_us ? pause_us : 0U")
+
+# ---- Torque sums ----
+campaign_mutant(torques_counted_twice network/torque_epoch.c
+  "if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return"
+  "(void)rs_hearing_first(&neighbour->hearing, torque.serial)")
+campaign_mutant(epochs_begun_twice network/torque_epoch.c
+  "if (behind >= BACK) begin("
+  "if (true) begin(")
+campaign_mutant(torques_not_awaited network/torque_epoch.c
+  "epoch->waiting |= (uint8_t)(1U << port)"
+  "(void)port")
+campaign_mutant(torques_miscounted network/torque_epoch.c
+  "sum.cells = 1"
+  "sum.cells = 2")
+
+# ---- What the host is told ----
 campaign_mutant(neighbours_mixed_up network/identity.c
   ".neighbour_2 = id[1]"
   ".neighbour_2 = id[0]")
-campaign_mutant(never_thinned_out section_unit/rate.c
-  "if (least > DIVISOR_MAX) least = DIVISOR_MAX"
-  "if (least > 1U) least = 1U")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from robotskin.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, parse_case, run_case
-from robotskin.campaign.mutants import CampaignBuildError, build, run_program
+from robotskin.campaign.mutants import CampaignBuildError, build, directed_cases, run_program
 from robotskin.errors import RobotskinError
 
 KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["kept"]
@@ -107,6 +107,27 @@ def test_cases_are_as_wide_as_promised(seed: int) -> None:
     assert {"cut", "oneway", "flap", "noise", "burst", "slow", "zombie", "crash", "reboot", "ram", "stuff"} <= kinds
     assert {"twin", "plug", "late", "drift", "skew", "stop", "power", "delay", "loss", "partition", "wrap"} <= kinds
     assert {"forge", "replay"} <= kinds
+
+
+# Invariants that no mutant is made for, with what shows that they can break.
+WITHOUT_MUTANT = {
+    "levelling_bound": "test_levelling_that_makes_it_worse_is_noticed",
+    "levelling_progress": "test_levelling_that_makes_it_worse_is_noticed",
+}
+
+
+def test_every_invariant_has_a_mutant() -> None:
+    shown = {name for mutant in MUTANTS.values() for name in mutant.invariants}
+    assert shown.isdisjoint(WITHOUT_MUTANT)
+    assert shown | set(WITHOUT_MUTANT) == {name for name, _, _ in invariants()}
+    assert all(test in globals() for test in WITHOUT_MUTANT.values())
+
+
+@pytest.mark.parametrize("name", [name for name, mutant in MUTANTS.items() if mutant.directed])
+def test_cases_made_for_mutants_leave_the_firmware_whole(name: str) -> None:
+    assert set(directed_cases()) == {name for name, mutant in MUTANTS.items() if mutant.directed}
+    report = run_case(parse_case(directed_cases()[name]["case"]))
+    assert not report.breaks, "\n".join(map(str, report.breaks))
 
 
 @pytest.mark.timeout(600)
