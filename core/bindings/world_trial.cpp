@@ -53,6 +53,8 @@ void bind_world_trial(nb::module_& module) {
       .def_ro("latency_mean_ms", &TrialReport::latency_mean_ms, "from sampling to the section unit's port")
       .def_ro("latency_p99_ms", &TrialReport::latency_p99_ms)
       .def_ro("latency_max_ms", &TrialReport::latency_max_ms)
+      .def_ro("latency_counts", &TrialReport::latency_counts,
+              "samples by that latency, 10 us each; beyond the last one in it")
       .def_ro("frames_lost", &TrialReport::frames_lost, "on wires")
       .def_ro("frames_dropped", &TrialReport::frames_dropped, "by full queues")
       .def_ro("queue_peak", &TrialReport::queue_peak, "frames waiting in a cell at once, at most")

@@ -270,6 +270,7 @@ TrialReport NetworkTrial::report() {
     report.latency_p99_ms = bin_ms * static_cast<double>(bin + 1);
     break;
   }
+  report.latency_counts = latencies_;
   report.counts = network_.counts();
   report.frames_lost = report.counts.frames_lost;
   report.frames_dropped = network_.frames_dropped();

@@ -40,6 +40,7 @@ struct TrialReport {
   std::vector<double> cell_gap_ms;   // (N) of every cell, -1: never heard twice
   std::vector<std::uint8_t> steady;  // (N) in reach and running all the time
   double latency_mean_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;  // from sampling to the section unit's port
+  std::vector<std::uint64_t> latency_counts;  // samples by that latency, 10 us each; beyond the last one in it
 
   std::uint64_t frames_lost = 0;     // on wires
   std::uint64_t frames_dropped = 0;  // by full queues

@@ -625,6 +625,10 @@ class TrialReport:
     @property
     def latency_max_ms(self) -> float: ...
     @property
+    def latency_counts(self) -> list[int]:
+        """samples by that latency, 10 us each; beyond the last one in it"""
+
+    @property
     def frames_lost(self) -> int:
         """on wires"""
 

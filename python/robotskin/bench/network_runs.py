@@ -24,6 +24,7 @@ EVEN_S = 0.05
 QUIET_S = 0.25
 """Without a change of loads for so long, even loads or others, a network has settled."""
 LONGEST_S = 1.5
+LATENCY_STEP_MS = 0.01
 
 
 def wiring_of(network: CellNetwork) -> Wiring:
@@ -64,7 +65,8 @@ class PartLoads:
 
 @dataclass(frozen=True)
 class Service:
-    """What the host got over a time. sent, lost: samples; missing: share of 250 Hz from every cell that was not heard.
+    """What the host got over a time. sent, lost: samples; missing: share of 250 Hz from every cell that was not heard;
+    latency_counts: samples by latency, each count of `LATENCY_STEP_MS` more.
 
     What is missing was lost, or thinned out by the rate divisor because a cable had too many cells.
     """
@@ -74,12 +76,26 @@ class Service:
     missing: float
     latency_mean_ms: float
     latency_p99_ms: float
+    latency_counts: tuple[int, ...] = field(repr=False)
 
     @classmethod
     def of(cls, report: TrialReport, cells: int, seconds: float) -> Service:
         """From a report that was begun anew `seconds` ago. The samples still on their way are no loss."""
         missing = max(0.0, 1 - (report.samples_heard + 0.001 * RATE_HZ * cells) / (RATE_HZ * cells * seconds))
-        return cls(report.samples_sent, report.samples_lost, missing, report.latency_mean_ms, report.latency_p99_ms)
+        return cls(
+            report.samples_sent,
+            report.samples_lost,
+            missing,
+            report.latency_mean_ms,
+            report.latency_p99_ms,
+            tuple(report.latency_counts),
+        )
+
+
+def latency_quantile_ms(services: Iterable[Service], share: float) -> float:
+    """The latency that this share of all samples of several runs kept."""
+    counts = np.sum([served.latency_counts for served in services], axis=0).cumsum()
+    return LATENCY_STEP_MS * float(np.searchsorted(counts, share * counts[-1]) + 1)
 
 
 @dataclass(frozen=True)

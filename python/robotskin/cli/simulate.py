@@ -154,13 +154,15 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
         table = Table(title="Faults")
         for heading in ("fault", "cells cut off", "ways again after ms", "all joined after ms", "healed"):
             table.add_column(heading, justify="left" if heading in ("fault", "healed") else "right", overflow="fold")
-        for outcome in report.outcomes:
+        for number, outcome in enumerate(report.outcomes, start=1):
+            # What the next fault came upon goes on in that one's row.
+            unhealed = "[bold red]no[/]" if number == len(report.outcomes) else "next came first"
             table.add_row(
                 str(outcome.fault),
                 str(outcome.cells_cut_off),
                 f"{outcome.recovery_ms:.2f}",
                 f"{outcome.rejoin_ms:.2f}",
-                "yes" if outcome.healed else "[bold red]no[/]",
+                "yes" if outcome.healed else unhealed,
             )
         console.print(table)
     loads = "; ".join(", ".join(map(str, unit)) for unit in report.port_loads)

@@ -68,6 +68,14 @@ def test_a_skin_forms_and_settles_better_than_it_formed(seed, tmp_path):
     assert (tmp_path / "balance.png").exists()
 
 
+def test_the_latency_of_many_runs_is_that_of_all_their_samples(seed):
+    services = [network_runs.naive_service("sheet", 3, (seed + number) % 100) for number in range(2)]
+    for served in services:
+        assert network_runs.latency_quantile_ms([served], 0.99) == pytest.approx(served.latency_p99_ms)
+    both = network_runs.latency_quantile_ms(services, 0.99)
+    assert min(one.latency_p99_ms for one in services) <= both <= max(one.latency_p99_ms for one in services)
+
+
 @pytest.mark.parametrize(("kind", "ports", "which"), [("cylinder", 4, 1), ("cylinder", 5, 2), ("sheet", 4, 0)])
 def test_uneven_loads_are_explained(kind, ports, which):
     """Skin 4:1 needs more than four extra hops for even loads, one cable of 5:2 is walled in, and 4:0 can be even."""

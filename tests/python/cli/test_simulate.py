@@ -47,6 +47,14 @@ def test_a_run_tells_formation_faults_loads_and_losses(tmp_path, seed):
     assert run["port_load_min"] > 0
 
 
+def test_a_fault_that_the_next_one_overtakes_is_not_called_unhealed(seed):
+    faults = "stop:unit=1,for=5ms@150ms; crash:cell=5@150.1ms"
+    answer = simulate("cylinder:8x6", "--ports", 3, "--units", 2, "--faults", faults, "--seed", seed)
+    assert answer.exit_code == 0, answer.output
+    assert "next came first" in answer.output
+    assert " no " not in answer.output
+
+
 def test_a_finished_layout_runs(seed):
     answer = simulate("allegro_right_hand", "--seconds", 0.2, "--seed", seed)
     assert answer.exit_code == 0, answer.output
