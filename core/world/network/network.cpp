@@ -59,7 +59,9 @@ void Network::step_cell(std::size_t index, rs_input input) {
   cell.queue_peak = std::max<std::uint32_t>(cell.queue_peak, rs_cell_waiting(&cell.state));
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
-  wake_cell(index, now_ns_ + static_cast<std::int64_t>(std::max(delay_us, 1) * cell.ns_per_us) + 1 + cell.slow_ns);
+  // A slow cell wakes so much later than it asked, however often frames make it step, and ask again, meanwhile.
+  const auto delay_ns = static_cast<std::int64_t>(delay_us * cell.ns_per_us) + cell.slow_ns;
+  wake_cell(index, now_ns_ + std::max(delay_ns, static_cast<std::int64_t>(cell.ns_per_us)) + 1);
   tell([&](Observer& observer) { observer.cell_stepped(*this, index, input, output); });
   if (output.restart) reboot(index, restart_ns);
 }

@@ -109,6 +109,13 @@ def test_a_crash_cuts_off_those_behind_and_they_find_another_way(seed):
     assert report.samples_sent - report.samples_heard - report.samples_lost < 3 * COLUMNS * ROWS
 
 
+def test_a_slow_cell_samples_as_often_as_others(seed):
+    """Each of its wake-ups comes later than it asked for, however many frames make it ask anew meanwhile."""
+    busy = COLUMNS + 1  # passes on what others send
+    report = run(sheet_wiring(), [core.Fault(f"slow:cell={busy},by=200us,for=150ms@100ms")], seed)
+    assert report.cell_gap_ms[busy] < 8
+
+
 def test_a_late_patch_is_out_of_reach_until_it_is_clipped_on(seed):
     wiring = sheet_wiring()
     options = core.NetworkOptions()
