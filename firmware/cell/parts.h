@@ -193,10 +193,17 @@ void rs_torque_check(rs_cell* cell);
 bool rs_queue_up(rs_cell* cell, const uint8_t* frame,
                  uint32_t now_us);                       /* by its type; false: no room. It begins at a whole word */
 void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
+/* The subtree has grown to this size. If that is more than a line carries, every other sample is left out, those that a
+ * rate divisor of two would leave out as well, until the section unit has had time to tell its own. */
+void rs_queues_crowd(rs_cell* cell, uint32_t size);
+RS_INLINE void rs_queues_calm(rs_cell* cell) { /* with each tick */
+  uint8_t* most = &cell->queues.data_most;
+  if (*most < RS_QUEUE_DATA) *most = *most < RS_QUEUE_CALMED ? (uint8_t)(*most + 1U) : (uint8_t)RS_QUEUE_DATA;
+}
 void rs_queues_forget_samples(rs_cell* cell);
 /* The last samples wait again, */
-void rs_queues_repeat_lost(rs_cell* cell, uint32_t now_us);   /* as the parent was lost */
-void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us); /* as few frames come through to it */
+void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us); /* as the parent was silent since then */
+void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us);                  /* as few frames come through to it */
 void rs_queues_check(rs_cell* cell, uint32_t now_us);
 
 /* ---- network/transmit.c: the next frame of each idle port ---- */
@@ -237,6 +244,8 @@ uint32_t rs_sampling_period_us(const rs_settings* settings); /* 0: never */
 void rs_sampling_restart(rs_cell* cell, uint32_t now_us);    /* after a change of settings or id, or the first tick */
 void rs_sampling_refresh(rs_cell* cell, uint32_t now_us);    /* a frame for freshness is due, soon */
 void rs_sampling_check(rs_cell* cell, uint32_t now_us);      /* heals what damaged memory says of the next sample */
+/* Whether the rate divisor, or one of two while there is none, leaves out a sample of any cell that comes by. */
+bool rs_sampling_left_out(const rs_cell* cell, const uint8_t* frame, uint32_t now_us);
 void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32_t now_us);
 
 /* ---- cell/joints.c ---- */

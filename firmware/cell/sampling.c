@@ -9,6 +9,7 @@
 #define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
   (1 << ((is_signed) != 0 ? (bits) - 1 : (bits))) - 1,
 enum {
+  SOURCE_MASK = (1 << (RS_clock_source_LAST - RS_clock_source_AT + 1)) - 1,
   CLOCK_ROUND_US = 65536 * RS_TICK_US, /* added so that no difference of times is negative */
   OVERDUE_US = 1000000                 /* no board is so late for a sample: its time is damaged memory */
 };
@@ -33,8 +34,8 @@ uint32_t rs_sampling_period_us(const rs_settings* settings) {
 
 /* Where in the period a cell samples. Multiples of the golden ratio divide a circle more evenly than chance, whichever
  * stretch of consecutive ids a tree has (Knuth 6.4, three-distance theorem). */
-static uint32_t phase_us(const rs_cell* cell, uint32_t period_us) {
-  return (((cell->id * 40503U) & 0xFFFFU) * period_us) >> 16;
+static uint32_t phase_us(uint32_t id, uint32_t period_us) {
+  return (((id * 40503U) & 0xFFFFU) * period_us) >> 16;
 }
 
 /* The next sample after one at `now_us` (or the first, if nothing was sampled). Periods that divide the tick numbers
@@ -47,7 +48,7 @@ static uint32_t next_sample_us(const rs_cell* cell, uint32_t period_us, bool sam
   const uint32_t in_period_us = (cell->route.wave.sequence & (period_ticks - 1U)) * RS_TICK_US;
   uint32_t periods;
   const uint32_t position_us = rs_left_of(in_period_us + (now_us - cell->route.origin_us), period_us, &periods);
-  uint32_t wait_us = rs_left_of(phase_us(cell, period_us) + period_us - position_us, period_us, &periods);
+  uint32_t wait_us = rs_left_of(phase_us(cell->id, period_us) + period_us - position_us, period_us, &periods);
   if (wait_us == 0U || (sampled && wait_us < period_us / 2U)) wait_us += period_us;
   return now_us + wait_us;
 }
@@ -90,14 +91,21 @@ static bool changed(const rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT]) 
   return false;
 }
 
-/* Whether the rate divisor leaves this sample out. Samples are counted by the section unit's time, so that the cells of
- * a tree, whose ids follow each other, take turns. */
-static bool divided_away(const rs_cell* cell, uint32_t period_us, uint32_t now_us) {
-  const uint32_t divisor = cell->route.wave.rate_divisor;
+/* Whether a divisor leaves out the sample that a cell took at a time. Samples are counted by the section unit's time,
+ * so that the cells of a tree, whose ids follow each other, take turns. */
+static bool divided_away(const rs_cell* cell, uint32_t id, uint32_t divisor, uint32_t period_us, uint32_t at_us) {
   if (divisor < 2U) return false;
-  const uint32_t time_us = cell->route.wave.sequence * RS_TICK_US + (now_us - cell->route.origin_us);
-  const uint32_t number = (time_us + CLOCK_ROUND_US + period_us / 2U - phase_us(cell, period_us)) / period_us;
-  return (number + cell->id) % divisor != 0U;
+  const uint32_t time_us = cell->route.wave.sequence * RS_TICK_US + (at_us - cell->route.origin_us);
+  const uint32_t number = (time_us + CLOCK_ROUND_US + period_us / 2U - phase_us(id, period_us)) / period_us;
+  return (number + id) % divisor != 0U;
+}
+
+bool rs_sampling_left_out(const rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
+  const uint32_t divisor = cell->route.wave.rate_divisor;
+  const uint32_t period_us = cell->settings.mode == RS_MODE_CLOCK ? rs_sampling_period_us(&cell->settings) : 0U;
+  return divided_away(cell, rs_load32(frame) >> (31U - RS_clock_source_LAST) & SOURCE_MASK, divisor < 2U ? 2U : divisor,
+                      period_us != 0U ? period_us : 1000000U / RS_CLOCK_RATE_DEFAULT_HZ,
+                      now_us - rs_sample_age_us(cell, frame, now_us));
 }
 
 static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refresh, bool fault, uint32_t now_us) {
@@ -157,7 +165,7 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
     const bool due = sampling->refresh_due && (int32_t)(now_us - sampling->refresh_us) >= 0;
     const bool refresh = due || now_us - sampling->sent_us + period_us >= silence_us(cell);
     if (event || refresh) send(cell, value, !event, fault, now_us);
-  } else if (!divided_away(cell, period_us, now_us)) {
+  } else if (!divided_away(cell, cell->id, cell->route.wave.rate_divisor, period_us, now_us)) {
     send(cell, value, sampling->refresh_due, fault, now_us);
   }
 }

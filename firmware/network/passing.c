@@ -43,7 +43,7 @@ void rs_pass_note(rs_cell* cell, uint32_t now_us) {
 RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const uint8_t* frame, bool checked,
                            uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  if (!rs_sample_has_hop(frame) || queues->data.count >= RS_QUEUE_DATA) return false;
+  if (!rs_sample_has_hop(frame) || queues->data.count >= queues->data_most || rs_frame_is_replayed(frame)) return false;
   if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
   uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);

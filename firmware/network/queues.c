@@ -3,7 +3,11 @@
 
 #include "network/rings.h"
 
-enum { SPOILT_AT_ONCE = 8 }; /* samples that wait while some are repeated */
+enum {
+  SPOILT_AT_ONCE = 8, /* samples that wait while some are repeated */
+  SENT_FEW = 8,       /* samples sent lately that are all repeated; of more, every other one */
+  PERIOD_US = 1000000 / RS_CLOCK_RATE_DEFAULT_HZ
+};
 
 /* A report or request that waits is replaced by a newer one of the same cell. */
 static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
@@ -20,6 +24,18 @@ static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
   return 0;
 }
 
+/* Whether a sample waits or has been sent lately. Where all of a subtree looks for its way, several cells repeat what
+ * they have sent, one to the other. */
+static bool is_here(const rs_queues* queues, const uint8_t* frame) {
+  const uint32_t mask = ~0U << (31U - RS_clock_sequence_LAST); /* type, source and sequence */
+  const unsigned count = (unsigned)queues->data.count + queues->data_sent;
+  for (unsigned i = 0, at = queues->data.first - queues->data_sent; i < count; ++i, ++at) {
+    const uint8_t* other = queues->data_frame[at & (RS_QUEUE_DATA - 1U)];
+    if (((rs_load32(other) ^ rs_load32(frame)) & mask) == 0U) return true;
+  }
+  return false;
+}
+
 bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   uint8_t* place = 0;
@@ -29,6 +45,13 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
       cell->sampling.dropped = true;
       break;
     case RS_TYPE_clock:
+      if (rs_frame_is_replayed(frame) && is_here(queues, frame)) return true;
+      if (queues->data.count >= queues->data_most && rs_sampling_left_out(cell, frame, now_us)) {
+        ++cell->counts.frames_dropped;
+        /* While more cells have just come than a line carries, the section unit knows better what to do. */
+        if (queues->data_most >= RS_QUEUE_DATA) cell->sampling.dropped = true;
+        return true;
+      }
       if (queues->data.count >= RS_QUEUE_DATA) {
         /* The oldest sample is worth least. */
         queues->data.first = (uint8_t)((queues->data.first + 1U) & (RS_QUEUE_DATA - 1U));
@@ -75,6 +98,13 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
   queues->down_ports[(queues->down.first + queues->down.count - 1U) & (RS_QUEUE_DOWN - 1U)] = ports;
 }
 
+void rs_queues_crowd(rs_cell* cell, uint32_t size) {
+  if (cell->settings.mode != RS_MODE_CLOCK) return;
+  const uint32_t period_us = rs_sampling_period_us(&cell->settings);
+  const bool crowded = period_us != 0U && size * PERIOD_US > RS_LINE_CELLS * period_us;
+  if (crowded) cell->queues.data_most = RS_QUEUE_CROWDED;
+}
+
 void rs_queues_forget_samples(rs_cell* cell) {
   rs_queues* queues = &cell->queues;
   const uint32_t forgotten = queues->data.count;
@@ -88,7 +118,7 @@ void rs_queues_forget_samples(rs_cell* cell) {
 static void repeat(rs_cell* cell, uint32_t oldest_us, unsigned most, bool again_too, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   rs_ring* ring = &queues->data;
-  if (now_us - queues->data_sent_us > RS_REPEAT_SPOILT_US) queues->data_sent = 0;
+  if (now_us - queues->data_sent_us > RS_REPEAT_MOST_US) queues->data_sent = 0;
   for (; queues->data_sent > 0U && ring->count < most; --queues->data_sent) {
     const uint8_t last = (uint8_t)((ring->first - 1U) & (RS_QUEUE_DATA - 1U));
     const uint8_t* frame = queues->data_frame[last];
@@ -99,14 +129,31 @@ static void repeat(rs_cell* cell, uint32_t oldest_us, unsigned most, bool again_
   }
 }
 
-void rs_queues_repeat_lost(rs_cell* cell, uint32_t now_us) {
-  repeat(cell, RS_REPEAT_US, RS_QUEUE_DATA, true, now_us);
+/* Of the samples sent lately only those stay that a rate divisor of two would leave: enough to hear of every cell, and
+ * more than that would keep others waiting. */
+static void thin_out_sent(rs_cell* cell, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  unsigned left = 0;
+  for (unsigned i = 1; i <= queues->data_sent; ++i) {
+    const uint8_t* frame = queues->data_frame[(queues->data.first - i) & (RS_QUEUE_DATA - 1U)];
+    if (rs_sampling_left_out(cell, frame, now_us)) continue;
+    ++left;
+    if (left != i) rs_frame_copy(queues->data_frame[(queues->data.first - left) & (RS_QUEUE_DATA - 1U)], frame);
+  }
+  queues->data_sent = (uint8_t)left;
+  queues->data_most = RS_QUEUE_CROWDED;
+}
+
+void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us) {
+  if (cell->queues.data_sent > SENT_FEW) thin_out_sent(cell, now_us);
+  const uint32_t silent_us = now_us - since_us, most_us = RS_REPEAT_MOST_US - RS_REPEAT_US;
+  repeat(cell, RS_REPEAT_US + (silent_us < most_us ? silent_us : most_us), RS_QUEUE_DATA, true, now_us);
 }
 
 /* What came here as a repetition is not repeated: where many lines spoil frames, it would multiply from cell to cell.
  */
 void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us) {
-  repeat(cell, RS_REPEAT_SPOILT_US, SPOILT_AT_ONCE, false, now_us);
+  repeat(cell, RS_REPEAT_MOST_US, SPOILT_AT_ONCE, false, now_us);
 }
 
 void rs_queues_check(rs_cell* cell, uint32_t now_us) {
@@ -115,6 +162,7 @@ void rs_queues_check(rs_cell* cell, uint32_t now_us) {
     if (now_us - queues->started_us[port] >= RS_SENDING_US) queues->busy &= (uint8_t)~(1U << port);
   }
   if (queues->data.count > RS_QUEUE_DATA) queues->data.count = 0;
+  if (queues->data_most > RS_QUEUE_CALMED || queues->data_most < RS_QUEUE_CROWDED) queues->data_most = RS_QUEUE_DATA;
   if (queues->data_sent > RS_QUEUE_DATA - queues->data.count) queues->data_sent = 0;
   if (queues->data_again > queues->data.count) queues->data_again = queues->data.count;
   if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;

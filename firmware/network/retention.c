@@ -240,10 +240,13 @@ void rs_retention_move(rs_cell* cell, uint32_t now_us) {
     const uint16_t behind = (uint16_t)(route->wave.sequence - old->wave.sequence);
     const bool silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
     retention->was_silent = silent || rs_link_spoilt(old, now_us);
+    /* Of a neighbour that has rebooted or is stuck, the last frame tells less than the last new tick. */
+    retention->silent_us = silent ? old->turned_us : now_us - RS_SPOILT_SILENT_US;
     retention->was_lost = silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
   }
   if (route->parent_port == RS_NO_PARENT) return;
-  if (retention->was_silent) rs_queues_repeat_lost(cell, now_us);
+  if (retention->was_silent) rs_queues_repeat_lost(cell, retention->silent_us, now_us);
+  cell->queues.data_sent = 0; /* to this parent */
   move(cell, !retention->was_lost);
 }
 

@@ -33,7 +33,7 @@ RS_INLINE void rs_samples_sent_within(rs_queues* queues) {
 /* Takes the oldest sample, of which there must be one, and keeps it for a while. */
 RS_INLINE void rs_samples_take(rs_queues* queues, uint32_t now_us, uint8_t* frame) {
   rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame);
-  if (now_us - queues->data_sent_us > RS_REPEAT_SPOILT_US) queues->data_sent = 0;
+  if (now_us - queues->data_sent_us > RS_REPEAT_MOST_US) queues->data_sent = 0;
   queues->data_sent_us = now_us;
   ++queues->data_sent;
 }

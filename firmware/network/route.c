@@ -29,6 +29,7 @@ void rs_route_boot(rs_cell* cell, uint32_t now_us) {
   route->reported_us = now_us - RS_STATUS_US;
   route->advertised_us = now_us;
   cell->queues.advert_due = RS_ALL_PORTS;
+  cell->queues.data_most = RS_QUEUE_DATA;
   rs_subtree_update(cell);
 }
 
@@ -67,6 +68,7 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   route->hops = (uint8_t)(neighbour->hops + 1U);
   route->wave = neighbour->wave;
   route->origin_us = neighbour->origin_us;
+  rs_queues_calm(cell);
   if (route->unbound || rs_newer(route->wave.sequence, route->feasible_sequence)) {
     route->unbound = false;
     route->feasible_sequence = route->wave.sequence;
@@ -103,9 +105,23 @@ static unsigned best_feasible(const rs_route* route, uint32_t now_us) {
   return best;
 }
 
+/* Who has a parent has the distance of the wave that it passes on. Where it has not, memory is damaged, and the known
+ * time says which of the two: otherwise nobody might be feasible for long. */
+static void heal_distance(rs_route* route) {
+  if (route->parent_port == RS_NO_PARENT || route->unbound || route->feasible_sequence == route->wave.sequence) return;
+  if (route->known_time != ~route->known_time_complement) return;
+  if ((uint16_t)route->known_time == route->wave.sequence) {
+    route->feasible_sequence = route->wave.sequence;
+    if (route->hops < route->feasible_hops) route->feasible_hops = route->hops;
+  } else if ((uint16_t)route->known_time == route->feasible_sequence) {
+    route->wave.sequence = route->feasible_sequence;
+  }
+}
+
 /* R5 */
 void rs_route_lose(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
+  heal_distance(route); /* without a parent nothing could tell it from a right one */
   const unsigned best = best_feasible(route, now_us);
   if (best < RS_PORTS) {
     rs_route_adopt(cell, best, now_us);
@@ -140,6 +156,7 @@ static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const 
 static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
   const rs_neighbour* parent = &route->neighbour[port];
+  heal_distance(route);
   if (parent->child || parent->hops >= RS_HOPS_MAX) {
     rs_route_lose(cell, now_us);
   } else if (parent->leaving && rs_move_shed(cell, now_us)) {
@@ -283,19 +300,6 @@ void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   if (route->parent_port == port + 1U && !poison && rs_waves_equal(&route->wave, &neighbour->wave)) {
     route->known_time = rs_wave_time(&route->wave);
     route->known_time_complement = ~route->known_time;
-  }
-}
-
-/* Who has a parent has the distance of the wave that it passes on. Where it has not, memory is damaged, and the known
- * time says which of the two: otherwise nobody might be feasible for long. */
-static void heal_distance(rs_route* route) {
-  if (route->parent_port == RS_NO_PARENT || route->unbound || route->feasible_sequence == route->wave.sequence) return;
-  if (route->known_time != ~route->known_time_complement) return;
-  if ((uint16_t)route->known_time == route->wave.sequence) {
-    route->feasible_sequence = route->wave.sequence;
-    if (route->hops < route->feasible_hops) route->feasible_hops = route->hops;
-  } else if ((uint16_t)route->known_time == route->feasible_sequence) {
-    route->wave.sequence = route->feasible_sequence;
   }
 }
 

@@ -9,6 +9,7 @@ enum {
   /* Jitter and slow clocks make frames longer; a line that is full may carry so little. */
   LINE_FULL = LINE_WINDOW_TICKS * RS_TICK_US / RS_FRAME_US * 37 / 40,
   RATE_WINDOW_TICKS = 64,
+  RISE_TICKS = 3, /* sizes are right again after so many */
   FALL_TICKS = 100,
   HOLD_TICKS = 1000,
   HOLD_TICKS_MAX = 60000,
@@ -22,6 +23,8 @@ enum {
   SUM_HZ = 1000000 / (RS_EPOCH_TICKS * RS_TICK_US), /* at least: one limb's torque sums */
   PORT_HZ = LINE_HZ - RESERVED_HZ /* samples and torque sums: those of 70 cells at 250 Hz, and of a limb */
 };
+RS_STATIC_ASSERT((int)RS_LINE_CELLS == ((int)PORT_HZ - (int)SUM_HZ) / (int)RS_CLOCK_RATE_DEFAULT_HZ,
+                 "cells and section units know the same limit");
 
 void rs_rate_start(rs_unit_rate* rate) {
   *rate = (rs_unit_rate){.divisor = 1};
@@ -70,6 +73,18 @@ static void thin_out(rs_unit_rate* rate, uint32_t least) {
   rate->hold_next_ticks = (uint16_t)(2U * hold > HOLD_TICKS_MAX ? HOLD_TICKS_MAX : 2U * hold);
 }
 
+/* By one at once, and by more when that has been needed for some ticks: where a large subtree looks for its way, sizes
+ * count some cells twice for a moment. */
+static void rise(rs_unit_rate* rate, uint32_t least) {
+  rate->low_ticks = 0;
+  if (rate->rise_ticks == 0U || least < rate->rise) rate->rise = (uint8_t)least;
+  ++rate->rise_ticks;
+  if (rate->rise_ticks == 1U) ++rate->divisor;
+  if (rate->rise_ticks < RISE_TICKS) return;
+  rate->divisor = rate->rise;
+  rate->rise_ticks = 0;
+}
+
 bool rs_rate_tick(rs_unit_rate* rate, uint32_t size) {
   if (rate->size != size) rate->size = 0;
   ++rate->ticks;
@@ -89,8 +104,10 @@ bool rs_rate_tick(rs_unit_rate* rate, uint32_t size) {
   if (least > DIVISOR_MAX) least = DIVISOR_MAX;
 
   const uint32_t before = rate->divisor;
-  if (least >= rate->divisor) {
-    rate->divisor = (uint8_t)least;
+  if (least <= rate->divisor) rate->rise_ticks = 0;
+  if (least > rate->divisor) {
+    rise(rate, least);
+  } else if (least == rate->divisor) {
     rate->low_ticks = 0;
   } else if (++rate->low_ticks >= FALL_TICKS) {
     rate->divisor = (uint8_t)least;

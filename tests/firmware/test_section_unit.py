@@ -287,3 +287,22 @@ def test_a_bad_configuration_is_refused(wrong: dict[str, int]) -> None:
     options = {"ports": 2, "session": 1, **wrong}
     with pytest.raises(ValueError, match="1 to 15 ports"):
         firmware.SectionUnit().boot(START, **options)
+
+
+def test_the_rate_divisor_rises_at_once_but_takes_no_passing_size_for_true() -> None:
+    """Where a large subtree looks for its way, sizes count some cells twice for a moment."""
+    bench = Bench()
+
+    def divisors(size: int, ticks: int) -> list[int]:
+        bench.frames.clear()
+        for _ in range(ticks):
+            bench.attach()
+            bench.hear("status", size=size)
+            bench.run_us(1000)
+        return [firmware.unpack(frame)[1]["rate_divisor"] for at, frame in bench.frames if at == 1]
+
+    assert set(divisors(66, 20)) == {1}
+    assert divisors(204, 2) == [2, 2]
+    assert set(divisors(101, 20)) == {2}
+    assert divisors(204, 4)[-1] == 3
+    assert set(divisors(204, 20)) == {3}

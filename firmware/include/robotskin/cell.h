@@ -8,7 +8,7 @@
  * - A frame in the output goes out on an idle port; its bytes stay where they are, inside the state, until
  *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port. Where
  *   the output's `waiting` does not name the port, nothing is gained by a step of its own: the next input's `sent`
- * tells it as well (a chip enables its transmitter's interrupt only while more is to be sent).
+ *   tells it as well (a chip enables its transmitter's interrupt only while more is to be sent).
  * - RS_INPUT_TIMER at or after `timer_us`, RS_INPUT_SAMPLE at or after `sample_us` (if `sampling`). Both times hold
  *   until the next output; an early, late or unasked timer does no harm.
  * - Frames are given as received: the cell checks and counts them. A frame with RS_FRAME_BYTES bytes that fails its
@@ -83,10 +83,13 @@ typedef struct {
  * Truths are bytes, 0 or not, so that damaged memory holds none that C does not know. */
 
 enum {
-  RS_QUEUE_DATA = 64, /* clock frames of the subtree */
-  RS_QUEUE_SLOW = 64, /* replies, topology and join frames of the subtree */
-  RS_QUEUE_DOWN = 16, /* commands on their way down */
-  RS_NO_PARENT = 0    /* parent_port */
+  RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
+  RS_LINE_CELLS = 70,   /* a line carries at 250 Hz. Where more have come, */
+  RS_QUEUE_CROWDED = 4, /* so many clock frames may wait before every other one is left out, one more each tick, */
+  RS_QUEUE_CALMED = 16, /* and as many as there is room for after this many */
+  RS_QUEUE_SLOW = 64,   /* replies, topology and join frames of the subtree */
+  RS_QUEUE_DOWN = 16,   /* commands on their way down */
+  RS_NO_PARENT = 0      /* parent_port */
 };
 
 /* What the root fixed in a tick, passed on unchanged. */
@@ -230,6 +233,7 @@ typedef struct {
   uint8_t size_due;              /* the status tells a new size or depth, which the rate divisor waits for */
   uint8_t passed_over;           /* frames sent to the parent while slow ones waited */
   uint8_t data_passed_over;      /* ... and while clock frames waited */
+  uint8_t data_most;             /* so many clock frames may wait before every other one is left out */
   uint8_t data_sent;             /* clock frames before the first one that were sent lately and are still there */
   uint8_t data_again;            /* of those that wait, the first so many have been sent before */
   uint32_t data_sent_us;         /* when the last one was sent */

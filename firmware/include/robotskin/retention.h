@@ -47,6 +47,7 @@ typedef struct {
   uint8_t torque_serial;
   uint8_t was_lost;                          /* the last parent was not left but lost, */
   uint8_t was_silent;                        /* and what it had not passed on it will not */
+  uint32_t silent_us;                        /* since when */
   uint32_t parent_changes;                   /* known so far */
   uint32_t back_us;                          /* when it last went back */
   uint16_t event_time[RS_RETAINED_EVENTS];   /* of the sample; cell's clock / 64 us */

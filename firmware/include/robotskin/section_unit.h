@@ -117,6 +117,8 @@ typedef struct {
   uint16_t low_ticks;  /* for which a smaller divisor would have done */
   uint16_t hold_ticks; /* after cells lost frames, until a smaller divisor is tried again */
   uint16_t hold_next_ticks;
+  uint8_t rise,
+      rise_ticks;  /* least divisor that would have done in each of the last ticks; ticks for which more would */
   uint8_t floor;   /* least divisor until then */
   uint8_t divisor; /* in force */
   bool overflowed; /* cells lost frames in the last short window */

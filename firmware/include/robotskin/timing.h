@@ -52,8 +52,9 @@ enum {
   RS_PEER_PULL_US = 50,          /* by so much a tick */
   RS_PEER_LEAP_MS = 30000,       /* longest leap: half the tick numbers are newer */
   RS_ECHO_US = 250,              /* from going back to frames that were missed until the parent knows it */
-  RS_REPEAT_US = 3000,           /* clock frames sent so lately to a parent that was lost are sent to the new one */
-  RS_REPEAT_SPOILT_US = 7000,    /* clock frames so old are sent again over a line that spoils frames */
+  RS_REPEAT_US = 1000,           /* clock frames taken so long before a parent fell silent are sent to the new one, */
+  RS_REPEAT_MOST_US = 7000,      /* but none older than this; so old ones again over a line that spoils frames, */
+  RS_SPOILT_SILENT_US = 2000,    /* and since so long such a line counts as silent to who leaves it */
   RS_RETENTION_US = 12000,       /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,     /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,      /* one that found no parent is given up after this */

@@ -120,10 +120,10 @@ campaign_mutant(sampling_unhealed cell/sampling.c
   "if ((sampling->running != 0U) != wanted || (wanted && far)) rs_sampling_restart(cell, now_us)"
   "(void)wanted, (void)far")
 campaign_mutant(thinned_out_too_much cell/sampling.c
-  "return (number + cell->id) % divisor != 0U"
-  "return (number + cell->id) % (2U * divisor) != 0U")
+  "return (number + id) % divisor != 0U"
+  "return (number + id) % (2U * divisor) != 0U")
 campaign_mutant(divisor_ignored cell/sampling.c
-  "return (number + cell->id) % divisor != 0U"
+  "return (number + id) % divisor != 0U"
   "return number == 0U && divisor == 0U")
 campaign_mutant(never_thinned_out section_unit/rate.c
   "if (least > DIVISOR_MAX) least = DIVISOR_MAX"

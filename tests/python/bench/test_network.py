@@ -174,3 +174,23 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
         if kind == "noise":  # no cell loses its way, and no cell more than two samples in a row
             assert healing.cells_cut_off == 0
             assert healing.host_gap_ms <= 12.5
+
+
+@pytest.mark.parametrize(
+    ("kind", "skin", "which"),
+    [
+        ("link", "sheared_sheet", 5),  # a cable gets twice the cells that it carries, at once
+        ("reboot", "sheared_sheet", 5),
+        ("reboot", "sheared_sheet", 19),  # whoever has rebooted is heard again before it is missed
+        ("zombie", "ring_12", 18),  # four cells in a row look for another way and repeat what they have sent
+        ("zombie", "cylinder", 13),
+        ("slow", "sheet", 10),  # frames come in more often than the cell wakes up
+        ("memory", "ur5", 1),  # feasible distance and parent's link damaged at once
+        ("memory", "ur5", 3),
+    ],
+)
+def test_no_single_fault_silences_a_cell_for_more_than_two_samples(kind: str, skin: str, which: int) -> None:
+    healing = heal(kind, skin, which)
+    assert healing.healed
+    assert healing.recovery_ms <= 10
+    assert healing.host_gap_ms <= 12.5
