@@ -104,7 +104,11 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
 
 void rs_move_detour(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->yielding == 0U || route->hold || route->parent_port == RS_NO_PARENT) return;
+  if (route->hold || route->parent_port == RS_NO_PARENT) return;
+  /* Who hangs on a cell that may go a longer way soon says so at once: nobody deep comes below it meanwhile, whom that
+   * way would bring beyond the cap on the depth. */
+  if (route->yielding == 0U && route->neighbour[route->parent_port - 1U].leaving) rs_subtree_update(cell);
+  if (route->yielding == 0U) return;
   /* Those who hang on this cell have to know it first, so that it does not go to one of them; and they go first, so
    * that it is known how deep its subtree is. */
   if (route->yielding < 255U) ++route->yielding;

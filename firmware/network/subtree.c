@@ -34,29 +34,34 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
          a->round == b->round && a->whole == b->whole;
 }
 
-/* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
- * upwards, and the ways of all others stay as they are. */
-static uint32_t most_to_let_go(const rs_wants* wants) {
-  return 6U << (wants->round & 3U);
+/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in four of
+ * eight rounds only one in eight of them does. */
+static bool in_turns(const rs_wants* wants) {
+  return (wants->round & 4U) != 0U;
 }
 
-/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in four of
- * eight rounds half of them stay as they are: those by a bit of their id, another one each quarter of a second. */
+/* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
+ * upwards, and the ways of all others stay as they are. Where few let go at a time, a trunk may be most of its tree. */
+static uint32_t most_to_let_go(const rs_wants* wants) {
+  return (in_turns(wants) ? 24U : 6U) << (wants->round & 3U);
+}
+
+/* Whose turn it is changes every 32 ticks. Neighbours have consecutive ids as a rule; their turns are far apart, so
+ * that a trunk is let go of at one place. */
 static bool takes_turn(const rs_cell* cell) {
   const rs_wants* wants = &cell->route.wants;
-  return (wants->round & 4U) == 0U || (cell->id >> (wants->sequence >> 8U & 7U) & 1U) != 0U;
+  return !in_turns(wants) || (cell->id * 40503U >> 7U & 7U) == (wants->sequence >> 5U & 7U);
 }
 
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
  * with all that hangs on it; whoever has another parent off the border goes there, and the trunk becomes light. */
 static bool hangs_at_border(const rs_cell* cell) {
   const rs_route* route = &cell->route;
-  const bool detour = route->hold && route->target_root == route->wave.root;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (neighbour->child || !rs_link_usable(neighbour) || neighbour->hops >= RS_HOPS_POISON) continue;
     if (port + 1U == route->parent_port) {
-      if (neighbour->leaving && !detour) return true;
+      if (neighbour->leaving) return true;
       continue;
     }
     for (unsigned w = 0; w < RS_WANTS; ++w) {

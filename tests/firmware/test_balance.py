@@ -6,7 +6,7 @@ from small_world import SmallWorld
 
 from robotskin._core import firmware
 from robotskin._core.world import NetworkOptions, NetworkTrial, UnitDescription, Wiring
-from robotskin.bench.network_runs import settle
+from robotskin.bench.network_runs import loads_of, settle, trial_of
 from robotskin.bench.network_set import skins
 
 
@@ -81,6 +81,22 @@ def test_what_has_joined_since_the_offer_does_not_come_too_deep(kind: str, ports
     assert run.depth <= run.least_depth + 4
 
 
+@pytest.mark.parametrize(("ports", "skin_seed"), [(3, 56), (5, 38)])
+def test_whoever_goes_a_longer_way_brings_nobody_too_deep_who_came_below_meanwhile(ports: int, skin_seed: int) -> None:
+    run = settle("sheared_sheet", ports, skin_seed)
+    assert max(run.loads) < max(run.formed)
+    assert run.depth <= run.least_depth + 4
+
+
+@pytest.mark.parametrize("skin_seed", [30, 46, 78, 84])
+def test_a_trunk_with_most_of_its_tree_moves_cell_by_cell(skin_seed: int) -> None:
+    """In these rings of patches the border of the largest tree is one trunk, and only one bridge leads round it."""
+    network = skins("ring_12", 3, skin_seed)
+    trial = trial_of(network, skin_seed)
+    trial.run_until(2.5)
+    assert max(loads_of(network, trial)) <= 1.10 * len(network) / 3
+
+
 @pytest.mark.parametrize("skin_seed", [56, 74, 93])
 def test_a_trunk_along_the_border_moves_cell_by_cell(skin_seed: int) -> None:
     """In these leaning sheets a trunk leads along the border, and its branches have only longer ways off it."""
@@ -106,7 +122,7 @@ def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
     return told
 
 
-def test_where_all_of_a_tree_hangs_at_the_border_one_half_lets_go(seed: int) -> None:
+def test_where_all_of_a_tree_hangs_at_the_border_few_let_go_at_a_time(seed: int) -> None:
     """Both trunks of the fullest tree run along the border: let go together, neither's branches find another way.
 
     Whose turn it is goes by the cells' ids, so not every draw of them comes to the end.
