@@ -16,8 +16,6 @@ constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 102 / 100;
 constexpr std::int64_t zombie_ns =
     RS_STALE_US * us + 2 * RS_STALE_TICKS * RS_TICK_US * us;  // noticed by standing still
 
-// A full queue, over a line that carries as many cells as it may: their samples, and control, leave a tenth of it.
-constexpr std::int64_t drained_ns = RS_QUEUE_DATA * RS_FRAME_US * us * 10;
 // Until a grant has come to the cell it is for, on the longest way.
 constexpr std::int64_t grant_way_ns = RS_HOPS_MAX * hop_ns;
 
@@ -153,9 +151,6 @@ void Ground::fault(const Fault& fault, int phase) {
         for (const std::size_t wire : wires_of(fault)) shake(wire, fault.lasts_ns, downs);
       }
       disturb(begins ? fault.lasts_ns : 0, repair_ns);
-      // Over a line that spoils frames samples are repeated; where all do, that fills queues, which have to empty.
-      if (fault.kind == FaultKind::noise)
-        samples_disturbed_ns_ = std::max(samples_disturbed_ns_, disturbed_ns_ + repair_ns + drained_ns);
       break;
     }
     case FaultKind::slow:

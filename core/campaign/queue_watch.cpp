@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "robotskin/crc.h"
+
 namespace robotskin::campaign {
 namespace {
 
@@ -11,12 +13,13 @@ constexpr std::int64_t drained_hop_ns = RS_QUEUE_DATA * RS_FRAME_US * us;
 
 }  // namespace
 
-void QueueWatch::cell_stepped(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
-                              std::size_t index, bool within_load) {
+std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& network, const Ground& ground,
+                                                    const RecoveryWatch& recovery, std::size_t index,
+                                                    bool within_load) {
   const rs_cell& state = network.cell(index);
   const rs_ring& ring = state.queues.data;
   Cell& cell = cells_[index];
-  if (ring.first == cell.first && ring.count == cell.count) return;
+  if (ring.first == cell.first && ring.count == cell.count) return std::nullopt;
   const std::int64_t now_ns = network.time_ns();
   const bool lawless = ground.lawless(now_ns);
   if (ring.count > RS_QUEUE_DATA || state.queues.slow.count > RS_QUEUE_SLOW ||
@@ -24,11 +27,21 @@ void QueueWatch::cell_stepped(const world::Network& network, const Ground& groun
     if (!lawless)
       breaks_.add(Invariant::queue_bound, now_ns, {index},
                   {{"data", ring.count}, {"slow", state.queues.slow.count}, {"down", state.queues.down.count}});
-    return;
+    return std::nullopt;
   }
   const unsigned left = (ring.first - cell.first) & (RS_QUEUE_DATA - 1U);
   const unsigned came = (ring.count + left - cell.count) & (2U * RS_QUEUE_DATA - 1U);
-  const bool judged = within_load && !lawless && ground.calm(now_ns) && state.counts.frames_dropped == cell.dropped;
+  const bool dropped = state.counts.frames_dropped != cell.dropped;
+  cell.crowded = cell.crowded || state.queues.data_again > 0;
+  for (unsigned i = 0; i < std::min<unsigned>(came, ring.count) && !cell.crowded; ++i)
+    cell.crowded =
+        rs_frame_is_replayed(state.queues.data_frame[(ring.first + ring.count - 1U - i) & (RS_QUEUE_DATA - 1U)]);
+  std::optional<TakenSample> lost;
+  if (cell.crowded && dropped && cell.count == RS_QUEUE_DATA && left > 0) {
+    lost = cell.oldest;
+    ++cell.crowded_out;
+  }
+  const bool judged = within_load && !lawless && ground.calm(now_ns) && !dropped && !cell.crowded;
   for (unsigned i = 0; i < std::min<unsigned>(left, cell.count); ++i) {
     const std::int64_t since_ns = cell.since_ns[(cell.first + i) & (RS_QUEUE_DATA - 1U)];
     if (!judged || recovery.whole_since_ns() > since_ns || ground.samples_disturbed(since_ns - 10 * ms)) continue;
@@ -42,6 +55,10 @@ void QueueWatch::cell_stepped(const world::Network& network, const Ground& groun
   cell.first = ring.first;
   cell.count = ring.count;
   cell.dropped = state.counts.frames_dropped;
+  if (ring.count == RS_QUEUE_DATA)
+    cell.oldest = SampleLedger::taken_in(state.queues.data_frame[ring.first & (RS_QUEUE_DATA - 1U)]);
+  cell.crowded = cell.crowded && ring.count > 0;
+  return lost;
 }
 
 void QueueWatch::count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
@@ -57,7 +74,7 @@ void QueueWatch::count_drops(const world::Network& network, const Ground& ground
   const bool judged =
       !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed(counted_ns_ - 20 * ms);
   for (std::size_t index = 0; index < cells_.size(); ++index) {
-    const std::uint32_t dropped = network.cell(index).counts.frames_dropped;
+    const std::uint32_t dropped = network.cell(index).counts.frames_dropped - cells_[index].crowded_out;
     const rs_wave& wave = network.cell(index).route.wave;
     const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
     const bool too_low = load[wave.root] > divisor * port.bearable;

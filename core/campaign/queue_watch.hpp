@@ -1,15 +1,20 @@
 // How long samples wait in a cell, that queues stay within their size (I13), and that none overflows once the rate
 // divisor has had its time (I18).
+//
+// Over lines that spoil frames samples are repeated, which may fill queues. From the first repeated one in a queue
+// until it is empty, nobody is held to how long others wait there, nor to those that find it full.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "campaign/ground.hpp"
 #include "campaign/invariants.hpp"
 #include "campaign/recovery_watch.hpp"
+#include "campaign/sample_ledger.hpp"
 
 namespace robotskin::campaign {
 
@@ -29,9 +34,9 @@ class QueueWatch {
   void count_drops(const world::Network& network, const Ground& ground, const RouteWatch& routes,
                    const RecoveryWatch& recovery, std::span<const std::uint32_t> load, PortLoad port, bool undisturbed);
 
-  // `within_load`: no port has more cells than it can carry.
-  void cell_stepped(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
-                    std::size_t cell, bool within_load);
+  // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
+  std::optional<TakenSample> cell_stepped(const world::Network& network, const Ground& ground,
+                                          const RecoveryWatch& recovery, std::size_t cell, bool within_load);
 
   std::int64_t longest_ns() const { return longest_ns_; }
 
@@ -42,6 +47,9 @@ class QueueWatch {
     std::uint8_t first = 0, count = 0;
     std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
     std::int64_t thinned_ns = 0;  // when the divisor rose last
+    bool crowded = false;         // since it was empty, a repeated sample has been in it
+    std::uint32_t crowded_out = 0;
+    TakenSample oldest;  // while it is full
   };
 
   BreakLog& breaks_;

@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t fault_free_ns = 20 * ms;  // from then on nothing is a repair any more
+constexpr std::int64_t word_ns = 4 * ms;         // two adverts, the second of which may have been lost, and their way
 
 }  // namespace
 
@@ -20,6 +21,7 @@ RecoveryWatch::RecoveryWatch(const world::Network& network, Ground& ground, Rout
       clean_lines_(clean_lines),
       path_(network.cell_count()),
       path_since_ns_(network.cell_count(), never),
+      nearer_since_ns_(network.cell_count(), never),
       whole_since_ns_(never) {}
 
 RecoveryWatch::Path RecoveryWatch::path_of(std::size_t cell) {
@@ -66,6 +68,7 @@ void RecoveryWatch::struck(bool everywhere) {
   repairing_ = true;
   told_ = false;
   whole_since_ns_ = never;
+  std::ranges::fill(nearer_since_ns_, never);
   follow_paths();
   std::vector<std::int32_t> distance(path_.size(), -1);
   std::vector<std::size_t> queue;
@@ -143,7 +146,10 @@ void RecoveryWatch::poll() {
   }
   check_formation();
   if (now_ns >= ground_.repaired_ns() + fault_free_ns) {
-    if (now_ns >= routes_.changed_ns() + fault_free_ns) check_nearest();
+    if (now_ns >= routes_.changed_ns() + fault_free_ns)
+      check_nearest();
+    else
+      std::ranges::fill(nearer_since_ns_, never);
     check_sizes();
   }
 }
@@ -161,26 +167,50 @@ void RecoveryWatch::check_formation() {
   }
 }
 
-// In a settled tree no cell stays away from a nearer parent of its own root.
+// Whether the rule keeps a cell from going back to a nearer neighbour: that is to become light, and the cell's own
+// parent is not, nor the cell or what hangs on it too deep.
+bool RecoveryWatch::stays_away(const rs_route& route, unsigned port) const {
+  const rs_neighbour& parent = route.neighbour[(route.parent_port - 1U) % RS_PORTS];
+  return route.neighbour[port - 1].leaving && !parent.leaving &&
+         route.hops + route.subtree_height <= route.wave.depth_cap;
+}
+
+// In a settled tree no cell stays away from a nearer parent of its own root for longer than word of it takes.
 void RecoveryWatch::check_nearest() {
+  const std::int64_t now_ns = network_.time_ns();
   for (std::size_t cell = 0; cell < path_.size(); ++cell) {
-    if (path_[cell] != Path::whole) continue;
-    const rs_route& route = network_.cell(cell).route;
-    for (unsigned port = 1; port <= RS_PORTS; ++port) {
-      const std::size_t wire = ground_.wire_of_cell(cell, port);
-      if (!ground_.ready(wire, network_.time_ns() - fault_free_ns)) continue;
-      const auto far = static_cast<std::size_t>(ground_.far(wire));
-      if (!ground_.is_cell(far) || !ground_.ready(far, network_.time_ns() - fault_free_ns)) continue;
-      const std::size_t other = Ground::cell_of(far);
-      const rs_route& beside = network_.cell(other).route;
-      if (path_[other] != Path::whole || beside.wave.root != route.wave.root || beside.hops + 1 >= route.hops) continue;
-      if (beside.yielding || route.neighbour[port - 1].leaving) continue;  // it is to become light
-      const rs_neighbour& back = beside.neighbour[far % RS_PORTS];
-      if (back.held && !back.up) continue;  // nothing hangs on a link that is held down
-      breaks_.add(Invariant::depth_cap, network_.time_ns(), {cell, other},
-                  {{"hops", route.hops}, {"beside", beside.hops}, {"port", port}});
+    const unsigned port = path_[cell] == Path::whole ? nearer_port(cell) : 0;
+    if (port == 0) {
+      nearer_since_ns_[cell] = never;
+      continue;
     }
+    nearer_since_ns_[cell] = std::min(nearer_since_ns_[cell], now_ns);
+    if (now_ns - nearer_since_ns_[cell] < word_ns) continue;
+    nearer_since_ns_[cell] = now_ns;
+    const std::size_t other = Ground::cell_of(static_cast<std::size_t>(ground_.far(ground_.wire_of_cell(cell, port))));
+    breaks_.add(
+        Invariant::depth_cap, now_ns, {cell, other},
+        {{"hops", network_.cell(cell).route.hops}, {"beside", network_.cell(other).route.hops}, {"port", port}});
   }
+}
+
+// The port to a cell that would be a nearer parent of the same root, and that the rule lets it go to; 0: none.
+unsigned RecoveryWatch::nearer_port(std::size_t cell) const {
+  const std::int64_t ready_ns = network_.time_ns() - fault_free_ns;
+  const rs_route& route = network_.cell(cell).route;
+  for (unsigned port = 1; port <= RS_PORTS; ++port) {
+    const std::size_t wire = ground_.wire_of_cell(cell, port);
+    if (!ground_.ready(wire, ready_ns)) continue;
+    const auto far = static_cast<std::size_t>(ground_.far(wire));
+    if (!ground_.is_cell(far) || !ground_.ready(far, ready_ns)) continue;
+    const std::size_t other = Ground::cell_of(far);
+    const rs_route& beside = network_.cell(other).route;
+    if (path_[other] != Path::whole || beside.wave.root != route.wave.root || beside.hops + 1 >= route.hops) continue;
+    const rs_neighbour& back = beside.neighbour[far % RS_PORTS];
+    if (back.held && !back.up) continue;  // nothing hangs on a link that is held down
+    if (!stays_away(route, port)) return port;
+  }
+  return 0;
 }
 
 void RecoveryWatch::check_sizes() {

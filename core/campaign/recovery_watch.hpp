@@ -36,6 +36,8 @@ class RecoveryWatch {
   Path path_of(std::size_t cell);
   void follow_paths();
   void check_formation();
+  bool stays_away(const rs_route& route, unsigned port) const;
+  unsigned nearer_port(std::size_t cell) const;
   void check_nearest();
   void check_sizes();
 
@@ -45,7 +47,7 @@ class RecoveryWatch {
   BreakLog& breaks_;
   bool clean_lines_;
   std::vector<Path> path_;
-  std::vector<std::int64_t> path_since_ns_;
+  std::vector<std::int64_t> path_since_ns_, nearer_since_ns_;
   std::vector<std::int32_t> trail_;
   std::int64_t whole_since_ns_ = 0, longest_repair_ns_ = 0;
   std::uint64_t attached_ = 0;

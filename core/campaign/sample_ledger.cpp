@@ -86,6 +86,18 @@ void SampleLedger::cell_stepped(const world::Network& network, std::size_t index
   cell.sequence = state.sampling.sequence;
 }
 
+TakenSample SampleLedger::taken_in(const std::uint8_t* frame_at) {
+  rs_clock frame;
+  rs_clock_unpack(&frame, frame_at);
+  return {frame.force_1, static_cast<std::uint16_t>(frame.proximity)};
+}
+
+void SampleLedger::crowded_out(TakenSample sample) {
+  if (sample.cell >= cells_.size()) return;
+  Entry& entry = cells_[sample.cell].entry[sample.number % kept];
+  if (entry.number == sample.number) entry.crowded_out = true;
+}
+
 void SampleLedger::datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
                             std::span<const std::uint8_t> datagram) {
   for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
@@ -157,7 +169,7 @@ void SampleLedger::poll(const world::Network& network, const Ground& ground, con
       const Entry& entry = cell.entry[cell.checked % kept];
       if (entry.number != cell.checked) continue;  // overwritten
       if (entry.time_ns > now_ns - delivery_ns) break;
-      if (!entry.sent || entry.delivered != 0) continue;
+      if (!entry.sent || entry.delivered != 0 || entry.crowded_out) continue;
       if (must_be_kept(ground, index, entry, may_lose))
         breaks_.add(Invariant::event_kept, now_ns, {index},
                     {{"number", entry.number}, {"us after the failure", (entry.time_ns - failure_.time_ns) / us}});

@@ -17,6 +17,12 @@
 
 namespace robotskin::campaign {
 
+// A sample by the cell that took it and its number there.
+struct TakenSample {
+  std::size_t cell = 0;
+  std::uint16_t number = 0;
+};
+
 class SampleLedger : public world::SampleSource {
  public:
   static constexpr std::size_t kept = 256;              // samples of a cell
@@ -29,6 +35,10 @@ class SampleLedger : public world::SampleSource {
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
   void datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
                 std::span<const std::uint8_t> datagram);
+  // What a frame on its way to the host says to be; a frame of nobody says cell 0, number 0, which is none.
+  static TakenSample taken_in(const std::uint8_t* frame);
+  // It found a queue full of repeated ones.
+  void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.
   void struck(const world::Network& network, Ground& ground, const RecoveryWatch& recovery, bool within_load);
   // Looks for samples that are missing by now; only if nothing but the protocol can have lost them.
@@ -43,7 +53,7 @@ class SampleLedger : public world::SampleSource {
     std::int64_t time_ns = 0;
     std::uint16_t number = 0, source = 0;
     std::uint8_t delivered = 0, sequence = 0;
-    bool sent = false, replayed = false;
+    bool sent = false, replayed = false, crowded_out = false;
   };
   struct Cell {
     std::array<Entry, kept> entry;
