@@ -65,16 +65,6 @@ RS_INLINE void rs_wave_of_tick(rs_wave* wave, const rs_tick* tick) {
                     .rate_divisor = (uint8_t)tick->rate_divisor,
                     .gain_threshold = (uint8_t)tick->gain_threshold};
 }
-RS_INLINE void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
-  tick->tag = wave->tag;
-  tick->sequence = wave->sequence;
-  tick->era = wave->era;
-  tick->root = wave->root;
-  tick->forming = wave->forming;
-  tick->depth_cap = wave->depth_cap;
-  tick->rate_divisor = wave->rate_divisor;
-  tick->gain_threshold = wave->gain_threshold;
-}
 RS_INLINE bool rs_waves_equal(const rs_wave* a, const rs_wave* b) {
 #if defined(RS_FRAMES_AT_WORDS)
   uint32_t first[4], second[4]; /* little-endian; of the last one, the bytes that have no name do not count */

@@ -377,14 +377,7 @@ void Network::haunt(std::size_t index) {
     tick.nonce = cell.state.nonce;
     tick.parent = route.parent_port == port + 1U ? 1 : 0;
     tick.heard = route.neighbour[port].up ? 1 : 0;
-    tick.tag = route.wave.tag;
-    tick.sequence = route.wave.sequence;
-    tick.era = route.wave.era;
-    tick.root = route.wave.root;
-    tick.forming = route.wave.forming;
-    tick.depth_cap = route.wave.depth_cap;
-    tick.rate_divisor = route.wave.rate_divisor;
-    tick.gain_threshold = route.wave.gain_threshold;
+    rs_wave_into_tick(&tick, &route.wave);
     std::uint8_t* frame = cell.state.queues.sending[port];
     rs_tick_pack(frame, &tick);
     rs_frame_seal(frame);

@@ -105,6 +105,18 @@ typedef struct {
   uint8_t none[3]; /* named, so that equal states are equal in every byte */
 } rs_wave;
 
+/* The fields of a tick frame that say so. */
+RS_INLINE void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
+  tick->tag = wave->tag;
+  tick->sequence = wave->sequence;
+  tick->era = wave->era;
+  tick->root = wave->root;
+  tick->forming = wave->forming;
+  tick->depth_cap = wave->depth_cap;
+  tick->rate_divisor = wave->rate_divisor;
+  tick->gain_threshold = wave->gain_threshold;
+}
+
 enum {
   RS_WANTS = 3,        /* trees a root can want to give cells to at once */
   RS_FOREIGN_ROOTS = 3 /* roots beside its subtree that a cell reports at once */
