@@ -210,7 +210,7 @@ void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint
   } else if (command.value_low != cell->uid) {
     rs_queue_down(cell, frame);
   } else if (command.operation == RS_OPERATION_rejoin) {
-    rs_identity_rejoin(cell, now_us);
+    if (command.index == cell->id) rs_identity_rejoin(cell, now_us);
   } else if (command.value_high == cell->challenge && command.index >= RS_ID_FIRST && command.index <= RS_ID_LAST) {
     rs_identity_assign(cell, (uint16_t)command.index, now_us);
   }

@@ -231,3 +231,14 @@ def named_cell(flash: bytes | None = None) -> tuple[Feeder, int]:
     assert feeder.cell.id == 33
     feeder.sent.clear()
     return feeder, now
+
+
+def test_an_id_is_given_up_once_however_often_the_command_comes() -> None:
+    feeder, now = named_cell()
+    feeder.command("rejoin", 0, now, index=34, value_low=77)
+    assert feeder.cell.id == 33  # the doubt was about another id
+    feeder.command("rejoin", 0, now, index=33, value_low=77)
+    assert feeder.cell.id == firmware.ID_NONE
+    feeder.command("assign", 0, now, index=35, value_low=77, value_high=feeder.cell.challenge)
+    feeder.command("rejoin", 0, now, index=33, value_low=77)
+    assert feeder.cell.id == 35

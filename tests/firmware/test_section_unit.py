@@ -276,7 +276,7 @@ def test_a_second_cell_with_a_name_is_told_to_ask_anew() -> None:
     bench.run_us(300)
     told = [firmware.unpack(frame)[1] for _, frame in bench.frames if firmware.unpack(frame)[0] == "command"]
     rejoin = {name: number for name, number, *_ in firmware.OPERATIONS}["rejoin"]
-    assert [(fields["operation"], fields["value_low"]) for fields in told] == [(rejoin, 2)]
+    assert [(fields["operation"], fields["index"], fields["value_low"]) for fields in told] == [(rejoin, 50, 2)]
     assert bench.unit.names == {1: 50}
 
 

@@ -68,6 +68,7 @@ void forge_command(const rs_cell& cell, RandomStream& draw, std::uint8_t* frame)
   command.target = RS_ID_ALL;
   command.operation = operation;
   command.counter = (cell.commanding.counter + 1U + draw.below(100)) & 0xFFFFU;
+  command.index = operation == RS_OPERATION_rejoin ? cell.id : 0U;
   command.value_low = operation == RS_OPERATION_rejoin ? cell.uid : value;
   command.tag = static_cast<std::uint32_t>(draw.bits());
   rs_command_pack(frame, &command);

@@ -3,7 +3,7 @@
  * A command is addressed to one cell or to all; only a cell addressed by its own id answers with a `reply`, except that
  * all cells answer `ping` and `topology`. A cell carries out each counter once and repeats its last reply if the same
  * command comes again. Section units send `assign` and `rejoin` themselves, uncounted: the one is made fresh by its
- * challenge, the other does no harm twice. */
+ * challenge, the other does nothing once the cell has given up the id it names. */
 #ifndef ROBOTSKIN_OPERATIONS_H
 #define ROBOTSKIN_OPERATIONS_H
 
@@ -25,7 +25,7 @@
   X(store, 11, "0", "keeps id and settings in flash")                                                        \
   X(forget, 12, "0", "erases id and settings from flash; those in force stay until the next boot")           \
   X(read, 13, "index of the setting", "low: number of its operation; answer: high: that number, low: value in force") \
-  X(rejoin, 14, "0", "low: uid of a cell that has to ask for an id anew")                                    \
+  X(rejoin, 14, "id to give up", "low: uid of the cell, which has to ask for another id")                    \
   X(torque_word, 15, "word 0 to 50", "high, low: six bytes of the torque parameters (torque_parameters.h), of which there are none until the next torque_commit") \
   X(torque_commit, 16, "0", "checksum of the torque parameters written: they come into force, and into flash; read: that checksum, or 65536 for none in force")
 
