@@ -183,9 +183,10 @@ void rs_torque_check(rs_cell* cell);
 bool rs_queue_up(rs_cell* cell, const uint8_t* frame,
                  uint32_t now_us);                       /* by its type; false: no room. It begins at a whole word */
 void rs_queue_down(rs_cell* cell, const uint8_t* frame); /* to every child */
-/* The subtree has grown to this size. If that is more than a line carries, every other sample is left out, those that a
- * rate divisor of two would leave out as well, until the section unit has had time to tell its own. */
-void rs_queues_crowd(rs_cell* cell, uint32_t size);
+/* The subtree has another size than before. If it has grown to more than a line carries, every other sample is left
+ * out, those that a rate divisor of two would leave out as well, until the section unit has had time to tell its own.
+ */
+void rs_queues_crowd(rs_cell* cell, uint32_t before, uint32_t size);
 RS_INLINE void rs_queues_calm(rs_cell* cell) { /* with each tick */
   uint8_t* most = &cell->queues.data_most;
   if (*most < RS_QUEUE_DATA) *most = *most < RS_QUEUE_CALMED ? (uint8_t)(*most + 1U) : (uint8_t)RS_QUEUE_DATA;

@@ -6,6 +6,7 @@
 enum {
   SPOILT_AT_ONCE = 8, /* samples that wait while some are repeated */
   SENT_FEW = 8,       /* samples sent lately that are all repeated; of more, every other one */
+  REPEAT_TICKS = 4,   /* for which every other one is left out after that, too */
   PERIOD_US = 1000000 / RS_CLOCK_RATE_DEFAULT_HZ
 };
 
@@ -98,11 +99,19 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
   queues->down_ports[(queues->down.first + queues->down.count - 1U) & (RS_QUEUE_DOWN - 1U)] = ports;
 }
 
-void rs_queues_crowd(rs_cell* cell, uint32_t size) {
-  if (cell->settings.mode != RS_MODE_CLOCK) return;
+/* Whether so many cells send more than a line carries. */
+static bool too_many(const rs_cell* cell, uint32_t size) {
+  if (cell->settings.mode != RS_MODE_CLOCK) return false;
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
-  const bool crowded = period_us != 0U && size * PERIOD_US > RS_LINE_CELLS * period_us;
-  if (crowded) cell->queues.data_most = RS_QUEUE_CROWDED;
+  return period_us != 0U && size * PERIOD_US > RS_LINE_CELLS * period_us;
+}
+
+void rs_queues_crowd(rs_cell* cell, uint32_t before, uint32_t size) {
+  if (too_many(cell, size)) {
+    if (size > before) cell->queues.data_most = RS_QUEUE_CROWDED;
+  } else if (too_many(cell, before)) {
+    cell->queues.data_most = RS_QUEUE_DATA; /* some were counted twice */
+  }
 }
 
 void rs_queues_forget_samples(rs_cell* cell) {
@@ -141,7 +150,7 @@ static void thin_out_sent(rs_cell* cell, uint32_t now_us) {
     if (left != i) rs_frame_copy(queues->data_frame[(queues->data.first - left) & (RS_QUEUE_DATA - 1U)], frame);
   }
   queues->data_sent = (uint8_t)left;
-  queues->data_most = RS_QUEUE_CROWDED;
+  if (queues->data_most >= RS_QUEUE_DATA) queues->data_most = RS_QUEUE_CALMED - REPEAT_TICKS;
 }
 
 void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us) {

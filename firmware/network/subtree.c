@@ -109,7 +109,7 @@ void rs_subtree_update(rs_cell* cell) {
   if (height > 0xFFU) height = 0xFFU;
   if (size != route->subtree_size || height != route->subtree_height) {
     cell->queues.status_due = cell->queues.size_due = true;
-    if (size > route->subtree_size) rs_queues_crowd(cell, size);
+    rs_queues_crowd(cell, route->subtree_size, size);
   }
   route->subtree_size = (uint16_t)size;
   route->subtree_lean_size = (uint16_t)lean_size;

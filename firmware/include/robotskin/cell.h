@@ -83,13 +83,13 @@ typedef struct {
  * Truths are bytes, 0 or not, so that damaged memory holds none that C does not know. */
 
 enum {
-  RS_QUEUE_DATA = 64,   /* clock frames of the subtree */
-  RS_LINE_CELLS = 70,   /* a line carries at 250 Hz. Where more have come, */
-  RS_QUEUE_CROWDED = 4, /* so many clock frames may wait before every other one is left out, one more each tick, */
-  RS_QUEUE_CALMED = 16, /* and as many as there is room for after this many */
-  RS_QUEUE_SLOW = 64,   /* replies, topology and join frames of the subtree */
-  RS_QUEUE_DOWN = 16,   /* commands on their way down */
-  RS_NO_PARENT = 0      /* parent_port */
+  RS_QUEUE_DATA = 64,    /* clock frames of the subtree */
+  RS_LINE_CELLS = 70,    /* a line carries at 250 Hz. Where more have come, */
+  RS_QUEUE_CROWDED = 12, /* so many clock frames may wait before every other one is left out, one more each tick, */
+  RS_QUEUE_CALMED = 24,  /* and as many as there is room for after this many */
+  RS_QUEUE_SLOW = 64,    /* replies, topology and join frames of the subtree */
+  RS_QUEUE_DOWN = 16,    /* commands on their way down */
+  RS_NO_PARENT = 0       /* parent_port */
 };
 
 /* What the root fixed in a tick, passed on unchanged. */
