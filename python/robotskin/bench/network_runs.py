@@ -21,9 +21,10 @@ RATE_HZ = 250
 RELEASE_S = 0.6
 """After overload, section units thin out samples a while longer; then every cell sends at its full rate again."""
 EVEN_S = 0.05
-QUIET_S = 0.25
-"""Without a change of loads for so long, even loads or others, a network has settled."""
-LONGEST_S = 1.5
+QUIET_S = 0.5
+"""Without a change of loads for so long, even loads or others, a network has settled: cells at the border let go of
+their branches by turns, and a quarter of a second passes until each has had its turn."""
+LONGEST_S = 2.0
 LATENCY_STEP_MS = 0.01
 
 
