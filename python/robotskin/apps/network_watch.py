@@ -9,8 +9,14 @@ import numpy as np
 from robotskin._core import world as core
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.viewer.network import follow_ports
 from robotskin.viewer.network_view import NO_PATH, NetworkReading
+from robotskin.world.trial import wiring_of
+
+NOISE_RATE = 0.002
+"""Of the bits of a disturbed wire that flip: one frame in four is damaged."""
+NOISE_MS = 100
 
 
 class NetworkError(RobotskinError):
@@ -30,6 +36,8 @@ class NetworkWatch:
         self._cut = np.zeros((len(layout), 4), dtype=bool)
         self._moved_s = np.full(len(layout), -np.inf)
         self._changes = np.zeros(len(layout), dtype=np.int64)
+        self._damaged = np.zeros((len(layout), 4), dtype=int)
+        self._damaged_s = np.full((len(layout), 4), -np.inf)
         self._killed = np.zeros(len(layout), dtype=bool)
         self._starting = np.zeros(len(layout), dtype=bool)  # told to start, but not up yet
         self._what = self._news = "power on"
@@ -51,6 +59,9 @@ class NetworkWatch:
         changes = survey["parent_changes"].astype(np.int64)
         self._moved_s[changes != self._changes] = self.clock()
         self._changes = changes
+        damaged = survey["damaged"].astype(int)
+        self._damaged_s[damaged > self._damaged] = self.clock()
+        self._damaged = damaged
         reachable = alive & (np.asarray(self.network.depths) >= 0)
         self._starting &= ~alive
         stranded = int(np.count_nonzero((reachable & (cable == NO_PATH)) | self._starting))
@@ -64,8 +75,9 @@ class NetworkWatch:
             hops=np.where(cable == NO_PATH, 0, survey["hops"]).astype(int),
             alive=alive,
             cut=self._cut.copy(),
-            damaged=survey["damaged"].astype(int),
+            damaged=damaged,
             moved_s=self._moved_s.copy(),
+            damaged_s=self._damaged_s.copy(),
             stranded=stranded,
             news=self._news,
         )
@@ -74,6 +86,22 @@ class NetworkWatch:
         """Raises NetworkError unless there is such a port of such a cell; any thread may ask."""
         if not 0 <= cell < len(self.layout) or not 1 <= port <= 4:
             raise NetworkError(f"cell {cell}, port {port}: there are cells 0 to {len(self.layout) - 1}, ports 1 to 4")
+
+    def demand_wire(self, cell: int, port: int) -> None:
+        """Raises NetworkError unless a wire is at that port of that cell; any thread may ask."""
+        self.demand(cell, port)
+        plugged = any((place.cell, place.cell_port) == (cell, port) for place in self.layout.section_unit_ports)
+        if not plugged and self.layout.neighbours[cell, port - 1, 0] < 0:
+            raise NetworkError(f"cell {cell}, port {port}: no wire is there")
+
+    def disturb_link(self, cell: int, port: int) -> None:
+        """Let the wire at a cell's port damage frames for 100 ms of the network's time."""
+        self.demand_wire(cell, port)
+        begin_ns = round(1e9 * self.clock()) + 1000
+        text = f"noise:cell={cell},port={port},rate={NOISE_RATE},for={NOISE_MS}ms@{begin_ns}ns"
+        (fault,) = core.parse_faults(text, wiring_of(CellNetwork.of_layout(self.layout)), 0)
+        self.network.inject(fault)
+        self._news = f"wire damages frames for {NOISE_MS} ms"
 
     def toggle_link(self, cell: int, port: int) -> None:
         """Cut the wire at a cell's port, or mend it."""

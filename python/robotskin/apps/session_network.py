@@ -61,11 +61,16 @@ class SessionNetwork(WatchedNetwork):
             cut=whole.cut[cells],
             damaged=whole.damaged[cells],
             moved_s=whole.moved_s[cells],
+            damaged_s=whole.damaged_s[cells],
         )
 
     def toggle_link(self, cell: int, port: int) -> None:
         """Cut the wire at a cell's port, or mend it."""
         super().toggle_link(self._worn(cell), port)
+
+    def disturb_link(self, cell: int, port: int) -> None:
+        """Let the wire at a cell's port damage frames for a while."""
+        super().disturb_link(self._worn(cell), port)
 
     def toggle_cell(self, cell: int) -> None:
         """Kill a cell, or start a dead one."""

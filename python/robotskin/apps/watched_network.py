@@ -32,6 +32,11 @@ class WatchedNetwork:
         self._watch.demand(cell, port)
         self._ask(lambda: self._watch.toggle_link(cell, port))
 
+    def disturb_link(self, cell: int, port: int) -> None:
+        """Let the wire at a cell's port damage frames for a while."""
+        self._watch.demand_wire(cell, port)
+        self._ask(lambda: self._watch.disturb_link(cell, port))
+
     def toggle_cell(self, cell: int) -> None:
         """Kill a cell, or start a dead one."""
         self._watch.demand(cell)

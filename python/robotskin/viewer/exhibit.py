@@ -45,7 +45,6 @@ class Exhibit(ServedPage):
             self.scene.draw_tree(parent)
         else:
             self.wires = NetworkScene(self.scene, layout)
-            self.wires.on_wire_click = lambda cell, port: self.command(lambda: network.toggle_link(cell, port))
         gui = self.server.gui
         with gui.add_folder("Colour"):
             shown = PATCH if network is None else NETWORK
@@ -53,6 +52,8 @@ class Exhibit(ServedPage):
             self._cables = gui.add_checkbox("Cables", False, visible=bool(layout.cables))
             self._legend = gui.add_html("")
         self.panel = None if network is None else NetworkPanel(self.server, layout, network, self.command)
+        if self.wires is not None and self.panel is not None:
+            self.wires.on_wire_click = self.panel.click_wire
         with gui.add_folder("Cell"):
             self.card = gui.add_html(NOTHING_CHOSEN)
         with gui.add_folder("Posture", expand_by_default=network is None):

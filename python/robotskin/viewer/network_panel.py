@@ -14,6 +14,7 @@ from robotskin.viewer.network_scene import CUT_COLOUR, DAMAGED_COLOUR, DEAD_COLO
 from robotskin.viewer.network_view import PACES, NetworkReading, NetworkView
 
 LOOK, KILL = "only looks", "kills or starts a cell"
+CUT, DISTURB = "cuts or mends it", "makes it damage frames"
 LEGEND = (
     f'<div style="{STYLE}"><div style="margin-bottom:4px">Tree of the cable that a cell reports through</div>'
     + " ".join(
@@ -29,7 +30,7 @@ LEGEND = (
     )
     + "</div>"
 )
-HINT = "Click a wire, or a cable's post, to cut or mend it."
+HINT = "A cable is clicked at its post."
 
 
 class NetworkPanel:
@@ -44,10 +45,12 @@ class NetworkPanel:
         pace: str = "10 times slower",
     ) -> None:
         self.layout = layout
+        self._network = network
+        self._command = command
         gui = server.gui
         with gui.add_folder("Network") as self.folder:
             self.tool = gui.add_dropdown("A click on a cell", (LOOK, KILL), initial_value=LOOK)
-            gui.add_markdown(f"<sub>{HINT}</sub>")
+            self.wire_tool = gui.add_dropdown("A click on a wire", (CUT, DISTURB), initial_value=CUT, hint=HINT)
             self.pace = gui.add_dropdown("Its time", tuple(PACES), initial_value=pace, visible=network.paced)
             self.mend = gui.add_button("Mend everything", icon=viser.Icon.TOOL, color="gray")
             self._state = gui.add_html("")
@@ -58,6 +61,11 @@ class NetworkPanel:
     def kills(self) -> bool:
         """Whether a click on a cell kills it, or starts it."""
         return self.tool.value == KILL
+
+    def click_wire(self, cell: int, port: int) -> None:
+        """Do to the wire at a cell's port what the chosen tool does."""
+        do = self._network.disturb_link if self.wire_tool.value == DISTURB else self._network.toggle_link
+        self._command(lambda: do(cell, port))
 
     def show(self, shown: bool) -> None:
         """Show the folder, or hide it."""

@@ -1,6 +1,6 @@
 """The living network on the robot: a bar for every wire, a plug for every cable, in the colour of its tree.
 
-A click on a bar or a plug asks `on_wire_click` to cut that wire, or to mend it.
+A click on a bar or a plug is told to `on_wire_click`.
 """
 
 from collections.abc import Callable
@@ -25,6 +25,8 @@ DEAD_COLOUR = (24, 26, 31)
 
 MOVED_FLASH_S = 0.004
 """For so long, in the network's time, a new path is drawn white."""
+DAMAGED_SHOWN_S = 0.02
+"""For so long after a damaged frame, in the network's time, a wire is drawn amber."""
 LIFT_M = 0.0028
 BAR_WIDTH_M = 0.0026
 CUT_SHARE = 0.45
@@ -154,7 +156,7 @@ def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Flags, Colou
     """Which wires (W, 4) are cut (W,), and the colour of each (W, 3).
 
     A wire on somebody's path has the colour of its cable, lighter than the cells, and white while the path is new;
-    others are dark; one that damages frames is amber, whatever runs over it.
+    others are dark; one that has just damaged a frame is amber, whatever runs over it.
     """
     cell, port, other, other_port = wires.T
     cut = reading.cut[cell, port - 1] | reading.cut[other, other_port - 1]
@@ -166,7 +168,8 @@ def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Flags, Colou
     colours[used] = lightened(category_colours(reading.cable[child[used]]))
     moved = used & (reading.time_s - reading.moved_s[child] < MOVED_FLASH_S)
     colours[moved] = MOVED_COLOUR
-    colours[(reading.damaged[cell, port - 1] > 0) | (reading.damaged[other, other_port - 1] > 0)] = DAMAGED_COLOUR
+    damaged_s = np.maximum(reading.damaged_s[cell, port - 1], reading.damaged_s[other, other_port - 1])
+    colours[reading.time_s - damaged_s < DAMAGED_SHOWN_S] = DAMAGED_COLOUR
     colours[cut] = CUT_COLOUR
     return cut, colours
 

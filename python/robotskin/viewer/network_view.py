@@ -33,6 +33,8 @@ class NetworkReading:
     """(N, 4) frames that arrived damaged at this port since the start."""
     moved_s: Floats
     """(N,) when the cell last changed its parent; -inf for never."""
+    damaged_s: Floats
+    """(N, 4) when a damaged frame last arrived at this port; -inf for never."""
     stranded: int = 0
     """Cells that run or start and could be reached over wires that work, but have no path yet."""
     news: str = ""
@@ -59,6 +61,9 @@ class NetworkView(Protocol):
 
     def toggle_link(self, cell: int, port: int) -> None:
         """Cut the wire at a cell's port, 1 to 4, or mend it."""
+
+    def disturb_link(self, cell: int, port: int) -> None:
+        """Let the wire at a cell's port, 1 to 4, damage frames for a while."""
 
     def toggle_cell(self, cell: int) -> None:
         """Kill a cell, or start a dead one."""

@@ -61,8 +61,8 @@ class Page(ServedPage):
             return None, None
         wires = NetworkScene(self.scene, self.session.layout)
         wires.show(False)
-        wires.on_wire_click = lambda cell, port: self.command(lambda: network.toggle_link(cell, port))
         panel = NetworkPanel(self.server, self.session.layout, network, self.command)
+        wires.on_wire_click = panel.click_wire
         panel.show(False)
         return wires, panel
 

@@ -96,6 +96,21 @@ def shared_with(network: LiveNetwork, place: SectionUnitPort) -> Flags:
     return part == part[place.cell]
 
 
+def test_a_disturbed_wire_damages_frames_and_nobody_loses_the_way(network: LiveNetwork) -> None:
+    before = network.reading()
+    cell = trunk(before, network)
+    port = int(before.parent_port[cell])
+    other, other_port = (int(part) for part in network.layout.neighbours[cell, port - 1])
+    network.disturb_link(cell, port)
+    after = wait_for(
+        network, lambda reading: reading.damaged[cell, port - 1] > 5 < reading.damaged[other, other_port - 1]
+    )
+    assert after.damaged.sum() == after.damaged[cell, port - 1] + after.damaged[other, other_port - 1]
+    assert before.time_s < after.damaged_s[cell, port - 1] <= after.time_s
+    assert "damages frames" in after.news
+    wait_for(network, lambda reading: bool(np.all(reading.cable >= 0)))
+
+
 def test_a_paused_network_stands_still(network: LiveNetwork) -> None:
     network.set_pace(0.0)
     time_s = wait_for(network, lambda reading: reading is network.reading()).time_s
@@ -108,5 +123,8 @@ def test_what_does_not_exist_is_refused(network: LiveNetwork) -> None:
         network.toggle_cell(260)
     with pytest.raises(NetworkError, match="ports 1 to 4"):
         network.toggle_link(3, 5)
+    free_cell, free_port = np.argwhere(CellNetwork.of_layout(network.layout).free_ports)[0]
+    with pytest.raises(NetworkError, match="no wire is there"):
+        network.disturb_link(int(free_cell), int(free_port) + 1)
     with pytest.raises(NetworkError, match="from 0"):
         network.set_pace(2.0)

@@ -14,6 +14,7 @@ from robotskin.viewer.network_panel import state
 from robotskin.viewer.network_scene import (
     CUT_COLOUR,
     CUT_SHARE,
+    DAMAGED_COLOUR,
     DEAD_COLOUR,
     MOVED_COLOUR,
     NetworkScene,
@@ -42,6 +43,7 @@ def reading(**changes: object) -> NetworkReading:
         "cut": cut,
         "damaged": np.zeros((count, 4), dtype=int),
         "moved_s": np.full(count, -np.inf),
+        "damaged_s": np.full((count, 4), -np.inf),
         "news": "whole",
     }
     return NetworkReading(**{**parts, **changes})  # type: ignore[arg-type]
@@ -80,6 +82,13 @@ def test_a_wire_has_the_colour_of_what_runs_over_it() -> None:
     assert [tuple(row) == MOVED_COLOUR for row in colours] == [
         7 in (row[0], row[2]) and max(row[::2]) == 7 for row in WIRES
     ]
+    damaged = np.full(moment.cut.shape, -np.inf)
+    damaged[5, 0] = moment.time_s
+    damaged[9, 0] = moment.time_s - 1.0
+    _, colours = wire_colours(WIRES, reading(damaged_s=damaged))
+    assert [tuple(row) == DAMAGED_COLOUR for row in colours] == [max(row[::2]) == 5 for row in WIRES], (
+        "but not for ever"
+    )
     cuts = moment.cut.copy()
     cuts[3, 3] = cuts[4, 0] = True
     cut, colours = wire_colours(WIRES, reading(cut=cuts))
