@@ -73,13 +73,13 @@ static void thin_out(rs_unit_rate* rate, uint32_t least) {
   rate->hold_next_ticks = (uint16_t)(2U * hold > HOLD_TICKS_MAX ? HOLD_TICKS_MAX : 2U * hold);
 }
 
-/* By one at once, and by more when that has been needed for some ticks: where a large subtree looks for its way, sizes
+/* To two at once, and to more when that has been needed for some ticks: where a large subtree looks for its way, sizes
  * count some cells twice for a moment. */
 static void rise(rs_unit_rate* rate, uint32_t least) {
   rate->low_ticks = 0;
   if (rate->rise_ticks == 0U || least < rate->rise) rate->rise = (uint8_t)least;
   ++rate->rise_ticks;
-  if (rate->rise_ticks == 1U) ++rate->divisor;
+  if (rate->divisor == 1U) rate->divisor = 2;
   if (rate->rise_ticks < RISE_TICKS) return;
   rate->divisor = rate->rise;
   rate->rise_ticks = 0;
