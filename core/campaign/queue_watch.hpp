@@ -1,8 +1,9 @@
 // How long samples wait in a cell, that queues stay within their size (I13), and that none overflows once the rate
 // divisor has had its time (I18).
 //
-// Over lines that spoil frames samples are repeated, which may fill queues. From the first repeated one in a queue
-// until it is empty, nobody is held to how long others wait there, nor to those that find it full.
+// Over lines that spoil frames samples are repeated, which may fill queues; and while trees form, so may torque sums of
+// single cells, which go first. From the first repeated sample in a queue, or if trees formed in the two epochs
+// before it filled, until it is empty, nobody is held to how long others wait there, nor to those that find it full.
 #pragma once
 
 #include <array>
@@ -36,7 +37,8 @@ class QueueWatch {
 
   // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
   std::optional<TakenSample> cell_stepped(const world::Network& network, const Ground& ground,
-                                          const RecoveryWatch& recovery, std::size_t cell, bool within_load);
+                                          const RecoveryWatch& recovery, std::size_t cell, const rs_input& input,
+                                          bool within_load);
 
   std::int64_t longest_ns() const { return longest_ns_; }
 
@@ -47,7 +49,8 @@ class QueueWatch {
     std::uint8_t first = 0, count = 0;
     std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
     std::int64_t thinned_ns = 0;  // when the divisor rose last
-    bool crowded = false;         // since it was empty, a repeated sample has been in it
+    std::int64_t begun_ns = 0;    // when it was empty last
+    bool crowded = false;         // since then a repeated sample has been in it, or trees have formed
     std::uint32_t crowded_out = 0;
     TakenSample oldest;  // while it is full
   };

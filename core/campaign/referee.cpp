@@ -32,7 +32,7 @@ void Referee::cell_stepped(const Network& network, std::size_t cell, const rs_in
   ledger_.cell_stepped(network, cell, input);
   sampling_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
-  if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, within_load()))
+  if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load()))
     ledger_.crowded_out(*lost);
 }
 
