@@ -31,6 +31,8 @@ KINDS = (
     "flap",
 )
 """Kinds of single faults; the last is reported apart."""
+SILENCING = ("cell", "cell with cable", "reboot", "zombie", "twin id")
+"""Kinds that take a cell out of the network, for a while at least, and its cable with it."""
 WATCHED_S = 0.15
 """About the time after the fault; it strikes a balanced network."""
 
@@ -40,7 +42,7 @@ class Healing:
     """A fault and what it did, milliseconds; see `FaultOutcome` and `TrialReport` of the world.
 
     healed: every cell in reach had a way at the end. host_gap_ms: longest silence of a cell, fault included.
-    thinned_out: the rate divisor of a cable was more than one after the fault.
+    thinned_out: the rate divisor of a cable was more than one after the fault. cable_lost: the fault took a cable away.
     """
 
     kind: str
@@ -52,11 +54,12 @@ class Healing:
     healed: bool
     host_gap_ms: float
     thinned_out: bool
+    cable_lost: bool
 
     @property
     def overloaded(self) -> bool:
         """A skin that lost a cable and had more cells on another than that carries at 250 Hz: they send at less."""
-        return self.kind in ("cable", "cell with cable", "section unit") and self.thinned_out
+        return self.cable_lost and self.thinned_out
 
 
 def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) -> str:
@@ -111,8 +114,9 @@ def heal(kind: str, skin: str, seed: int) -> Healing:
     run_to_full_rate(trial)
     trial.measure_anew()
     text = fault_text(kind, network, random, 1e3 * trial.time_s + 4 + 4 * random.random())
-    for fault in parse_faults(text, wiring_of(network), seed + 1):
-        trial.network.inject(fault)
+    (fault,) = parse_faults(text, wiring_of(network), seed + 1)
+    trial.network.inject(fault)
+    at_cable = kind in SILENCING and fault.cell in [cable.cell for cable in network.cables]
     begin_s, thinned_out = trial.time_s, False
     for step in range(1, round(WATCHED_S / STEP_S) + 1):
         trial.run_until(begin_s + step * STEP_S)
@@ -129,6 +133,7 @@ def heal(kind: str, skin: str, seed: int) -> Healing:
         outcome.healed,
         report.host_gap_ms,
         thinned_out,
+        at_cable or kind in ("cable", "section unit"),
     )
 
 

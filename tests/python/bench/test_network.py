@@ -112,11 +112,13 @@ def test_each_kind_of_fault_strikes_and_heals(kind, seed, tmp_path):
 def test_figures_of_kinds_tell_where_the_worst_ones_come_from(seed):
     random = Random(seed)
     healings = [
-        Healing(kind, "sheet", 0, "", random.uniform(0, 9), 1, True, random.uniform(4, 20), random.random() < 0.5)
+        Healing(
+            kind, "sheet", 0, "", random.uniform(0, 9), 1, True, random.uniform(4, 20), *random.choices((0, 1), k=2)
+        )
         for kind in KINDS
         for _ in range(4)
     ]
-    healings.append(Healing("link", "sheet", 0, "", 1.0, 1, True, 4.0, False))
+    healings.append(Healing("link", "sheet", 0, "", 1.0, 1, True, 4.0, False, False))
     figures = recovery_figures(healings)
     for kind in KINDS:
         name, of_kind = kind.replace(" ", "_"), [healing for healing in healings if healing.kind == kind]
@@ -194,3 +196,12 @@ def test_no_single_fault_silences_a_cell_for_more_than_two_samples(kind: str, sk
     assert healing.healed
     assert healing.recovery_ms <= 10
     assert healing.host_gap_ms <= 12.5
+
+
+def test_a_rebooting_cell_with_a_cable_takes_it_away_and_no_other_does() -> None:
+    lost = heal("reboot", "sheet", 19)
+    kept = heal("reboot", "sheet", 17)
+    assert lost.text.startswith("reboot:cell=179,")
+    assert 179 in [cable.cell for cable in skins("sheet", 3, 19).cables]
+    assert (lost.cable_lost, lost.overloaded) == (True, True)
+    assert (kept.cable_lost, kept.overloaded) == (False, False)
