@@ -192,6 +192,7 @@ RS_INLINE void rs_queues_calm(rs_cell* cell) { /* with each tick */
   if (*most < RS_QUEUE_DATA) *most = *most < RS_QUEUE_CALMED ? (uint8_t)(*most + 1U) : (uint8_t)RS_QUEUE_DATA;
 }
 void rs_queues_forget_samples(rs_cell* cell);
+void rs_queues_turn(rs_cell* cell); /* nothing waits to go down to the parent, which was a child perhaps */
 /* The last samples wait again, */
 void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us); /* as the parent was silent since then */
 void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us);                  /* as few frames come through to it */

@@ -99,6 +99,18 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
   queues->down_ports[(queues->down.first + queues->down.count - 1U) & (RS_QUEUE_DOWN - 1U)] = ports;
 }
 
+void rs_queues_turn(rs_cell* cell) {
+  rs_queues* queues = &cell->queues;
+  const unsigned others = ~(1U << (cell->route.parent_port & 7U) >> 1);
+  for (unsigned i = 0; i < queues->down.count; ++i) {
+    queues->down_ports[(queues->down.first + i) & (RS_QUEUE_DOWN - 1U)] &= (uint8_t)others;
+  }
+  while (queues->down.count > 0U && queues->down_ports[queues->down.first & (RS_QUEUE_DOWN - 1U)] == 0U) {
+    queues->down.first = (uint8_t)((queues->down.first + 1U) & (RS_QUEUE_DOWN - 1U));
+    --queues->down.count;
+  }
+}
+
 /* Whether so many cells send more than a line carries. */
 static bool too_many(const rs_cell* cell, uint32_t size) {
   if (cell->settings.mode != RS_MODE_CLOCK) return false;
@@ -176,4 +188,5 @@ void rs_queues_check(rs_cell* cell, uint32_t now_us) {
   if (queues->data_again > queues->data.count) queues->data_again = queues->data.count;
   if (queues->slow.count > RS_QUEUE_SLOW) queues->slow.count = 0;
   if (queues->down.count > RS_QUEUE_DOWN) queues->down.count = 0;
+  rs_queues_turn(cell);
 }

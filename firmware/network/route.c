@@ -65,6 +65,7 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   if (moved || route->wave.root != neighbour->wave.root) rs_sampling_refresh(cell, now_us);
 
   route->parent_port = (uint8_t)(port + 1U);
+  if (moved) rs_queues_turn(cell);
   route->hops = (uint8_t)(neighbour->hops + 1U);
   route->wave = neighbour->wave;
   route->origin_us = neighbour->origin_us;
