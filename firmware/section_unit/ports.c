@@ -109,9 +109,8 @@ static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t
   rs_topology topology;
   rs_topology_unpack(&topology, frame);
   if (rs_names_agree(&unit->names, &unit->config, topology.uid, (uint16_t)topology.source)) return;
-  send_by_uid(
-      unit, port,
-      (rs_command){.operation = RS_OPERATION_rejoin, .index = topology.source, .value_low = topology.uid});
+  send_by_uid(unit, port,
+              (rs_command){.operation = RS_OPERATION_rejoin, .index = topology.source, .value_low = topology.uid});
 }
 
 static void receive_tick(rs_unit_port* here, const uint8_t* frame) {
