@@ -61,9 +61,6 @@ campaign_mutant(moves_lose_samples network/route.c
 campaign_mutant(moves_too_deep network/moves.c
   "return target->hops + 1U + route->subtree_height <= wave->depth_cap"
   "return true")
-campaign_mutant(wants_out_of_order network/moves.c
-  "if (route->wants.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return"
-  "(void)before")
 campaign_mutant(sizes_uncounted network/subtree.c
   "size += neighbour->size"
   "size += 1U")
