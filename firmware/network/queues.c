@@ -105,10 +105,7 @@ void rs_queues_turn(rs_cell* cell) {
   for (unsigned i = 0; i < queues->down.count; ++i) {
     queues->down_ports[(queues->down.first + i) & (RS_QUEUE_DOWN - 1U)] &= (uint8_t)others;
   }
-  while (queues->down.count > 0U && queues->down_ports[queues->down.first & (RS_QUEUE_DOWN - 1U)] == 0U) {
-    queues->down.first = (uint8_t)((queues->down.first + 1U) & (RS_QUEUE_DOWN - 1U));
-    --queues->down.count;
-  }
+  rs_down_let_go(queues);
 }
 
 /* Whether so many cells send more than a line carries. */

@@ -30,6 +30,14 @@ RS_INLINE void rs_samples_sent_within(rs_queues* queues) {
   if (queues->data_sent > room) queues->data_sent = (uint8_t)room;
 }
 
+/* The oldest frames that no port waits for any more make room. */
+RS_INLINE void rs_down_let_go(rs_queues* queues) {
+  while (queues->down.count > 0U && queues->down_ports[queues->down.first & (RS_QUEUE_DOWN - 1U)] == 0U) {
+    queues->down.first = (uint8_t)((queues->down.first + 1U) & (RS_QUEUE_DOWN - 1U));
+    --queues->down.count;
+  }
+}
+
 /* Takes the oldest sample, of which there must be one, and keeps it for a while. */
 RS_INLINE void rs_samples_take(rs_queues* queues, uint32_t now_us, uint8_t* frame) {
   rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame);

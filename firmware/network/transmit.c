@@ -148,10 +148,7 @@ static RS_APART bool next_for_child(rs_cell* cell, unsigned port, uint8_t* frame
     if ((queues->down_ports[at] & bit) == 0U) continue;
     memcpy(frame, queues->down_frame[at], RS_FRAME_BYTES);
     queues->down_ports[at] &= (uint8_t)~bit;
-    while (queues->down.count > 0U && queues->down_ports[queues->down.first & (RS_QUEUE_DOWN - 1U)] == 0U) {
-      queues->down.first = (uint8_t)((queues->down.first + 1U) & (RS_QUEUE_DOWN - 1U));
-      --queues->down.count;
-    }
+    rs_down_let_go(queues);
     return true;
   }
   return false;
