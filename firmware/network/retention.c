@@ -229,6 +229,14 @@ static void move(rs_cell* cell, bool left) {
   retention->announcements = 0;
 }
 
+/* Since when an old parent has heard nothing of this cell. Of one that has rebooted or is stuck, the last frame tells
+ * less than the last new tick; one that is still heard to say that it does not hear this cell has waited for it. */
+static uint32_t silent_since_us(const rs_neighbour* old, uint32_t now_us) {
+  const uint32_t silent_us = now_us - old->turned_us;
+  const uint32_t waited_us = RS_LINK_DOWN_US + RS_TICK_US;
+  return now_us - (old->up && silent_us < waited_us ? waited_us : silent_us);
+}
+
 void rs_retention_move(rs_cell* cell, uint32_t now_us) {
   rs_retention* retention = &cell->retention;
   const rs_route* route = &cell->route;
@@ -240,8 +248,7 @@ void rs_retention_move(rs_cell* cell, uint32_t now_us) {
     const uint16_t behind = (uint16_t)(route->wave.sequence - old->wave.sequence);
     const bool silent = !rs_link_usable(old) || (behind > 2U && behind < 0x8000U);
     retention->was_silent = silent || rs_link_spoilt(old, now_us);
-    /* Of a neighbour that has rebooted or is stuck, the last frame tells less than the last new tick. */
-    retention->silent_us = silent ? old->turned_us : now_us - RS_SPOILT_SILENT_US;
+    retention->silent_us = silent ? silent_since_us(old, now_us) : now_us - RS_SPOILT_SILENT_US;
     retention->was_lost = silent || old->hops == RS_HOPS_POISON || route->parent_port == RS_NO_PARENT;
   }
   if (route->parent_port == RS_NO_PARENT) return;

@@ -187,6 +187,7 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
         ("zombie", "ring_12", 18),  # four cells in a row look for another way and repeat what they have sent
         ("zombie", "cylinder", 13),
         ("slow", "sheet", 10),  # frames come in more often than the cell wakes up
+        ("one way in", "ring_12", 3),  # a parent that is still heard has not heard this cell for a while
         ("memory", "ur5", 1),  # feasible distance and parent's link damaged at once
         ("memory", "ur5", 3),
     ],
