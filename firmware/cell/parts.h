@@ -95,9 +95,12 @@ void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us);
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint32_t now_us);
 void rs_links_check(rs_cell* cell, uint32_t now_us);
 
+/* ---- network/adverts.c: what the neighbours say of themselves (R8) ---- */
+void rs_advert_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+
 /* ---- network/route.c: the parent (R2 to R9) ---- */
 void rs_route_boot(rs_cell* cell, uint32_t now_us);
-void rs_route_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us); /* after what a neighbour has said */
 void rs_route_lose(rs_cell* cell, uint32_t now_us);
 void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us); /* R3; only what is feasible */
 void rs_route_advertise(rs_cell* cell, uint32_t now_us);            /* to every neighbour, now */

@@ -150,7 +150,7 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
       forward_up(cell, port, frame, now_us);
       break;
     case RS_TYPE_tick:
-      rs_route_tick(cell, port, frame, now_us);
+      rs_advert_tick(cell, port, frame, now_us);
       break;
     case RS_TYPE_status:
       if (neighbour->child) {

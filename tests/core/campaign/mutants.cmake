@@ -26,7 +26,7 @@ campaign_mutant(own_child_allowed
 campaign_mutant(no_quarantine network/route.c
   "route->in_quarantine = true"
   "route->in_quarantine = false")
-campaign_mutant(deaf_neighbours_used network/route.c
+campaign_mutant(deaf_neighbours_used network/adverts.c
   "neighbour->hears_us = tick.heard != 0U"
   "neighbour->hears_us = true")
 campaign_mutant(silence_unnoticed include/robotskin/timing.h
@@ -41,13 +41,13 @@ campaign_mutant(never_nearer network/route.c
 campaign_mutant(zombies_followed network/route.c
   "if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {"
   "if (false) {")
-campaign_mutant(far_ahead_believed network/route.c
+campaign_mutant(far_ahead_believed network/adverts.c
   "ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {"
   "false) {")
 campaign_mutant(wrap_unknown include/robotskin/feasibility.h
   "return ahead != 0U && ahead < 0x8000U"
   "return ahead != 0U && a > b")
-campaign_mutant(damaged_time_believed network/route.c
+campaign_mutant(damaged_time_believed network/adverts.c
   "if (cell->route.known_time == ~cell->route.known_time_complement) {"
   "if (true) {")
 
@@ -69,7 +69,7 @@ campaign_mutant(sizes_uncounted network/subtree.c
 campaign_mutant(tags_unchecked network/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"
   "return difference == difference")
-campaign_mutant(ticks_unchecked network/route.c
+campaign_mutant(ticks_unchecked network/adverts.c
   "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
   "return true")
 campaign_mutant(grants_unchecked network/moves.c
@@ -81,7 +81,7 @@ campaign_mutant(commands_unchecked cell/commands.c
 campaign_mutant(joints_unchecked cell/joints.c
   "(cell->keyed && !rs_tags_equal(rs_joints_tag(&cell->key, frame, epoch), joints.tag))"
   "false")
-campaign_mutant(ticks_played_again network/route.c
+campaign_mutant(ticks_played_again network/adverts.c
   "if (from_before(neighbour, &tick, &wave, now_us) || "
   "if (")
 campaign_mutant(commands_played_again cell/commands.c
