@@ -208,7 +208,8 @@ void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us) {
     tick_of_other(cell, port, now_us);
   }
   /* Only of a wave that has just come is it certain that a root made it: what is known of neighbours may be damaged. */
-  if (route->parent_port == port + 1U && neighbour->hops != RS_HOPS_POISON && rs_waves_equal(&route->wave, &neighbour->wave)) {
+  if (route->parent_port == port + 1U && neighbour->hops != RS_HOPS_POISON &&
+      rs_waves_equal(&route->wave, &neighbour->wave)) {
     route->known_time = rs_wave_time(&route->wave);
     route->known_time_complement = ~route->known_time;
   }
