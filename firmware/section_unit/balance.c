@@ -331,6 +331,20 @@ static void set_cap(rs_section_unit* unit, const rs_trees* trees, unsigned first
   }
 }
 
+/* How deep balance may bring the cells of a component: some hops deeper than the deepest cell of the skin was formed,
+ * as it is that one which is heard last. Of other units' components it is known only how deep they are. */
+static uint8_t deepest_allowed(const rs_section_unit* unit, const rs_trees* trees, unsigned first, uint8_t base) {
+  unsigned deepest = base + RS_DEPTH_RAISE_MAX;
+  for (unsigned k = 0; k < trees->count; ++k) {
+    if (trees->component[k] == first || trees->size[k] == 0U) continue;
+    const bool own = trees->port[k] != RS_TREE_FOREIGN;
+    const unsigned there =
+        own ? unit->port[trees->port[k]].balance.base_depth + (unsigned)RS_DEPTH_RAISE_MAX : trees->height[k];
+    if (there > deepest) deepest = there;
+  }
+  return (uint8_t)(deepest < RS_TTL_START ? deepest : RS_TTL_START - 1U);
+}
+
 /* Sees whether a component with own trees has come nearer to level, and raises its cap if it has not for long. `lead`
  * is the port that keeps its record. */
 static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigned first, rs_unit_balance* lead) {
@@ -364,7 +378,8 @@ static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigne
     return;
   }
   if (lead->base_trees == 0U) return;
-  if (cap > lead->depth_cap && cap <= lead->base_depth + RS_DEPTH_RAISE_MAX) {
+  const uint8_t deepest = deepest_allowed(unit, trees, first, lead->base_depth);
+  if (cap > lead->depth_cap && cap <= deepest) {
     set_cap(unit, trees, first, lead->base_depth, cap);
     return;
   }
@@ -376,8 +391,7 @@ static void watch_progress(rs_section_unit* unit, const rs_trees* trees, unsigne
     ++lead->stalled;
   }
   const bool level = most <= (cells + count - 1U) / count;
-  if (wanting == 0U || level || lead->depth_cap >= lead->base_depth + RS_DEPTH_RAISE_MAX) return;
-  if (lead->depth_cap + 1U >= RS_TTL_START) return;
+  if (wanting == 0U || level || lead->depth_cap >= deepest) return;
   if (failing == wanting || lead->stalled >= STALLED_ROUNDS) {
     set_cap(unit, trees, first, lead->base_depth, (uint8_t)(lead->depth_cap + 1U));
   }

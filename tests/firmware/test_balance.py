@@ -105,6 +105,15 @@ def test_a_trunk_along_the_border_moves_cell_by_cell(skin_seed: int) -> None:
     assert run.depth <= run.least_depth + 4
 
 
+@pytest.mark.parametrize(("kind", "skin_seed", "part"), [("ur5", 8, 3), ("ur5", 36, 3), ("robot_1260", 40, 6)])
+def test_a_shallow_part_may_come_as_deep_as_the_deepest_part(kind: str, skin_seed: int, part: int) -> None:
+    """More than four hops over its own fewest make it even, and no cell of the skin waits longer than without them."""
+    run = settle(kind, 3, skin_seed)
+    (there,) = (one for one in run.parts if one.part == part)
+    assert there.fullest <= 1.02 * there.ideal
+    assert run.depth <= run.least_depth + 4
+
+
 def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
     """The cells of 48 that were each granted a move to the other of two trees, none of which moved."""
     world.run_ms(700)
