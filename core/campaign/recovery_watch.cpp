@@ -224,9 +224,6 @@ void RecoveryWatch::check_sizes() {
 void RecoveryWatch::finish() {
   // Sizes travel up for a while after each move; in a quiet network they have been right lately.
   const std::int64_t now_ns = network_.time_ns();
-  // A zombie goes on claiming to be a child; how many cells hung on it cannot be known from it.
-  for (std::size_t cell = 0; cell < path_.size(); ++cell)
-    if (ground_.is_zombie(cell)) return;
   const std::int64_t quiet_ns = now_ns - (ground_.repaired_ns() + fault_free_ns);
   if (quiet_ns < 100 * ms || sizes_right_ns_ >= now_ns - 100 * ms) return;
   std::int64_t sum = 0;

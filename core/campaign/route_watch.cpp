@@ -196,6 +196,7 @@ void RouteWatch::check_circle(std::size_t cell) {
 void RouteWatch::check_order(std::size_t child) {
   const Shadow& below = shadow_[child];
   if (below.parent < 0) return;
+  if (ground_.is_zombie(child)) return;  // adopts nothing; after half the tick numbers its own seems new
   const auto parent = static_cast<std::size_t>(below.parent);
   const Shadow& above = shadow_[parent];
   // A parent that has none itself can close no circle; one that has lost its memory must be let go before it has.

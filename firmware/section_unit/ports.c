@@ -113,12 +113,16 @@ static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t
               (rs_command){.operation = RS_OPERATION_rejoin, .index = topology.source, .value_low = topology.uid});
 }
 
-static void receive_tick(rs_unit_port* here, const uint8_t* frame) {
+static void receive_tick(rs_unit_port* here, const uint8_t* frame, uint64_t now_ns) {
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
   const bool rebooted = !here->met || here->nonce != tick.nonce;
   here->met = true;
   here->nonce = (uint8_t)tick.nonce;
+  if (rebooted || here->sequence != tick.sequence) here->turned_ns = now_ns;
+  here->sequence = (uint16_t)tick.sequence;
+  /* A stuck cell says the same for ever; what hung on it has long gone elsewhere. */
+  if (now_ns - here->turned_ns >= (uint64_t)RS_STALE_LIMIT_US * 1000U) tick.parent = 0;
   if (tick.parent != 0U) {
     if (!here->root || rebooted) {
       rs_hearing_start(&here->hearing, tick.echo);
@@ -145,7 +149,7 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
   rs_rate_heard(&here->rate, frame);
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_tick:
-      receive_tick(here, frame);
+      receive_tick(here, frame, now_ns);
       break;
     case RS_TYPE_status: {
       rs_status status;

@@ -67,7 +67,7 @@ class Bench:
         self.take(self.unit.frame(port, firmware.pack(name, fields), self.now))
 
     def attach(self) -> None:
-        self.hear("tick", sender=9, parent=1, heard=1)
+        self.hear("tick", sender=9, parent=1, heard=1, sequence=self.now // 1_000_000 % 65536)
 
     def say(self, data: bytes) -> None:
         self.take(self.unit.datagram(data, self.now))
@@ -236,6 +236,24 @@ def test_with_a_key_only_tagged_datagrams_of_this_exchange_count() -> None:
         assert data[27] == 1
         assert data[-16:] == tag(data[:-16])
         assert int.from_bytes(data[32:36], "big") == 6
+
+
+def test_a_stuck_cell_is_no_root_and_one_that_ticks_again_is() -> None:
+    """It says the same for ever: that the port is its parent, and nothing of the size that is gone."""
+    bench = Bench()
+    bench.attach()
+    bench.hear("status", sender=9, size=40, height=6)
+    stuck = bench.now // 1_000_000
+    for _ in range(15):
+        bench.run_us(1000)
+        bench.hear("tick", sender=9, parent=1, heard=1, sequence=stuck)
+        assert (bench.unit.ports[0]["root"], bench.unit.ports[0]["size"]) == (True, 40)
+    for _ in range(70):
+        bench.run_us(1000)
+        bench.hear("tick", sender=9, parent=1, heard=1, sequence=stuck)
+    assert (bench.unit.ports[0]["root"], bench.unit.ports[0]["size"]) == (False, 0)
+    bench.attach()
+    assert bench.unit.ports[0]["root"]
 
 
 def test_power_is_switched_by_port() -> None:

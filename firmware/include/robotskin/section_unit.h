@@ -149,13 +149,15 @@ typedef struct {
 
 typedef struct {
   uint64_t heard_ns;
+  uint64_t turned_ns;             /* the cell there last said a new tick, */
+  uint16_t sequence;              /* this one */
   uint32_t frames, lost, dropped; /* received whole, damaged; not sent down because the queue was full */
   uint16_t cell;                  /* at this port; 0: none named */
   uint16_t size;                  /* of its tree, as reported by `status` */
   uint8_t height;
   uint8_t cell_port; /* 1 to 4 */
   uint8_t good;
-  bool root; /* the cell there has this port as parent */
+  bool root; /* the cell there has this port as parent, and is not stuck */
   bool busy;
   bool tick_due;
   uint32_t tag; /* of the current tick */

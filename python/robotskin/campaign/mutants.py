@@ -56,6 +56,9 @@ MUTANTS = {
     "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=106),
     "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), seed=792),
     "sizes_uncounted": Mutant("a cell counts each child as one cell", ("tree_sizes",)),
+    "stuck_child_counts_again": Mutant(
+        "a stuck child counts again after half the tick numbers", ("tree_sizes",), directed=True
+    ),
     "tags_unchecked": Mutant("any tag will do", ("forged",)),
     "ticks_unchecked": Mutant("any tag will do for a tick", ("forged",)),
     "grants_unchecked": Mutant("any tag will do for a grant", ("forged",), seed=226),

@@ -64,6 +64,9 @@ campaign_mutant(moves_too_deep network/moves.c
 campaign_mutant(sizes_uncounted network/subtree.c
   "size += neighbour->size"
   "size += 1U")
+campaign_mutant(stuck_child_counts_again network/links.c
+  "if (neighbour->stale) return neighbour->child && behind != 0U"
+  "if (neighbour->stale) return neighbour->child && (uint16_t)behind != 0U && (uint16_t)behind < 0x8000U")
 
 # ---- Tags, and what is played again ----
 campaign_mutant(tags_unchecked network/chaskey.c

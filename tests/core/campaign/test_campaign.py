@@ -33,7 +33,7 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     assert not report.breaks, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
 
 
-@pytest.mark.parametrize("part", ["retention", "torque", "commands", "settings", "whole"])
+@pytest.mark.parametrize("part", ["sampling", "retention", "torque", "commands", "settings", "whole"])
 def test_any_damaged_memory_heals(part: str, seed: int) -> None:
     """Torques apart: a contribution that was damaged is given up, as nobody gives it again here."""
     cases = [case for case in (draw_case(number) for number in range(30 * seed, 30 * seed + 30)) if case.limbs == 0][:6]
