@@ -1,5 +1,6 @@
 #include "campaign/host_orders.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "robotskin/datagram.h"
@@ -9,6 +10,7 @@
 namespace robotskin::campaign {
 namespace {
 
+constexpr std::int64_t way_ns = 20 * ms;   // down to the deepest cell, behind other orders
 constexpr std::uint32_t number_bits = 10;  // of a colour's 24; the others prove it
 
 void add_record(std::vector<std::uint8_t>& datagram, const std::array<std::uint8_t, RS_FRAME_BYTES>& frame) {
@@ -38,8 +40,9 @@ void HostOrders::send(world::Network& network) {
     command.type = RS_TYPE_command;
     command.target = RS_ID_ALL;
     command.operation = RS_OPERATION_led;
-    command.counter = ++orders_ & 0xFFFFU;
-    command.value_low = colour_of(orders_);
+    sent_ns_.push_back(network.time_ns());
+    command.counter = orders() & 0xFFFFU;
+    command.value_low = colour_of(orders());
     rs_command_pack(frame.data(), &command);
     add_record(datagram, frame);
   }
@@ -54,12 +57,27 @@ void HostOrders::send(world::Network& network) {
   for (std::size_t unit = 0; unit < network.unit_count(); ++unit) network.receive(unit, datagram);
 }
 
-void HostOrders::poll(const world::Network& network) {
+void HostOrders::poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
+                      bool may_lose) {
   if (!in_use_) return;
+  const std::int64_t now_ns = network.time_ns();
+  told_.resize(network.cell_count());
+  // The newest order that all have by now, or one of the two after it: one may pass by who moves.
+  const auto past = std::ranges::upper_bound(sent_ns_, now_ns - 2 * orders_every_ms * ms - way_ns);
+  const auto known = static_cast<std::uint32_t>(past - sent_ns_.begin());
+  const bool quiet = known > 0 && !may_lose && ground.calm(now_ns) && !ground.lawless(now_ns);
+  // Where cells ask for ids the answers come by the same way, and there are more of them than can wait.
+  for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
+    if (recovery.has_path(cell) && network.cell(cell).id == RS_ID_NONE) naming_ns_ = now_ns;
+  const std::int64_t quiet_ns = std::max({ground.repaired_ns(), ground.lawless_until_ns(), naming_ns_});
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell) {
     const std::uint32_t colour = network.cell(cell).led_rgb, order = colour & ((1U << number_bits) - 1U);
-    if (colour == 0 || (order <= orders_ && colour == colour_of(order))) continue;
-    breaks_.add(Invariant::forged, network.time_ns(), {cell}, {{"colour", colour}, {"orders", orders_}});
+    if (colour != 0 && (order > orders() || colour != colour_of(order)))
+      breaks_.add(Invariant::forged, now_ns, {cell}, {{"colour", colour}, {"orders", orders()}});
+    if (!quiet || order >= known || told_[cell] != 0 || !recovery.has_path(cell)) continue;
+    if (std::max({quiet_ns, recovery.path_since_ns(cell), ground.booted_ns(cell)}) + ms > sent_ns_[known - 1]) continue;
+    told_[cell] = 1;
+    breaks_.add(Invariant::obeyed, now_ns, {cell}, {{"order", order}, {"sent before", known}, {"orders", orders()}});
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "campaign/ground.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/recovery_watch.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
@@ -15,9 +16,10 @@ class HostOrders {
  public:
   HostOrders(bool in_use, std::uint64_t seed, BreakLog& breaks) : breaks_(breaks), in_use_(in_use), seed_(seed) {}
 
-  void send(world::Network& network);               // every millisecond; now and then something goes down
-  void poll(const world::Network& network);         // every millisecond
-  std::uint32_t orders() const { return orders_; }  // so far
+  void send(world::Network& network);  // every millisecond; now and then something goes down
+  // Every millisecond. `may_lose`: frames get lost on lines without a fault.
+  void poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery, bool may_lose);
+  std::uint32_t orders() const { return static_cast<std::uint32_t>(sent_ns_.size()); }  // so far
 
  private:
   static constexpr std::int64_t orders_every_ms = 16, joints_every_ms = 4;
@@ -27,7 +29,10 @@ class HostOrders {
   BreakLog& breaks_;
   bool in_use_;
   std::uint64_t seed_;
-  std::uint32_t orders_ = 0, datagrams_ = 0;
+  std::vector<std::int64_t> sent_ns_;  // of order 1, 2, ...
+  std::vector<std::uint8_t> told_;
+  std::int64_t naming_ns_ = 0;  // when a cell with a way last had no id
+  std::uint32_t datagrams_ = 0;
 };
 
 }  // namespace robotskin::campaign

@@ -34,6 +34,7 @@ namespace robotskin::campaign {
   X(exactly_once, 11, "no sample is delivered twice")                                                              \
   X(in_order, 11, "samples of a cell arrive in order while its path stays")                                        \
   X(none_lost, 11, "without faults no sample is lost, whoever moves")                                              \
+  X(obeyed, 11, "without faults what the host orders reaches every cell with a way")                              \
   X(sampled, 11, "without faults every cell with a way has an id, and sends within its period times the divisor")  \
   X(torque_count, 12, "a torque sum has as many different cells in it as it says")                                \
   X(torque_once, 12, "no cell is in two sums of one epoch")                                                        \

@@ -108,7 +108,7 @@ bool Referee::within_load() const {
 void Referee::poll() {
   recovery_->poll();
   sampling_.poll(*network_, *ground_, *recovery_, overloaded_ns_);
-  orders_.poll(*network_);
+  orders_.poll(*network_, *ground_, *recovery_, !whole_lines_);
   torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();

@@ -168,3 +168,6 @@ campaign_mutant(torques_miscounted network/torque_epoch.c
 campaign_mutant(neighbours_mixed_up network/identity.c
   ".neighbour_2 = id[1]"
   ".neighbour_2 = id[0]")
+campaign_mutant(orders_out_of_order cell/commands.c
+  "if (!rs_newer((uint16_t)command->counter, commanding->counter)) {"
+  "if (rs_newer((uint16_t)command->counter, commanding->counter)) {")
