@@ -18,6 +18,7 @@ from robotskin.layout.network_limits import (
     least_depth_of_even_loads,
     least_depth_of_load,
     least_load_within,
+    load_within,
 )
 from robotskin.layout.network_limits.trees import least_fullest, roots_and_neighbours
 
@@ -29,8 +30,11 @@ EVEN, FAIR = 1.02, 1.10
 """Fullest cable over the ideal at which a skin counts as balanced, and beyond which it counts as a miss."""
 EXTRA_HOPS = 4
 """Over the fewest possible that the deepest cell may have for the sake of even loads."""
-PASSES = 4
-"""Of suppositions, where a quick bound does not explain uneven loads."""
+TRIED_CELLS, COMPACT_TRIED_CELLS = 1_500_000, 300_000
+"""Deals of each decision by branch and bound times cells, where a quick bound does not explain uneven loads. A compact
+skin has no bridges that decide the rest: more deals find out nothing more about it."""
+DEPTH_TRIED_CELLS = 150_000
+"""Likewise of the depth that even loads need, asked for at one depth after the other."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,9 @@ class Balance:
 
     naive: cells of the fullest first-arrival tree (skins of one part). best: by part, the fullest cable of the best
     known forest of any depth; within: by part, cells that the fullest cable of no forest of the allowed depth
-    undercuts; even_depth: a depth that no forest with the best loads undercuts; cut: cells a line at the minimum cut.
+    undercuts (`best` itself where the network came to it); found: by part, those of the best forest of the allowed
+    depth that is known; even_depth: a depth that no forest with the best loads undercuts; cut: cells a line at the
+    minimum cut.
     """
 
     run: Settled
@@ -48,6 +54,7 @@ class Balance:
     even_depth: int
     cut: float
     within: tuple[int, ...]
+    found: tuple[int, ...]
 
     @property
     def fullest(self) -> int:
@@ -96,34 +103,43 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
     compact = kind in COMPACT
     run = settle_network(network, kind, ports, seed, serve_s=SERVED_S if compact and ports == 3 else 0.0)
     hops = hops_to_cables(network)
-    best, within = [], []
+    best, within, found = [], [], []
     even_depth = 0
     for part in run.parts:
         load = known_best(network, part, compact=compact, found=part.fullest)
         cells, cables = np.flatnonzero(network.part == part.part), network.part[network.roots] == part.part
         own = hops[np.ix_(cables, cells)]
-        least, sharper = limits_of_uneven(network, part, load, int(own.min(axis=0).max()))
-        best.append(load)
+        least, reached, sharper = limits_of_uneven(network, part, load, int(own.min(axis=0).max()), compact=compact)
+        best.append(min(load, reached))
         within.append(least)
+        found.append(reached)
         even_depth = max(even_depth, least_depth_of_even_loads(own, load) or 0, sharper)
     naive = first_arrival_fullest(network, seed) if len(run.parts) == 1 else 0.0
-    return Balance(run, naive, tuple(best), even_depth, float(bottleneck(network).cells_per_line), tuple(within))
+    cut = float(bottleneck(network).cells_per_line)
+    return Balance(run, naive, tuple(best), even_depth, cut, tuple(within), tuple(found))
 
 
-def limits_of_uneven(network: CellNetwork, part: PartLoads, best: int, least_depth: int) -> tuple[int, int]:
-    """`Balance.within` of a part, and a depth that no forest with the best loads undercuts, 0 where nobody asks.
+def limits_of_uneven(
+    network: CellNetwork, part: PartLoads, best: int, least_depth: int, compact: bool
+) -> tuple[int, int, int]:
+    """`Balance.within` and `Balance.found` of a part, and a depth that no forest with the best loads undercuts.
 
-    Suppositions only where the quick bounds do not explain what the network left uneven.
+    Branch and bound, and a search, only where the quick bound does not explain what the network left uneven. The depth
+    is 0 where nobody asks.
     """
     if part.fullest <= best:
-        return best, 0
+        return best, part.fullest, 0
     near, roots = roots_and_neighbours(network, part.part)
-    within = least_load_within(near, roots, least_depth + EXTRA_HOPS, part.fullest)
+    deepest = least_depth + EXTRA_HOPS
+    within, found = least_load_within(near, roots, deepest, part.fullest), part.fullest
     if part.fullest <= EVEN * best:
-        return within, 0
-    if within <= best or part.fullest > EVEN * within:
-        within = least_load_within(near, roots, least_depth + EXTRA_HOPS, part.fullest, PASSES)
-    return within, least_depth_of_load(near, roots, best, least_depth, PASSES) or 0
+        return within, found, 0
+    if part.fullest > EVEN * max(best, within):
+        tried = COMPACT_TRIED_CELLS if compact else TRIED_CELLS
+        limits = load_within(near, roots, deepest, part.fullest, tried // part.cells, best)
+        within, found = limits.least, min(found, limits.fullest)
+    trials = DEPTH_TRIED_CELLS // part.cells
+    return within, found, least_depth_of_load(near, roots, best, least_depth, trials) or 0
 
 
 def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int) -> int:

@@ -6,14 +6,16 @@ from robotskin.bench.network_balance import EVEN, EXTRA_HOPS, FAIR, Balance
 from robotskin.bench.network_set import COMPACT, skins
 from robotskin.layout.network_limits import bottleneck
 
-HEADER = ("skin", "fullest", "ideal", "ratio", "possible", "to it", "hops", "why")
+HEADER = ("skin", "fullest", "ideal", "ratio", "least", "found", "to it", "hops", "why")
 
 
 def misses(balances: list[Balance]) -> list[str]:
     """Lines of a table, and what never formed.
 
-    Compact skins beyond 1.02 of ceil(N / K), the worst first, beside what no trees within the allowed depth undercut;
-    then other skins beyond 1.10 of the best known trees, with the minimum cut of their worst part.
+    Compact skins beyond 1.02 of ceil(N / K), the worst first, then other skins beyond 1.10 of the best known trees, by
+    their worst part. `least`: cells that the fullest cable of no trees within the allowed depth undercuts; `found`:
+    those of the best such trees that were found; `to it`: the fullest over that least, or over the best known of any
+    depth where that is more.
     """
     told = [f"{name(one)}: not formed" for one in balances if one.run.formation_ms < 0]
     compact = sorted(
@@ -46,27 +48,29 @@ def compact_row(one: Balance) -> tuple[str, ...]:
         why = f"proven: needs {one.even_depth - one.run.least_depth} hops"
     else:
         why = "stalled at the cap" if extra >= EXTRA_HOPS else "stalled"
-    within = one.within[0]
-    loads = (str(one.fullest), str(ideal), f"{one.ratio:.3f}", f">= {within}", f"{one.fullest / within:.3f}")
-    return (name(one), *loads, f"+{extra}", why)
+    return (*measured(one, 0), why)
 
 
 def other_row(one: Balance) -> tuple[str, ...]:
     """Of a skin of several patches: its worst part against the best known trees."""
-    part = one.worst_part()
-    best, within = one.best[part.part], one.within[part.part]
-    cut = float(bottleneck(skins(one.run.kind, one.run.ports, one.run.seed), part.part).cells_per_line)
-    proven = f", proven: {within} within {EXTRA_HOPS} hops" if within > best else ""
-    why = f"part {part.part}: best known {best}{proven}, minimum cut {cut:.1f} cells a line"
-    extra = one.run.depth - one.run.least_depth
-    possible = max(best, within)
+    part = one.worst_part().part
+    cut = float(bottleneck(skins(one.run.kind, one.run.ports, one.run.seed), part).cells_per_line)
+    least, best = one.within[part], one.best[part]
+    deeper = f" of any depth, proven {least} within +{EXTRA_HOPS}" if least > best else ""
+    why = f"part {part}: best known {best}{deeper}, minimum cut {cut:.1f} cells a line"
+    return (*measured(one, part), why)
+
+
+def measured(one: Balance, number: int) -> tuple[str, ...]:
+    """All columns but the last, of one part."""
+    part, least, found = one.run.parts[number], one.within[number], one.found[number]
     return (
         name(one),
         str(part.fullest),
         str(part.ideal),
         f"{part.fullest / part.ideal:.3f}",
-        str(possible),
-        f"{part.fullest / possible:.3f}",
-        f"+{extra}",
-        why,
+        f">= {least}",
+        f"<= {found}",
+        f"{part.fullest / max(one.best[number], least):.3f}",
+        f"+{one.run.depth - one.run.least_depth}",
     )

@@ -14,9 +14,9 @@ from robotskin.cli import main
 from robotskin.layout import LayoutFileError, finished, finished_names
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import (
-    Dealing,
     best_forest,
     bottleneck,
+    decide,
     hops_to_cables,
     judge,
     least_depth_of_even_loads,
@@ -24,12 +24,17 @@ from robotskin.layout.network_limits import (
     least_depths,
     least_fullest,
     least_load_within,
+    load_within,
     read_networks,
     sentences,
 )
 from robotskin.layout.network_limits.exact import exact_forest
 from robotskin.layout.network_limits.flow import LINE_FRAMES_PER_S, carried, cut_of
 from robotskin.layout.network_limits.picture import save_picture
+from robotskin.layout.network_limits.trees import roots_and_neighbours
+
+MANY = 100_000
+"""Trials that decide any small skin."""
 
 
 @pytest.fixture
@@ -151,8 +156,7 @@ def test_the_best_forest_is_what_brute_force_finds(generator):
 
 
 def test_no_forest_undercuts_the_bound_of_its_depth(generator):
-    """Brute force over all forests: with suppositions and without, bounds on load and depth never exceed the best."""
-    bounds = {0: 0, 4: 0}
+    """Brute force over all forests: bounds on load and depth never exceed the best, and with trials enough are it."""
     for _ in range(12):
         network = small_network(generator, 10, int(generator.integers(2, 4)))
         near, roots = near_and_roots(network)
@@ -160,15 +164,20 @@ def test_no_forest_undercuts_the_bound_of_its_depth(generator):
         shallowest = int(least_depths(network).max())
         for deepest in range(shallowest, shallowest + 4):
             truth = min(load for depth, load in best.items() if depth <= deepest)
-            quick, sharp = (least_load_within(near, roots, deepest, len(near), passes) for passes in bounds)
-            assert least_fullest(near, roots) <= quick <= sharp <= truth
-            bounds[0] += quick
-            bounds[4] += sharp
+            quick, few, all_of_it = (least_load_within(near, roots, deepest, len(near), n) for n in (0, 20, MANY))
+            assert least_fullest(near, roots) <= quick <= few <= all_of_it == truth
+            within = load_within(near, roots, deepest, len(near), MANY, steps_per_cell=int(generator.integers(40)))
+            assert within.least == within.fullest == truth
+            assert all(depth_of_tree(near, within.owner, root) <= deepest for root in roots)
+            for load in range(1, len(near) + 1):
+                decision = decide(near, roots, deepest, load, MANY)
+                assert decision.refuted == (load < truth)
+                if not decision.refuted:
+                    assert max(decision.owner.count(tree) for tree in range(len(roots))) <= load
+                    assert all(depth_of_tree(near, decision.owner, root) <= deepest for root in roots)
             for load in range(truth, len(near) + 1):
-                assert not Dealing(near, roots, deepest, load).refuted()
-                for passes in bounds:
-                    assert least_depth_of_load(near, roots, load, shallowest, passes) <= deepest
-    assert bounds[4] >= bounds[0]
+                for trials in (0, 20, MANY):
+                    assert least_depth_of_load(near, roots, load, shallowest, trials) <= deepest
 
 
 def test_a_depth_forbids_even_loads_that_a_greater_one_allows():
@@ -212,6 +221,67 @@ def test_most_compact_skins_are_even_to_the_cell(seed):
     chosen = [(kind, (seed + k) % 100) for kind in ("sheet", "sheared_sheet") for k in range(2)]
     forests = [best_forest(skins(kind, 3, which), 0) for kind, which in chosen]
     assert [forest.fullest for forest in forests] == [66] * 4
+
+
+def bridged_patches(bridges: list[int]) -> tuple[list[list[int]], int]:
+    """Two patches of 3 by 3 cells, joined at these of their rows by a bridge of one cell each; and the cells."""
+    patches = [(side, row, column) for side in range(2) for row in range(3) for column in range(3)]
+    number = {place: cell for cell, place in enumerate(patches)}
+    pairs = [
+        (number[place], number[other])
+        for place in patches
+        for other in ((place[0], place[1] + 1, place[2]), (place[0], place[1], place[2] + 1))
+        if other in number
+    ]
+    for bridge, row in enumerate(bridges, start=len(patches)):
+        pairs += [(number[0, row, 2], bridge), (bridge, number[1, row, 0])]
+    near: list[list[int]] = [[] for _ in range(len(patches) + len(bridges))]
+    for first, second in pairs:
+        near[first].append(second)
+        near[second].append(first)
+    return near, len(near)
+
+
+def test_a_bridge_belongs_to_one_tree_and_all_behind_it_too():
+    """One bridge of one cell: ten cells and the way to them are one cable's, though frames could be split evenly."""
+    near, count = bridged_patches([1])
+    roots = [0, 6]
+    assert least_fullest(near, roots) == 10
+    # The way from a corner to the bridge has four cells: 14 cells, the last of them seven hops behind the bridge's end.
+    assert load_within(near, roots, 9, count, MANY).least == 14
+    assert load_within(near, roots, 9, count, MANY).fullest == 14
+    # Two bridges at the rows of the cables share all evenly, as deep as the patches are long.
+    near, count = bridged_patches([0, 2])
+    assert [load_within(near, roots, deepest, count, MANY).fullest for deepest in (8, 9)] == [10, 10]
+    assert least_load_within(near, roots, 8, count, MANY) == 10
+
+
+@pytest.mark.parametrize("which", [72, 45])
+def test_a_ring_of_patches_is_decided(which):
+    """Within four hops more than the fewest, the trees of ring 72 leave 87 cells to a cable at the least; of 45, 66.
+
+    A forest is found with just as many, and each is one.
+    """
+    least = {72: 87, 45: 66}[which]
+    network = skins("ring_12", 3, which)
+    near, roots = roots_and_neighbours(network, 0)
+    deepest = int(least_depths(network).max()) + 4
+    found = load_within(near, roots, deepest, len(near), 10_000, enough=66)
+    assert found.least == found.fullest == least
+    assert all(depth_of_tree(near, found.owner, root) <= deepest for root in roots)
+
+
+def test_a_search_cut_short_claims_nothing():
+    """With few trials the bound is lower and the decision open, and neither is wrong."""
+    network = skins("ring_12", 3, 72)
+    near, roots = roots_and_neighbours(network, 0)
+    deepest = int(least_depths(network).max()) + 4
+    bounds = [least_load_within(near, roots, deepest, 90, trials) for trials in (0, 60, 300)]
+    assert bounds == sorted(bounds)
+    assert bounds[-1] <= 87
+    decision = decide(near, roots, deepest, 86, 10)
+    assert not decision.refuted
+    assert decision.owner is None
 
 
 def test_a_walled_in_cable_is_known():

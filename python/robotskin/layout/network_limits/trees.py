@@ -91,6 +91,21 @@ def roots_and_neighbours(network: CellNetwork, part: int) -> tuple[list[list[int
     return near, list(roots)
 
 
+def nearest_roots(near: list[list[int]], roots: list[int]) -> list[int]:
+    """The tree of each cell, where each goes to a nearest root."""
+    owner = [-1] * len(near)
+    for tree, root in enumerate(roots):
+        owner[root] = tree
+    queue = deque(roots)
+    while queue:
+        cell = queue.popleft()
+        for other in near[cell]:
+            if owner[other] < 0:
+                owner[other] = owner[cell]
+                queue.append(other)
+    return owner
+
+
 def least_fullest(near: list[list[int]], roots: list[int]) -> int:
     """A bound that no forest's fullest cable undercuts: the load where frames may be split among neighbours.
 
@@ -116,26 +131,12 @@ class Search:
 
     def __init__(self, near: list[list[int]], roots: list[int], random: Random) -> None:
         self.near, self.roots, self.random = near, roots, random
-        self.owner = self.shortest_paths()
+        self.owner = nearest_roots(near, roots)
         self.best = list(self.owner)
         self.loads = [self.owner.count(tree) for tree in range(len(roots))]
         self.weight = [0] * len(near)
         for tree in range(len(roots)):
             self.weigh(tree)
-
-    def shortest_paths(self) -> list[int]:
-        """Each cell goes to a nearest root."""
-        owner = [-1] * len(self.near)
-        for tree, root in enumerate(self.roots):
-            owner[root] = tree
-        queue = deque(self.roots)
-        while queue:
-            cell = queue.popleft()
-            for other in self.near[cell]:
-                if owner[other] < 0:
-                    owner[other] = owner[cell]
-                    queue.append(other)
-        return owner
 
     def weigh(self, tree: int) -> None:
         """The weight of each cell of a tree's set: itself and all that the root reaches through it only.

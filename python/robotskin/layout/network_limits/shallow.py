@@ -1,0 +1,78 @@
+"""Good forests within a depth, by annealing: cells at the borders of trees change over with all that hangs on them."""
+
+from __future__ import annotations
+
+import math
+from random import Random
+
+from robotskin.layout.network_limits.cell_sets import members, neighbour_sets, rings, union
+from robotskin.layout.network_limits.trees import nearest_roots
+
+STEPS_PER_CELL = 1500
+COOLINGS = 3
+"""Each starts from where the one before ended."""
+WARM, COLD = 3.0, 0.02
+"""Temperatures, in cells: the energy is the mean over the cells of the load of their tree."""
+PER_LATE_CELL = 0.7
+"""Energy of a cell beyond the depth. Soft, so that trees may pass through what is not allowed."""
+
+
+def shallow_forest(
+    near: list[list[int]],
+    roots: list[int],
+    deepest: int,
+    enough: int,
+    seed: int = 0,
+    steps_per_cell: int = STEPS_PER_CELL,
+) -> list[int]:
+    """The tree of each cell, in the forest with the least load that was found; the same seed gives the same.
+
+    Args:
+        near: neighbours of each cell, all connected.
+        roots: the cell of each cable, all different.
+        deepest: hops of the deepest cell, the cable included; no less than shortest paths have.
+        enough: load of the fullest tree at which the search ends.
+        seed: of the search.
+        steps_per_cell: of the search, at most.
+    """
+    random, neighbours = Random(seed).random, neighbour_sets(near)
+    owner = nearest_roots(near, roots)
+    trees = [sum(1 << cell for cell in range(len(near)) if owner[cell] == tree) for tree in range(len(roots))]
+
+    def grown(tree: int, cells: int) -> tuple[int, float]:
+        """The cells of a set that a root reaches, and their energy."""
+        hops = rings(neighbours, roots[tree], cells, len(near))
+        reached = union(hops)
+        late = union(hops[deepest:]).bit_count()
+        lates[tree] = late
+        return reached, reached.bit_count() ** 2 / len(near) + PER_LATE_CELL * late
+
+    lates = [0] * len(roots)
+    energies = [grown(tree, cells)[1] for tree, cells in enumerate(trees)]
+    best, fullest = list(owner), max(cells.bit_count() for cells in trees)
+    free = [cell for cell in range(len(near)) if cell not in roots]
+    steps = steps_per_cell * len(near) if free else 0
+    for step in range(steps):
+        if fullest <= enough:
+            break
+        cell = free[int(random() * len(free))]
+        here, there = owner[cell], owner[near[cell][int(random() * len(near[cell]))]]
+        if here == there:
+            continue
+        before = lates[here], lates[there]
+        stay, energy_here = grown(here, trees[here] & ~(1 << cell))
+        gone = trees[here] & ~stay
+        more, energy_there = grown(there, trees[there] | gone)
+        change = energy_here + energy_there - energies[here] - energies[there]
+        temperature = WARM * (1 - COOLINGS * step / steps % 1.0) ** 2 + COLD
+        if change > 0 and random() >= math.exp(-change / temperature):
+            lates[here], lates[there] = before
+            continue
+        trees[here], trees[there] = stay, more
+        energies[here], energies[there] = energy_here, energy_there
+        for member in members(gone):
+            owner[member] = there
+        load = max(cells.bit_count() for cells in trees)
+        if load < fullest and not any(lates):
+            best, fullest = list(owner), load
+    return best
