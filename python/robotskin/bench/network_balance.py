@@ -29,7 +29,7 @@ BEST_STEPS_PER_CELL = 100
 EVEN, FAIR = 1.02, 1.10
 """Fullest cable over the ideal at which a skin counts as balanced, and beyond which it counts as a miss."""
 EXTRA_HOPS = 4
-"""Over the fewest possible that the deepest cell may have for the sake of even loads."""
+"""Over the fewest possible of the skin's deepest cell that any cell may have for the sake of even loads."""
 TRIED_CELLS, COMPACT_TRIED_CELLS = 1_500_000, 300_000
 """Deals of each decision by branch and bound times cells, where a quick bound does not explain uneven loads. A compact
 skin has no bridges that decide the rest: more deals find out nothing more about it."""
@@ -109,7 +109,8 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
         load = known_best(network, part, compact=compact, found=part.fullest)
         cells, cables = np.flatnonzero(network.part == part.part), network.part[network.roots] == part.part
         own = hops[np.ix_(cables, cells)]
-        least, reached, sharper = limits_of_uneven(network, part, load, int(own.min(axis=0).max()), compact=compact)
+        depths = int(own.min(axis=0).max()), run.least_depth + EXTRA_HOPS
+        least, reached, sharper = limits_of_uneven(network, part, load, depths, compact=compact)
         best.append(min(load, reached))
         within.append(least)
         found.append(reached)
@@ -120,17 +121,17 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
 
 
 def limits_of_uneven(
-    network: CellNetwork, part: PartLoads, best: int, least_depth: int, compact: bool
+    network: CellNetwork, part: PartLoads, best: int, depths: tuple[int, int], compact: bool
 ) -> tuple[int, int, int]:
     """`Balance.within` and `Balance.found` of a part, and a depth that no forest with the best loads undercuts.
 
     Branch and bound, and a search, only where the quick bound does not explain what the network left uneven. The depth
-    is 0 where nobody asks.
+    is 0 where nobody asks. depths: the fewest possible hops of the part's deepest cell, and the allowed ones.
     """
     if part.fullest <= best:
         return best, part.fullest, 0
     near, roots = roots_and_neighbours(network, part.part)
-    deepest = least_depth + EXTRA_HOPS
+    least_depth, deepest = depths
     within, found = least_load_within(near, roots, deepest, part.fullest), part.fullest
     if part.fullest <= EVEN * best:
         return within, found, 0
