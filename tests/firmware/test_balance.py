@@ -123,8 +123,11 @@ def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
         cell = world.cell(index)
         if cell.parent_port == 0:
             continue
+        # Whatever the last round was, one of these two is a new one.
+        new_round = {"sequence": cell.sequence, "root": cell.root, "round": 3}
         grant = {"sequence": cell.sequence, "root": cell.root, "cell": cell.id, "target_root": 3 - cell.root} | fields
-        world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", grant), world.now))
+        for sent in (new_round, grant):
+            world.cell_done(index, cell.frame(cell.parent_port, firmware.pack("grant", sent), world.now))
         told.append(cell)
     world.run_ms(30)
     assert [world.cell(index).root for index in range(48)] == roots
