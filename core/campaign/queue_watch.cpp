@@ -11,6 +11,12 @@ constexpr std::int64_t two_ticks_ns = 2 * ms;
 // Every queue of a path may be full when the divisor comes, and empties into the next as fast as the line goes.
 constexpr std::int64_t drained_hop_ns = RS_QUEUE_DATA * RS_FRAME_US * us;
 
+// Whether trees formed in that time: until so long after every cell has a way, sums of single cells may go up alone.
+bool formed_since(const RecoveryWatch& recovery, std::int64_t begun_ns) {
+  constexpr std::int64_t sums_ns = 2 * RS_EPOCH_TICKS * ms;
+  return recovery.whole_since_ns() > begun_ns - sums_ns;
+}
+
 }  // namespace
 
 std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& network, const Ground& ground,
@@ -21,7 +27,7 @@ std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& networ
   Cell& cell = cells_[index];
   const bool dropped = state.counts.frames_dropped != cell.dropped;
   // Either the oldest sample has gone, or the one that came.
-  const bool was_full = cell.crowded && cell.count == RS_QUEUE_DATA;
+  const bool was_full = (cell.crowded || formed_since(recovery, cell.begun_ns)) && cell.count == RS_QUEUE_DATA;
   const bool left_out =
       was_full && dropped && input.kind == RS_INPUT_FRAME && rs_frame_type_of(input.frame) == RS_TYPE_clock;
   if (ring.first == cell.first && ring.count == cell.count) {
@@ -42,7 +48,7 @@ std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& networ
   const unsigned left = (ring.first - cell.first) & (RS_QUEUE_DATA - 1U);
   const unsigned came = (ring.count + left - cell.count) & (2U * RS_QUEUE_DATA - 1U);
   if (cell.count == 0) cell.begun_ns = now_ns;
-  cell.crowded = cell.crowded || state.queues.data_again > 0;
+  cell.crowded = cell.crowded || state.queues.data_again > 0 || formed_since(recovery, cell.begun_ns);
   for (unsigned i = 0; i < std::min<unsigned>(came, ring.count) && !cell.crowded; ++i)
     cell.crowded =
         rs_frame_is_replayed(state.queues.data_frame[(ring.first + ring.count - 1U - i) & (RS_QUEUE_DATA - 1U)]);

@@ -65,10 +65,7 @@ void rs_advert_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
   neighbour->child = tick.parent != 0U;
   neighbour->leaving = tick.leaving != 0U;
   if (neighbour->child != was_child) {
-    if (!was_child) {
-      rs_subtree_forget(neighbour);
-      cell->torque.reports[port] = 1; /* it is waited for once, to see whether it reports */
-    }
+    if (!was_child) rs_subtree_forget(neighbour);
     rs_subtree_update(cell);
   }
   rs_retention_tick(cell, port, &tick, was_child, now_us);
