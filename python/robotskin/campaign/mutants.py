@@ -46,7 +46,7 @@ MUTANTS = {
         "a neighbour that does not hear this cell may be its parent", ("recovery",), seed=31
     ),
     "silence_unnoticed": Mutant("a silent neighbour counts as there for ten times as long", ("recovery",)),
-    "way_lost_untold": Mutant("a cell that has lost its way does not say so at once", ("recovery",), seed=75),
+    "way_lost_untold": Mutant("a cell that has lost its way does not say so at once", ("recovery",), directed=True),
     "never_nearer": Mutant("no cell goes over to a nearer parent", ("shortest",)),
     "zombies_followed": Mutant("nobody leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
     "far_ahead_believed": Mutant("there is no window of tick numbers", ("tick_window",), directed=True),
@@ -54,7 +54,7 @@ MUTANTS = {
     "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=96),
     "moves_not_held": Mutant("a granted cell changes over at once, feasible or not"),
     "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=106),
-    "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), seed=792),
+    "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), directed=True),
     "sizes_uncounted": Mutant("a cell counts each child as one cell", ("tree_sizes",)),
     "stuck_child_counts_again": Mutant(
         "a stuck child counts again after half the tick numbers", ("tree_sizes",), directed=True
