@@ -24,8 +24,6 @@ from robotskin.layout.network_limits.trees import least_fullest, roots_and_neigh
 
 SERVED_S = 0.2
 """After a compact skin of three cables has settled and its rate is free again, to count losses."""
-BEST_STEPS_PER_CELL = 100
-"""Of the search for the best known tree of bridged skins and robots."""
 EVEN, FAIR = 1.02, 1.10
 """Fullest cable over the ideal at which a skin counts as balanced, and beyond which it counts as a miss."""
 EXTRA_HOPS = 4
@@ -152,7 +150,7 @@ def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int)
     bound = least_fullest(near, roots)
     if compact or found <= bound:
         return bound
-    forest = best_forest(network, part.part, steps_per_cell=BEST_STEPS_PER_CELL)
+    forest = best_forest(network, part.part)
     return found if forest is None else min(forest.fullest, found)
 
 

@@ -28,6 +28,7 @@ from robotskin.layout.network_limits import (
     read_networks,
     sentences,
 )
+from robotskin.layout.network_limits.annealing import annealed_forest, nearest_roots
 from robotskin.layout.network_limits.exact import exact_forest
 from robotskin.layout.network_limits.flow import LINE_FRAMES_PER_S, carried, cut_of
 from robotskin.layout.network_limits.picture import save_picture
@@ -269,6 +270,20 @@ def test_a_ring_of_patches_is_decided(which):
     found = load_within(near, roots, deepest, len(near), 10_000, enough=66)
     assert found.least == found.fullest == least
     assert all(depth_of_tree(near, found.owner, root) <= deepest for root in roots)
+
+
+@pytest.mark.parametrize("kind", ["sheet", "cylinder", "ring_12"])
+def test_annealing_keeps_to_its_depth_and_repeats(kind, seed):
+    """A forest of the depth asked for, no worse than shortest paths; the same seed gives the same one."""
+    network = skins(kind, 4, seed % 100)
+    near, roots = roots_and_neighbours(network, 0)
+    shallowest = int(least_depths(network).max())
+    paths = nearest_roots(near, roots)
+    for deepest in (shallowest, shallowest + 2):
+        owner, again = (annealed_forest(near, roots, 1, deepest, seed, 20) for _ in range(2))
+        assert owner == again
+        assert max(depth_of_tree(near, owner, root) for root in roots) <= deepest
+        assert max(map(owner.count, range(4))) <= max(map(paths.count, range(4)))
 
 
 def test_a_search_cut_short_claims_nothing():

@@ -2,16 +2,13 @@
 
 The fullest cable of a forest carries at least ceil(N / K) cells, and at least what it carries where frames may be split
 (`least_fullest`). Where a forest reaches that bound it is proven best; most do. To reach it is NP-hard in general
-(confluent flow, Chen et al., J. ACM 2007), so a forest is sought by simulated annealing over moves of a cell with all
-that hangs on it alone, and small parts are then decided exactly by an integer program (`exact`).
+(confluent flow, Chen et al., J. ACM 2007), so a forest is sought by simulated annealing (`annealing`), and small parts
+are then decided exactly by an integer program (`exact`).
 """
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from dataclasses import dataclass
-from random import Random
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +16,12 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import maximum_flow
 
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.network_limits.annealing import STEPS_PER_CELL, annealed_forest
 
 Integers = NDArray[np.int64]
 
 EXACT_UP_TO = 160
 """Cells times cables of a part that the integer program decides."""
-STEPS_PER_CELL = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +62,8 @@ def best_forest(network: CellNetwork, part: int, seed: int = 0, steps_per_cell: 
     cable_at = {int(root): number for number, root in reversed(list(enumerate(network.roots)))}
     cables = [cable_at[int(cells[root])] for root in roots]
     bound = least_fullest(near, roots)
-    search = Search(near, roots, Random(seed))
-    search.anneal(bound, steps_per_cell * len(cells))
-    forest = Forest(cells, np.array(cables), np.array(search.best), bound)
+    found = annealed_forest(near, roots, bound, seed=seed, steps_per_cell=steps_per_cell)
+    forest = Forest(cells, np.array(cables), np.array(found), bound)
     if not forest.proven and len(cells) * len(roots) <= EXACT_UP_TO:
         from robotskin.layout.network_limits.exact import exact_forest
 
@@ -91,21 +87,6 @@ def roots_and_neighbours(network: CellNetwork, part: int) -> tuple[list[list[int
     return near, list(roots)
 
 
-def nearest_roots(near: list[list[int]], roots: list[int]) -> list[int]:
-    """The tree of each cell, where each goes to a nearest root."""
-    owner = [-1] * len(near)
-    for tree, root in enumerate(roots):
-        owner[root] = tree
-    queue = deque(roots)
-    while queue:
-        cell = queue.popleft()
-        for other in near[cell]:
-            if owner[other] < 0:
-                owner[other] = owner[cell]
-                queue.append(other)
-    return owner
-
-
 def least_fullest(near: list[list[int]], roots: list[int]) -> int:
     """A bound that no forest's fullest cable undercuts: the load where frames may be split among neighbours.
 
@@ -124,106 +105,3 @@ def least_fullest(near: list[list[int]], roots: list[int]) -> int:
         if heard == count:
             return load
         load += 1
-
-
-class Search:
-    """Annealing over forests. near: neighbours of each cell; roots: the cell of each cable."""
-
-    def __init__(self, near: list[list[int]], roots: list[int], random: Random) -> None:
-        self.near, self.roots, self.random = near, roots, random
-        self.owner = nearest_roots(near, roots)
-        self.best = list(self.owner)
-        self.loads = [self.owner.count(tree) for tree in range(len(roots))]
-        self.weight = [0] * len(near)
-        for tree in range(len(roots)):
-            self.weigh(tree)
-
-    def weigh(self, tree: int) -> None:
-        """The weight of each cell of a tree's set: itself and all that the root reaches through it only.
-
-        Articulation points by depth-first search (Hopcroft and Tarjan 1973).
-        """
-        owner, near, weight = self.owner, self.near, self.weight
-        root = self.roots[tree]
-        order = {root: 0}
-        low = {root: 0}
-        size = {root: 1}
-        weight[root] = 1
-        stack = [(root, -1, iter(near[root]))]
-        while stack:
-            cell, above, rest = stack[-1]
-            for other in rest:
-                if owner[other] != tree or other == above:
-                    continue
-                if other in order:
-                    low[cell] = min(low[cell], order[other])
-                else:
-                    order[other] = low[other] = len(order)
-                    size[other] = weight[other] = 1
-                    stack.append((other, cell, iter(near[other])))
-                    break
-            else:
-                stack.pop()
-                if stack:
-                    low[above] = min(low[above], low[cell])
-                    size[above] += size[cell]
-                    if low[cell] >= order[above]:
-                        weight[above] += size[cell]
-
-    def hanging(self, cell: int) -> list[int]:
-        """A cell and all that its root reaches through it only."""
-        tree = self.owner[cell]
-        root = self.roots[tree]
-        reached = {root, cell}
-        queue = deque([root])
-        while queue:
-            for other in self.near[queue.popleft()]:
-                if self.owner[other] == tree and other not in reached:
-                    reached.add(other)
-                    queue.append(other)
-        reached.discard(cell)
-        found = [cell]
-        seen = {cell}
-        for member in found:
-            for other in self.near[member]:
-                if self.owner[other] == tree and other not in reached and other not in seen:
-                    seen.add(other)
-                    found.append(other)
-        return found
-
-    def border(self) -> list[tuple[int, int]]:
-        """Cells that touch another tree's, with that tree."""
-        owner, roots = self.owner, set(self.roots)
-        return [
-            (cell, owner[other])
-            for cell in range(len(owner))
-            if cell not in roots
-            for other in self.near[cell]
-            if owner[other] != owner[cell]
-        ]
-
-    def anneal(self, bound: int, steps: int) -> None:
-        """Move cells between trees until the fullest has `bound`, or the steps are used up; `best` keeps the best."""
-        fullest = max(self.loads)
-        warm = max(1.0, 0.1 * sum(self.loads) / len(self.loads)) ** 2
-        border = self.border()
-        for step in range(steps):
-            if fullest <= bound or not border:
-                return
-            # Two coolings: the second starts from where the first ended.
-            temperature = warm * 0.001 ** (2 * step / steps % 1.0)
-            cell, there = border[int(self.random.random() * len(border))]
-            here, weight = self.owner[cell], self.weight[cell]
-            change = 2 * weight * (self.loads[there] - self.loads[here] + weight)
-            if change > 0 and self.random.random() >= math.exp(-change / temperature):
-                continue
-            for member in self.hanging(cell):
-                self.owner[member] = there
-            self.loads[here] -= weight
-            self.loads[there] += weight
-            self.weigh(here)
-            self.weigh(there)
-            border = self.border()
-            if max(self.loads) < fullest:
-                fullest = max(self.loads)
-                self.best = list(self.owner)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from robotskin.layout.network_limits.annealing import STEPS_PER_CELL, annealed_forest
 from robotskin.layout.network_limits.branching import decide
-from robotskin.layout.network_limits.shallow import STEPS_PER_CELL, shallow_forest
 from robotskin.layout.network_limits.trees import least_fullest
 
 
@@ -43,7 +43,8 @@ def load_within(
         steps_per_cell: of the search for a forest, at most.
     """
     least = least_load_within(near, roots, deepest, most)
-    found = LoadWithin(least, shallow_forest(near, roots, deepest, max(least, enough), 0, steps_per_cell))
+    first = annealed_forest(near, roots, max(least, enough), deepest, steps_per_cell=steps_per_cell)
+    found = LoadWithin(least, first)
     top, sure = min(found.fullest, most), True
     while max(found.least, enough) < top:
         # A forest one cell better is asked for as long as that is decided, then what lies between.

@@ -1,12 +1,12 @@
-"""Good forests within a depth, by annealing: cells at the borders of trees change over with all that hangs on them."""
+"""Good forests, of any depth or within one, by annealing: a cell changes trees with all that hangs on it alone."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from random import Random
 
 from robotskin.layout.network_limits.cell_sets import members, neighbour_sets, rings, union
-from robotskin.layout.network_limits.trees import nearest_roots
 
 STEPS_PER_CELL = 1500
 COOLINGS = 3
@@ -17,11 +17,11 @@ PER_LATE_CELL = 0.7
 """Energy of a cell beyond the depth. Soft, so that trees may pass through what is not allowed."""
 
 
-def shallow_forest(
+def annealed_forest(
     near: list[list[int]],
     roots: list[int],
-    deepest: int,
     enough: int,
+    deepest: int | None = None,
     seed: int = 0,
     steps_per_cell: int = STEPS_PER_CELL,
 ) -> list[int]:
@@ -30,12 +30,13 @@ def shallow_forest(
     Args:
         near: neighbours of each cell, all connected.
         roots: the cell of each cable, all different.
-        deepest: hops of the deepest cell, the cable included; no less than shortest paths have.
         enough: load of the fullest tree at which the search ends.
+        deepest: hops of the deepest cell, the cable included; no less than shortest paths have. Any if None.
         seed: of the search.
         steps_per_cell: of the search, at most.
     """
     random, neighbours = Random(seed).random, neighbour_sets(near)
+    deepest = len(near) if deepest is None else deepest
     owner = nearest_roots(near, roots)
     trees = [sum(1 << cell for cell in range(len(near)) if owner[cell] == tree) for tree in range(len(roots))]
 
@@ -76,3 +77,18 @@ def shallow_forest(
         if load < fullest and not any(lates):
             best, fullest = list(owner), load
     return best
+
+
+def nearest_roots(near: list[list[int]], roots: list[int]) -> list[int]:
+    """The tree of each cell, where each goes to a nearest root."""
+    owner = [-1] * len(near)
+    for tree, root in enumerate(roots):
+        owner[root] = tree
+    queue = deque(roots)
+    while queue:
+        cell = queue.popleft()
+        for other in near[cell]:
+            if owner[other] < 0:
+                owner[other] = owner[cell]
+                queue.append(other)
+    return owner
