@@ -101,57 +101,69 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
     compact = kind in COMPACT
     run = settle_network(network, kind, ports, seed, serve_s=SERVED_S if compact and ports == 3 else 0.0)
     hops = hops_to_cables(network)
-    best, within, found = [], [], []
+    limits = []
     even_depth = 0
     for part in run.parts:
-        load = known_best(network, part, compact=compact, found=part.fullest)
         cells, cables = np.flatnonzero(network.part == part.part), network.part[network.roots] == part.part
         own = hops[np.ix_(cables, cells)]
         depths = int(own.min(axis=0).max()), run.least_depth + EXTRA_HOPS
-        least, reached, sharper = limits_of_uneven(network, part, load, depths, compact=compact)
-        best.append(min(load, reached))
-        within.append(least)
-        found.append(reached)
-        even_depth = max(even_depth, least_depth_of_even_loads(own, load) or 0, sharper)
+        limits.append(limits_of(network, part, depths, compact=compact))
+        even_depth = max(even_depth, least_depth_of_even_loads(own, limits[-1].best) or 0, limits[-1].depth)
     naive = first_arrival_fullest(network, seed) if len(run.parts) == 1 else 0.0
     cut = float(bottleneck(network).cells_per_line)
-    return Balance(run, naive, tuple(best), even_depth, cut, tuple(within), tuple(found))
+    best, within, found = zip(*((one.best, one.within, one.found) for one in limits), strict=True)
+    return Balance(run, naive, best, even_depth, cut, within, found)
 
 
-def limits_of_uneven(
-    network: CellNetwork, part: PartLoads, best: int, depths: tuple[int, int], compact: bool
-) -> tuple[int, int, int]:
-    """`Balance.within` and `Balance.found` of a part, and a depth that no forest with the best loads undercuts.
+@dataclass(frozen=True)
+class Limits:
+    """Of a part: `best`, `within` and `found` of `Balance`, and a depth that no forest with the best loads undercuts.
 
-    Branch and bound, and a search, only where the quick bound does not explain what the network left uneven. The depth
-    is 0 where nobody asks. depths: the fewest possible hops of the part's deepest cell, and the allowed ones.
+    The depth is 0 where nobody asks.
     """
+
+    best: int
+    within: int
+    found: int
+    depth: int = 0
+
+
+def limits_of(network: CellNetwork, part: PartLoads, depths: tuple[int, int], compact: bool) -> Limits:
+    """Branch and bound, and a search, only where the quick bound does not explain what the network left uneven.
+
+    depths: the fewest possible hops of the part's deepest cell, and the allowed ones.
+    """
+    best = known_best(network, part, compact)
     if part.fullest <= best:
-        return best, part.fullest, 0
+        return Limits(best, best, part.fullest)
     near, roots = roots_and_neighbours(network, part.part)
     least_depth, deepest = depths
     within, found = least_load_within(near, roots, deepest, part.fullest), part.fullest
     if part.fullest <= EVEN * best:
-        return within, found, 0
+        return Limits(best, within, found)
     if part.fullest > EVEN * max(best, within):
         tried = COMPACT_TRIED_CELLS if compact else TRIED_CELLS
         limits = load_within(near, roots, deepest, part.fullest, tried // part.cells, best)
         within, found = limits.least, min(found, limits.fullest)
+        best = min(best, found)
     trials = DEPTH_TRIED_CELLS // part.cells
-    return within, found, least_depth_of_load(near, roots, best, least_depth, trials) or 0
+    depth = least_depth_of_load(near, roots, best, least_depth, trials)
+    if depth is None:
+        best, depth = least_load_within(near, roots, len(near), part.fullest, trials), 0
+    return Limits(best, max(best, within), found, depth)
 
 
-def known_best(network: CellNetwork, part: PartLoads, compact: bool, found: int) -> int:
+def known_best(network: CellNetwork, part: PartLoads, compact: bool) -> int:
     """The fullest cable of the best known forest; of compact skins the bound itself, which is proven and no less.
 
     A network that comes to the bound needs no search.
     """
     near, roots = roots_and_neighbours(network, part.part)
     bound = least_fullest(near, roots)
-    if compact or found <= bound:
+    if compact or part.fullest <= bound:
         return bound
     forest = best_forest(network, part.part)
-    return found if forest is None else min(forest.fullest, found)
+    return part.fullest if forest is None else min(forest.fullest, part.fullest)
 
 
 def compact_figures(mine: list[Balance]) -> dict[str, float | int]:
