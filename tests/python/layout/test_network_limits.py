@@ -257,6 +257,15 @@ def test_a_bridge_belongs_to_one_tree_and_all_behind_it_too():
     assert least_load_within(near, roots, 8, count, MANY) == 10
 
 
+def test_cables_that_share_their_only_way_in_cannot_share_what_is_behind_it():
+    """Two cables' cells touch one cell only, with a row behind it: one of them serves all, at any depth."""
+    near = [[2], [2], [0, 1, 3], [2, 4], [3, 5], [4, 6], [5]]
+    assert least_fullest(near, [0, 1]) == 4
+    assert least_load_within(near, [0, 1], len(near), len(near), MANY) == 6
+    assert least_depth_of_load(near, [0, 1], 5, 6, MANY) is None
+    assert least_depth_of_load(near, [0, 1], 6, 6, MANY) == 6
+
+
 @pytest.mark.parametrize("which", [72, 45])
 def test_a_ring_of_patches_is_decided(which):
     """Within four hops more than the fewest, the trees of ring 72 leave 87 cells to a cable at the least; of 45, 66.
