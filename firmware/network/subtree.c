@@ -34,16 +34,16 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
          a->round == b->round && a->whole == b->whole;
 }
 
-/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in four of
+/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in six of
  * eight rounds only one in eight of them does. */
 static bool in_turns(const rs_wants* wants) {
-  return (wants->round & 4U) != 0U;
+  return (wants->round & 6U) != 0U;
 }
 
 /* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
  * upwards, and the ways of all others stay as they are. Where few let go at a time, a trunk may be most of its tree. */
 static uint32_t most_to_let_go(const rs_wants* wants) {
-  return (in_turns(wants) ? 24U : 6U) << (wants->round & 3U);
+  return (in_turns(wants) ? 48U : 12U) << 2U * (wants->round & 1U);
 }
 
 /* Whose turn it is changes every 32 ticks. Neighbours have consecutive ids as a rule; their turns are far apart, so
