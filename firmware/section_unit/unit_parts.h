@@ -41,7 +41,33 @@ bool rs_trees_beside(const rs_trees* trees, unsigned a, unsigned b);
 /* Brings the potentials nearer to where their differences along neighbouring trees are the flows that level all. */
 void rs_trees_relax(const rs_trees* trees, int64_t potential[256]);
 
-/* ---- balance.c: who gives how many cells to whom ---- */
+/* ---- forming.c ---- */
+/* Once a tick: `unit->forming` until the sizes of the trees stay as they are. */
+void rs_forming_tick(rs_section_unit* unit, uint64_t now_ns);
+
+/* ---- wants.c: how many cells a tree is to give, and to whom ---- */
+enum {
+  RS_OFFER_TICKS = 3,  /* without a further offer, and while the tree is crossed, a round is over */
+  RS_FAILED_ROUNDS = 2 /* without an offer, after which a tree is taken for one that gives nothing */
+};
+/* Down and up a tree so deep takes about so many ticks. */
+RS_INLINE uint64_t rs_there_and_back(const rs_unit_port* port) {
+  return (3U * (uint32_t)port->height) / 8U;
+}
+/* Opens a round of own tree k, in whose component are so many cells and trees, if it has anything to give; `lead` keeps
+ * the record of the component. */
+void rs_wants_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
+                    const rs_unit_balance* lead);
+void rs_want_remove(rs_unit_balance* balance, unsigned w);
+void rs_wants_close(rs_unit_balance* balance);
+
+/* ---- depth_cap.c: how deep balance may make the trees ---- */
+enum { RS_STALLED_ROUNDS = 8 }; /* without progress, after which the cap is raised */
+/* Sees whether a component with own trees has come nearer to level, and raises its cap if it has not for long. `first`
+ * is the component's first tree, `lead` the port that keeps its record. */
+void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned first, rs_unit_balance* lead);
+
+/* ---- balance.c: rounds of offers and grants ---- */
 void rs_balance_tick(rs_section_unit* unit, uint64_t now_ns);
 void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* status);
 /* The own trees as records of a datagram; how many. */
