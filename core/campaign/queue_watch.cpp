@@ -28,13 +28,17 @@ std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& networ
   const bool dropped = state.counts.frames_dropped != cell.dropped;
   // Either the oldest sample has gone, or the one that came.
   const bool was_full = (cell.crowded || formed_since(recovery, cell.begun_ns)) && cell.count == RS_QUEUE_DATA;
-  const bool left_out =
-      was_full && dropped && input.kind == RS_INPUT_FRAME && rs_frame_type_of(input.frame) == RS_TYPE_clock;
+  const bool own = input.kind == RS_INPUT_SAMPLE;
+  const bool came_up = input.kind == RS_INPUT_FRAME && rs_frame_type_of(input.frame) == RS_TYPE_clock;
+  const bool left_out = was_full && dropped && (own || came_up);
+  const auto that_came = [&] {
+    return own ? SampleLedger::taken_in(*input.sample) : SampleLedger::taken_in(input.frame);
+  };
   if (ring.first == cell.first && ring.count == cell.count) {
     cell.dropped = state.counts.frames_dropped;
     if (!left_out) return std::nullopt;
     ++cell.crowded_out;
-    return SampleLedger::taken_in(input.frame);
+    return that_came();
   }
   const std::int64_t now_ns = network.time_ns();
   const bool lawless = ground.lawless(now_ns);
@@ -54,7 +58,7 @@ std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& networ
         rs_frame_is_replayed(state.queues.data_frame[(ring.first + ring.count - 1U - i) & (RS_QUEUE_DATA - 1U)]);
   std::optional<TakenSample> lost;
   if (was_full && dropped && left > 0) {
-    lost = came == 0 && left_out ? SampleLedger::taken_in(input.frame) : cell.oldest;
+    lost = came == 0 && left_out ? that_came() : cell.oldest;
     ++cell.crowded_out;
   }
   const bool judged = within_load && !lawless && ground.calm(now_ns) && !dropped && !cell.crowded;

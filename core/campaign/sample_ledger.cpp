@@ -92,6 +92,11 @@ TakenSample SampleLedger::taken_in(const std::uint8_t* frame_at) {
   return {frame.force_1, static_cast<std::uint16_t>(frame.proximity)};
 }
 
+TakenSample SampleLedger::taken_in(const rs_sample& own) {
+  return {static_cast<std::uint32_t>(own.value[RS_CHANNEL_force_1]),
+          static_cast<std::uint16_t>(own.value[RS_CHANNEL_proximity])};
+}
+
 void SampleLedger::crowded_out(TakenSample sample) {
   if (sample.cell >= cells_.size()) return;
   Entry& entry = cells_[sample.cell].entry[sample.number % kept];

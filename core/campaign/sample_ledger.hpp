@@ -37,6 +37,7 @@ class SampleLedger : public world::SampleSource {
                 std::span<const std::uint8_t> datagram);
   // What a frame on its way to the host says to be; a frame of nobody says cell 0, number 0, which is none.
   static TakenSample taken_in(const std::uint8_t* frame);
+  static TakenSample taken_in(const rs_sample& own);
   // It found a queue full of repeated ones.
   void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.

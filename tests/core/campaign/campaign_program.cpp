@@ -32,7 +32,20 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
+// A name that no invariant has would be broken by no seed.
+bool are_invariants(const std::vector<std::string>& names) {
+  std::string known;
+  for (std::size_t i = 0; i < invariant_count; ++i) known += " " + std::string(name_of(static_cast<Invariant>(i)));
+  for (const std::string& name : names) {
+    if ((known + " ").find(" " + name + " ") != std::string::npos) continue;
+    std::fprintf(stderr, "'%s' is no invariant; these are:%s\n", name.c_str(), known.c_str());
+    return false;
+  }
+  return true;
+}
+
 int run(std::uint64_t first, std::uint64_t count, const std::vector<std::string>& wanted) {
+  if (!are_invariants(wanted)) return 2;
   const std::clock_t start = std::clock();
   std::uint64_t seed = first, seeds = 0;
   std::string found;

@@ -155,6 +155,11 @@ def test_levelling_that_makes_it_worse_is_noticed(weighings: str, broken: list[s
     assert [one["invariant"] for one in found] == broken
 
 
+def test_an_invariant_that_there_is_not_is_refused() -> None:
+    with pytest.raises(CampaignBuildError, match="'sircles' is no invariant; these are: acyclic"):
+        run_program(build("shipping"), "shipping", "run", 1, 1, "acyclic", "sircles")
+
+
 def test_a_mutant_whose_text_is_gone_does_not_build(tmp_path: Path) -> None:
     source = tmp_path / "rule.c"
     source.write_text("int a;\n")
