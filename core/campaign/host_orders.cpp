@@ -71,7 +71,9 @@ void HostOrders::poll(const world::Network& network, const Ground& ground, const
     if (recovery.has_path(cell) && network.cell(cell).id == RS_ID_NONE) naming_ns_ = now_ns;
   const std::int64_t quiet_ns = std::max({ground.repaired_ns(), ground.lawless_until_ns(), naming_ns_});
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell) {
-    const std::uint32_t colour = network.cell(cell).led_rgb, order = colour & ((1U << number_bits) - 1U);
+    // The newest one so far whose number has these bits.
+    const std::uint32_t colour = network.cell(cell).led_rgb;
+    const std::uint32_t order = orders() - ((orders() - colour) & ((1U << number_bits) - 1U));
     if (colour != 0 && (order > orders() || colour != colour_of(order)))
       breaks_.add(Invariant::forged, now_ns, {cell}, {{"colour", colour}, {"orders", orders()}});
     if (!quiet || order >= known || told_[cell] != 0 || !recovery.has_path(cell)) continue;

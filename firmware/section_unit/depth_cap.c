@@ -29,6 +29,12 @@ static uint8_t deepest_allowed(const rs_section_unit* unit, const rs_trees* tree
   return (uint8_t)(deepest < RS_TTL_START ? deepest : RS_TTL_START - 1U);
 }
 
+/* What the cap counts from once cells have come or gone. Hops that balance has added are no new base, or each coming
+ * and going would allow some more. */
+static uint8_t base_after(uint8_t base, uint8_t depth) {
+  return base != 0U && depth > base && depth <= base + RS_DEPTH_RAISE_MAX ? base : depth;
+}
+
 /* Sees whether a component with own trees has come nearer to level, and raises its cap if it has not for long. `lead`
  * is the port that keeps its record. */
 void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned first, rs_unit_balance* lead) {
@@ -58,7 +64,8 @@ void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned f
     lead->base_trees = count;
     lead->base_cells = cells;
     lead->best_squares = squares;
-    set_cap(unit, trees, first, depth, depth);
+    if (depth >= RS_TTL_START) depth = RS_TTL_START - 1U; /* damaged memory of a cell */
+    set_cap(unit, trees, first, base_after(lead->base_depth, depth), depth);
     return;
   }
   if (lead->base_trees == 0U) return;

@@ -114,6 +114,21 @@ def test_a_shallow_part_may_come_as_deep_as_the_deepest_part(kind: str, skin_see
     assert run.depth <= run.least_depth + 4
 
 
+@pytest.mark.parametrize(("kind", "ports", "skin_seed"), [("cylinder", 5, 12), ("sheared_sheet", 5, 40)])
+def test_cells_that_come_and_go_make_the_trees_no_deeper(kind: str, ports: int, skin_seed: int, seed: int) -> None:
+    """Hops that balance has added do not count for the cap once the skin has changed."""
+    random = np.random.default_rng(seed)
+    wiring = skins(kind, ports, skin_seed)
+    trial = trial_of(wiring, skin_seed)
+    inner = np.setdiff1d(np.arange(len(wiring)), [cable.cell for cable in wiring.cables])
+    trial.run_until(1.0)
+    for cell in random.choice(inner, 4, replace=False):
+        trial.network.reboot(int(cell), 300_000_000)
+        trial.run_until(trial.time_s + 0.9)
+    network = trial.network
+    assert max(network.cell_hops(cell) for cell in range(len(wiring))) <= max(network.depths) + 4
+
+
 def granted_in_vain(world: SmallWorld, **fields: int) -> list[firmware.Cell]:
     """The cells of 48 that were each granted a move to the other of two trees, none of which moved."""
     world.run_ms(700)

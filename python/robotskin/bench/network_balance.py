@@ -224,12 +224,24 @@ def balance_figures(balances: list[Balance]) -> dict[str, float | int]:
         figures["balance_walled_in"] = sum(one.best[0] > one.run.parts[0].ideal for one in compact)
     for name, kinds in (("bridged", BRIDGED), ("robots", ROBOTS)):
         mine = [one for one in balances if one.run.kind in kinds]
-        if mine:
-            worst = [max(one.ratios(), default=1.0) for one in mine]
-            figures[f"{name}_ratio_p95"] = float(np.quantile(worst, 0.95))
-            figures[f"{name}_ratio_max"] = max(worst)
-            figures[f"{name}_ratio_to_possible_max"] = max(max(one.ratios_to_possible(), default=1.0) for one in mine)
-            extra = [one.run.depth - one.run.least_depth for one in mine]
-            figures[f"{name}_extra_depth_max"] = max(extra)
-            figures[f"{name}_min_cut_cells_per_line_max"] = max(one.cut for one in mine)
+        for ports in sorted({one.run.ports for one in mine}, key=lambda ports: ports != 3):
+            suffix = "" if ports == 3 else f"_k{ports}"
+            for key, value in figures_of_parts([one for one in mine if one.run.ports == ports]).items():
+                figures[f"{name}_{key}{suffix}"] = value
     return figures
+
+
+def figures_of_parts(balances: list[Balance]) -> dict[str, float | int]:
+    """Of skins of bridged patches or of a robot, each by its worst part."""
+    worst = [max(one.ratios(), default=1.0) for one in balances]
+    to_possible = [max(one.ratios_to_possible(), default=1.0) for one in balances]
+    return {
+        "runs": len(balances),
+        "ratio_p95": float(np.quantile(worst, 0.95)),
+        "ratio_max": max(worst),
+        "ratio_to_possible_max": max(to_possible),
+        "misses": sum(ratio > FAIR for ratio in worst),
+        "misses_to_possible": sum(ratio > FAIR for ratio in to_possible),
+        "extra_depth_max": max(one.run.depth - one.run.least_depth for one in balances),
+        "min_cut_cells_per_line_max": max(one.cut for one in balances),
+    }

@@ -1,5 +1,6 @@
 """The campaign finds nothing in the shipping firmware, repeats itself to the byte, and catches every mutant."""
 
+import re
 import subprocess
 import tomllib
 from collections.abc import Iterator
@@ -153,6 +154,15 @@ def test_every_mutant_is_caught() -> None:
 def test_levelling_that_makes_it_worse_is_noticed(weighings: str, broken: list[str]) -> None:
     found = run_program(build("shipping"), "shipping", "levelling", weighings)
     assert [one["invariant"] for one in found] == broken
+
+
+def test_orders_are_told_apart_after_their_numbers_have_come_round() -> None:
+    text = draw_case(8).text
+    assert "\norders\n" in text
+    text = re.sub(r"\nduration_ns .*", "\nduration_ns 17500000000", text)  # an order each 16 ms, 1024 numbers
+    text = re.sub(r"\nfaults .*", "\nfaults slow:cell=3,by=100us,for=1ms@17s", text)
+    report = run_case(parse_case(text))
+    assert not report.breaks, "\n".join(map(str, report.breaks))
 
 
 def test_an_invariant_that_there_is_not_is_refused() -> None:

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from robotskin.bench.network_set import skins
 from robotskin.cli import main
+from robotskin.errors import InputError
 from robotskin.layout import LayoutFileError, finished, finished_names
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import (
@@ -241,6 +242,13 @@ def bridged_patches(bridges: list[int]) -> tuple[list[list[int]], int]:
         near[first].append(second)
         near[second].append(first)
     return near, len(near)
+
+
+def test_a_depth_that_no_forest_has_is_refused():
+    line = [[1], [0, 2], [1, 3], [2, 4], [3]]
+    assert load_within(line, [0], 5, 5, MANY).owner == [0] * 5
+    with pytest.raises(InputError, match="deepest: 2 hops: shortest paths have 5"):
+        load_within(line, [0], 2, 5, MANY)
 
 
 def test_a_bridge_belongs_to_one_tree_and_all_behind_it_too():

@@ -6,7 +6,8 @@ import math
 from collections import deque
 from random import Random
 
-from robotskin.layout.network_limits.cell_sets import members, neighbour_sets, rings, union
+from robotskin.errors import InputError
+from robotskin.layout.network_limits.cell_sets import members, neighbour_sets, rings, set_of, union
 
 STEPS_PER_CELL = 1500
 COOLINGS = 3
@@ -15,6 +16,15 @@ WARM, COLD = 3.0, 0.02
 """Temperatures, in cells: the energy is the mean over the cells of the load of their tree."""
 PER_LATE_CELL = 0.7
 """Energy of a cell beyond the depth. Soft, so that trees may pass through what is not allowed."""
+
+
+def fewest_hops(neighbours: list[int], roots: list[int]) -> int:
+    """Hops of the deepest cell on shortest paths, the cable included."""
+    reached, hops = set_of(roots), 1
+    while grown := union([neighbours[cell] for cell in members(reached)]) & ~reached:
+        reached |= grown
+        hops += 1
+    return hops
 
 
 def annealed_forest(
@@ -34,10 +44,16 @@ def annealed_forest(
         deepest: hops of the deepest cell, the cable included; no less than shortest paths have. Any if None.
         seed: of the search.
         steps_per_cell: of the search, at most.
+
+    Raises:
+        InputError: `deepest` is less than shortest paths have.
     """
     random, neighbours = Random(seed).random, neighbour_sets(near)
-    deepest = len(near) if deepest is None else deepest
     owner = nearest_roots(near, roots)
+    if deepest is None:
+        deepest = len(near)
+    elif deepest < (least := fewest_hops(neighbours, roots)):
+        raise InputError(f"deepest: {deepest} hops: shortest paths have {least}, and no forest has fewer")
     trees = [sum(1 << cell for cell in range(len(near)) if owner[cell] == tree) for tree in range(len(roots))]
 
     def grown(tree: int, cells: int) -> tuple[int, float]:

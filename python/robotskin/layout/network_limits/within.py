@@ -41,6 +41,9 @@ def load_within(
         trials: of each decision by branch and bound, at most.
         enough: a load below which nobody asks.
         steps_per_cell: of the search for a forest, at most.
+
+    Raises:
+        InputError: `deepest` is less than shortest paths have.
     """
     least = least_load_within(near, roots, deepest, most)
     first = annealed_forest(near, roots, max(least, enough), deepest, steps_per_cell=steps_per_cell)
