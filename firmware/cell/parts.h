@@ -98,7 +98,7 @@ void rs_links_check(rs_cell* cell, uint32_t now_us);
 /* ---- network/adverts.c: what the neighbours say of themselves (R8) ---- */
 void rs_advert_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
 
-/* ---- network/route.c: the parent (R2 to R9) ---- */
+/* ---- network/route.c: the parent (R2 to R7, R9) ---- */
 void rs_route_boot(rs_cell* cell, uint32_t now_us);
 void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us); /* after what a neighbour has said */
 void rs_route_lose(rs_cell* cell, uint32_t now_us);
