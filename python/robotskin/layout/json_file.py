@@ -37,7 +37,8 @@ def read_text(path: Path) -> str:
         data = path.read_bytes()
         return (gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data).decode("utf-8-sig")
     except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise LayoutFileError(path, "file", path.name, str(error)) from error
+        why = (isinstance(error, OSError) and error.strerror) or str(error)  # which alone does not name the file again
+        raise LayoutFileError(path, "file", path.name, why) from error
 
 
 def pointer(path: Any) -> str:
