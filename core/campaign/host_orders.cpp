@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t way_ns = 20 * ms;   // down to the deepest cell, behind other orders
 constexpr std::uint32_t number_bits = 10;  // of a colour's 24; the others prove it
+constexpr std::uint32_t number_mask = (1U << number_bits) - 1U;
 
 void add_record(std::vector<std::uint8_t>& datagram, const std::array<std::uint8_t, RS_FRAME_BYTES>& frame) {
   datagram.insert(datagram.end(), frame.begin(), frame.begin() + RS_CONTENT_BYTES);
@@ -22,7 +23,7 @@ void add_record(std::vector<std::uint8_t>& datagram, const std::array<std::uint8
 
 std::uint32_t HostOrders::colour_of(std::uint32_t order) const {
   const auto proof = static_cast<std::uint32_t>(world::scramble(seed_ ^ order)) & 0x3FFFU;
-  return proof << number_bits | (order & ((1U << number_bits) - 1U));
+  return proof << number_bits | (order & number_mask);
 }
 
 void HostOrders::send(world::Network& network) {
@@ -73,7 +74,7 @@ void HostOrders::poll(const world::Network& network, const Ground& ground, const
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell) {
     // The newest one so far whose number has these bits.
     const std::uint32_t colour = network.cell(cell).led_rgb;
-    const std::uint32_t order = orders() - ((orders() - colour) & ((1U << number_bits) - 1U));
+    const std::uint32_t order = orders() - ((orders() - colour) & number_mask);
     if (colour != 0 && (order > orders() || colour != colour_of(order)))
       breaks_.add(Invariant::forged, now_ns, {cell}, {{"colour", colour}, {"orders", orders()}});
     if (!quiet || order >= known || told_[cell] != 0 || !recovery.has_path(cell)) continue;

@@ -1,5 +1,5 @@
-// What the host sends down: colours for all LEDs and joint positions; and that no cell shows a colour that it was never
-// told (I19).
+// What the host sends down: colours for all LEDs and joint positions; that no cell shows a colour that it was never
+// (I19), and that what it orders reaches every cell with a way (I11).
 #pragma once
 
 #include <cstdint>

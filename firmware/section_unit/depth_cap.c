@@ -4,6 +4,11 @@
 
 enum { STEADY_ROUNDS = 3 };
 
+/* Deeper no frame goes, whatever the damaged memory of a cell says. */
+static uint8_t within_hops(unsigned depth) {
+  return (uint8_t)(depth < RS_TTL_START ? depth : RS_TTL_START - 1U);
+}
+
 static void set_cap(rs_section_unit* unit, const rs_trees* trees, unsigned first, uint8_t base, uint8_t cap) {
   for (unsigned k = first; k < trees->count; ++k) {
     if (trees->component[k] != first || trees->port[k] == RS_TREE_FOREIGN) continue;
@@ -26,7 +31,7 @@ static uint8_t deepest_allowed(const rs_section_unit* unit, const rs_trees* tree
         own ? unit->port[trees->port[k]].balance.base_depth + (unsigned)RS_DEPTH_RAISE_MAX : trees->height[k];
     if (there > deepest) deepest = there;
   }
-  return (uint8_t)(deepest < RS_TTL_START ? deepest : RS_TTL_START - 1U);
+  return within_hops(deepest);
 }
 
 /* What the cap counts from once cells have come or gone. Hops that balance has added are no new base, or each coming
@@ -35,8 +40,6 @@ static uint8_t base_after(uint8_t base, uint8_t depth) {
   return base != 0U && depth > base && depth <= base + RS_DEPTH_RAISE_MAX ? base : depth;
 }
 
-/* Sees whether a component with own trees has come nearer to level, and raises its cap if it has not for long. `lead`
- * is the port that keeps its record. */
 void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned first, rs_unit_balance* lead) {
   uint32_t cells = 0, most = 0;
   uint16_t count = 0;
@@ -64,7 +67,7 @@ void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned f
     lead->base_trees = count;
     lead->base_cells = cells;
     lead->best_squares = squares;
-    if (depth >= RS_TTL_START) depth = RS_TTL_START - 1U; /* damaged memory of a cell */
+    depth = within_hops(depth);
     set_cap(unit, trees, first, base_after(lead->base_depth, depth), depth);
     return;
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import mean, median
 
@@ -217,17 +218,23 @@ def balance_figures(balances: list[Balance]) -> dict[str, float | int]:
         figures["formation_1260_ms"] = max(run.formation_ms for run in large)
         figures["named_1260_ms"] = max(run.named_ms for run in large)
     compact = [one for one in balances if one.run.kind in COMPACT]
-    for ports in sorted({one.run.ports for one in compact}, key=lambda ports: ports != 3):
-        for key, value in compact_figures([one for one in compact if one.run.ports == ports]).items():
-            figures[key if ports == 3 else f"{key}_k{ports}"] = value
+    figures |= by_cables(compact, compact_figures)
     if compact:
         figures["balance_walled_in"] = sum(one.best[0] > one.run.parts[0].ideal for one in compact)
     for name, kinds in (("bridged", BRIDGED), ("robots", ROBOTS)):
         mine = [one for one in balances if one.run.kind in kinds]
-        for ports in sorted({one.run.ports for one in mine}, key=lambda ports: ports != 3):
-            suffix = "" if ports == 3 else f"_k{ports}"
-            for key, value in figures_of_parts([one for one in mine if one.run.ports == ports]).items():
-                figures[f"{name}_{key}{suffix}"] = value
+        figures |= {f"{name}_{key}": value for key, value in by_cables(mine, figures_of_parts).items()}
+    return figures
+
+
+def by_cables(
+    balances: list[Balance], figures_of: Callable[[list[Balance]], dict[str, float | int]]
+) -> dict[str, float | int]:
+    """Figures of each number of cables: first of three, the others with the number at the end of their keys."""
+    figures: dict[str, float | int] = {}
+    for ports in sorted({one.run.ports for one in balances}, key=lambda ports: ports != 3):
+        for key, value in figures_of([one for one in balances if one.run.ports == ports]).items():
+            figures[key if ports == 3 else f"{key}_k{ports}"] = value
     return figures
 
 

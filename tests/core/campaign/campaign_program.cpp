@@ -34,11 +34,13 @@ std::string quoted(const std::string& text) {
 
 // A name that no invariant has would be broken by no seed.
 bool are_invariants(const std::vector<std::string>& names) {
-  std::string known;
-  for (std::size_t i = 0; i < invariant_count; ++i) known += " " + std::string(name_of(static_cast<Invariant>(i)));
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < invariant_count; ++i) known.emplace_back(name_of(static_cast<Invariant>(i)));
   for (const std::string& name : names) {
-    if ((known + " ").find(" " + name + " ") != std::string::npos) continue;
-    std::fprintf(stderr, "'%s' is no invariant; these are:%s\n", name.c_str(), known.c_str());
+    if (std::ranges::find(known, name) != known.end()) continue;
+    std::fprintf(stderr, "'%s' is no invariant; these are:", name.c_str());
+    for (const std::string& one : known) std::fprintf(stderr, " %s", one.c_str());
+    std::fputs("\n", stderr);
     return false;
   }
   return true;

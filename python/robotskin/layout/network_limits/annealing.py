@@ -18,15 +18,6 @@ PER_LATE_CELL = 0.7
 """Energy of a cell beyond the depth. Soft, so that trees may pass through what is not allowed."""
 
 
-def fewest_hops(neighbours: list[int], roots: list[int]) -> int:
-    """Hops of the deepest cell on shortest paths, the cable included."""
-    reached, hops = set_of(roots), 1
-    while grown := union([neighbours[cell] for cell in members(reached)]) & ~reached:
-        reached |= grown
-        hops += 1
-    return hops
-
-
 def annealed_forest(
     near: list[list[int]],
     roots: list[int],
@@ -50,11 +41,11 @@ def annealed_forest(
     """
     random, neighbours = Random(seed).random, neighbour_sets(near)
     owner = nearest_roots(near, roots)
-    if deepest is None:
-        deepest = len(near)
-    elif deepest < (least := fewest_hops(neighbours, roots)):
+    trees = [set_of([cell for cell in range(len(near)) if owner[cell] == tree]) for tree in range(len(roots))]
+    least = max(len(rings(neighbours, root, cells, len(near))) for root, cells in zip(roots, trees, strict=True))
+    deepest = len(near) if deepest is None else deepest
+    if deepest < least:
         raise InputError(f"deepest: {deepest} hops: shortest paths have {least}, and no forest has fewer")
-    trees = [sum(1 << cell for cell in range(len(near)) if owner[cell] == tree) for tree in range(len(roots))]
 
     def grown(tree: int, cells: int) -> tuple[int, float]:
         """The cells of a set that a root reaches, and their energy."""
