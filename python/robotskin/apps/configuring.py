@@ -36,9 +36,15 @@ def worn_layout(robot: Robot, path: Path | None = None) -> Layout:
     return finished(robot.name) if path is None else read_for(robot, path)
 
 
-def home_posture(robot: Robot) -> Array:
-    """(n) rad or m where an exploration begins: the home of the robot's gain file, else its neutral posture."""
-    return GainSet.load(robot.name).home if robot.name in robots_with_gains() else robot.neutral
+def home_posture(robot: Robot, space: FreeSpace | None = None) -> Array:
+    """(n) rad or m where an exploration begins: the home of the robot's gains, or the nearest posture free of contact.
+
+    Args:
+        robot: with gains of its own, or without, which then begins near its neutral posture.
+        space: where it may move; by default all within its limits that touches nothing.
+    """
+    home = GainSet.load(robot.name).home if robot.name in robots_with_gains() else robot.neutral
+    return (space or FreeSpace(robot)).nearest_free(home)
 
 
 def babble(
@@ -67,13 +73,12 @@ def babble(
     Raises:
         BabblingError: nowhere to move; ExplorationError: a silent skin or a stopped robot.
     """
-    start = home_posture(robot) if start is None else start
     if progress:
         progress("planning", 0.0)
     random = np.random.default_rng(seed)
-    plan = plan_babbling(
-        FreeSpace(robot, floor_m=floor_m), start, random, postures=postures, swing_postures=swing_postures
-    )
+    space = FreeSpace(robot, floor_m=floor_m)
+    start = home_posture(robot, space) if start is None else start
+    plan = plan_babbling(space, start, random, postures=postures, swing_postures=swing_postures)
     if progress:
         progress("waking the skin", 0.0)
     exploration = Exploration(robot, layout, seed, start)
@@ -136,7 +141,8 @@ def configured(robot: Robot, layout: Layout, seed: int = 1, progress: Progress |
     """
     tell = progress or (lambda _what, _share: None)
     tell("planning", 0.0)
-    start, space, random = home_posture(robot), FreeSpace(robot), np.random.default_rng(seed)
+    space, random = FreeSpace(robot), np.random.default_rng(seed)
+    start = home_posture(robot, space)
     plan = plan_babbling(space, start, random)
     tell("waking the skin", 0.0)
     exploration = Exploration(robot, layout, seed, start)

@@ -75,7 +75,7 @@ def command(
     from rich.table import Table
 
     from robotskin import robots
-    from robotskin.apps.configuring import babble, check_again, home_posture, placed_by_camera, worn_layout
+    from robotskin.apps.configuring import babble, check_again, placed_by_camera, worn_layout
     from robotskin.apps.outputs import PICTURES, require_writable
     from robotskin.errors import InputError
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
@@ -121,7 +121,6 @@ def command(
                 model,
                 truth,
                 seed,
-                start=home_posture(model),
                 postures=postures,
                 swing_postures=swing_postures,
                 floor_m=floor_m,

@@ -87,6 +87,22 @@ class FreeSpace:
         """Whether a posture (n) touches nothing."""
         return self.why_not(np.asarray(q, dtype=float)) is None
 
+    def nearest_free(self, q: Array, tries: int = 2000) -> Array:
+        """A free posture (n) near q (n) rad or m: q moved inside the limits, or else the nearest that a search finds.
+
+        The search is the same each time. Where it finds none, q moved inside the limits is returned.
+        """
+        inside = np.clip(q, self.lower, self.upper)
+        if self.is_free(inside):
+            return inside
+        random = np.random.default_rng(0)
+        for spread in np.linspace(0.1, 1.5, 15):
+            drawn = inside + random.normal(0.0, spread, (tries // 15, len(inside)))
+            free = [one for one in np.clip(drawn, self.lower, self.upper) if self.is_free(one)]
+            if free:
+                return min(free, key=lambda one: float(np.abs(one - inside).sum()))
+        return inside
+
     def path_is_free(self, start: Array, end: Array, step_rad: float = 0.05) -> bool:
         """Whether every posture on the straight line between two postures (n) is free, sampled each `step_rad`."""
         count = max(2, int(np.ceil(np.abs(end - start).max() / step_rad)) + 1)

@@ -210,10 +210,12 @@ def _overlaid(
 def _hinged(tree: ScrewTree, patches: RigidPatches) -> ScrewTree:
     """Lone cells that a single joint carries, turned about and slid along its axis until their hinges meet.
 
-    What they feel tells how they lie to the axis and how far off, and nothing of these two.
+    What they feel tells how they lie to the axis and how far off, and nothing of these two. A neighbour that felt no
+    joint at all, such as one on the axis itself, has no axis to be turned about: it stays out.
     """
     pose = tree.base_from_root.copy()
-    waiting = [edge for edge in patches.hinges.tolist() if len(tree.paths[patches.patch[edge[0]]]) == 1]
+    path = [tree.paths[number] for number in patches.patch]
+    waiting = [edge for edge in patches.hinges.tolist() if len(path[edge[0]]) == 1 and path[edge[0]] == path[edge[2]]]
     done: set[int] = set()
     while waiting:
         reach = [edge for edge in waiting if (edge[0] in done) != (edge[2] in done)]
@@ -227,7 +229,7 @@ def _hinged(tree: ScrewTree, patches: RigidPatches) -> ScrewTree:
             if a in done and b in done:
                 continue
             (fixed, fixed_port), (loose, port) = ((a, p), (b, q)) if a in done else ((b, q), (a, p))
-            row = tree.paths[patches.patch[loose]][0]
+            row = path[loose][0]
             axis, point = tree.direction[row], tree.point[row]
             target, own = (
                 pose[patches.patch[cell], :3, :3] @ PORT_POINTS_M[at] + pose[patches.patch[cell], :3, 3] - point

@@ -1,0 +1,21 @@
+import numpy as np
+import pytest
+
+from robotskin.apps.configuring import home_posture
+from robotskin.robots import load
+from robotskin.selfconfig.babbling.free_space import FreeSpace
+
+
+@pytest.mark.parametrize("name", ["panda", "ur10", "xarm7", "ur5"])
+def test_an_exploration_begins_where_the_robot_may_stand(name: str) -> None:
+    """With gains or without; the neutral posture of a Panda lies at a limit, that of a UR10 in itself."""
+    robot = load(name)
+    space = FreeSpace(robot)
+    assert space.why_not(home_posture(robot, space)) is None
+
+
+def test_the_nearest_free_posture_of_a_free_one_is_itself(seed: int) -> None:
+    space = FreeSpace(load("ur5"))
+    random = np.random.default_rng(seed)
+    free = next(q for q in random.uniform(-1.5, 1.5, (100, 6)) if space.is_free(q))
+    assert np.array_equal(space.nearest_free(free), free)
