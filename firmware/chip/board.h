@@ -21,7 +21,8 @@ uint32_t rs_board_now_us(void);
 
 enum {
   RS_BOARD_LINE = 1 << 0,  /* bit p - 1: bytes have come on port p */
-  RS_BOARD_SENT = 1 << 4,  /* bit 4 + p - 1: the frame on port p is out, and somebody waits for that */
+  RS_BOARD_SENT = 1 << 4,  /* bit 4 + p - 1: the frame on port p is out, and something waits for that; rs_board_sent
+                              tells which, once: main.c may have asked before it comes to this event */
   RS_BOARD_TIMER = 1 << 8, /* the time of rs_board_alarms has come */
   RS_BOARD_SAMPLE = 1 << 9
 };

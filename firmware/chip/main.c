@@ -64,11 +64,15 @@ static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool
   step(RS_INPUT_FRAME, now_us);
 }
 
-static RS_APART void take_sent(unsigned port) {
+/* Which frames are out the board says once, and the first input after that fills those ports anew. So the events of a
+ * word that came with others may be stale, and only ask. */
+static RS_APART void take_sent(void) {
+  const uint32_t sent = rs_board_sent();
+  if (sent == 0U) return;
   const uint32_t now_us = rs_board_now_us();
-  rs_note_sent(&cell, rs_board_sent() | 1U << port);
+  rs_note_sent(&cell, sent);
   if (!calm(&cell, now_us)) {
-    input.port = (uint8_t)(port + 1U);
+    input.port = 0; /* all of them are noted */
     step(RS_INPUT_SENT, now_us);
     return;
   }
@@ -137,8 +141,7 @@ int main(void) {
     const uint32_t events = rs_board_wait();
     for (unsigned ports = events / RS_BOARD_LINE & PORTS_MASK; ports != 0U; ports &= ports - 1U) receive(lowest[ports]);
     if (events < RS_BOARD_SENT) continue;
-    for (unsigned ports = events / RS_BOARD_SENT & PORTS_MASK; ports != 0U; ports &= ports - 1U)
-      take_sent(lowest[ports]);
+    if ((events / RS_BOARD_SENT & PORTS_MASK) != 0U) take_sent();
     if (events < RS_BOARD_TIMER) continue;
     if ((events & RS_BOARD_SAMPLE) != 0U) sample();
     if ((events & RS_BOARD_TIMER) != 0U) take(RS_INPUT_TIMER);

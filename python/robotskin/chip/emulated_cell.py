@@ -70,6 +70,7 @@ class EmulatedCell:
             events = 1 << (port - 1)
         elif kind == SENT:
             events = 1 << (4 + port - 1)
+            sent |= 1 << (port - 1)
         elif kind == SAMPLE:
             assert isinstance(content, bytes)
             self.machine.mem_write(_INWARD + _FAULT, struct.pack("<I", fault) + content)
