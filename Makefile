@@ -6,8 +6,8 @@ BUILD_JOBS ?= 2
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(BUILD_JOBS)
 export PATH := $(abspath $(BIN)):$(PATH)
 
-SOURCES := $(shell find firmware core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
-C_FILES := $(shell find firmware core tests examples -name '*.[ch]' -o -name '*.[ch]pp')
+SOURCES := $(shell find firmware core lab/core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
+C_FILES := $(shell find firmware core lab tests examples -name '*.[ch]' -o -name '*.[ch]pp')
 
 .PHONY: help build demo test test-asan soak fuzz lint format bench docs stubs lock clean
 
@@ -37,8 +37,8 @@ test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, U
 
 SECONDS ?= 600
 soak: build  ## the fault campaign on new seeds, then the largest model checks, SECONDS=600
-	$(BIN)/python -m robotskin.campaign --soak $(SECONDS)
-	$(BIN)/python -m robotskin.campaign --model
+	$(BIN)/python -m robotskin_lab.campaign --soak $(SECONDS)
+	$(BIN)/python -m robotskin_lab.campaign --model
 
 FUZZ_SECONDS ?= 60
 CLANGXX ?= $(shell command -v clang++ || ls -v /usr/bin/clang++-* 2>/dev/null | tail -1)
@@ -70,7 +70,8 @@ docs: build  ## rewrite the generated tables of the documentation
 
 stubs: build  ## rewrite the type stubs of the compiled core
 	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin._core --output-dir python/robotskin
-	$(BIN)/ruff format --quiet python/robotskin/_core
+	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin_lab._lab --output-dir lab/python/robotskin_lab
+	$(BIN)/ruff format --quiet python/robotskin/_core lab/python/robotskin_lab/_lab
 
 lock: $(VENV)/deps.stamp  ## pin every dependency, with hashes, after a change of pyproject.toml
 	(echo '# Written by `make lock` from pyproject.toml; every version and hash is fixed here.'; \

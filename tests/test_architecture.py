@@ -17,13 +17,24 @@ CORE_KNOWS = {
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
     "world": {"model", "driver", "skin"},
-    "campaign": {"model", "driver", "skin", "world"},
-    "bindings": {"model", "driver", "skin", "control", "robot", "world", "campaign"},
+    "bindings": {"model", "driver", "skin", "control", "robot", "world"},
 }
+
+# Rooms of the laboratory may include these rooms of the product, and their own headers.
+LAB_KNOWS = {
+    "baselines": {"model", "driver", "skin", "control", "world"},
+    "traffic": {"driver"},
+    "campaign": {"driver", "world"},
+    "bindings": {"model", "driver", "skin", "control", "robot", "world", "baselines", "traffic", "campaign"},
+}
+
+# Folders whose folders are rooms.
+FLOORS = ("lab/core", "lab/python/robotskin_lab", "core", "firmware", "python/robotskin")
 
 # Python packages in the order of the flow; a package imports only packages that stand before it.
 PYTHON_ORDER = [
     "errors",
+    "laboratory",
     "whole_file",
     "_core",
     "robots",
@@ -32,11 +43,9 @@ PYTHON_ORDER = [
     "control",
     "world",
     "chip",
-    "campaign",
     "record",
     "viewer",
     "apps",
-    "bench",
     "cli",
 ]
 
@@ -45,17 +54,17 @@ ALLOWED_BACK_EDGES: dict[tuple[str, str], str] = {}
 
 
 def rooms_named_on_the_page() -> set[str]:
-    return set(re.findall(r"`((?:core|firmware|python/robotskin)/[a-z_]+)/`", PAGE))
+    return set(re.findall(rf"`((?:{'|'.join(FLOORS)})/[a-z_]+)/`", PAGE))
 
 
 def rooms_on_disk() -> set[str]:
     rooms = set()
-    for parent in ("core", "firmware", "python/robotskin"):
+    for parent in FLOORS:
         for folder in (ROOT / parent).iterdir():
             holds_sources = folder.is_dir() and any(
                 path.suffix in {".c", ".cpp", ".h", ".hpp", ".py"} for path in folder.rglob("*")
             )
-            if holds_sources and folder.name not in {"include", "__pycache__"}:
+            if holds_sources and folder.name not in {"include", "__pycache__", "_lab"}:
                 rooms.add(f"{parent}/{folder.name}")
     return rooms
 
@@ -76,6 +85,28 @@ def test_core_stage_includes_only_earlier_stages(room: str) -> None:
             if include == "robotskin":
                 continue
             assert include == room or include in CORE_KNOWS[room], f"{source.relative_to(ROOT)} includes {include}/"
+
+
+@pytest.mark.parametrize("room", sorted(LAB_KNOWS))
+def test_lab_room_includes_only_what_it_may_know(room: str) -> None:
+    for source in sorted((ROOT / "lab/core" / room).rglob("*.[ch]pp")):
+        for include in re.findall(r'#include "([a-z_]+)/', source.read_text()):
+            known = include in {"robotskin", room} or include in LAB_KNOWS[room]
+            assert known, f"{source.relative_to(ROOT)} includes {include}/"
+
+
+def test_every_room_of_the_laboratory_has_its_bounds() -> None:
+    assert {path.name for path in (ROOT / "lab/core").iterdir() if path.is_dir()} == set(LAB_KNOWS)
+
+
+def test_the_product_knows_no_laboratory() -> None:
+    """One file alone, which asks for it by name at run time and says so where it is missing."""
+    headers = {path.relative_to(ROOT / "lab/core").as_posix() for path in (ROOT / "lab/core").rglob("*.hpp")}
+    for source in sorted((ROOT / "core").rglob("*.[ch]pp")):
+        assert not headers & set(re.findall(r'#include "([a-z_/]+\.hpp)"', source.read_text())), source
+    for source in sorted((ROOT / "python").rglob("*.py")):
+        if source.name != "laboratory.py":
+            assert "robotskin_lab" not in source.read_text(), f"{source.relative_to(ROOT)} knows the laboratory"
 
 
 def test_firmware_knows_nothing_above_it() -> None:

@@ -14,8 +14,6 @@ void bind_control_tasks(nanobind::module_& module);
 void bind_robot(nanobind::module_ module);
 void bind_task_cycle(nanobind::module_& module);
 void bind_world(nanobind::module_ module);
-void bind_traffic(nanobind::module_ module);
-void bind_campaign(nanobind::module_ module);
 
 inline void bind_all(nanobind::module_& module) {
   bind_model(module.def_submodule("model", "Stage 0: the robot's kinematics and dynamics, states and commands."));
@@ -24,11 +22,7 @@ inline void bind_all(nanobind::module_& module) {
   bind_skin(module.def_submodule("skin", "Stage 5: the skin model and the skin state."));
   bind_control(module.def_submodule("control", "Stage 7: tasks, fusion and the torque resolver."));
   bind_robot(module.def_submodule("robot", "Stage 8: limits, watchdog and the last check before the robot."));
-  nanobind::module_ world =
-      module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body.");
-  bind_world(world);
-  bind_traffic(world);
-  bind_campaign(module.def_submodule("campaign", "Random skins and faults under checkers of the network's laws."));
+  bind_world(module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body."));
 }
 
 }  // namespace robotskin::bindings

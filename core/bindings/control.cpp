@@ -5,9 +5,7 @@
 #include "bindings/bindings.hpp"
 #include "control/control_error.hpp"
 #include "control/joint_task.hpp"
-#include "control/naive_skin_task.hpp"
 #include "control/skin_task.hpp"
-#include "control/skin_task_timing.hpp"
 #include "control/torque_resolver.hpp"
 #include "control/virtual_robot.hpp"
 #include "control/weighted_fusion.hpp"
@@ -28,10 +26,6 @@ void require(bool accepted, const char* what) {
 
 nb::ndarray<nb::numpy, double> owned(const std::vector<double>& values) {
   return copy_of(std::span<const double>(values));
-}
-
-nb::ndarray<nb::numpy, std::int64_t> owned(const std::vector<std::int64_t>& values) {
-  return copy_of(std::span<const std::int64_t>(values));
 }
 
 void bind_gains(nb::module_& module) {
@@ -114,41 +108,6 @@ void bind_skin_task(nb::module_& module) {
             return copy_of(wrenches, {wrenches.size() / 6, 6});
           },
           "(n, 6) force and moment about the joint's origin, in the joint's frame, of the last magnitudes.");
-  nb::class_<control::NaiveSkinTask>(module, "NaiveSkinTask", "The skin task with a Jacobian a cell (eq. 15 to 17).")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a)
-      .def(
-          "compute",
-          [](control::NaiveSkinTask& self, const RobotDynamics& dynamics, InputArray<float> magnitude) {
-            require(magnitude.shape(0) == self.cell_count(), "magnitude must have one entry a cell");
-            std::vector<double> torque(dynamics.joint_count());
-            self.compute(dynamics, span_of(magnitude), torque);
-            return owned(torque);
-          },
-          "dynamics"_a, "magnitude"_a, "(n) Nm from magnitude (N) newton, float32, along each cell's -z.");
-  module.def(
-      "time_skin_task",
-      [](const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
-         const skin::SkinState& state, const skin::SkinState& other, Doubles position, std::size_t rounds) {
-        const auto times = control::time_skin_task(robot, skin, gains, state, other, span_of(position), rounds);
-        require(!times.task.empty(), "states and position must fit the skin and the robot, rounds must not be 0");
-        nb::dict result;
-        result["product"] = owned(times.product);
-        result["single"] = owned(times.single);
-        result["task"] = owned(times.task);
-        result["kinematics"] = owned(times.kinematics);
-        result["naive"] = owned(times.naive);
-        return result;
-      },
-      "robot"_a, "skin"_a, "gains"_a, "state"_a, "other"_a, "position"_a, "rounds"_a,
-      "Nanoseconds of each round: {'product', 'single', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.");
-  module.def(
-      "time_dynamics_update",
-      [](const RobotModel& robot, Doubles position, std::size_t rounds) {
-        const auto times = control::time_dynamics_update(robot, span_of(position), rounds);
-        require(!times.empty(), "position must fit the robot, rounds must not be 0");
-        return owned(times);
-      },
-      "robot"_a, "position"_a, "rounds"_a, "Nanoseconds of each update of the dynamics (rounds).");
 }
 
 void bind_resolver(nb::module_& module) {

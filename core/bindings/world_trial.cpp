@@ -1,10 +1,9 @@
-// Binds measured runs of the network, and the plain network beside it.
+// Binds measured runs of the network.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/world.hpp"
-#include "world/network/plain_network.hpp"
 #include "world/network/trial.hpp"
 
 namespace nb = nanobind;
@@ -15,7 +14,6 @@ namespace robotskin::bindings {
 using world::FaultOutcome;
 using world::NetworkOptions;
 using world::NetworkTrial;
-using world::PlainCounts;
 using world::TrialReport;
 using world::Wiring;
 
@@ -73,22 +71,6 @@ void bind_world_trial(nb::module_& module) {
       .def_prop_ro("time_s",
                    [](const NetworkTrial& self) { return 1e-9 * static_cast<double>(self.network().time_ns()); })
       .def_prop_ro("network", nb::overload_cast<>(&NetworkTrial::network), nb::rv_policy::reference_internal);
-
-  nb::class_<PlainCounts>(module, "PlainCounts", "What happened in a plain network.")
-      .def_ro("made", &PlainCounts::made, "frames")
-      .def_ro("hops", &PlainCounts::hops)
-      .def_ro("arrived", &PlainCounts::arrived, "frames")
-      .def_ro("queue_peak", &PlainCounts::queue_peak, "frames in a node at once, at most")
-      .def_ro("delay_mean_us", &PlainCounts::delay_mean_us, "from making to arrival");
-  module.def(
-      "run_plain_network",
-      [](const std::vector<std::int32_t>& next, double period_s, double duration_s, std::uint64_t seed) {
-        return world::run_plain_network(next, static_cast<std::int64_t>(1e9 * period_s),
-                                        static_cast<std::int64_t>(1e9 * duration_s), seed);
-      },
-      "next"_a, "period_s"_a, "duration_s"_a, "seed"_a = 1, nb::call_guard<nb::gil_scoped_release>(),
-      "Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) whom each node sends to, "
-      "-1: the host.");
 }
 
 }  // namespace robotskin::bindings

@@ -6,8 +6,8 @@ from small_world import SmallWorld
 
 from robotskin._core import firmware
 from robotskin._core.world import NetworkOptions, NetworkTrial, UnitDescription, Wiring
-from robotskin.bench.network_runs import loads_of, settle, trial_of
-from robotskin.bench.network_set import skins
+from robotskin_lab.bench.network_runs import loads_of, settle, trial_of
+from robotskin_lab.bench.network_set import skins
 
 
 def sheet(columns: int, rows: int) -> list[tuple[tuple[int, int], tuple[int, int]]]:

@@ -1,9 +1,9 @@
-#include "control/naive_skin_task.hpp"
+#include "baselines/naive_skin_task.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace robotskin::control {
+namespace robotskin::lab {
 
 NaiveSkinTask::NaiveSkinTask(const RobotModel& robot, const skin::SkinModel& skin)
     : skin_(skin), jacobian_(6 * robot.joint_count()) {
@@ -40,4 +40,4 @@ void NaiveSkinTask::compute(const RobotDynamics& dynamics, std::span<const float
   }
 }
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

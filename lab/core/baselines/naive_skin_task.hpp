@@ -9,7 +9,7 @@
 #include "model/robot_model.hpp"
 #include "skin/skin_model.hpp"
 
-namespace robotskin::control {
+namespace robotskin::lab {
 
 class NaiveSkinTask {
  public:
@@ -27,4 +27,4 @@ class NaiveSkinTask {
   std::vector<double> jacobian_;   // (6, n)
 };
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

@@ -1,4 +1,4 @@
-#include "world/network/plain_network.hpp"
+#include "baselines/plain_network.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -7,8 +7,13 @@
 #include "world/network/event_queue.hpp"
 #include "world/random.hpp"
 
-namespace robotskin::world {
+namespace robotskin::lab {
 namespace {
+
+using world::Event;
+using world::EventQueue;
+using world::random_unit;
+using world::stream_key;
 
 constexpr std::int64_t frame_ns = 50000;
 constexpr std::uint32_t make_event = 0x80000000U;  // else: a node's frame has been sent
@@ -115,4 +120,4 @@ PlainCounts run_plain_network(const std::vector<std::int32_t>& next, std::int64_
   return PlainNetwork(next, period_ns, seed).run(duration_ns);
 }
 
-}  // namespace robotskin::world
+}  // namespace robotskin::lab

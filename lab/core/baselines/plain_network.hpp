@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace robotskin::world {
+namespace robotskin::lab {
 
 struct PlainCounts {
   std::uint64_t made = 0, hops = 0, arrived = 0;
@@ -21,4 +21,4 @@ struct PlainCounts {
 PlainCounts run_plain_network(const std::vector<std::int32_t>& next, std::int64_t period_ns, std::int64_t duration_ns,
                               std::uint64_t seed);
 
-}  // namespace robotskin::world
+}  // namespace robotskin::lab

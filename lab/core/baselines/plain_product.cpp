@@ -1,8 +1,8 @@
-#include "control/plain_product.hpp"
+#include "baselines/plain_product.hpp"
 
 #include "control/instruction_sets.hpp"
 
-namespace robotskin::control {
+namespace robotskin::lab {
 
 // CMake lets the compiler reorder the sums of this file, which is what makes them vectors.
 ROBOTSKIN_INSTRUCTION_SETS
@@ -28,4 +28,4 @@ void plain_product(const double* matrix, std::size_t stride, const double* magni
   wrench[5] = w5;
 }
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 
-namespace robotskin::control {
+namespace robotskin::lab {
 
 // wrench (6) = matrix * magnitude. The matrix is stored by rows that lie `stride` doubles apart.
 void plain_product(const double* matrix, std::size_t stride, const double* magnitude, std::size_t count,
                    double* wrench) noexcept;
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

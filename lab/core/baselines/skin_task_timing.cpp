@@ -1,13 +1,18 @@
-#include "control/skin_task_timing.hpp"
+#include "baselines/skin_task_timing.hpp"
 
 #include <algorithm>
 #include <chrono>
 
-#include "control/plain_product.hpp"
+#include "baselines/plain_product.hpp"
 #include "control/wrench_product.hpp"
 
-namespace robotskin::control {
+namespace robotskin::lab {
 namespace {
+
+using control::add_wrenches;
+using control::SkinTask;
+using control::WrenchBlock;
+using control::WrenchRun;
 
 template <typename Work>
 void measure(std::vector<std::int64_t>& times, Work&& work) {
@@ -53,7 +58,7 @@ class SingleProduct {
 
 }  // namespace
 
-SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
+SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
                              const skin::SkinState& state, const skin::SkinState& other,
                              std::span<const double> position, std::size_t rounds) {
   SkinTask task(robot, skin, gains);
@@ -93,4 +98,4 @@ std::vector<std::int64_t> time_dynamics_update(const RobotModel& robot, std::spa
   return computed ? times : std::vector<std::int64_t>{};
 }
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

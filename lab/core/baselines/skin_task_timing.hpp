@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "control/naive_skin_task.hpp"
+#include "baselines/naive_skin_task.hpp"
 #include "control/skin_task.hpp"
 
-namespace robotskin::control {
+namespace robotskin::lab {
 
 // One entry a round, nanoseconds.
 struct SkinTaskTimes {
@@ -21,7 +21,7 @@ struct SkinTaskTimes {
 
 // Alternates between the two states, so that no round finds its results ready, and between what is measured, so that
 // all meet the same machine.
-SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& gains,
+SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
                              const skin::SkinState& state, const skin::SkinState& other,
                              std::span<const double> position, std::size_t rounds);
 
@@ -30,4 +30,4 @@ SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& ski
 std::vector<std::int64_t> time_dynamics_update(const RobotModel& robot, std::span<const double> position,
                                                std::size_t rounds);
 
-}  // namespace robotskin::control
+}  // namespace robotskin::lab

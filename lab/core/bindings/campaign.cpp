@@ -6,7 +6,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/bindings.hpp"
+#include "bindings/lab.hpp"
 #include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"

@@ -1,5 +1,5 @@
 // Binds the traffic of section units without cells: load for the driver's benchmark and tests.
-#include "world/traffic.hpp"
+#include "traffic/traffic.hpp"
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
@@ -7,15 +7,15 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/bindings.hpp"
 #include "bindings/bytes.hpp"
+#include "bindings/lab.hpp"
 
 namespace robotskin::bindings {
 namespace {
 
 namespace nb = nanobind;
 using namespace nb::literals;
-using namespace world;
+using namespace lab;
 
 TrafficOptions options_from(std::size_t cells, unsigned rate_hz, const std::optional<nb::bytes>& key, unsigned records,
                             std::uint64_t seed, bool event_mode) {

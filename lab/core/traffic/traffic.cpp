@@ -1,4 +1,4 @@
-#include "world/traffic.hpp"
+#include "traffic/traffic.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -8,7 +8,7 @@
 #include "driver/udp_socket.hpp"
 #include "robotskin/datagram.h"
 
-namespace robotskin::world {
+namespace robotskin::lab {
 namespace {
 
 constexpr std::uint64_t step_ns = 1'000'000;
@@ -272,4 +272,4 @@ TrafficReport send_traffic(const TrafficOptions& options, const std::string& hos
   return report;
 }
 
-}  // namespace robotskin::world
+}  // namespace robotskin::lab

@@ -14,7 +14,7 @@
 #include "driver/keyed_hash.hpp"
 #include "driver/sample.hpp"
 
-namespace robotskin::world {
+namespace robotskin::lab {
 
 struct TrafficOptions {
   std::size_t cells = 1260;
@@ -96,4 +96,4 @@ TrafficReport send_traffic(const TrafficOptions& options, const std::string& hos
                            const std::string& local_host, std::uint16_t local_port, double seconds, double patience_s,
                            bool realtime, bool prepared = false);
 
-}  // namespace robotskin::world
+}  // namespace robotskin::lab

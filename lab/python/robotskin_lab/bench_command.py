@@ -1,4 +1,4 @@
-"""`robotskin bench NAME`: every module of `robotskin.bench` with a `run` function is a benchmark.
+"""`robotskin bench NAME`: every module of `robotskin_lab.bench` with a `run` function is a benchmark.
 
 A benchmark is `run(*, seed: int = 1, ...) -> dict[str, float | int | str]`: its keyword arguments become options, its
 docstring the help, its result one flat JSON object whose keys carry their unit.
@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 import robotskin
-import robotskin.bench
+import robotskin_lab.bench
 from robotskin.apps.figures import write_figures
 
 app = typer.Typer(no_args_is_help=True, help="Measure; each benchmark prints a table and writes flat JSON.")
@@ -29,8 +29,8 @@ Json = Annotated[Path | None, typer.Option("--json", help="Write the figures to 
 
 def benchmarks() -> dict[str, Callable[..., Figures]]:
     """Return the benchmarks by name."""
-    names = [module.name for module in pkgutil.iter_modules(robotskin.bench.__path__)]
-    modules = {name: importlib.import_module(f"robotskin.bench.{name}") for name in names}
+    names = [module.name for module in pkgutil.iter_modules(robotskin_lab.bench.__path__)]
+    modules = {name: importlib.import_module(f"robotskin_lab.bench.{name}") for name in names}
     return {name: module.run for name, module in modules.items() if hasattr(module, "run")}
 
 

@@ -3,7 +3,6 @@ The compiled core of robotskin: one submodule for each stage of the flow.
 """
 
 from robotskin._core import (
-    campaign as campaign,
     control as control,
     driver as driver,
     firmware as firmware,

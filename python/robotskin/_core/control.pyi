@@ -222,37 +222,6 @@ class SkinTask:
         (n, 6) force and moment about the joint's origin, in the joint's frame, of the last magnitudes.
         """
 
-class NaiveSkinTask:
-    """The skin task with a Jacobian a cell (eq. 15 to 17)."""
-
-    def __init__(self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel) -> None: ...
-    def compute(
-        self,
-        dynamics: robotskin._core.model.RobotDynamics,
-        magnitude: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    ) -> NDArray[numpy.float64]:
-        """(n) Nm from magnitude (N) newton, float32, along each cell's -z."""
-
-def time_skin_task(
-    robot: robotskin._core.model.RobotModel,
-    skin: robotskin._core.skin.SkinModel,
-    gains: SkinGains,
-    state: robotskin._core.skin.SkinState,
-    other: robotskin._core.skin.SkinState,
-    position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    rounds: int,
-) -> dict:
-    """
-    Nanoseconds of each round: {'product', 'single', 'task', 'kinematics', 'naive'} (rounds), naive every tenth.
-    """
-
-def time_dynamics_update(
-    robot: robotskin._core.model.RobotModel,
-    position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    rounds: int,
-) -> NDArray[numpy.int64]:
-    """Nanoseconds of each update of the dynamics (rounds)."""
-
 def joint_task(
     gains: JointGains,
     reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],

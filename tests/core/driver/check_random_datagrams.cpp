@@ -6,7 +6,7 @@
 #include "check.hpp"
 #include "driver/driver.hpp"
 #include "skin/skin_reader.hpp"
-#include "world/traffic.hpp"
+#include "traffic/traffic.hpp"
 
 using namespace robotskin;
 using driver::Verdict;
@@ -77,11 +77,11 @@ void throw_at_driver(bool keyed, std::uint64_t seed, std::uint64_t count) {
   driver::Key key;
   for (std::uint8_t& byte : key) byte = static_cast<std::uint8_t>(random.draw());
   const driver::KeyedHash hash(key);
-  world::TrafficOptions traffic_options;
+  lab::TrafficOptions traffic_options;
   traffic_options.cells = cells;
   traffic_options.seed = seed;
   if (keyed) traffic_options.key = key;
-  world::Traffic traffic(traffic_options);
+  lab::Traffic traffic(traffic_options);
   driver::Options options;
   options.keys = traffic.keys();
   if (keyed) options.key = key;

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robotskin._core.driver import Driver
-from robotskin._core.world import Traffic, send_traffic
+from robotskin_lab._lab.traffic import Traffic, send_traffic
 
 KEY = bytes(range(32))
 CELLS = 400

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotskin._core.driver import Driver, Verdict
-from robotskin._core.world import Traffic
+from robotskin_lab._lab.traffic import Traffic
 
 MS = 1_000_000
 START_NS = 10**12

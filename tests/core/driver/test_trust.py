@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from robotskin._core.driver import Driver, Verdict, keyed_tag
-from robotskin._core.world import Traffic
 from robotskin.errors import InputError, UnknownNameError
+from robotskin_lab._lab.traffic import Traffic
 
 MS = 1_000_000
 START_NS = 10**12

@@ -9,7 +9,7 @@
 #include "check.hpp"
 #include "driver/driver.hpp"
 #include "skin/skin_reader.hpp"
-#include "world/traffic.hpp"
+#include "traffic/traffic.hpp"
 
 namespace {
 std::atomic<std::uint64_t> allocations{0};
@@ -43,10 +43,10 @@ using namespace robotskin;
 
 int main(int count, char** values) {
   const std::uint64_t seed = argument(count, values, 1, 1), steps = argument(count, values, 2, 2000);
-  world::TrafficOptions traffic_options;
+  lab::TrafficOptions traffic_options;
   traffic_options.seed = seed;
   traffic_options.key = driver::Key{};
-  world::Traffic traffic(traffic_options);
+  lab::Traffic traffic(traffic_options);
   driver::Options options;
   options.keys = traffic.keys();
   options.key = driver::Key{};

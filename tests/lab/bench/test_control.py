@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from robotskin.bench.control import run
-from robotskin.bench.control_peer import PYTHON_VARIABLE
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin_lab.bench.control import run
+from robotskin_lab.bench.control_peer import PYTHON_VARIABLE
 
 
 def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:

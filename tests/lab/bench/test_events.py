@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin.bench import events
-from robotskin.bench.event_rig import Rig
-from robotskin.bench.event_streams import (
+from robotskin.layout import finished
+from robotskin_lab.bench import events
+from robotskin_lab.bench.event_rig import Rig
+from robotskin_lab.bench.event_streams import (
     CHANNEL_BITS,
     FIXED_BITS,
     MASK_BITS,
@@ -17,8 +18,7 @@ from robotskin.bench.event_streams import (
     pack,
     send_on_delta,
 )
-from robotskin.bench.stimulus import places
-from robotskin.layout import finished
+from robotskin_lab.bench.stimulus import places
 
 ALL = np.ones(9, dtype=bool)
 

@@ -5,16 +5,16 @@ from random import Random
 import numpy as np
 import pytest
 
-from robotskin.bench import network, network_naive, network_peers, network_runs, network_speed
-from robotskin.bench.network_balance import balance, balance_figures
-from robotskin.bench.network_faults import KINDS, WATCHED_S, Healing, heal, recovery_figures
-from robotskin.bench.network_misses import misses
-from robotskin.bench.network_pictures import draw_balance, draw_recovery, draw_size
-from robotskin.bench.network_set import skins
-from robotskin.bench.network_size import grow, size_figures
-from robotskin.bench.network_torque import torque_figures, torque_run
-from robotskin.bench.network_tree_picture import draw_trees, owners_of, parents_of
 from robotskin.layout.network_limits import least_depths
+from robotskin_lab.bench import network, network_naive, network_peers, network_runs, network_speed
+from robotskin_lab.bench.network_balance import balance, balance_figures
+from robotskin_lab.bench.network_faults import KINDS, WATCHED_S, Healing, heal, recovery_figures
+from robotskin_lab.bench.network_misses import misses
+from robotskin_lab.bench.network_pictures import draw_balance, draw_recovery, draw_size
+from robotskin_lab.bench.network_set import skins
+from robotskin_lab.bench.network_size import grow, size_figures
+from robotskin_lab.bench.network_torque import torque_figures, torque_run
+from robotskin_lab.bench.network_tree_picture import draw_trees, owners_of, parents_of
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from robotskin.bench import network_set
-from robotskin.bench.network_set import COMPACT, KINDS, MISSING_LINKS, PORTS, skins
 from robotskin.layout.errors import LayoutError
+from robotskin_lab.bench import network_set
+from robotskin_lab.bench.network_set import COMPACT, KINDS, MISSING_LINKS, PORTS, skins
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from robotskin.bench.selfconfig import run
+from robotskin_lab.bench.selfconfig import run
 
 
 def test_a_folder_without_patch_files_is_named(tmp_path: Path) -> None:

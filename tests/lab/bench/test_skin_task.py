@@ -1,6 +1,6 @@
 """The benchmark of the skin task, few rounds: its torques agree and its figures are measured."""
 
-from robotskin.bench.skin_task import run
+from robotskin_lab.bench.skin_task import run
 
 
 def test_fast_and_literal_torques_agree(seed: int) -> None:

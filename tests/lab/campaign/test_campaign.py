@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from robotskin.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, parse_case, run_case
-from robotskin.campaign.mutants import CampaignBuildError, build, directed_cases, run_program
 from robotskin.errors import RobotskinError
+from robotskin_lab.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, parse_case, run_case
+from robotskin_lab.campaign.mutants import CampaignBuildError, build, directed_cases, run_program
 
 KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["kept"]
 

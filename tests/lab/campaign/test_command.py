@@ -1,8 +1,8 @@
-"""`python -m robotskin.campaign`: what is no seed, count or time is refused by its value."""
+"""`python -m robotskin_lab.campaign`: what is no seed, count or time is refused by its value."""
 
 import pytest
 
-from robotskin.campaign import __main__ as command
+from robotskin_lab.campaign import __main__ as command
 
 
 @pytest.mark.parametrize(

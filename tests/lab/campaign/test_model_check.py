@@ -2,8 +2,8 @@
 
 import pytest
 
-from robotskin.campaign import ModelOptions, check_model, largest_graphs
-from robotskin.campaign.mutants import build, run_program
+from robotskin_lab.campaign import ModelOptions, check_model, largest_graphs
+from robotskin_lab.campaign.mutants import build, run_program
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ import pytest
 from robotskin import robots
 from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import SkinState
-from robotskin.bench.control_rig import ControlRig
 from robotskin.control import JointGoal
 from robotskin.control.self_collision import self_collision_task
 from robotskin.robots.gains import GainSet
+from robotskin_lab.bench.control_rig import ControlRig
 
 SETTLE_S = {"talos": 5.0, "dual_arm": 12.0, "allegro_right_hand": 15.0}
 

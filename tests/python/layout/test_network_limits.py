@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from robotskin.bench.network_set import skins
 from robotskin.cli import main
 from robotskin.errors import InputError
 from robotskin.layout import LayoutFileError, finished, finished_names
@@ -17,15 +16,11 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import (
     best_forest,
     bottleneck,
-    decide,
     hops_to_cables,
     judge,
     least_depth_of_even_loads,
-    least_depth_of_load,
     least_depths,
     least_fullest,
-    least_load_within,
-    load_within,
     read_networks,
     sentences,
 )
@@ -34,6 +29,8 @@ from robotskin.layout.network_limits.exact import exact_forest
 from robotskin.layout.network_limits.flow import LINE_FRAMES_PER_S, carried, cut_of
 from robotskin.layout.network_limits.picture import save_picture
 from robotskin.layout.network_limits.trees import roots_and_neighbours
+from robotskin_lab.bench.network_set import skins
+from robotskin_lab.network_limits import decide, least_depth_of_load, least_load_within, load_within
 
 MANY = 100_000
 """Trials that decide any small skin."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from robotskin.bench import (
+from robotskin.errors import UnknownNameError
+from robotskin_lab.bench import (
     control_interfaces,
     control_map,
     control_peer,
@@ -13,7 +14,6 @@ from robotskin.bench import (
     control_switch,
     control_ticks,
 )
-from robotskin.errors import UnknownNameError
 
 PARTS = ("ticks", "skin", "peer", "priority", "switch", "map", "spread", "collision", "proximity", "soak")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotskin.bench.control_rig import PERIOD_S, ControlRig
+from robotskin_lab.bench.control_rig import PERIOD_S, ControlRig
 
 INTERFACES = ("position", "velocity", "torque")
 FORCES_N = (5.0, 15.0, 30.0)

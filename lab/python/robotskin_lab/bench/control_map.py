@@ -7,7 +7,6 @@ import numpy as np
 from robotskin._core.control import MapSkinTask, SkinGains, SkinTask
 from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import Health, SkinState
-from robotskin.bench.selfconfig_map import PLAN_SEED, START, STEPS
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
@@ -17,6 +16,7 @@ from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.recording import simulate_babbling
+from robotskin_lab.bench.selfconfig_map import PLAN_SEED, START, STEPS
 
 LEAST_TORQUE_NM = 0.2
 """Touches whose true torque is less, of 10 N, tell no direction."""

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from robotskin import robots
 from robotskin._core.control import QuadraticFusion, QuadraticLimits
 from robotskin._core.model import RobotDynamics
-from robotskin.bench.control_ticks import time_figures
 from robotskin.errors import RobotskinError
 from robotskin.robots.gains import GainSet
+from robotskin_lab.bench.control_ticks import time_figures
 
 Array = NDArray[np.float64]
 ROBOT, HANDS = "talos", ("gripper_left_base_link", "gripper_right_base_link")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotskin.bench.control_rig import PERIOD_S, ControlRig
-from robotskin.bench.progress import tell
 from robotskin.control import BEHAVIOURS
+from robotskin_lab.bench.control_rig import PERIOD_S, ControlRig
+from robotskin_lab.bench.progress import tell
 
 PAIRINGS = (("allegro_right_hand", "torque"), ("dual_arm", "velocity"), ("talos", "position"))
 """Robot and interface (V-A, V-B, V-D)."""

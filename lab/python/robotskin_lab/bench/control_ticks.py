@@ -24,8 +24,6 @@ from robotskin._core.control import (
     SkinGains,
     SkinReactionTask,
     StackEntry,
-    time_dynamics_update,
-    time_skin_task,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin._core.robot import SafetyState, TaskCycle, TaskCycleGains
@@ -34,6 +32,7 @@ from robotskin.control.self_collision import self_collision_task
 from robotskin.layout import finished
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
+from robotskin_lab._lab.baselines import time_dynamics_update, time_skin_task
 
 Figures = dict[str, Any]
 REFERENCE = "RobotDynamics.update of talos (Pinocchio: nonlinear effects, gravity, mass matrix, its factor)"

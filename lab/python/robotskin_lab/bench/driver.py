@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robotskin._core.driver import Driver
-    from robotskin._core.world import Traffic
+    from robotskin_lab._lab.traffic import Traffic
 
 RATE_HZ = 250
 RAMP_CELLS = (5000, 10000, 15000, 20000, 25000, 30000, 40000, 50000, 60000, 80000)
@@ -64,7 +64,7 @@ def _free_port() -> int:
 @contextlib.contextmanager
 def _sender(to: tuple[str, int], port: int, seconds: float, **options: Any) -> Iterator[subprocess.Popen[str]]:
     program = (
-        "import json, sys; from robotskin._core.world import send_traffic; o = json.loads(sys.argv[1]); "
+        "import json, sys; from robotskin_lab._lab.traffic import send_traffic; o = json.loads(sys.argv[1]); "
         "o['key'] = bytes.fromhex(o['key']); "
         "print(json.dumps(send_traffic(tuple(o.pop('to')), ('127.0.0.1', o.pop('port')), o.pop('seconds'), **o)))"
     )
@@ -93,7 +93,7 @@ def measure(
     from rich.progress import Progress
 
     from robotskin._core.driver import Driver
-    from robotskin._core.world import Traffic
+    from robotskin_lab._lab.traffic import Traffic
 
     key = random.Random(seed).randbytes(32)
     port = _free_port()
@@ -148,7 +148,7 @@ def measure(
 def connected(cells: int, seed: int) -> tuple[Driver, Traffic, int]:
     """Return a driver and the traffic that answers it, both with a key and without a socket, and the time it is."""
     from robotskin._core.driver import Driver
-    from robotskin._core.world import Traffic
+    from robotskin_lab._lab.traffic import Traffic
 
     key = random.Random(seed).randbytes(32)
     traffic = Traffic(cells, key=key, seed=seed)
@@ -189,7 +189,7 @@ def instructions(frames_wanted: int = 20_000) -> dict[str, float]:
     """Count the instructions of `handle` and `publish`, a publication each millisecond; empty without valgrind."""
     if shutil.which("valgrind") is None:
         return {}
-    program = f"from robotskin.bench.driver import take; print(take({frames_wanted}))"
+    program = f"from robotskin_lab.bench.driver import take; print(take({frames_wanted}))"
     with tempfile.TemporaryDirectory() as folder:
         collect = [f"--toggle-collect=robotskin::driver::Driver::{function}(*" for function in ("handle", "publish")]
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", *collect]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core import firmware
-from robotskin.bench.event_streams import Packing, carries_whole
+from robotskin_lab.bench.event_streams import Packing, carries_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin._core.driver import Driver
-from robotskin.bench.stimulus import ACTIVE_SHARE, Palms, palms, places
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.world import World
+from robotskin_lab.bench.stimulus import ACTIVE_SHARE, Palms, palms, places
 
 POSTURE = {"ur5": [0.0, -1.2, 1.4, -1.5, -1.5, 0.0]}
 SETTLE_S = 1.5  # palms come near from 8 cm with at most 25 cm/s and then press

@@ -1,7 +1,7 @@
 """Event mode against clock mode: bandwidth, packets, processor time, packet size, and the ideal event sensor.
 
-The scenarios follow from what people do, not from what comes out; the palms are those of `robotskin.bench.stimulus`,
-and a cell is active when its proximity or a force exceeds 2 % of full scale:
+The scenarios follow from what people do, not from what comes out. The palms are those of
+`robotskin_lab.bench.stimulus`, and a cell is active when its proximity or a force exceeds 2 % of full scale:
 
 - idle: the robot stands still and nobody is near.
 - heavy: 260 cells on a UR5, palms hold and rub at least half of them; each palm rubs half of the time. The published
@@ -20,13 +20,13 @@ import numpy as np
 
 from robotskin import robots
 from robotskin.apps.session import TOUCH_EVENT_MASK
-from robotskin.bench.event_plots import draw_ideal_sensor, draw_moving_share, draw_packet_size
-from robotskin.bench.event_rig import POSTURE, SETTLE_S, Rig, driver_cpu_percent, palm_places
-from robotskin.bench.event_streams import THRESHOLDS, ideal_events, pack, record, send_on_delta
-from robotskin.bench.stimulus import Palms, palms
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot
 from robotskin.world import Imperfections, World
+from robotskin_lab.bench.event_plots import draw_ideal_sensor, draw_moving_share, draw_packet_size
+from robotskin_lab.bench.event_rig import POSTURE, SETTLE_S, Rig, driver_cpu_percent, palm_places
+from robotskin_lab.bench.event_streams import THRESHOLDS, ideal_events, pack, record, send_on_delta
+from robotskin_lab.bench.stimulus import Palms, palms
 
 CLOCK_HZ = 250
 ALL_MASK = 0x1FF

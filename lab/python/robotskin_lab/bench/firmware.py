@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
-from robotskin.bench.firmware_chip import CLOCK_HZ, cycle_figures, identity_figures, size_figures
-from robotskin.bench.firmware_compliance import compliance_figures
-from robotskin.bench.firmware_delay import CELLS, delay_figures
-from robotskin.bench.firmware_machine import machine_figures
-from robotskin.bench.firmware_torque import operation_figures, sine_figures, torque_figures
-from robotskin.bench.progress import tell
+from robotskin_lab.bench.firmware_chip import CLOCK_HZ, cycle_figures, identity_figures, size_figures
+from robotskin_lab.bench.firmware_compliance import compliance_figures
+from robotskin_lab.bench.firmware_delay import CELLS, delay_figures
+from robotskin_lab.bench.firmware_machine import machine_figures
+from robotskin_lab.bench.firmware_torque import operation_figures, sine_figures, torque_figures
+from robotskin_lab.bench.progress import tell
 
 
 def run(

@@ -10,11 +10,11 @@ import numpy as np
 from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality
-from robotskin.bench.progress import tell
 from robotskin.chip import ChipImage, build
 from robotskin.chip.meter import Count, Meter
 from robotskin.chip.rig import ChipRig, told_cell
 from robotskin.robots.chains import Chain
+from robotskin_lab.bench.progress import tell
 
 CLOCK_HZ, SAMPLE_HZ = 48_000_000, 250
 BUDGET_CYCLES = CLOCK_HZ // SAMPLE_HZ

@@ -9,8 +9,8 @@ import numpy as np
 from robotskin import robots
 from robotskin._core.robot import SkinCycle
 from robotskin.apps.session import Session
-from robotskin.bench.progress import tell
 from robotskin.layout import finished
+from robotskin_lab.bench.progress import tell
 
 FORCE_N = 5.0
 LEAST_M = 5e-3

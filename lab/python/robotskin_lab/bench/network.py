@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from robotskin.bench.progress import tell_step
+from robotskin_lab.bench.progress import tell_step
 
 PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign")
 CAMPAIGN_CHUNK = 400
@@ -41,7 +41,7 @@ def run(
         Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
     ] = None,
 ) -> dict[str, float | int | str]:
-    """Measure the network on the fixed set of skins (`robotskin.bench.network_set`).
+    """Measure the network on the fixed set of skins (`robotskin_lab.bench.network_set`).
 
     The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
     with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
@@ -78,7 +78,7 @@ def run(
 
 def speed_part(seed: int, quick: bool) -> dict[str, Any]:
     """Pace, beside SimPy and real time."""
-    from robotskin.bench.network_speed import speed_figures
+    from robotskin_lab.bench.network_speed import speed_figures
 
     tell_step("speed")
     return dict(speed_figures(seed, quick))
@@ -86,7 +86,7 @@ def speed_part(seed: int, quick: bool) -> dict[str, Any]:
 
 def scale_part(seed: int, quick: bool) -> dict[str, Any]:
     """10 000 and 100 000 cells."""
-    from robotskin.bench.network_speed import scale_figures
+    from robotskin_lab.bench.network_speed import scale_figures
 
     tell_step("scale")
     return dict(scale_figures(seed, quick))
@@ -94,7 +94,7 @@ def scale_part(seed: int, quick: bool) -> dict[str, Any]:
 
 def set_jobs(seeds: int) -> list[tuple[str, int, int]]:
     """(kind, cables, seed) of the skins that are run."""
-    from robotskin.bench.network_set import BRIDGED, COMPACT, PORTS, ROBOTS
+    from robotskin_lab.bench.network_set import BRIDGED, COMPACT, PORTS, ROBOTS
 
     jobs = [(kind, ports, which) for kind in COMPACT for ports in PORTS for which in range(seeds)]
     for kind in (*BRIDGED, *ROBOTS):
@@ -106,13 +106,13 @@ def set_jobs(seeds: int) -> list[tuple[str, int, int]]:
 
 def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
     """Forming, balance, depth, loss and latency."""
-    from robotskin.bench.network_balance import balance, balance_figures
-    from robotskin.bench.network_misses import misses
-    from robotskin.bench.network_pictures import draw_balance
-    from robotskin.bench.network_runs import naive_service, spread
-    from robotskin.bench.network_service import service_figures
-    from robotskin.bench.network_set import COMPACT, skins
-    from robotskin.bench.network_tree_picture import draw_trees
+    from robotskin_lab.bench.network_balance import balance, balance_figures
+    from robotskin_lab.bench.network_misses import misses
+    from robotskin_lab.bench.network_pictures import draw_balance
+    from robotskin_lab.bench.network_runs import naive_service, spread
+    from robotskin_lab.bench.network_service import service_figures
+    from robotskin_lab.bench.network_set import COMPACT, skins
+    from robotskin_lab.bench.network_tree_picture import draw_trees
 
     jobs = set_jobs(seeds)
     if quick:
@@ -130,11 +130,11 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
 
 def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
     """The growing cylinder."""
-    from robotskin.bench.network_naive import PLACEMENTS
-    from robotskin.bench.network_pictures import draw_size
-    from robotskin.bench.network_runs import spread
-    from robotskin.bench.network_set import PORTS
-    from robotskin.bench.network_size import grow, size_figures
+    from robotskin_lab.bench.network_naive import PLACEMENTS
+    from robotskin_lab.bench.network_pictures import draw_size
+    from robotskin_lab.bench.network_runs import spread
+    from robotskin_lab.bench.network_set import PORTS
+    from robotskin_lab.bench.network_size import grow, size_figures
 
     jobs = [
         (ports, placement, which) for ports in PORTS for placement in PLACEMENTS for which in range(max(2, seeds // 4))
@@ -147,9 +147,9 @@ def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) ->
 
 def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
     """One fault a run."""
-    from robotskin.bench.network_faults import KINDS, heal, recovery_figures
-    from robotskin.bench.network_pictures import draw_recovery
-    from robotskin.bench.network_runs import spread
+    from robotskin_lab.bench.network_faults import KINDS, heal, recovery_figures
+    from robotskin_lab.bench.network_pictures import draw_recovery
+    from robotskin_lab.bench.network_runs import spread
 
     each = max(2, seeds // 5)
     jobs = [(kind, skin, which) for kind in KINDS for skin in FAULT_SKINS for which in range(each)]
@@ -166,8 +166,8 @@ def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None
 
 def torque_part(seeds: int, processes: int) -> dict[str, Any]:
     """Torque sums, with and without a fault."""
-    from robotskin.bench.network_runs import spread
-    from robotskin.bench.network_torque import torque_figures, torque_run
+    from robotskin_lab.bench.network_runs import spread
+    from robotskin_lab.bench.network_torque import torque_figures, torque_run
 
     jobs = [(which, fault) for which in range(max(2, seeds // 5)) for fault in (False, True)]
     return torque_figures(list(spread(torque_run, jobs, processes, tell_step, "torque sums")))
@@ -175,7 +175,7 @@ def torque_part(seeds: int, processes: int) -> dict[str, Any]:
 
 def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
     """Random skins under random faults, and the mutants that its checkers must catch."""
-    from robotskin.campaign import BrokenSeed, caught_mutants, run_seeds
+    from robotskin_lab.campaign import BrokenSeed, caught_mutants, run_seeds
 
     begun, broken, run = time.monotonic(), 0, 0
 
@@ -183,7 +183,7 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
         nonlocal broken
         broken += 1
         print(f"broken: {seed.case}: {seed.breaks[0]}", file=sys.stderr)
-        print(f"    again: python -m robotskin.campaign {seed.seed}", file=sys.stderr)
+        print(f"    again: python -m robotskin_lab.campaign {seed.seed}", file=sys.stderr)
 
     figures: dict[str, Any] = {}
     report = None

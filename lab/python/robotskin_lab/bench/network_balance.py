@@ -8,20 +8,18 @@ from statistics import mean, median
 
 import numpy as np
 
-from robotskin.bench.network_naive import first_arrival_fullest
-from robotskin.bench.network_runs import LONGEST_S, PartLoads, Settled, settle_network
-from robotskin.bench.network_set import BRIDGED, COMPACT, ROBOTS, skins
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import (
     best_forest,
     bottleneck,
     hops_to_cables,
     least_depth_of_even_loads,
-    least_depth_of_load,
-    least_load_within,
-    load_within,
 )
 from robotskin.layout.network_limits.trees import least_fullest, roots_and_neighbours
+from robotskin_lab.bench.network_naive import first_arrival_fullest
+from robotskin_lab.bench.network_runs import LONGEST_S, PartLoads, Settled, settle_network
+from robotskin_lab.bench.network_set import BRIDGED, COMPACT, ROBOTS, skins
+from robotskin_lab.network_limits import least_depth_of_load, least_load_within, load_within
 
 SERVED_S = 0.2
 """After a compact skin of three cables has settled and its rate is free again, to count losses."""

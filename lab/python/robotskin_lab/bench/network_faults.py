@@ -8,9 +8,9 @@ from random import Random
 import numpy as np
 
 from robotskin._core.world import NetworkTrial, parse_faults
-from robotskin.bench.network_runs import RELEASE_S, STEP_S, run_to_balance, trial_of, wiring_of
-from robotskin.bench.network_set import draw, skins
 from robotskin.layout.cell_network import CellNetwork
+from robotskin_lab.bench.network_runs import RELEASE_S, STEP_S, run_to_balance, trial_of, wiring_of
+from robotskin_lab.bench.network_set import draw, skins
 
 KINDS = (
     "link",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from robotskin.bench.network_balance import EVEN, EXTRA_HOPS, FAIR, Balance
-from robotskin.bench.network_set import COMPACT, skins
 from robotskin.layout.network_limits import bottleneck
+from robotskin_lab.bench.network_balance import EVEN, EXTRA_HOPS, FAIR, Balance
+from robotskin_lab.bench.network_set import COMPACT, skins
 
 HEADER = ("skin", "fullest", "ideal", "ratio", "least", "found", "to it", "hops", "why")
 

@@ -9,10 +9,10 @@ from statistics import median
 import numpy as np
 
 from robotskin._core import firmware
-from robotskin.bench.network_set import draw_cells
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import bottleneck
 from robotskin.layout.network_shapes import DOWN, UP, assemble, lattice
+from robotskin_lab.bench.network_set import draw_cells
 
 AROUND = 11
 """Cells around the growing cylinder."""

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from robotskin._core import firmware
-from robotskin._core.world import run_plain_network
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import hops_to_cables
+from robotskin_lab._lab.baselines import run_plain_network
 
 FRAME_US: int = firmware.FRAME_US
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robotskin.bench.network_balance import Balance
-from robotskin.bench.network_faults import KINDS, Healing
-from robotskin.bench.network_naive import PLACEMENTS
-from robotskin.bench.network_set import COMPACT, PORTS
-from robotskin.bench.network_size import Growth
+from robotskin_lab.bench.network_balance import Balance
+from robotskin_lab.bench.network_faults import KINDS, Healing
+from robotskin_lab.bench.network_naive import PLACEMENTS
+from robotskin_lab.bench.network_set import COMPACT, PORTS
+from robotskin_lab.bench.network_size import Growth
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

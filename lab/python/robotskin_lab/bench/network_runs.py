@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from robotskin._core.world import NetworkOptions, NetworkTrial, TrialReport, Wiring
-from robotskin.bench.network_set import skins
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
+from robotskin_lab.bench.network_set import skins
 
 STEP_S = 0.01
 RATE_HZ = 250

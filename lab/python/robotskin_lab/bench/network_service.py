@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robotskin._core import firmware
-from robotskin.bench.network_balance import Balance
-from robotskin.bench.network_runs import Service, latency_quantile_ms
-from robotskin.bench.network_set import COMPACT
+from robotskin_lab.bench.network_balance import Balance
+from robotskin_lab.bench.network_runs import Service, latency_quantile_ms
+from robotskin_lab.bench.network_set import COMPACT
 
 
 def service_figures(balances: list[Balance], naive: list[Service]) -> dict[str, float | int]:

@@ -161,4 +161,4 @@ def digests(kind: str) -> dict[str, str]:
 
 def committed_digests() -> dict[str, str]:
     """What `digests` gave when the set was fixed."""
-    return json.loads(resources.files("robotskin.bench").joinpath("network_set.json").read_text(encoding="utf-8"))
+    return json.loads(resources.files("robotskin_lab.bench").joinpath("network_set.json").read_text(encoding="utf-8"))

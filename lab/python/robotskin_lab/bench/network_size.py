@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from statistics import median
 
 from robotskin._core import firmware
-from robotskin.bench.network_naive import AROUND, cylinder, most_rows, naive_rows
-from robotskin.bench.network_runs import settle_network
-from robotskin.bench.network_set import PORTS
+from robotskin_lab.bench.network_naive import AROUND, cylinder, most_rows, naive_rows
+from robotskin_lab.bench.network_runs import settle_network
+from robotskin_lab.bench.network_set import PORTS
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ import time
 
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, World
-from robotskin.bench.network_peers import run_plain, run_simpy, shortest_path_parents
-from robotskin.bench.network_set import limbs, sheet_10k, skins
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
+from robotskin_lab.bench.network_peers import run_plain, run_simpy, shortest_path_parents
+from robotskin_lab.bench.network_set import limbs, sheet_10k, skins
 
 PLAIN_CELLS_KIND = ("sheet", 3, 0)
 """The skin of the plain store-and-forward network: 198 cells, three cables."""

@@ -13,10 +13,10 @@ import numpy as np
 
 from robotskin._core import firmware
 from robotskin._core.world import Mailbox, parse_faults
-from robotskin.bench.network_faults import fault_text
-from robotskin.bench.network_runs import wiring_of
-from robotskin.bench.network_set import skins
-from robotskin.bench.network_speed import world_of
+from robotskin_lab.bench.network_faults import fault_text
+from robotskin_lab.bench.network_runs import wiring_of
+from robotskin_lab.bench.network_set import skins
+from robotskin_lab.bench.network_speed import world_of
 
 JOINTS = 6
 BITS = 15

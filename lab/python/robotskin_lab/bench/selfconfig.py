@@ -17,12 +17,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from robotskin.bench.network_runs import spread
-from robotskin.bench.progress import tell_step
-from robotskin.bench.selfconfig_configure import configure_figures, displacement_figures
-from robotskin.bench.selfconfig_kinematics import kinematic_figures
-from robotskin.bench.selfconfig_localise import localisation_figures
-from robotskin.bench.selfconfig_map import map_figures
 from robotskin.errors import UnknownNameError
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
@@ -53,6 +47,12 @@ from robotskin.selfconfig.simulated.limb import (
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults, swing_readings
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
 from robotskin.selfconfig.topology.topology import Topology, explore
+from robotskin_lab.bench.network_runs import spread
+from robotskin_lab.bench.progress import tell_step
+from robotskin_lab.bench.selfconfig_configure import configure_figures, displacement_figures
+from robotskin_lab.bench.selfconfig_kinematics import kinematic_figures
+from robotskin_lab.bench.selfconfig_localise import localisation_figures
+from robotskin_lab.bench.selfconfig_map import map_figures
 
 Figures = dict[str, float]
 
@@ -143,7 +143,7 @@ def figures_of(part: str, seed: int, seeds: int, data: Path | None) -> Figures:
 
 def default_data() -> Path | None:
     """Published patches beside the repository, or in $ROBOTSKIN_SHARED."""
-    repository = Path(__file__).resolve().parents[3]
+    repository = Path(__file__).resolve().parents[4]
     shared = Path(os.environ.get("ROBOTSKIN_SHARED", repository.parent / "shared"))
     folder = shared / "data" / "tum_patches"
     return folder if folder.is_dir() else None

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.control import NaiveSkinTask, SkinGains, SkinTask, time_skin_task
+from robotskin._core.control import SkinGains, SkinTask
 from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
+from robotskin_lab._lab.baselines import NaiveSkinTask, time_skin_task
 
 ROBOT = "talos"
 NAMES = {"task": "aggregate", "product": "product", "single": "single", "kinematics": "kinematics", "naive": "naive"}

@@ -5,11 +5,11 @@ In: a range of seeds. Out: what was drawn, and every invariant that broke, with 
 checkers (`invariants()`) look at every event and share no code with the protocol. `caught_mutants` shows that they can
 fail.
 
-`python -m robotskin.campaign 17` runs seed 17 again, `--shrink` finds a smaller case, `--soak 600` runs new seeds for
-ten minutes.
+`python -m robotskin_lab.campaign 17` runs seed 17 again, `--shrink` finds a smaller case, `--soak 600` runs new seeds
+for ten minutes.
 """
 
-from robotskin._core.campaign import (
+from robotskin_lab._lab.campaign import (
     Break,
     CaseReport,
     FaultCase,
@@ -23,8 +23,8 @@ from robotskin._core.campaign import (
     run_case,
     shrink,
 )
-from robotskin.campaign.mutants import MUTANTS, CampaignBuildError, CaughtMutant, caught_mutants
-from robotskin.campaign.seeds import BrokenSeed, Distribution, SeedsReport, campaign, run_seeds
+from robotskin_lab.campaign.mutants import MUTANTS, CampaignBuildError, CaughtMutant, caught_mutants
+from robotskin_lab.campaign.seeds import BrokenSeed, Distribution, SeedsReport, campaign, run_seeds
 
 __all__ = [
     "MUTANTS",

@@ -1,4 +1,4 @@
-"""`python -m robotskin.campaign`: seeds again, smaller cases, and long runs."""
+"""`python -m robotskin_lab.campaign`: seeds again, smaller cases, and long runs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import math
 import random
 import sys
 
-from robotskin.campaign import (
+from robotskin_lab.campaign import (
     BrokenSeed,
     check_model,
     draw_case,
@@ -24,7 +24,7 @@ def _tell(broken: BrokenSeed) -> None:
     print(broken.case)
     for line in broken.breaks:
         print("   ", line)
-    print(f"    again: python -m robotskin.campaign {broken.seed}", flush=True)
+    print(f"    again: python -m robotskin_lab.campaign {broken.seed}", flush=True)
 
 
 def _again(seed: int, smaller: bool) -> bool:
@@ -81,7 +81,7 @@ def _seconds(text: str) -> float:
 
 def main() -> int:
     """Run what the command line asks for; 0 if no invariant broke."""
-    parser = argparse.ArgumentParser(prog="python -m robotskin.campaign", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m robotskin_lab.campaign", description=__doc__)
     parser.add_argument("seeds", nargs="*", type=_seed, help="run these again, with everything they print")
     parser.add_argument("--shrink", action="store_true", help="look for a smaller case of each break")
     parser.add_argument("--first", type=_seed, help="first of a range of seeds; drawn if left out")

@@ -1,6 +1,6 @@
 """Mutants of the protocol: the shipping sources with one rule broken, which the checkers must catch.
 
-They are built from the source tree as programs of their own (tests/core/campaign), so an installed wheel has none.
+They are built from the source tree as programs of their own (tests/lab/campaign), so an installed wheel has none.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ class CaughtMutant:
 
 def source_tree() -> Path:
     """Return the root of the source tree that this package runs from; `CampaignBuildError` if it runs from none."""
-    root = Path(__file__).resolve().parents[3]
-    if not (root / "tests/core/campaign/CMakeLists.txt").is_file():
+    root = Path(__file__).resolve().parents[4]
+    if not (root / "tests/lab/campaign/CMakeLists.txt").is_file():
         raise CampaignBuildError(f"mutants are built from the source tree, and {root} is none: use an editable install")
     return root
 
@@ -129,7 +129,7 @@ def build(*names: str, sanitize: str = "") -> Path:
     root = source_tree()
     folder = root / "build/native" / ("campaign" + ("_" + sanitize.split(",")[0] if sanitize else ""))
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    configure = ["cmake", "-G", "Ninja", "-S", str(root / "tests/core/campaign"), "-B", str(folder)]
+    configure = ["cmake", "-G", "Ninja", "-S", str(root / "tests/lab/campaign"), "-B", str(folder)]
     configure += [f"-DBOOST_INCLUDE={_boost()}", f"-DSANITIZE={sanitize}"]
     targets = [f"campaign_{name}" for name in names]
     for command in (configure, ["cmake", "--build", str(folder), "--parallel", "2", "--target", *targets]):
@@ -150,7 +150,7 @@ def run_program(folder: Path, name: str, *arguments: object, text: str | None = 
 
 def directed_cases() -> dict[str, dict[str, str]]:
     """Return the cases made for mutants, by the mutant's name: `found`, what it shows, and `case`, its text."""
-    return tomllib.loads((source_tree() / "tests/core/campaign/directed_cases.toml").read_text())
+    return tomllib.loads((source_tree() / "tests/lab/campaign/directed_cases.toml").read_text())
 
 
 def _own_case(folder: Path, name: str, mutant: Mutant) -> CaughtMutant | None:

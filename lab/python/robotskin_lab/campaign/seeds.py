@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from robotskin._core import campaign as core
+from robotskin_lab._lab import campaign as core
 
 BATCH = 20  # seeds that a process takes at once
 

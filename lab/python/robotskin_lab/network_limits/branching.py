@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robotskin.layout.network_limits.cell_sets import any_of, members, rings
-from robotskin.layout.network_limits.dealing import Deal, Dealing
+from robotskin_lab.network_limits.dealing import Deal, Dealing
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from robotskin.layout.network_limits.annealing import STEPS_PER_CELL, annealed_forest
-from robotskin.layout.network_limits.branching import decide
 from robotskin.layout.network_limits.trees import least_fullest
+from robotskin_lab.network_limits.branching import decide
 
 
 @dataclass(frozen=True)

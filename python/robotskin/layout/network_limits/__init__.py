@@ -1,26 +1,17 @@
 """What the wiring of a skin can carry at the best: maximum flow, least depth, best trees, and where more would help."""
 
 from robotskin.layout.network_limits.advice import Advice, best_bridge, best_cable
-from robotskin.layout.network_limits.branching import Decision, decide
 from robotskin.layout.network_limits.depth import hops_to_cables, least_depth_of_even_loads, least_depths
 from robotskin.layout.network_limits.flow import Bottleneck, bottleneck
 from robotskin.layout.network_limits.reading import ReadNetwork, named_networks, read_networks
 from robotskin.layout.network_limits.trees import Forest, best_forest, least_fullest
 from robotskin.layout.network_limits.verdict import PartVerdict, Verdict, judge
-from robotskin.layout.network_limits.within import (
-    LoadWithin,
-    least_depth_of_load,
-    least_load_within,
-    load_within,
-)
 from robotskin.layout.network_limits.words import sentences
 
 __all__ = [
     "Advice",
     "Bottleneck",
-    "Decision",
     "Forest",
-    "LoadWithin",
     "PartVerdict",
     "ReadNetwork",
     "Verdict",
@@ -28,15 +19,11 @@ __all__ = [
     "best_cable",
     "best_forest",
     "bottleneck",
-    "decide",
     "hops_to_cables",
     "judge",
     "least_depth_of_even_loads",
-    "least_depth_of_load",
     "least_depths",
     "least_fullest",
-    "least_load_within",
-    "load_within",
     "named_networks",
     "read_networks",
     "sentences",
