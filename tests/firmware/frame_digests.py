@@ -29,7 +29,7 @@ from robotskin.robots.chains import Chain
 from robotskin_lab.campaign import draw_case, parse_case, run_case
 
 KEPT = Path(__file__).with_suffix(".json")
-KEPT_SEEDS = Path(__file__).parents[1] / "core" / "campaign" / "kept_seeds.toml"
+KEPT_SEEDS = Path(__file__).parents[1] / "lab" / "campaign" / "kept_seeds.toml"
 DRAWN_SEEDS = range(1, 41)
 SKIN_SEEDS = range(1, 5)
 CHIP_SEEDS = range(1, 4)
