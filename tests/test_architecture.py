@@ -42,7 +42,6 @@ PYTHON_ORDER = [
     "selfconfig",
     "control",
     "world",
-    "chip",
     "record",
     "viewer",
     "apps",

@@ -23,10 +23,10 @@ from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.driver import Driver
 from robotskin._core.world import Fault, LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
-from robotskin.chip import build
-from robotskin.chip.rig import ChipRig, told_cell
 from robotskin.robots.chains import Chain
 from robotskin_lab.campaign import draw_case, parse_case, run_case
+from robotskin_lab.chip import build
+from robotskin_lab.chip.rig import ChipRig, told_cell
 
 KEPT = Path(__file__).with_suffix(".json")
 KEPT_SEEDS = Path(__file__).parents[1] / "lab" / "campaign" / "kept_seeds.toml"

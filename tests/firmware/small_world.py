@@ -9,7 +9,7 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 Port = tuple[int, int]  # (node, port 1 to n); units are nodes -1, -2, ...
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 KEY = b"".join(word.to_bytes(4, "little") for word in (0x833D3433, 0x009F389F, 0x2398E64F, 0x417ACF39))
 

@@ -6,12 +6,12 @@ import pytest
 from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality
-from robotskin.chip import ChipError, ChipImage, EmulatedCell, build
-from robotskin.chip.image import FLASH_BYTES, RAM_BYTES, SOURCES, read_elf
-from robotskin.chip.meter import Meter
-from robotskin.chip.rig import ChipRig, told_cell
-from robotskin.chip.timing import cost_of
 from robotskin.robots.chains import Chain
+from robotskin_lab.chip import ChipError, ChipImage, EmulatedCell, build
+from robotskin_lab.chip.image import FLASH_BYTES, RAM_BYTES, SOURCES, read_elf
+from robotskin_lab.chip.meter import Meter
+from robotskin_lab.chip.rig import ChipRig, told_cell
+from robotskin_lab.chip.timing import cost_of
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_a_different_answer_is_noticed(image: ChipImage, seed: int) -> None:
     rig.run_ms(100)
     assert rig.twin.differences == 0
     # One bit of the emulated cell's own memory: its id.
-    from robotskin.chip.image import RAM_START
+    from robotskin_lab.chip.image import RAM_START
 
     state = bytes(rig.chip.machine.mem_read(RAM_START, image.static_bytes))
     uid = state.find((2).to_bytes(4, "little"))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from small_world import SmallWorld, random_skin
 from test_sampling import Feeder
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 OPERATION = {name: number for name, number, *_ in firmware.OPERATIONS}
 STATUS = {name: number for name, number, *_ in firmware.REPLY_STATUSES}

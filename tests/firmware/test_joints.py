@@ -2,7 +2,7 @@
 
 from small_world import SmallWorld, random_skin
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 KEY = bytes(range(16))
 

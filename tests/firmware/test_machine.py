@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from robotskin.chip import ChipError, build
-from robotskin.chip.image import GCC_NAME
-from robotskin.chip.machine import Machine, build_for_machine, installed
-from robotskin.chip.machine_skin import UID, MachineSkin, key_of
+from robotskin_lab.chip import ChipError, build
+from robotskin_lab.chip.image import GCC_NAME
+from robotskin_lab.chip.machine import Machine, build_for_machine, installed
+from robotskin_lab.chip.machine_skin import UID, MachineSkin, key_of
 
 needs_gcc = pytest.mark.skipif(shutil.which(GCC_NAME) is None, reason=f"{GCC_NAME} is not installed")
 needs_qemu = pytest.mark.skipif(installed() is not None, reason=str(installed()))

@@ -3,7 +3,7 @@
 import pytest
 from small_world import SmallWorld, random_skin
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 
 def newer(a: int, b: int) -> bool:

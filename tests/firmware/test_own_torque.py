@@ -5,8 +5,8 @@ from small_world import SmallWorld, random_skin
 from test_joints import joints
 
 from robotskin import robots
-from robotskin._core import firmware
 from robotskin.robots.chains import Chain
+from robotskin_lab import firmware
 
 OPERATION = {name: number for name, number, *_ in firmware.OPERATIONS}
 STATUS = {name: number for name, number, *_ in firmware.REPLY_STATUSES}

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 
 def frames(count: int, start: int = 0) -> list[bytes]:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from small_world import SmallWorld, random_skin
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 CHANNELS = [name for name, *_ in firmware.CHANNELS]
 THRESHOLD = [counts for _, counts in firmware.EVENT_THRESHOLDS]

@@ -4,7 +4,7 @@ import hashlib
 
 import pytest
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 KEEP_ALIVE, INJECT, POWER = 3, 4, 5
 START = 5_000_000_000

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 
 def tag(data: bytes) -> bytes:

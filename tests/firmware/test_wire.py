@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 
 FRAMES = sorted(firmware.FRAMES)
 

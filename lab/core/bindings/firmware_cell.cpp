@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "bindings/bindings.hpp"
 #include "bindings/contribution.hpp"
 #include "bindings/firmware_bytes.hpp"
+#include "bindings/lab.hpp"
 #include "robotskin/cell.h"
 
 namespace robotskin::bindings {

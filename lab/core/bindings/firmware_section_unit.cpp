@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "bindings/bindings.hpp"
 #include "bindings/firmware_bytes.hpp"
+#include "bindings/lab.hpp"
 #include "robotskin/section_unit.h"
 
 namespace robotskin::bindings {

@@ -8,6 +8,9 @@ namespace robotskin::bindings {
 
 void bind_baselines(nanobind::module_ module);
 void bind_campaign(nanobind::module_ module);
+void bind_firmware_parts(nanobind::module_ module);
+void bind_firmware_cell(nanobind::module_& module);
+void bind_firmware_section_unit(nanobind::module_& module);
 void bind_traffic(nanobind::module_ module);
 
 }  // namespace robotskin::bindings

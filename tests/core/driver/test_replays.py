@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from robotskin._core import firmware
 from robotskin._core.driver import Driver, Verdict
+from robotskin_lab import firmware
 
 MS = 1_000_000
 START_NS = 10**12

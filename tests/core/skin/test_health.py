@@ -6,9 +6,9 @@ import struct
 import numpy as np
 import pytest
 
-from robotskin._core import firmware
 from robotskin._core.driver import Driver, Verdict
 from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState
+from robotskin_lab import firmware
 
 MS = 1_000_000
 START_NS = 10**12

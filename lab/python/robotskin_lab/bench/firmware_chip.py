@@ -10,11 +10,11 @@ import numpy as np
 from robotskin import robots
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality
-from robotskin.chip import ChipImage, build
-from robotskin.chip.meter import Count, Meter
-from robotskin.chip.rig import ChipRig, told_cell
 from robotskin.robots.chains import Chain
 from robotskin_lab.bench.progress import tell
+from robotskin_lab.chip import ChipImage, build
+from robotskin_lab.chip.meter import Count, Meter
+from robotskin_lab.chip.rig import ChipRig, told_cell
 
 CLOCK_HZ, SAMPLE_HZ = 48_000_000, 250
 BUDGET_CYCLES = CLOCK_HZ // SAMPLE_HZ

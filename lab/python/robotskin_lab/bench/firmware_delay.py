@@ -22,13 +22,13 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core import firmware
 from robotskin._core.control import SkinGains
 from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
-from robotskin.chip.rig import MS, sheet
+from robotskin_lab import firmware
 from robotskin_lab._lab.baselines import time_skin_task
 from robotskin_lab.bench.progress import tell
+from robotskin_lab.chip.rig import MS, sheet
 
 CELLS = (10, 30, 100, 250, 1000, 2500, 10000)
 LIMB_CELLS, PORTS = 250, 4

@@ -6,12 +6,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from robotskin.chip import build
-from robotskin.chip.image import compilers
-from robotskin.chip.machine import build_for_machine, installed
-from robotskin.chip.machine_skin import run_machine
 from robotskin_lab.bench.firmware_chip import BUDGET_CYCLES, busiest_cell, metered
 from robotskin_lab.bench.progress import tell
+from robotskin_lab.chip import build
+from robotskin_lab.chip.image import compilers
+from robotskin_lab.chip.machine import build_for_machine, installed
+from robotskin_lab.chip.machine_skin import run_machine
 
 
 def machine_figures(seed: int, samples: int, milliseconds: float) -> dict[str, Any]:

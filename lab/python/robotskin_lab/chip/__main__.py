@@ -1,4 +1,4 @@
-"""`python -m robotskin.chip`: the cell's firmware built by one compiler and booted on a machine of QEMU, in a skin."""
+"""`python -m robotskin_lab.chip`: the firmware built by one compiler and booted on a machine of QEMU, in a skin."""
 
 import tempfile
 from pathlib import Path
@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from robotskin.chip.machine import build_for_machine
-from robotskin.chip.machine_skin import run_machine
+from robotskin_lab.chip.machine import build_for_machine
+from robotskin_lab.chip.machine_skin import run_machine
 
 
 def main(

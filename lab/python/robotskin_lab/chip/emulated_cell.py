@@ -6,8 +6,8 @@ import struct
 from collections.abc import Callable
 
 from robotskin._core import firmware
-from robotskin.chip.errors import ChipError
-from robotskin.chip.image import FLASH_BYTES, FLASH_START, RAM_BYTES, RAM_START, ChipImage
+from robotskin_lab.chip.errors import ChipError
+from robotskin_lab.chip.image import FLASH_BYTES, FLASH_START, RAM_BYTES, RAM_START, ChipImage
 
 try:
     import unicorn
@@ -38,7 +38,7 @@ class EmulatedCell:
 
     def __init__(self, image: ChipImage) -> None:
         if unicorn is None:
-            raise ChipError("the emulator is missing: install the extra, robotskin[chip]")
+            raise ChipError("the emulator is missing: `make build` installs it")
         self.image = image
         self.machine = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self.machine.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M0)

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from robotskin.chip.errors import ChipError
+from robotskin_lab.chip.errors import ChipError
 
 FLASH_BYTES, RAM_BYTES = 48 * 1024, 12 * 1024
 FLASH_START, RAM_START = 0x00000000, 0x20000000
 
-SOURCES = Path(__file__).parents[3] / "firmware"
+SOURCES = Path(__file__).parents[4] / "firmware"
 ROOMS = ("cell", "torque", "network")
 OPTIMISATION = "-O2"
 FLAGS = (
@@ -96,7 +96,7 @@ def _compiler(compiler: str) -> list[str]:
     """The beginning of a command."""
     if compiler == "clang":
         if find_spec("ziglang") is None:
-            raise ChipError("the compiler is missing: install the extra, robotskin[chip]")
+            raise ChipError("the compiler is missing: `make build` installs it")
         return [sys.executable, "-m", "ziglang", "cc", *CLANG]
     if compiler == "gcc":
         program = shutil.which(GCC_NAME)

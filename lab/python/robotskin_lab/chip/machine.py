@@ -11,8 +11,8 @@ from pathlib import Path
 from types import TracebackType
 
 from robotskin._core import firmware
-from robotskin.chip.errors import ChipError
-from robotskin.chip.image import ChipImage, build
+from robotskin_lab.chip.errors import ChipError
+from robotskin_lab.chip.image import ChipImage, build
 
 BOARD = "mps2_an385_board.c"
 QEMU = "qemu-system-arm"

@@ -15,10 +15,10 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from robotskin._core import firmware
 from robotskin._core.driver import Driver
-from robotskin.chip.errors import ChipError
-from robotskin.chip.machine import SLOWER, Machine
+from robotskin_lab import firmware
+from robotskin_lab.chip.errors import ChipError
+from robotskin_lab.chip.machine import SLOWER, Machine
 
 COUNTED = 101
 """What stands for the machine's sensors counts round so many (mps2_an385_board.c)."""

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robotskin.chip.emulated_cell import EmulatedCell, unicorn
-from robotskin.chip.image import FLASH_BYTES, FLASH_START
-from robotskin.chip.timing import SLOW_MULTIPLIER_CYCLES, Cost, cost_of
+from robotskin_lab.chip.emulated_cell import EmulatedCell, unicorn
+from robotskin_lab.chip.image import FLASH_BYTES, FLASH_START
+from robotskin_lab.chip.timing import SLOW_MULTIPLIER_CYCLES, Cost, cost_of
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from robotskin._core import firmware
 from robotskin._core.driver import Driver
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
-from robotskin.chip.emulated_cell import EmulatedCell
-from robotskin.chip.image import ChipImage
+from robotskin_lab.chip.emulated_cell import EmulatedCell
+from robotskin_lab.chip.image import ChipImage
 
 MS = 1_000_000
 KEY = bytes(range(firmware.CELL_KEY_BYTES))
