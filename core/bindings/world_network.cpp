@@ -103,8 +103,15 @@ void bind_options(nb::module_& module) {
       .def_ro("section_unit", &UnitDescription::section_unit)
       .def_ro("unit", &UnitDescription::unit);
 
+  nb::enum_<world::Processor>(module, "Processor",
+                              "Of the cells, at 48 MHz: what an input takes is as metered on the chip.")
+      .value("none", world::Processor::none, "computes in no time")
+      .value("zero_wait_states", world::Processor::zero_wait_states)
+      .value("one_wait_state", world::Processor::one_wait_state, "for each word that is read from flash");
+
   nb::class_<NetworkOptions>(module, "NetworkOptions", "How a network is run.")
       .def(nb::init<>())
+      .def_rw("processor", &NetworkOptions::processor, "of the cells")
       .def_rw("line", &NetworkOptions::line)
       .def_rw("batch_us", &NetworkOptions::batch_us, "a frame waits at most this long for its datagram; 0: no other")
       .def_rw("unasked", &NetworkOptions::unasked, "section units send without a keep-alive")
@@ -133,6 +140,7 @@ void bind_network(nb::module_& module) {
       .def_ro("frames_delivered", &NetworkCounts::frames_delivered, "hops")
       .def_ro("frames_lost", &NetworkCounts::frames_lost, "on a wire: by chance, cut, or to a dead cell")
       .def_ro("frames_damaged", &NetworkCounts::frames_damaged, "by bit errors")
+      .def_ro("frames_overrun", &NetworkCounts::frames_overrun, "of those: to a cell too busy to take them")
       .def_ro("cell_steps", &NetworkCounts::cell_steps)
       .def_ro("events", &NetworkCounts::events)
       .def_ro("datagrams", &NetworkCounts::datagrams)

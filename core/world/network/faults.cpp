@@ -64,6 +64,7 @@ void Network::kill(std::size_t index) {
   cell.power = Cell::Power::dead;
   cell.due_ns = never;
   for (std::size_t p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * index + p].end_ns = never;
+  forget_board(index);
 }
 
 void Network::reboot(std::size_t index, std::int64_t off_ns) {
@@ -381,7 +382,7 @@ void Network::haunt(std::size_t index) {
     std::uint8_t* frame = cell.state.queues.sending[port];
     rs_tick_pack(frame, &tick);
     rs_frame_seal(frame);
-    start(static_cast<std::uint32_t>(RS_PORTS * index + port), frame);
+    start(static_cast<std::uint32_t>(RS_PORTS * index + port), frame, now_ns_);
   }
   wake_cell(index, now_ns_ + RS_TICK_US * 1000);
 }
@@ -389,7 +390,7 @@ void Network::haunt(std::size_t index) {
 // Which ports are free is known to the link hardware, whatever the processor's memory says.
 void Network::report_idle_wires(std::size_t index) {
   for (std::size_t p = 0; p < RS_PORTS; ++p) {
-    if (wires_[RS_PORTS * index + p].end_ns != never) continue;
+    if (!takes_frame(RS_PORTS * index + p)) continue;
     rs_input input{};
     input.kind = RS_INPUT_SENT;
     input.port = static_cast<std::uint8_t>(p + 1);

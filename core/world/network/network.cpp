@@ -42,19 +42,26 @@ void Network::boot(std::size_t index) {
   rs_cell_contribute(&cell.state, &cell.contribution);
 }
 
-void Network::step_cell(std::size_t index, rs_input input) {
+void Network::step_cell(std::size_t index, rs_input input, std::int64_t begin_ns) {
   Cell& cell = cells_[index];
   input.sent = std::exchange(cell.sent, std::uint8_t{0});
   rs_output output;
+  const BeforeInput before(cell.state);
   const std::uint32_t now_us = cell.clock_us(now_ns_);
   rs_cell_step(&cell.state, &input, now_us, &output);
   if (twin_ != nullptr && index == twin_cell_) twin_->step(input, now_us, output);
   ++counts_.cell_steps;
-  for (std::uint32_t p = 0; p < RS_PORTS; ++p)
-    if (output.frame[p] != nullptr) start(static_cast<std::uint32_t>(RS_PORTS * index) + p, output.frame[p]);
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
   cell.waiting = output.waiting;
+  if (takes_time()) {
+    const auto frames = RS_PORTS - std::ranges::count(output.frame, nullptr);
+    const std::int64_t taken_ns =
+        processing_ns(options_.processor, kind_of(input, before, cell.state), static_cast<std::uint32_t>(frames));
+    cell.free_ns = std::max(std::max(cell.free_ns, begin_ns) + taken_ns, now_ns_);
+  }
+  for (std::size_t p = 0; p < RS_PORTS; ++p)
+    if (output.frame[p] != nullptr) send(RS_PORTS * index + p, output.frame[p]);
   if (output.flash_changed) std::memcpy(cell.flash, output.flash, RS_FLASH_BYTES);
   cell.queue_peak = std::max<std::uint32_t>(cell.queue_peak, rs_cell_waiting(&cell.state));
   auto delay_us = static_cast<std::int32_t>(output.timer_us - now_us);
@@ -83,7 +90,7 @@ void Network::step_unit(std::size_t index, const rs_unit_input& input) {
   rs_section_unit_step(unit.state.get(), &input, static_cast<std::uint64_t>(unit.clock_ns(now_ns_)), &output);
   const auto first_wire = static_cast<std::uint32_t>(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * index);
   for (std::uint32_t p = 0; p < unit.config.ports; ++p)
-    if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p]);
+    if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p], now_ns_);
   if (output.datagram != nullptr && output.to_peers) {
     post_to_peers(index, {output.datagram, output.datagram_bytes});
   } else if (output.datagram != nullptr) {
@@ -111,7 +118,11 @@ void Network::step_unit(std::size_t index, const rs_unit_input& input) {
 void Network::wake_cell(std::size_t index, std::int64_t time_ns) {
   Cell& cell = cells_[index];
   cell.due_ns = time_ns;
-  if (time_ns < cell.scheduled_ns) queue_.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
+  if (takes_time()) {
+    plan(index);
+  } else if (time_ns < cell.scheduled_ns) {
+    queue_.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
+  }
 }
 
 void Network::wake_unit(std::size_t index, std::int64_t time_ns) {
@@ -123,7 +134,7 @@ void Network::wake_unit(std::size_t index, std::int64_t time_ns) {
 
 // ---- Wires ----
 
-void Network::start(std::uint32_t index, const std::uint8_t* frame) {
+void Network::start(std::uint32_t index, const std::uint8_t* frame, std::int64_t begin_ns) {
   Wire& wire = wires_[index];
   wire.frame = frame;
   const bool of_cell = index < cell_wires();
@@ -134,7 +145,7 @@ void Network::start(std::uint32_t index, const std::uint8_t* frame) {
       duration_ns += 1e3 * options_.line.jitter_us * random_unit(scramble(wire_keys_ + index), 4ULL * wire.frames);
   }
   ++wire.frames;
-  wire.end_ns = now_ns_ + static_cast<std::int64_t>(duration_ns);
+  wire.end_ns = begin_ns + static_cast<std::int64_t>(duration_ns);
   if (wire.troubled && of_cell) wire.end_ns += cells_[index / RS_PORTS].slow_ns;
   queue_.push(wire.end_ns, wire_event | index);
   tell([&](Observer& observer) { observer.frame_sent(*this, end_of(index), frame); });
@@ -173,8 +184,11 @@ void Network::finish(std::uint32_t index) {
       }
     }
     const auto to = static_cast<std::uint32_t>(wire.to);
-    lost = lost || (to < cells_end ? cells_[to / RS_PORTS].power != Cell::Power::on
-                                   : units_[(to - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped);
+    const bool overrun = to < cells_end && !lost && !has_room(to);
+    if (overrun) ++counts_.frames_overrun;
+    lost = lost || overrun ||
+           (to < cells_end ? cells_[to / RS_PORTS].power != Cell::Power::on
+                           : units_[(to - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped);
     log(static_cast<std::uint64_t>(now_ns_) ^ (static_cast<std::uint64_t>(index) << 40) ^ (lost ? 1U : 0U));
     log((static_cast<std::uint64_t>(rs_load32(frame)) << 32) | rs_load32(frame + 16));
     log((static_cast<std::uint64_t>(rs_load32(frame + 4)) << 32) | (rs_load32(frame + 8) ^ rs_load32(frame + 12)));
@@ -189,11 +203,7 @@ void Network::finish(std::uint32_t index) {
     } else if (to < cells_end) {
       ++counts_.frames_delivered;
       if (wires_[to].taped) tape(to, frame);
-      rs_input input{};
-      input.kind = RS_INPUT_FRAME;
-      input.port = static_cast<std::uint8_t>(to % RS_PORTS + 1);
-      input.frame = frame;
-      step_cell(to / RS_PORTS, input);
+      arrive(to, frame);
     } else {
       ++counts_.frames_delivered;
       rs_unit_input input{};
@@ -206,17 +216,7 @@ void Network::finish(std::uint32_t index) {
 
   wire.torn = false;
   if (index < cells_end) {
-    Cell& cell = cells_[index / RS_PORTS];
-    if (cell.power != Cell::Power::on) return;
-    const auto bit = static_cast<std::uint8_t>(1U << index % RS_PORTS);
-    if ((cell.waiting & bit) == 0) {
-      cell.sent |= bit;
-      return;
-    }
-    rs_input input{};
-    input.kind = RS_INPUT_SENT;
-    input.port = static_cast<std::uint8_t>(index % RS_PORTS + 1);
-    step_cell(index / RS_PORTS, input);
+    let_go(index);
   } else {
     if (units_[(index - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped) return;
     rs_unit_input input{};
@@ -244,6 +244,10 @@ void Network::wake(std::size_t index) {
   Cell& cell = cells_[index];
   if (cell.scheduled_ns != now_ns_) return;
   cell.scheduled_ns = never;
+  if (takes_time() && cell.power == Cell::Power::on) {
+    serve(index);
+    return;
+  }
   if (cell.due_ns > now_ns_) {
     if (cell.due_ns != never) wake_cell(index, cell.due_ns);
     return;

@@ -19,6 +19,7 @@
 #include "world/network/event_queue.hpp"
 #include "world/network/fault.hpp"
 #include "world/network/observer.hpp"
+#include "world/network/processor.hpp"
 #include "world/network/twin.hpp"
 #include "world/network/wiring.hpp"
 
@@ -41,10 +42,11 @@ class DatagramSink {
 
 struct NetworkOptions {
   LineQuality line;
-  std::uint32_t batch_us = 1000;  // of the section units
-  bool unasked = false;           // section units send without a keep-alive
-  bool powered = true;            // ports are on from the start
-  std::int64_t epoch_ns = 0;      // the section units' clock at virtual time 0
+  Processor processor = Processor::none;  // of the cells
+  std::uint32_t batch_us = 1000;          // of the section units
+  bool unasked = false;                   // section units send without a keep-alive
+  bool powered = true;                    // ports are on from the start
+  std::int64_t epoch_ns = 0;              // the section units' clock at virtual time 0
   std::uint64_t seed = 1;
   std::uint8_t clock_rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;  // kept in the cells' flash
   std::optional<rs_settings> settings;                    // the same, but for the id; instead of `clock_rate_hz`
@@ -59,6 +61,7 @@ struct NetworkCounts {
   std::uint64_t frames_delivered = 0;  // hops
   std::uint64_t frames_lost = 0;       // on a wire: by chance, cut, or to a dead cell
   std::uint64_t frames_damaged = 0;    // by bit errors
+  std::uint64_t frames_overrun = 0;    // of those: they came to a cell that was too busy to take them
   std::uint64_t cell_steps = 0;
   std::uint64_t events = 0;
   std::uint64_t datagrams = 0;
@@ -130,7 +133,8 @@ class Network {
   struct Cell;
   struct Unit;
   struct Letter;
-  struct Wire;  // one direction
+  struct Wire;   // one direction
+  struct Board;  // of a cell whose processor takes time
 
   struct Trouble;  // of a wire
   struct Act;      // a fault or its end, to come
@@ -142,11 +146,25 @@ class Network {
   void fetch(std::uint32_t what) const;
   void wake_unit_now(std::size_t unit);
   void supply();  // gives or takes power after a change of ports, wires or cells
-  void step_cell(std::size_t cell, rs_input input);
+  void step_cell(std::size_t cell, rs_input input) { step_cell(cell, input, now_ns_); }
+  // `begin_ns`: since when the processor has been at it.
+  void step_cell(std::size_t cell, rs_input input, std::int64_t begin_ns);
   void step_unit(std::size_t unit, const rs_unit_input& input);
-  void start(std::uint32_t wire, const std::uint8_t* frame);
+  void start(std::uint32_t wire, const std::uint8_t* frame, std::int64_t begin_ns);
   void finish(std::uint32_t wire);
   void wake_cell(std::size_t cell, std::int64_t time_ns);
+  // Boards and processors (processing.cpp); wires are those that lead out of the cell.
+  bool takes_time() const { return options_.processor != Processor::none; }
+  bool idle(std::size_t cell) const;      // its processor
+  bool has_room(std::size_t wire) const;  // for a frame that comes
+  void arrive(std::size_t wire, const std::uint8_t* frame);
+  bool takes_frame(std::size_t wire) const;  // that goes
+  void send(std::size_t wire, const std::uint8_t* frame);
+  void let_go(std::size_t wire);
+  std::uint32_t events_of(std::size_t cell) const;
+  void serve(std::size_t cell);
+  void plan(std::size_t cell);
+  void forget_board(std::size_t cell);
   void wake_unit(std::size_t unit, std::int64_t time_ns);
   const std::uint8_t* cell_key() const;
   void log(std::uint64_t word);
@@ -190,6 +208,7 @@ class Network {
   std::uint64_t wire_keys_;
   EventQueue queue_;
   std::vector<Cell> cells_;
+  std::vector<Board> boards_;  // by cell, if processors take time
   std::vector<Unit> units_;
   std::vector<Wire> wires_;
   std::vector<Trouble> troubles_;  // by wire, once there are any

@@ -45,6 +45,7 @@ struct alignas(64) Network::Cell {
   double us_per_ns = 1e-3, ns_per_us = 1e3;
   std::int64_t due_ns = never, scheduled_ns = never;
   std::int64_t slow_ns = 0;  // each wake-up and frame comes so much later
+  std::int64_t free_ns = 0;  // the processor is busy until then
 
   alignas(64) rs_cell state{};
   std::int64_t booted_ns = -1;
@@ -57,6 +58,32 @@ struct alignas(64) Network::Cell {
     return clock_start_us +
            static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(time_ns) * us_per_ns));
   }
+};
+
+// What stands between a cell's lines and its processor.
+struct Network::Board {
+  struct Frame {
+    std::int64_t time_ns;  // not before that on its wire
+    alignas(4) std::array<std::uint8_t, RS_FRAME_BYTES> bytes;
+  };
+  template <std::size_t Size>
+  struct Ring {
+    std::array<Frame, Size> frame;
+    std::uint8_t first = 0, count = 0;
+
+    bool full() const { return count == Size; }
+    Frame& front() { return frame[first]; }
+    Frame& push() { return frame[(first + count++) % Size]; }
+    void pop() {
+      first = static_cast<std::uint8_t>((first + 1U) % Size);
+      --count;
+    }
+  };
+
+  std::uint32_t events = 0;  // that the main loop has been told of and has not come to
+  std::uint32_t frames_in = 0;
+  std::array<Ring<board_frames_in>, RS_PORTS> in;
+  std::array<Ring<1 + board_frames_out>, RS_PORTS> out;  // the first one is on its wire
 };
 
 struct Network::Unit {

@@ -13,6 +13,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
       wire_keys_(stream_family(options.seed, purpose_wire)),
       cells_(wiring.cell_count()),
       units_(wiring.units.size()) {
+  if (takes_time()) boards_.resize(cells_.size());
   wires_.resize(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * units_.size());
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     for (int p = 0; p < RS_PORTS; ++p) {

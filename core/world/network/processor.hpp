@@ -1,0 +1,55 @@
+// What a cell's processor takes for one input: the cycles that the meter has counted on the emulated chip.
+//
+// An input takes as long as its kind and the frames that it starts let it: within one such class the meter's counts
+// hardly differ. The table is written by `robotskin bench firmware --cycles`.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "robotskin/cell.h"
+
+namespace robotskin::world {
+
+enum class Processor : std::uint8_t { none, zero_wait_states, one_wait_state };  // none: it takes no time
+
+inline constexpr std::int64_t processor_hz = 48'000'000;
+
+// The board around it (firmware/chip/board.h): so many frames of a port wait for the processor, and so many wait for
+// the line behind the one that goes out. With none of these, a frame is out for the processor so long before its end:
+// the last two bytes stand in the transmitter.
+inline constexpr std::size_t board_frames_in = 8, board_frames_out = 1;
+inline constexpr std::int64_t board_early_ns = 5000;
+
+// Kinds of inputs. A frame counts as its type, but for a tick that begins a new wave, and any frame that is damaged;
+// any input in which the cell computes its own torque of an epoch counts as `epoch`.
+#define RS_WORLD_INPUT_KINDS(X)                                                                                 \
+  X(boot)                                                                                                       \
+  X(sample) X(timer) X(epoch) X(sent) X(damaged) X(wave) X(clock) X(event) X(tick) X(status) X(grant) X(joints) \
+      X(torque) X(topology) X(command) X(reply) X(join)
+#define RS_WORLD_INPUT_KIND(name) name,
+enum class InputKind : std::uint8_t { RS_WORLD_INPUT_KINDS(RS_WORLD_INPUT_KIND) };
+#undef RS_WORLD_INPUT_KIND
+#define RS_WORLD_INPUT_NAME(name) std::string_view(#name),
+inline constexpr std::array input_kind_names{RS_WORLD_INPUT_KINDS(RS_WORLD_INPUT_NAME)};
+#undef RS_WORLD_INPUT_NAME
+
+// By frames started, 0 to 4.
+struct InputCycles {
+  std::array<std::uint32_t, RS_PORTS + 1> zero_wait_states, one_wait_state;
+};
+
+// What tells the kind of an input, of the cell before it.
+struct BeforeInput {
+  std::uint32_t sequence, epoch, damaged;
+
+  explicit BeforeInput(const rs_cell& cell)
+      : sequence(cell.route.wave.sequence), epoch(cell.torque.epoch), damaged(cell.counts.frames_damaged) {}
+};
+
+InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cell& after);
+
+std::int64_t processing_ns(Processor processor, InputKind kind, std::uint32_t frames_started);
+
+}  // namespace robotskin::world
