@@ -24,10 +24,12 @@ inline constexpr std::int64_t board_early_ns = 5000;
 
 // Kinds of inputs. A frame counts as its type, but for a tick that begins a new wave, and any frame that is damaged;
 // any input in which the cell computes its own torque of an epoch counts as `epoch`.
+// clang-format off
 #define RS_WORLD_INPUT_KINDS(X)                                                                                 \
   X(boot)                                                                                                       \
   X(sample) X(timer) X(epoch) X(sent) X(damaged) X(wave) X(clock) X(event) X(tick) X(status) X(grant) X(joints) \
       X(torque) X(topology) X(command) X(reply) X(join)
+// clang-format on
 #define RS_WORLD_INPUT_KIND(name) name,
 enum class InputKind : std::uint8_t { RS_WORLD_INPUT_KINDS(RS_WORLD_INPUT_KIND) };
 #undef RS_WORLD_INPUT_KIND

@@ -334,10 +334,29 @@ class UnitDescription:
     @property
     def unit(self) -> int: ...
 
+class Processor(enum.Enum):
+    """
+    Of the cells, at 48 MHz: what an input takes is as metered on the chip.
+    """
+
+    none = 0
+    """computes in no time"""
+
+    zero_wait_states = 1
+
+    one_wait_state = 2
+    """for each word that is read from flash"""
+
 class NetworkOptions:
     """How a network is run."""
 
     def __init__(self) -> None: ...
+    @property
+    def processor(self) -> Processor:
+        """of the cells"""
+
+    @processor.setter
+    def processor(self, arg: Processor, /) -> None: ...
     @property
     def line(self) -> LineQuality: ...
     @line.setter
@@ -436,6 +455,10 @@ class NetworkCounts:
     @property
     def frames_damaged(self) -> int:
         """by bit errors"""
+
+    @property
+    def frames_overrun(self) -> int:
+        """of those: to a cell too busy to take them"""
 
     @property
     def cell_steps(self) -> int: ...
