@@ -17,11 +17,13 @@ namespace robotskin::bindings {
 namespace {
 
 using world::Body;
+using world::Carrier;
 using world::Hand;
 using world::HandDescription;
 using world::Imperfections;
 using world::ServoGains;
 using world::SimulatedRobot;
+using world::Waypoint;
 using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 
 template <typename Row>
@@ -36,16 +38,24 @@ auto rows(const std::vector<Row>& values) {
 
 world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector<int>& cell_geom,
                             const Poses& body_from_cell, const std::vector<int>& object_body,
-                            const std::vector<double>& object_temperature, double ambient_temperature) {
+                            const std::vector<double>& object_temperature, double ambient_temperature,
+                            const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
+                            const std::vector<bool>& material_local, double skin_stiffness) {
   const std::size_t cells = cell_body.size();
   if (cell_geom.size() != cells || body_from_cell.shape(0) != cells || object_body.size() != object_temperature.size())
     throw std::invalid_argument("Body: one geom and pose a cell, one temperature an object");
+  if (material_geom.size() != material_stiffness.size() || material_geom.size() != material_local.size())
+    throw std::invalid_argument("Body: one stiffness a soft geom");
   world::Mounting mounting;
   mounting.cell_body = cell_body;
   mounting.cell_geom = cell_geom;
   mounting.object_body = object_body;
   mounting.object_temperature = object_temperature;
   mounting.ambient_temperature = ambient_temperature;
+  mounting.material_geom = material_geom;
+  mounting.material_stiffness_n_per_m = material_stiffness;
+  mounting.material_local.assign(material_local.begin(), material_local.end());
+  mounting.skin_stiffness_n_per_m = skin_stiffness;
   for (std::size_t i = 0; i < cells; ++i) {
     const double* m = body_from_cell.data() + 16 * i;
     mounting.body_from_cell_rotation.push_back({m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]});
@@ -91,6 +101,18 @@ void bind_parts(nb::module_& module) {
       .def_ro("radius_m", &HandDescription::radius_m)
       .def_ro("mass_kg", &HandDescription::mass_kg);
 
+  nb::class_<Waypoint>(module, "Waypoint", "Where a carried thing is at a time of its path.")
+      .def(
+          "__init__",
+          [](Waypoint* self, double time_s, std::array<double, 3> position_m, std::array<double, 4> orientation) {
+            new (self) Waypoint{time_s, position_m, orientation};
+          },
+          "time_s"_a, "position_m"_a, "orientation"_a);
+
+  nb::class_<Carrier>(module, "Carrier", "A thing that goes its way whatever it meets.")
+      .def(nb::init<int, std::vector<Waypoint>, bool, bool, double>(), "joint"_a, "path"_a, "smooth"_a, "repeats"_a,
+           "begin_s"_a);
+
   nb::enum_<Hand::Task>(module, "HandTask", "What a hand is doing.")
       .value("parked", Hand::Task::parked)
       .value("approaching", Hand::Task::approaching)
@@ -111,19 +133,23 @@ void bind_world_body(nb::module_& module) {
           [](Body* self, std::uintptr_t model, std::uintptr_t data, const nb::object& /*owner*/,
              const std::vector<int>& cell_body, const std::vector<int>& cell_geom, Poses body_from_cell,
              const std::vector<int>& object_body, const std::vector<double>& object_temperature,
-             double ambient_temperature, const std::vector<HandDescription>& hands,
+             double ambient_temperature, const std::vector<int>& material_geom,
+             const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
+             double skin_stiffness, const std::vector<HandDescription>& hands, const std::vector<Carrier>& carriers,
              const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
              const Imperfections& imperfections, std::uint64_t seed) {
             if (robot_joints.size() != effort_limit.size())
               throw std::invalid_argument("Body: one effort limit a joint");
             new (self) Body(
                 reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
-                mounting_of(cell_body, cell_geom, body_from_cell, object_body, object_temperature, ambient_temperature),
-                hands, robot_joints, effort_limit, gains, imperfections, seed);
+                mounting_of(cell_body, cell_geom, body_from_cell, object_body, object_temperature, ambient_temperature,
+                            material_geom, material_stiffness, material_local, skin_stiffness),
+                hands, carriers, robot_joints, effort_limit, gains, imperfections, seed);
           },
           nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
-          "body_from_cell"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a, "hands"_a,
-          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
+          "body_from_cell"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a, "material_geom"_a,
+          "material_stiffness"_a, "material_local"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a, "robot_joints"_a,
+          "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
       .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal)
       .def_prop_ro(
@@ -190,6 +216,12 @@ void bind_world_body(nb::module_& module) {
            })
       .def_prop_ro("samples", [](const Body& self) { return self.sensors().samples(); })
       .def_prop_ro("saturated_samples", [](const Body& self) { return self.sensors().saturated_samples(); })
+      .def(
+          "carrier_follow",
+          [](Body& self, std::size_t carrier, std::vector<Waypoint> path, bool smooth, bool repeats, double begin_s) {
+            self.carriers().at(carrier).follow(std::move(path), smooth, repeats, begin_s);
+          },
+          "carrier"_a, "path"_a, "smooth"_a, "repeats"_a, "begin_s"_a)
       .def("hand_push", [](Body& self, std::size_t hand, std::size_t cell, double force_n, double x_m,
                            double y_m) { self.hands().at(hand).push(cell, force_n, x_m, y_m); })
       .def("hand_approach",

@@ -3,21 +3,24 @@
 #include <mujoco/mujoco.h>
 
 #include <cmath>
+#include <utility>
 
 namespace robotskin::world {
 
 Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<HandDescription>& hands,
-           const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
-           const Imperfections& imperfections, std::uint64_t seed)
+           std::vector<Carrier> carriers, const std::vector<int>& robot_joints, const std::vector<double>& effort_limit,
+           const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed)
     : model_(model),
       data_(data),
       mounting_(std::move(mounting)),
+      contact_law_(*model, mounting_),
       contacts_(*model, mounting_),
       motion_(mounting_),
       reflection_(*model, mounting_),
       warmth_(mounting_),
       sensors_(mounting_.cell_count(), imperfections, seed),
-      robot_(*model, *data, robot_joints, effort_limit, gains) {
+      robot_(*model, *data, robot_joints, effort_limit, gains),
+      carriers_(std::move(carriers)) {
   for (const HandDescription& hand : hands) hands_.emplace_back(*model, hand);
 }
 
@@ -26,7 +29,9 @@ double Body::timestep_s() const {
 }
 
 void Body::step(std::int64_t time_ns) {
+  for (const Carrier& carrier : carriers_) carrier.place(*model_, *data_, 1e-9 * static_cast<double>(time_ns));
   mj_step1(model_, data_);
+  contact_law_.apply(*model_, *data_);
   robot_.drive(*model_, *data_);
   for (std::size_t i = 0; i < hands_.size(); ++i)
     hands_[i].drive(*model_, *data_, mounting_, contacts_.object_force()[i] > 0);

@@ -1,14 +1,16 @@
 // The simulated body: one MuJoCo model with robot, cells, hands and objects, and what the cells' sensors feel of it.
 //
-// Each physics step: kinematics, then the torques of robot and hands, then dynamics; after it contacts, motion and
-// temperatures are read. What is true at the step's start is held until the next step: a cell that samples at any
-// virtual time in between reads that.
+// Each physics step: what moves on a path takes its place, then kinematics and how stiff each contact is, then the
+// torques of robot and hands, then dynamics; after it contacts, motion and temperatures are read. What is true at the
+// step's start is held until the next step: a cell that samples at any virtual time in between reads that.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "world/carrier.hpp"
 #include "world/contact.hpp"
+#include "world/contact_law.hpp"
 #include "world/hand.hpp"
 #include "world/motion.hpp"
 #include "world/mounting.hpp"
@@ -23,8 +25,8 @@ class Body {
  public:
   // Model and data are shared with Python, which keeps them alive; they are the only physics.
   Body(mjModel_* model, mjData_* data, Mounting mounting, const std::vector<HandDescription>& hands,
-       const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
-       const Imperfections& imperfections, std::uint64_t seed);
+       std::vector<Carrier> carriers, const std::vector<int>& robot_joints, const std::vector<double>& effort_limit,
+       const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed);
 
   // One physics step from `time_ns` of the simulated clock on.
   void step(std::int64_t time_ns);
@@ -44,11 +46,13 @@ class Body {
   const Sensors& sensors() const { return sensors_; }
   SimulatedRobot& robot() { return robot_; }
   std::vector<Hand>& hands() { return hands_; }
+  std::vector<Carrier>& carriers() { return carriers_; }
 
  private:
   mjModel_* model_;
   mjData_* data_;
   Mounting mounting_;
+  ContactLaw contact_law_;
   Contacts contacts_;
   Motion motion_;
   Reflection reflection_;
@@ -56,6 +60,7 @@ class Body {
   Sensors sensors_;
   SimulatedRobot robot_;
   std::vector<Hand> hands_;
+  std::vector<Carrier> carriers_;
 };
 
 }  // namespace robotskin::world

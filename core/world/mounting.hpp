@@ -16,9 +16,13 @@ struct Mounting {
   std::vector<int> cell_geom;                       // (N) its hexagonal prism
   std::vector<Matrix3> body_from_cell_rotation;     // (N) z column is the outward normal
   std::vector<Vector3> body_from_cell_translation;  // (N) metres, centre of the outer face
-  std::vector<int> object_body;                     // (O) hands first, then free objects
+  std::vector<int> object_body;                     // (O) hands first, then the bodies of things
   std::vector<double> object_temperature;           // (O) degrees Celsius
   double ambient_temperature = 30;                  // degrees Celsius
+  double skin_stiffness_n_per_m = 7500;             // of the foam under one cell
+  std::vector<int> material_geom;                   // (M) geoms of things that are not rigid
+  std::vector<double> material_stiffness_n_per_m;   // (M) of one side of the thing, or of what one cell finds
+  std::vector<char> material_local;                 // (M) true: of what one cell finds
 
   std::size_t cell_count() const { return cell_body.size(); }
   std::size_t object_count() const { return object_body.size(); }

@@ -117,6 +117,16 @@ class HandDescription:
     @property
     def mass_kg(self) -> float: ...
 
+class Waypoint:
+    """Where a carried thing is at a time of its path."""
+
+    def __init__(self, time_s: float, position_m: Sequence[float], orientation: Sequence[float]) -> None: ...
+
+class Carrier:
+    """A thing that goes its way whatever it meets."""
+
+    def __init__(self, joint: int, path: Sequence[Waypoint], smooth: bool, repeats: bool, begin_s: float) -> None: ...
+
 class HandTask(enum.Enum):
     """What a hand is doing."""
 
@@ -149,7 +159,12 @@ class Body:
         object_body: Sequence[int],
         object_temperature: Sequence[float],
         ambient_temperature: float,
+        material_geom: Sequence[int],
+        material_stiffness: Sequence[float],
+        material_local: Sequence[bool],
+        skin_stiffness: float,
         hands: Sequence[HandDescription],
+        carriers: Sequence[Carrier],
         robot_joints: Sequence[int],
         effort_limit: Sequence[float],
         gains: ServoGains,
@@ -192,6 +207,9 @@ class Body:
     def samples(self) -> int: ...
     @property
     def saturated_samples(self) -> int: ...
+    def carrier_follow(
+        self, carrier: int, path: Sequence[Waypoint], smooth: bool, repeats: bool, begin_s: float
+    ) -> None: ...
     def hand_push(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, /) -> None: ...
     def hand_approach(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, arg5: float, /) -> None: ...
     def hand_leave(self, arg: int, /) -> None: ...

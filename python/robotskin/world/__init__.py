@@ -7,7 +7,10 @@ simulated. What can go wrong: a layout whose links the robot lacks, a cell that 
 
 from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains, UdpTransport
 from robotskin.world.hand import Hand
-from robotskin.world.scene import HandSpec, ObjectSpec
+from robotskin.world.scene import HandSpec
+from robotskin.world.scene_files import SceneError, load_scene, read_scene, scene_names
+from robotskin.world.thing import Thing
+from robotskin.world.things import SceneSpec, ThingSpec
 from robotskin.world.trial import run_trial
 from robotskin.world.world import World, WorldError
 
@@ -18,10 +21,16 @@ __all__ = [
     "Imperfections",
     "LineQuality",
     "Mailbox",
-    "ObjectSpec",
+    "SceneError",
+    "SceneSpec",
     "ServoGains",
+    "Thing",
+    "ThingSpec",
     "UdpTransport",
     "World",
     "WorldError",
+    "load_scene",
+    "read_scene",
     "run_trial",
+    "scene_names",
 ]

@@ -1,8 +1,9 @@
-"""The MuJoCo model of a skinned robot with hands and objects around it."""
+"""The MuJoCo model of a skinned robot with hands and the things of a scene around it."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import mujoco
 import numpy as np
@@ -12,12 +13,21 @@ from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
 from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_M
 from robotskin.robots import Robot
+from robotskin.world import bodies
+from robotskin.world.beneath import hulls_that_stick_out
+from robotskin.world.bodies import BENEATH, HAND, ROBOT, SKIN, Piece
+from robotskin.world.scene_files import SceneError, checked_scene
+from robotskin.world.things import SceneSpec
 
 SKIN_STIFFNESS_N_PER_M = 7500.0
 """Foam of 3 mm under a cell: 15 N press one cell in by 2 mm."""
 
+SKIN_FRICTION = 0.8
+"""Between cells and hands; a thing says its own."""
+
 _IMPEDANCE = 0.5
-_ROBOT, _SKIN, _OBJECT = 1, 2, 4  # collision bits; an object meets all three, robot and skin meet objects only
+_START_OVERLAP_M = 0.001
+"""How far bodies may be inside of each other at the beginning."""
 
 
 @dataclass(frozen=True)
@@ -29,28 +39,14 @@ class HandSpec:
     temperature: float = 34.0
 
 
-@dataclass(frozen=True)
-class ObjectSpec:
-    """A thing that moves freely.
-
-    size_m: sphere (radius,), box (half lengths), cylinder (radius, half length). position_m: (3,) in the world.
-    temperature: degrees Celsius.
-    """
-
-    name: str
-    shape: Literal["sphere", "box", "cylinder"] = "sphere"
-    size_m: tuple[float, ...] = (0.03,)
-    mass_kg: float = 0.2
-    position_m: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    temperature: float = 22.0
-
-
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The compiled model and where everything is in it; N cells, H hands, O objects (hands first).
+    """The compiled model and where everything is in it; N cells, H hands, O objects: hands, then pieces of things.
 
     body_from_cell: (N, 4, 4); robot_joints: MuJoCo joint of each robot joint; hand_joints: (H,) the first of three.
     """
+
+    spec: SceneSpec
 
     model: mujoco.MjModel
     data: mujoco.MjData
@@ -59,14 +55,19 @@ class Scene:
     body_from_cell: NDArray[np.float64]
     robot_joints: NDArray[np.int32]
     hands: tuple[HandSpec, ...]
-    objects: tuple[ObjectSpec, ...]
+    pieces: tuple[Piece, ...]
     hand_joints: NDArray[np.int32]
     object_body: NDArray[np.int32]
 
     @property
     def object_temperature(self) -> list[float]:
         """(O) degrees Celsius."""
-        return [hand.temperature for hand in self.hands] + [thing.temperature for thing in self.objects]
+        return [hand.temperature for hand in self.hands] + [piece.temperature_c for piece in self.pieces]
+
+    @property
+    def object_reflectance(self) -> list[float]:
+        """(O) what a proximity sensor sees of each, 1: the surface with which it was calibrated."""
+        return [1.0] * len(self.hands) + [piece.reflectance for piece in self.pieces]
 
 
 def parking_m(hand: int) -> tuple[float, float, float]:
@@ -79,50 +80,63 @@ def build(
     layout: Layout,
     posture: ArrayLike,
     hands: Sequence[HandSpec] = (HandSpec(), HandSpec()),
-    objects: Sequence[ObjectSpec] = (),
+    scene: SceneSpec | None = None,
     timestep_s: float = 0.001,
 ) -> Scene:
-    """Put cells, hands and objects into the robot's MuJoCo model and compile it.
+    """Put cells, hands and things into the robot's MuJoCo model and compile it.
 
-    A cell is a prism without mass on its link, soft to objects and transparent to the robot. The bare surface of a link
-    that carries cells meets nothing, because MuJoCo would take its convex hull, which may lie outside the skin.
+    A cell is a prism without mass on its link, soft to what touches it and transparent to the robot. Hands meet cells
+    and bare links; they pass through the surface under cells and through things. Things meet that surface, too, but
+    for hulls that stick out of the skin.
 
     Args:
         robot: the robot.
         layout: its skin, N cells.
         posture: (n) rad or m, where the robot starts.
         hands: the balls that push.
-        objects: things that move freely.
+        scene: the things around the robot; by default none.
         timestep_s: seconds of one physics step.
 
     Raises:
         UnknownNameError: a link of the layout that the robot does not have.
+        SceneError: a thing that is inside of the robot or of another thing at the beginning; a scene for other robots.
     """
+    chosen = checked_scene(scene or SceneSpec())
+    if chosen.robots and robot.name not in chosen.robots:
+        raise SceneError(f"scene for {', '.join(chosen.robots)}: the robot is {robot.name}")
     spec = robot.mujoco_spec()
     spec.option.timestep = timestep_s
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    _let_objects_meet_bare_links(spec, layout)
+    covered = {layout.links[index] for index in np.unique(layout.link)}
+    _divide_links(spec, covered, beneath=bool(chosen.things or chosen.floor))
     _add_cells(spec, robot, layout)
     for index, hand in enumerate(hands):
         _add_hand(spec, index, hand)
-    for thing in objects:
-        _add_object(spec, thing)
+    pieces = bodies.add_scene(spec, chosen)
     model = spec.compile()
-    data = mujoco.MjData(model)
-
     robot_joints = np.array([model.joint(name).id for name in robot.joint_names], dtype=np.int32)
-    for joint, value in zip(robot_joints, np.asarray(posture, dtype=float), strict=True):
-        data.qpos[model.jnt_qposadr[joint]] = value
     hand_joints = np.array([model.joint(f"hand_{i}_x").id for i in range(len(hands))], dtype=np.int32)
+    if chosen.floor is not None and not chosen.floor.robot_stands:
+        sunk = _links_in_floor(model, robot_joints, posture)
+        if sunk:
+            for link in sunk:
+                spec.add_exclude(bodyname1=bodies.body_name(bodies.FLOOR_NAME, "body"), bodyname2=link)
+            model = spec.compile()
+    data = mujoco.MjData(model)
+    _take_posture(model, data, robot_joints, posture)
     for index, joint in enumerate(hand_joints):
         data.qpos[model.jnt_qposadr[joint] :][:3] = parking_m(index)
-    names = [f"hand_{i}" for i in range(len(hands))] + [thing.name for thing in objects]
+    names = [f"hand_{i}" for i in range(len(hands))] + [piece.body for piece in pieces]
     cell_geom = np.array([model.geom(f"cell_{i}").id for i in range(len(layout))], dtype=np.int32)
     cell_body = model.geom_bodyid[cell_geom].astype(np.int32)
-    _soften(model, cell_geom, hands)
+    for geom in hulls_that_stick_out(model, layout, BENEATH):
+        model.geom_contype[geom] = 0
+    _soften(model, cell_geom)
     mujoco.mj_forward(model, data)
+    _check_start(model, data, chosen)
     return Scene(
+        spec=chosen,
         model=model,
         data=data,
         cell_body=cell_body,
@@ -130,17 +144,56 @@ def build(
         body_from_cell=np.ascontiguousarray(layout.link_from_cell),
         robot_joints=robot_joints,
         hands=tuple(hands),
-        objects=tuple(objects),
+        pieces=pieces,
         hand_joints=hand_joints,
         object_body=np.array([model.body(name).id for name in names], dtype=np.int32),
     )
 
 
-def _let_objects_meet_bare_links(spec: mujoco.MjSpec, layout: Layout) -> None:
-    covered = {layout.links[index] for index in np.unique(layout.link)}
+def _take_posture(
+    model: mujoco.MjModel, data: mujoco.MjData, robot_joints: NDArray[np.int32], posture: ArrayLike
+) -> None:
+    for joint, value in zip(robot_joints, np.asarray(posture, dtype=float), strict=True):
+        data.qpos[model.jnt_qposadr[joint]] = value
+
+
+def _links_in_floor(model: mujoco.MjModel, robot_joints: NDArray[np.int32], posture: ArrayLike) -> list[str]:
+    """Links, with their cells, that reach into the floor at the beginning: those on which the robot is mounted."""
+    data = mujoco.MjData(model)
+    _take_posture(model, data, robot_joints, posture)
+    mujoco.mj_forward(model, data)
+    floor = model.body(bodies.body_name(bodies.FLOOR_NAME, "body")).id
+    found = set()
+    for contact in data.contact[: data.ncon]:
+        pair = [int(model.geom_bodyid[geom]) for geom in contact.geom]
+        if floor in pair:
+            found.add(model.body(pair[1 - pair.index(floor)]).name)
+    return sorted(name for name in found if not name.startswith("scene/"))
+
+
+def _check_start(model: mujoco.MjModel, data: mujoco.MjData, scene: SceneSpec) -> None:
+    for contact in data.contact[: data.ncon]:
+        names = [model.body(int(model.geom_bodyid[geom])).name for geom in contact.geom]
+        mine = [name for name in names if name.startswith("scene/")]
+        floor = any(name.startswith(f"scene/{bodies.FLOOR_NAME}/") for name in mine)
+        if not mine or contact.dist > -_START_OVERLAP_M or (floor and len(mine) == 1):
+            continue
+        thing = next(name for name in mine if not name.startswith(f"scene/{bodies.FLOOR_NAME}/")).split("/")[1]
+        other = next((name for name in names if name != bodies.body_name(thing, name.split("/")[-1])), names[0])
+        if other.startswith("scene/"):
+            other = other.split("/")[1]
+        raise SceneError(
+            f"thing {thing!r}: begins {-1e3 * contact.dist:.0f} mm inside of {other}; change its position_m or the "
+            "robot's posture"
+        )
+
+
+def _divide_links(spec: mujoco.MjSpec, covered: set[str], *, beneath: bool) -> None:
+    """Bare links meet hands and things; of those under cells only things know, and only where there are any."""
+    under = BENEATH if beneath else 0
     for body in spec.bodies:
         for geom in body.geoms:
-            geom.contype, geom.conaffinity = (0, 0) if body.name in covered else (_ROBOT, 0)
+            geom.contype, geom.conaffinity = (under if body.name in covered else ROBOT, 0)
 
 
 def _add_cells(spec: mujoco.MjSpec, robot: Robot, layout: Layout) -> None:
@@ -165,10 +218,10 @@ def _add_cells(spec: mujoco.MjSpec, robot: Robot, layout: Layout) -> None:
             pos=centre[index],
             quat=quaternion,
             mass=0.0,
-            contype=_SKIN,
+            contype=SKIN,
             conaffinity=0,
             condim=3,
-            friction=[0.8, 0.005, 0.0001],
+            friction=[SKIN_FRICTION, 0.005, 0.0001],
             priority=1,
             group=3,
             rgba=[0.15, 0.6, 0.3, 1.0],
@@ -184,39 +237,16 @@ def _add_hand(spec: mujoco.MjSpec, index: int, hand: HandSpec) -> None:
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[hand.radius_m, 0, 0],
         mass=hand.mass_kg,
-        contype=_OBJECT,
-        conaffinity=_ROBOT | _SKIN | _OBJECT,
+        contype=HAND,
+        conaffinity=ROBOT | SKIN | HAND,
+        friction=[SKIN_FRICTION, 0.005, 0.0001],
         rgba=[0.9, 0.7, 0.55, 0.7],
     )
 
 
-def _add_object(spec: mujoco.MjSpec, thing: ObjectSpec) -> None:
-    shapes = {
-        "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-        "box": mujoco.mjtGeom.mjGEOM_BOX,
-        "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    }
-    if thing.shape not in shapes:
-        raise UnknownNameError("shape of an object", thing.shape, shapes)
-    body = spec.worldbody.add_body(name=thing.name, pos=thing.position_m)
-    body.add_freejoint()
-    body.add_geom(
-        name=thing.name,
-        type=shapes[thing.shape],
-        size=[*thing.size_m, 0.0, 0.0][:3],
-        mass=thing.mass_kg,
-        contype=_OBJECT,
-        conaffinity=_ROBOT | _SKIN | _OBJECT,
-    )
-
-
-def _soften(model: mujoco.MjModel, cell_geom: NDArray[np.int32], hands: Sequence[HandSpec]) -> None:
-    """Give the cells a stiffness in newton per metre.
-
-    MuJoCo holds a contact at rest with force = stiffness * depth / ((1 - d) A), where `solref` is (-stiffness,
-    -damping), d the impedance and A the inverse mass that the contact sees (documentation, "Solver parameters").
-    """
-    hand_inverse_mass = 1.0 / (hands[0].mass_kg if hands else HandSpec().mass_kg)
+def _soften(model: mujoco.MjModel, cell_geom: NDArray[np.int32]) -> None:
+    """Give the cells the parameters that a hand of 0.5 kg asks for; the core sets those of every other contact."""
+    hand_inverse_mass = 1.0 / HandSpec().mass_kg
     for geom in cell_geom:
         inverse_mass = hand_inverse_mass + float(model.body_invweight0[model.geom_bodyid[geom], 0])
         stiffness = SKIN_STIFFNESS_N_PER_M * (1 - _IMPEDANCE) * inverse_mass

@@ -13,8 +13,11 @@ from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
+from robotskin.world import bodies
 from robotskin.world.hand import Hand
-from robotskin.world.scene import HandSpec, ObjectSpec, build, parking_m
+from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M, HandSpec, build, parking_m
+from robotskin.world.thing import Thing
+from robotskin.world.things import SceneSpec
 
 
 class WorldError(RobotskinError):
@@ -32,7 +35,8 @@ class World:
         robot: the robot that wears it.
         seed: of sensors, wires, clocks and sessions.
         posture: (n) rad or m; where the robot starts, by default its neutral one.
-        hands, objects: what can touch the robot.
+        hands: balls that push cells.
+        scene: the things around the robot; by default none.
         imperfections: of the sensors; `Imperfections.none()` for ideal ones.
         line: quality of wires and clocks.
         servo: inner loops of the position and velocity interface.
@@ -57,7 +61,7 @@ class World:
         *,
         posture: ArrayLike | None = None,
         hands: Sequence[HandSpec] = (HandSpec(), HandSpec()),
-        objects: Sequence[ObjectSpec] = (),
+        scene: SceneSpec | None = None,
         imperfections: core.Imperfections | None = None,
         line: core.LineQuality | None = None,
         servo: core.ServoGains | None = None,
@@ -77,9 +81,11 @@ class World:
         self.seed = seed
         self._lock = threading.RLock()
         posture = robot.neutral if posture is None else posture
-        self.scene = build(robot, layout, posture, hands, objects)
+        self.scene = build(robot, layout, posture, hands, scene)
         dofs = self.scene.model.jnt_dofadr[self.scene.robot_joints]
         self.scene.model.dof_frictionloss[dofs] = joint_friction
+        soft_geom, soft_stiffness, soft_local = bodies.materials(self.scene.model, self.scene.spec)
+        self._carrier, carriers = bodies.carriers(self.scene.model, self.scene.spec)
         self.body = core.Body(
             model_address=self.scene.model._address,
             data_address=self.scene.data._address,
@@ -90,6 +96,11 @@ class World:
             object_body=self.scene.object_body.tolist(),
             object_temperature=self.scene.object_temperature,
             ambient_temperature=ambient_temperature,
+            material_geom=soft_geom,
+            material_stiffness=soft_stiffness,
+            material_local=soft_local,
+            skin_stiffness=SKIN_STIFFNESS_N_PER_M,
+            carriers=carriers,
             hands=[
                 core.HandDescription(
                     body=int(self.scene.object_body[index]),
@@ -126,6 +137,7 @@ class World:
             )
         self._core = core.World(self.body, layout.neighbours, layout.id.tolist(), self.units, options, self.transport)
         self.hands = tuple(Hand(self, index) for index in range(len(self.scene.hands)))
+        self.things = tuple(Thing(self, thing) for thing in self.scene.spec.things)
         for cell in dead_cells:
             self.network.kill(int(cell))
 
@@ -240,6 +252,10 @@ class World:
         """(N, 2) degrees Celsius, board and surface."""
         with self._lock:
             return self.body.temperature(self._core.time_ns)
+
+    def thing(self, name: str) -> Thing:
+        """A thing of the scene, by name. Raises UnknownNameError."""
+        return self.things[self.scene.spec.things.index(self.scene.spec.thing(name))]
 
     # ---- Places ----
 

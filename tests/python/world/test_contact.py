@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from robotskin.layout.cell import PORT_POINTS_M
-from robotskin.world import HandSpec, Imperfections, ObjectSpec
+from robotskin.world import HandSpec, Imperfections, SceneSpec, ThingSpec
+from robotskin.world.things import Sphere
 
 FULL_SCALE_N = 10.0
 COUNT_N = FULL_SCALE_N / 1024
@@ -55,13 +56,13 @@ def test_fifteen_newton_press_a_cell_in_by_millimetres_and_fit_its_range(make_bo
         world.step(0.6)
 
 
-def test_several_hands_and_an_object_press_independently(make_body, skin, generator):
-    ball = ObjectSpec("ball", "sphere", (0.04,), 0.3)
-    world = make_body(hands=(HandSpec(), HandSpec(0.02, 0.3), HandSpec(0.05, 1.0)), objects=(ball,))
+def test_several_hands_and_a_thing_press_independently(make_body, skin, generator):
+    ball = ThingSpec(name="ball", shape=Sphere(radius_m=0.04), mass_kg=0.3, position_m=(0, 0, -1))
+    hands = (HandSpec(), HandSpec(0.02, 0.3), HandSpec(0.05, 1.0))
+    world = make_body(hands=hands, scene=SceneSpec(things=(ball,)))
     up = np.argmax(world.base_from_cell()[:, 2, 2])
     top = world.base_from_cell(int(up))
-    address = world.scene.model.joint(world.scene.model.body("ball").jntadr[0]).qposadr[0]
-    world.scene.data.qpos[address : address + 3] = top[:3, 3] + top[:3, 2] * 0.041
+    world.thing("ball").put(top[:3, 3] + top[:3, 2] * 0.041)
     cells = generator.choice(np.delete(np.arange(len(skin)), up), 3, replace=False)
     for hand, cell in enumerate(cells):
         world.push(int(cell), 5.0 + hand, hand=hand)

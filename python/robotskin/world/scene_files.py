@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes as files: those that come with the project, and any TOML file; every field is checked before it is used."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from importlib import resources
+from itertools import pairwise
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.world import things
+from robotskin.world.things import SceneSpec, Spec, ThingSpec
+
+FOLDER = "scenes"
+
+_SPECS: dict[str, tuple[type[Spec], ...]] = {
+    "": (SceneSpec,),
+    "floor": (things.FloorSpec,),
+    "things": (ThingSpec,),
+    "parts": (things.PartSpec,),
+    "path": (things.PathSpec,),
+    "waypoints": (things.WaypointSpec,),
+    "guide": (things.GuideSpec,),
+    "shape": (things.Sphere, things.Box, things.Cylinder, things.Capsule),
+    "joint": (things.Hinge, things.Slide),
+}
+"""What stands under a field, for telling the valid choices."""
+
+
+class SceneError(RobotskinError):
+    """A scene that cannot be used; the message names file, field, value and what would be valid."""
+
+
+def scene_names() -> tuple[str, ...]:
+    """Names of the scenes that come with the project, sorted."""
+    folder = resources.files("robotskin.world").joinpath(FOLDER)
+    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+def load_scene(name_or_path: str | Path) -> SceneSpec:
+    """A scene of `scene_names()`, or that of any TOML file.
+
+    What has a folder in it or ends in `.toml` is a path, everything else a name.
+
+    Raises:
+        UnknownNameError: no scene of that name. SceneError: a file that cannot be used.
+    """
+    if isinstance(name_or_path, Path) or "/" in name_or_path or name_or_path.endswith(".toml"):
+        path = Path(name_or_path).expanduser()
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise SceneError(f"scene file {path}: cannot be read: {error}") from None
+        return read_scene(text, str(path))
+    if name_or_path not in scene_names():
+        raise UnknownNameError("scene", name_or_path, scene_names())
+    file = resources.files("robotskin.world").joinpath(FOLDER, f"{name_or_path}.toml")
+    return read_scene(file.read_text(encoding="utf-8"), f"{name_or_path}.toml")
+
+
+def read_scene(text: str, source: str) -> SceneSpec:
+    """The scene that a TOML text describes; `source` names it in errors. Raises SceneError."""
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{source}: no TOML: {error}") from None
+    return _checked(raw, source)
+
+
+def _told(message: str) -> str:
+    """msgspec's message with the field first, and the valid names where a name is unknown."""
+    what, _, place = message.partition(" - at `$")
+    place = place.rstrip("`").lstrip(".")
+    unknown = re.search(r"unknown field `(.*)`", what)
+    if unknown:
+        last = re.sub(r"\[.*?\]", "", place).rsplit(".", 1)[-1]
+        fields = sorted({name for spec in _SPECS.get(last, ()) for name in spec.__struct_fields__})
+        what = f"unknown field {unknown[1]!r}; choose from {', '.join(fields)}"
+    return f"{place}: {what}" if place else what
+
+
+def checked_scene(scene: SceneSpec, source: str = "scene") -> SceneSpec:
+    """The same scene with every field of the type it should have, also one made by a script. Raises SceneError."""
+    try:
+        return _checked(msgspec.to_builtins(scene, enc_hook=_plain), source)
+    except TypeError as error:
+        raise SceneError(f"{source}: {error}") from None
+
+
+def _plain(value: object) -> object:
+    """A value of numpy as Python's own."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{value!r} cannot stand in a scene")
+
+
+def _checked(raw: object, source: str) -> SceneSpec:
+    try:
+        scene = msgspec.convert(raw, SceneSpec)
+    except msgspec.ValidationError as error:
+        raise SceneError(f"{source}: {_told(str(error))}") from None
+    _check_finite(raw, "", source)
+    names = [thing.name for thing in scene.things]
+    for index, thing in enumerate(scene.things):
+        where = f"{source}: things[{index}] {thing.name!r}"
+        if names.index(thing.name) != index:
+            raise SceneError(f"{where}: name: there is a thing of that name already")
+        _check_thing(thing, where)
+    return scene
+
+
+def _check_finite(value: object, place: str, source: str) -> None:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise SceneError(f"{source}: {place.lstrip('.')}: {value}: must be finite")
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            _check_finite(inner, f"{place}.{key}", source)
+    if isinstance(value, list | tuple):
+        for index, inner in enumerate(value):
+            _check_finite(inner, f"{place}[{index}]", source)
+
+
+def _check_thing(thing: ThingSpec, where: str) -> None:
+    if (thing.shape is None) == (not thing.parts):
+        raise SceneError(f"{where}: give either a shape or parts")
+    if thing.parts and thing.mass_kg is not None:
+        raise SceneError(f"{where}: mass_kg: {thing.mass_kg}: a thing of parts has the mass of its parts")
+    if (thing.moves == "path") != (thing.path is not None):
+        raise SceneError(f"{where}: path: belongs to a thing with moves = 'path', this one has {thing.moves!r}")
+    if thing.guide is not None and thing.moves != "slides":
+        raise SceneError(f"{where}: guide: belongs to a thing with moves = 'slides', this one has {thing.moves!r}")
+    if thing.gives == "local" and thing.stiffness_n_per_m is None:
+        raise SceneError(f"{where}: gives: 'local' needs stiffness_n_per_m")
+    if thing.path is not None:
+        times = [point.at_s for point in thing.path.waypoints]
+        if times[0] != 0 or any(later <= earlier for earlier, later in pairwise(times)):
+            raise SceneError(f"{where}: path.waypoints: at_s {times}: must begin with 0 and rise")
+    if thing.guide is not None and len(set(thing.guide.axes)) != len(thing.guide.axes):
+        raise SceneError(f"{where}: guide.axes: {list(thing.guide.axes)}: each axis once")
+    known: list[str] = []
+    for number, part in enumerate(thing.parts):
+        at = f"{where}: parts[{number}] {part.name!r}"
+        if part.name in known:
+            raise SceneError(f"{at}: name: there is a part of that name already")
+        joint = part.joint
+        if joint is not None:
+            if number == 0:
+                raise SceneError(f"{at}: joint: the first part carries the others and has none")
+            if joint.on not in known:
+                raise SceneError(f"{at}: joint.on: {joint.on!r}: choose from {', '.join(known)}")
+            if not any(joint.axis):
+                raise SceneError(f"{at}: joint.axis: must have a direction")
+            _check_range(joint, at)
+        known.append(part.name)
+
+
+def _check_range(joint: things.Hinge | things.Slide, at: str) -> None:
+    low, high = (
+        (joint.lower_deg, joint.upper_deg) if isinstance(joint, things.Hinge) else (joint.lower_m, joint.upper_m)
+    )
+    if (low is None) != (high is None):
+        raise SceneError(f"{at}: joint: give both ends of its range, or none")
+    if low is not None and high is not None and not low <= 0 <= high:
+        raise SceneError(f"{at}: joint: range {low} to {high}: must hold 0, where the scene begins")
