@@ -1,6 +1,20 @@
+/* Commands: which are genuine and new, what they change, and the reply. */
+#include "cell/commands.h"
+
 #include <string.h>
 
-#include "cell/parts.h"
+#include "cell/memory/integrity.h"
+#include "cell/routing/identity.h"
+#include "cell/time/sample_clock.h"
+#include "cell/time/tick_time.h"
+#include "cell/time/timer.h"
+#include "cell/torque/own_torque.h"
+#include "cell/transport/queues.h"
+#include "cell/wire/tags.h"
+#include "cell/wire/wave.h"
+#include "robotskin/crc.h"
+#include "robotskin/feasibility.h"
+#include "robotskin/operations.h"
 
 enum {
   TICK_TIME_MASK = (1 << RS_TICK_TIME_BITS) - 1,

@@ -2,8 +2,8 @@
 #include "board.h"
 #include "robotskin/receiver.h"
 #include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */
-#include "network/crc.c"     /* likewise: the checksum of every frame, */
-#include "network/passing.c" /* and the short way */
+#include "cell/step.c"     /* likewise: the short way, */
+#include "cell/wire/crc.c" /* and the checksum of every frame */
 
 enum { PORTS_MASK = (1 << RS_PORTS) - 1 };
 

@@ -1,7 +1,13 @@
 /* Levels the trees: each round a port whose tree is too large asks its cells for offers to move to trees that are too
  * small, and grants one of them. Only the flows of trees.c make a port want to give, and only one move of a tree is
  * under way at a time, so nothing swings. */
-#include "section_unit/unit_parts.h"
+#include "section_unit/balance.h"
+
+#include "section_unit/depth_cap.h"
+#include "section_unit/forming.h"
+#include "section_unit/port.h"
+#include "section_unit/trees.h"
+#include "section_unit/wants.h"
 
 enum {
   BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */

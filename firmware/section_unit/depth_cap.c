@@ -1,6 +1,9 @@
 /* A tree may grow deeper than it was formed only if there is no other way: the cap on the hops of moved cells starts at
  * the depth of the deepest cell and is raised by one when several rounds have brought no progress. */
-#include "section_unit/unit_parts.h"
+#include "section_unit/depth_cap.h"
+
+#include "section_unit/trees.h"
+#include "section_unit/wants.h"
 
 enum { STEADY_ROUNDS = 3 };
 

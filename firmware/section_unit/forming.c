@@ -1,5 +1,7 @@
 /* Whether trees are still being formed: then everybody takes the shortest way, and nothing is levelled. */
-#include "section_unit/unit_parts.h"
+#include "section_unit/forming.h"
+
+#include "section_unit/group_time.h"
 
 void rs_forming_tick(rs_section_unit* unit, uint64_t now_ns) {
   const uint64_t tick = unit->tick_time;

@@ -1,6 +1,9 @@
+/* The ids of the cells of a unit: given once, kept by serial number, taken back when two cells claim one. */
+#include "section_unit/names.h"
+
 #include <string.h>
 
-#include "section_unit/unit_parts.h"
+#include "cell/time/spread.h"
 
 enum { NAMES_MASK = 2 * RS_UNIT_NAMES_MAX - 1 };
 

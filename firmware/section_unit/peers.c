@@ -4,22 +4,16 @@
  * whose time is the latest (within RS_PEER_TOGETHER_US), the unit with the lowest number. A unit that has just started
  * takes the group's time at once, whatever its own clock says; later, time only ever goes forward, because to cells a
  * smaller number is an old tick. Parts of a group that cannot hear each other keep the time they agreed on. */
-#include <string.h>
+#include "section_unit/peers.h"
 
-#include "section_unit/unit_parts.h"
+#include "section_unit/balance.h"
+#include "section_unit/group_time.h"
+#include "section_unit/uplink.h"
 
 enum { NS_PER_US = 1000, NS_PER_MS = 1000000 };
 
 static bool starting(const rs_section_unit* unit, uint64_t now_ns) {
   return now_ns - unit->booted_ns < (uint64_t)RS_PEER_STARTING_US * NS_PER_US;
-}
-
-bool rs_peer_counts(const rs_unit_peer* peer, uint64_t now_ns) {
-  return peer->heard && peer->mutual && now_ns - peer->heard_ns < (uint64_t)RS_PEER_SILENCE_US * NS_PER_US;
-}
-
-uint64_t rs_unit_time(const rs_section_unit* unit, uint64_t now_ns) {
-  return now_ns + unit->ahead_ns;
 }
 
 /* How far the leader's time is before the own one. */

@@ -1,34 +1,17 @@
-#include <string.h>
+/* What comes up at the ports and what each tick asks of them. */
+#include "section_unit/ports.h"
 
-#include "section_unit/unit_parts.h"
-
-static rs_wave wave_of(const rs_section_unit* unit, unsigned port) {
-  const uint8_t depth_cap = unit->port[port].balance.depth_cap;
-  return (rs_wave){.tag = unit->port[port].tag,
-                   .sequence = (uint16_t)unit->tick_time,
-                   .era = (uint16_t)(unit->tick_time >> 16 & 0x3FFU),
-                   .root = rs_root_of(unit, port),
-                   .forming = unit->forming,
-                   .depth_cap = depth_cap == 0U ? RS_TTL_START : depth_cap,
-                   .rate_divisor = unit->port[port].rate.divisor,
-                   .gain_threshold = unit->forming ? RS_GAIN_FORMING : RS_GAIN_STEADY};
-}
-
-bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns) {
-  return port->good > 0U && now_ns - port->heard_ns < (uint64_t)RS_LINK_DOWN_US * 1000U;
-}
-
-void rs_ports_power(rs_section_unit* unit, unsigned port, bool on) {
-  const uint16_t bit = (uint16_t)(1U << port);
-  if (on) {
-    unit->power |= bit;
-    return;
-  }
-  unit->power &= (uint16_t)~bit;
-  unit->port[port].good = 0;
-  unit->port[port].root = false;
-  unit->port[port].queue_count = 0;
-}
+#include "cell/wire/tags.h"
+#include "robotskin/crc.h"
+#include "robotskin/operations.h"
+#include "section_unit/balance.h"
+#include "section_unit/group_time.h"
+#include "section_unit/names.h"
+#include "section_unit/peers.h"
+#include "section_unit/port.h"
+#include "section_unit/rate.h"
+#include "section_unit/torque.h"
+#include "section_unit/uplink.h"
 
 void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
   /* The group's time may be pulled back a little; a tick is never sent again. */
@@ -49,7 +32,7 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
     const bool changed = rs_rate_tick(&here->rate, here->root ? here->size : 0U);
     here->tick_due = (unit->power >> port & 1U) != 0U;
     if (unit->config.cell_key != 0) {
-      const rs_wave wave = wave_of(unit, port);
+      const rs_wave wave = rs_port_wave(unit, port);
       here->tag = rs_wave_tag(&unit->key, &wave);
     }
     if (changed) {
@@ -58,33 +41,6 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
       rs_datagrams_gather(unit, port + 1U, tick, now_ns);
     }
   }
-}
-
-void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content) {
-  rs_unit_port* here = &unit->port[port];
-  if (!here->root || here->queue_count >= RS_UNIT_QUEUE) {
-    ++here->dropped;
-    ++unit->dropped;
-    return;
-  }
-  uint8_t* frame = here->queue[(here->queue_first + here->queue_count++) % RS_UNIT_QUEUE];
-  memcpy(frame, content, RS_CONTENT_BYTES);
-  if (rs_frame_type_of(frame) == RS_TYPE_command || rs_frame_type_of(frame) == RS_TYPE_grant) {
-    RS_STATIC_ASSERT((int)RS_grant_tag_AT == (int)RS_command_tag_AT, "their tags cover as much");
-    RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
-    const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
-    rs_store32(frame + RS_command_tag_AT / 8, unit->config.cell_key == 0 ? 0U : rs_command_tag(&unit->key, frame, era));
-  }
-  if (rs_frame_type_of(frame) == RS_TYPE_joints) {
-    const uint32_t epoch = (uint32_t)(unit->tick_time / RS_EPOCH_TICKS);
-    rs_joints joints;
-    rs_joints_unpack(&joints, frame);
-    joints.epoch = epoch & RS_EPOCH_MASK;
-    rs_joints_pack(frame, &joints);
-    joints.tag = unit->config.cell_key == 0 ? 0U : rs_joints_tag(&unit->key, frame, epoch);
-    rs_joints_pack(frame, &joints);
-  }
-  rs_frame_seal(frame);
 }
 
 static void send_by_uid(rs_section_unit* unit, unsigned port, rs_command command) {
@@ -180,41 +136,5 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
       break;
     default:
       break;
-  }
-}
-
-void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {
-  const uint64_t time_ns = rs_unit_time(unit, now_ns), start_ns = unit->tick_time * RS_TICK_US * 1000U;
-  const uint64_t age_us = time_ns < start_ns ? 0U : (time_ns - start_ns) / 1000U;
-  rs_tick tick = {.type = RS_TYPE_tick,
-                  .hops = 0,
-                  .sender = RS_ID_SECTION_UNIT,
-                  .sender_port = port & 3U,
-                  .nonce = unit->config.session & 0xFFU,
-                  .heard = rs_port_alive(&unit->port[port], now_ns),
-                  .echo = rs_hearing_echo(&unit->port[port].hearing),
-                  .age_us = age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us};
-  const rs_wave wave = wave_of(unit, port);
-  rs_wave_into_tick(&tick, &wave);
-  rs_tick_pack(frame, &tick);
-  rs_frame_seal(frame);
-}
-
-void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
-  for (unsigned port = 0; port < unit->config.ports; ++port) {
-    rs_unit_port* here = &unit->port[port];
-    if (here->busy || (unit->power >> port & 1U) == 0U) continue;
-    if (here->tick_due) {
-      here->tick_due = false;
-      rs_ports_pack_tick(unit, port, now_ns, here->sending);
-    } else if (here->queue_count > 0U) {
-      memcpy(here->sending, here->queue[here->queue_first % RS_UNIT_QUEUE], RS_FRAME_BYTES);
-      here->queue_first = (uint8_t)((here->queue_first + 1U) % RS_UNIT_QUEUE);
-      --here->queue_count;
-    } else {
-      continue;
-    }
-    here->busy = true;
-    output->frame[port] = here->sending;
   }
 }

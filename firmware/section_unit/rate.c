@@ -2,7 +2,7 @@
  * times the rate of its cells, which is measured; the divisor is the least that brings it below what a port carries. It
  * rises at once and falls when the load has been lower for a while. Should cells lose frames all the same, events being
  * what no divisor thins out, it rises by one and stays there, longer each time. */
-#include "section_unit/unit_parts.h"
+#include "section_unit/rate.h"
 
 enum {
   LINE_WINDOW_TICKS = 8,

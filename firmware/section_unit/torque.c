@@ -2,9 +2,12 @@
  * many cells are in it as are expected, or, where nothing is expected yet, when every port that usually reports has
  * done so; at the latest near the end of the epoch. Cells are not expected any more when they have been missing in two
  * epochs; those that came too late are expected in the next. */
+#include "section_unit/torque.h"
+
 #include <string.h>
 
-#include "section_unit/unit_parts.h"
+#include "section_unit/group_time.h"
+#include "section_unit/uplink.h"
 
 enum { EPOCH_NS = RS_EPOCH_TICKS * RS_TICK_US * 1000, END_NS = RS_TORQUE_END_US * 1000, PATIENCE_EPOCHS = 1 };
 

@@ -4,13 +4,12 @@
  * squares are the differences of potentials p with L p = size - mean, L the graph's Laplacian; Gauss-Seidel steps solve
  * it, a few each round, as sizes change slowly. Potential differences point one way only along every path, so two trees
  * never want cells from each other, and nothing goes round in circles. */
+#include "section_unit/trees.h"
+
 #include <string.h>
 
-#include "section_unit/unit_parts.h"
-
-uint8_t rs_root_of(const rs_section_unit* unit, unsigned port) {
-  return (uint8_t)(((uint32_t)unit->config.unit << 4) | (port + 1U));
-}
+#include "section_unit/group_time.h"
+#include "section_unit/port.h"
 
 bool rs_trees_beside(const rs_trees* trees, unsigned a, unsigned b) {
   return (trees->beside[a][b / 32U] >> (b % 32U) & 1U) != 0U;

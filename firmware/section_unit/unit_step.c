@@ -1,6 +1,13 @@
+/* The front door of a section unit: one input at one time, and what is due. */
 #include <string.h>
 
-#include "section_unit/unit_parts.h"
+#include "section_unit/datagrams.h"
+#include "section_unit/names.h"
+#include "section_unit/peers.h"
+#include "section_unit/port.h"
+#include "section_unit/ports.h"
+#include "section_unit/rate.h"
+#include "section_unit/torque.h"
 
 static bool valid(const rs_section_unit_config* config) {
   return config->ports >= 1U && config->ports <= RS_SECTION_UNIT_PORTS_MAX && config->unit <= 15U &&

@@ -1,6 +1,8 @@
 /* What a tree wants to give to its neighbours in a round: the flows of trees.c that are worth a move, and never so much
  * that the tree that takes becomes fuller than the one that gives. */
-#include "section_unit/unit_parts.h"
+#include "section_unit/wants.h"
+
+#include "section_unit/trees.h"
 
 enum {
   DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */

@@ -314,7 +314,7 @@ static void fuzz_receiver(uint32_t steps) {
   }
 }
 
-/* ---- Both ways through a step (network/passing.c) ---- */
+/* ---- Both ways through a step (cell/fast_path.h) ---- */
 
 /* A frame that a living neighbour could send: port 1 the parent, 2 and 3 children, 4 beside the cell. */
 static void lively_frame(uint8_t frame[RS_FRAME_BYTES], unsigned port, uint32_t now_us, const rs_cell* cell) {

@@ -7,122 +7,122 @@ campaign_mutant(newer_or_equal include/robotskin/feasibility.h
 campaign_mutant(no_feasible_distance include/robotskin/feasibility.h
   "return offer.sequence == bound.sequence && offer.hops < bound.hops"
   "return true")
-campaign_mutant(distance_not_kept network/route.c
+campaign_mutant(distance_not_kept cell/routing/parent.c
   "} else if (route->hops < route->feasible_hops) {"
   "} else if (false) {")
-campaign_mutant(hops_uncounted network/route.c
+campaign_mutant(hops_uncounted cell/routing/parent.c
   "route->hops = (uint8_t)(neighbour->hops + 1U)"
   "route->hops = neighbour->hops")
-campaign_mutant(ticks_made_by_cells network/route.c
+campaign_mutant(ticks_made_by_cells cell/routing/parent.c
   "route->wave = neighbour->wave"
   "route->wave = neighbour->wave, ++route->wave.sequence")
 campaign_mutant(own_child_allowed
-  network/route.c
+  cell/routing/parent.c
   "if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue"
   "if (port + 1U == route->parent_port || !rs_link_usable(neighbour)) continue"
-  network/route.c
+  cell/routing/route.c
   "if (neighbour->child || rs_move_advance(cell, port, now_us)"
   "if (rs_move_advance(cell, port, now_us)")
-campaign_mutant(no_quarantine network/route.c
+campaign_mutant(no_quarantine cell/routing/parent.c
   "route->in_quarantine = true"
   "route->in_quarantine = false")
-campaign_mutant(deaf_neighbours_used network/adverts.c
+campaign_mutant(deaf_neighbours_used cell/routing/adverts.c
   "neighbour->hears_us = tick.heard != 0U"
   "neighbour->hears_us = true")
 campaign_mutant(silence_unnoticed include/robotskin/timing.h
   "RS_LINK_DOWN_US = 3500"
   "RS_LINK_DOWN_US = 35000")
-campaign_mutant(way_lost_untold network/route.c
+campaign_mutant(way_lost_untold cell/routing/parent.c
   "++cell->counts.orphanings"
   "return")
-campaign_mutant(never_nearer network/route.c
+campaign_mutant(never_nearer cell/routing/route.c
   "const int wanted = same || too_deep ? 1 : (int)route->wave.gain_threshold"
   "const int wanted = 64")
-campaign_mutant(zombies_followed network/route.c
+campaign_mutant(zombies_followed cell/routing/route.c
   "if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {"
   "if (false) {")
-campaign_mutant(far_ahead_believed network/adverts.c
+campaign_mutant(far_ahead_believed cell/routing/adverts.c
   "ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {"
   "false) {")
 campaign_mutant(wrap_unknown include/robotskin/feasibility.h
   "return ahead != 0U && ahead < 0x8000U"
   "return ahead != 0U && a > b")
-campaign_mutant(damaged_time_believed network/adverts.c
+campaign_mutant(damaged_time_believed cell/routing/adverts.c
   "if (cell->route.known_time == ~cell->route.known_time_complement) {"
   "if (true) {")
 
 # ---- Moves and levelling: R10 ----
-campaign_mutant(moves_not_held network/moves.c
+campaign_mutant(moves_not_held cell/routing/moves.c
   "hold(cell, best, whole, route->told_size, now_us)"
   "rs_route_adopt(cell, best, now_us)")
-campaign_mutant(moves_lose_samples network/route.c
+campaign_mutant(moves_lose_samples cell/routing/parent.c
   "if (moved) route->hold = false"
   "if (moved) route->hold = false, rs_queues_forget_samples(cell)")
-campaign_mutant(moves_too_deep network/moves.c
+campaign_mutant(moves_too_deep cell/routing/moves.c
   "return target->hops + 1U + route->subtree_height <= wave->depth_cap"
   "return true")
-campaign_mutant(sizes_uncounted network/subtree.c
+campaign_mutant(sizes_uncounted cell/routing/subtree.c
   "size += neighbour->size"
   "size += 1U")
-campaign_mutant(stuck_child_counts_again network/links.c
+campaign_mutant(stuck_child_counts_again cell/link/link.c
   "if (neighbour->stale) return neighbour->child && behind != 0U"
   "if (neighbour->stale) return neighbour->child && (uint16_t)behind != 0U && (uint16_t)behind < 0x8000U")
 
 # ---- Tags, and what is played again ----
-campaign_mutant(tags_unchecked network/chaskey.c
+campaign_mutant(tags_unchecked cell/wire/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"
   "return difference == difference")
-campaign_mutant(ticks_unchecked network/adverts.c
+campaign_mutant(ticks_unchecked cell/routing/adverts.c
   "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
   "return true")
-campaign_mutant(grants_unchecked network/moves.c
+campaign_mutant(grants_unchecked cell/routing/moves.c
   "if (cell->keyed && !rs_tags_equal(rs_command_tag(&cell->key, frame, route->wave.era), grant.tag)) {"
   "if (false) {")
 campaign_mutant(commands_unchecked cell/commands.c
   "if (!cell->keyed) return true"
   "if (true) return true")
-campaign_mutant(joints_unchecked cell/joints.c
+campaign_mutant(joints_unchecked cell/torque/joints.c
   "(cell->keyed && !rs_tags_equal(rs_joints_tag(&cell->key, frame, epoch), joints.tag))"
   "false")
-campaign_mutant(ticks_played_again network/adverts.c
+campaign_mutant(ticks_played_again cell/routing/adverts.c
   "if (from_before(neighbour, &tick, &wave, now_us) || "
   "if (")
 campaign_mutant(commands_played_again cell/commands.c
   "if (!rs_newer((uint16_t)command->counter, commanding->counter)) {"
   "if (false) {")
-campaign_mutant(joints_played_again cell/joints.c
+campaign_mutant(joints_played_again cell/torque/joints.c
   "if (state->known[joints.limb] >> joints.part & 1U && (uint8_t)(*newest - epoch) < EPOCHS_OLD) {"
   "if (false) {")
 
 # ---- Samples, events and queues ----
-campaign_mutant(samples_unmarked network/transmit.c
+campaign_mutant(samples_unmarked cell/transmit.c
   "rs_frame_mark_replayed(frame)"
   "(void)again")
 campaign_mutant(samples_of_others cell/sampling.c
   ".source = cell->id"
   ".source = cell->id + 1U")
-campaign_mutant(samples_gathered network/transmit.c
+campaign_mutant(samples_gathered cell/transmit.c
   "if (queues->data.count > 0U) {"
   "if (queues->data.count > 8U) {"
-  network/passing.c
+  cell/fast_path.h
   "return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U"
   "return ready == queues->parent_bit && queues->samples_alone && queues->data.count > 8U")
-campaign_mutant(samples_newest_first network/rings.h
+campaign_mutant(samples_newest_first cell/transport/rings.h
   "rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)"
   "rs_frame_copy(frame, queues->data_frame[(queues->data.first + --queues->data.count) & (RS_QUEUE_DATA - 1U)])")
-campaign_mutant(queues_unbounded network/queues.c
+campaign_mutant(queues_unbounded cell/transport/queues.c
   "if (queues->data.count >= RS_QUEUE_DATA) {"
   "if (queues->data.count >= 2U * RS_QUEUE_DATA) {"
-  network/queues.c
+  cell/transport/queues.c
   "place = rs_ring_append(&queues->data, queues->data_frame, RS_QUEUE_DATA)"
   "place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA)")
-campaign_mutant(sampling_unhealed cell/sampling.c
+campaign_mutant(sampling_unhealed cell/time/sample_clock.c
   "if ((sampling->running != 0U) != wanted || (wanted && far)) rs_sampling_restart(cell, now_us)"
   "(void)wanted, (void)far")
-campaign_mutant(thinned_out_too_much cell/sampling.c
+campaign_mutant(thinned_out_too_much cell/time/sample_clock.c
   "return (number + id) % divisor != 0U"
   "return (number + id) % (2U * divisor) != 0U")
-campaign_mutant(divisor_ignored cell/sampling.c
+campaign_mutant(divisor_ignored cell/time/sample_clock.c
   "return (number + id) % divisor != 0U"
   "return number == 0U && divisor == 0U")
 campaign_mutant(never_thinned_out section_unit/rate.c
@@ -134,38 +134,38 @@ campaign_mutant(never_fresh cell/sampling.c
 campaign_mutant(changes_unsent cell/sampling.c
   "if (event || refresh) send("
   "if (refresh) send(")
-campaign_mutant(events_unmarked network/retention.c
+campaign_mutant(events_unmarked cell/transport/retention.c
   "if (ring->sent < ring->tried) rs_frame_mark_replayed"
   "if (false) rs_frame_mark_replayed")
 campaign_mutant(events_forgotten include/robotskin/timing.h
   "RS_RETENTION_US = 12000"
   "RS_RETENTION_US = 100")
-campaign_mutant(echo_ignored network/retention.c
+campaign_mutant(echo_ignored cell/transport/retention.c
   "if ((echo & RS_ECHO_MISSED) == 0U) return"
   "return")
-campaign_mutant(adverts_unlimited network/transmit.c
+campaign_mutant(adverts_unlimited cell/transmit.c
   "if (now_us - *last_us < RS_ADVERTS_US) continue"
   "(void)0")
-campaign_mutant(status_unlimited network/transmit.c
+campaign_mutant(status_unlimited cell/time/timer.c
   "return pause_us > fill_us ? pause_us : fill_us"
   "return pause_us > fill_us ? pause_us : 0U")
 
 # ---- Torque sums ----
-campaign_mutant(torques_counted_twice network/torque_epoch.c
+campaign_mutant(torques_counted_twice cell/torque/torque_epoch.c
   "if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return"
   "(void)rs_hearing_first(&neighbour->hearing, torque.serial)")
-campaign_mutant(epochs_begun_twice network/torque_epoch.c
+campaign_mutant(epochs_begun_twice cell/torque/torque_epoch.c
   "if (behind >= BACK) begin("
   "if (true) begin(")
-campaign_mutant(torques_not_awaited network/torque_epoch.c
+campaign_mutant(torques_not_awaited cell/torque/torque_epoch.c
   "epoch->waiting |= (uint8_t)(1U << port)"
   "(void)port")
-campaign_mutant(torques_miscounted network/torque_epoch.c
+campaign_mutant(torques_miscounted cell/torque/torque_epoch.c
   "sum.cells = 1"
   "sum.cells = 2")
 
 # ---- What the host is told ----
-campaign_mutant(neighbours_mixed_up network/identity.c
+campaign_mutant(neighbours_mixed_up cell/routing/identity.c
   ".neighbour_2 = id[1]"
   ".neighbour_2 = id[0]")
 campaign_mutant(orders_out_of_order cell/commands.c

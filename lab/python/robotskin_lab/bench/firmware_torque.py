@@ -161,7 +161,7 @@ def projected_torque(
     places: list[tuple[list[Vector], Vector]], turns: list[tuple[_Counted, _Counted]], point: Vector,
     direction: Vector, force: _Counted,
 ) -> Vector:  # fmt: skip
-    """The way of the cell (firmware/torque/chain.c, eq. 21): point and direction are carried down, joint by joint."""
+    """The way of the cell (cell/torque/chain.c, eq. 21): point and direction are carried down, joint by joint."""
     torque: Vector = []
     for joint in range(len(turns) - 1, -1, -1):
         torque.insert(0, force * (point[0] * direction[1] - point[1] * direction[0]))

@@ -19,7 +19,6 @@ FLASH_BYTES, RAM_BYTES = 48 * 1024, 12 * 1024
 FLASH_START, RAM_START = 0x00000000, 0x20000000
 
 SOURCES = Path(__file__).parents[4] / "firmware"
-ROOMS = ("cell", "torque", "network")
 OPTIMISATION = "-O2"
 FLAGS = (
     "-std=c11", "-ffreestanding", "-fomit-frame-pointer", "-ffunction-sections", "-fdata-sections",
@@ -70,9 +69,9 @@ def build(
     """
     if not (firmware / "chip" / "main.c").is_file():
         raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
-    # main.c includes the board's, the checksum's and the short way's.
-    found = [path for room in (*ROOMS, "chip") for path in sorted((firmware / room).glob("*.c"))]
-    sources = [str(path) for path in found if path.stem not in ("crc", "passing") and not path.stem.endswith("_board")]
+    # main.c includes the board's, the checksum's and the front door's.
+    found = [path for room in ("cell", "chip") for path in sorted((firmware / room).rglob("*.c"))]
+    sources = [str(path) for path in found if path.stem not in ("crc", "step") and not path.stem.endswith("_board")]
     includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
     with tempfile.TemporaryDirectory() as scratch:
         linked = elf or Path(scratch) / "cell.elf"

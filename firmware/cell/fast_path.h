@@ -1,0 +1,138 @@
+/* The short way of what a cell gets most often: samples of its subtree, frames that are out, and ticks of neighbours
+ * that say only that they are still there.
+ *
+ * The cell at a section unit passes on a sample of every cell of its tree each period, and any cell hears four ticks a
+ * millisecond. As long as nothing is due and no state changes but that of the queues, such an input needs none of the
+ * questions that a step asks otherwise; how long that is, the long way finds out when it ends. Both ways do the same:
+ * what a frame does here it would do there, and nothing else. */
+#ifndef ROBOTSKIN_CELL_FAST_PATH_H
+#define ROBOTSKIN_CELL_FAST_PATH_H
+
+#include "cell/transmit.h"
+#include "cell/transport/rings.h"
+#include "cell/wire/ports.h"
+#include "cell/wire/wave.h"
+#include "robotskin/cell.h"
+#include "robotskin/crc.h"
+
+/* A sample of the subtree joins those that wait for the parent. */
+RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const uint8_t* frame, bool checked,
+                           uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  if (!rs_sample_has_hop(frame) || queues->data.count >= queues->data_most || rs_frame_is_replayed(frame)) return false;
+  if (!checked && !rs_frame_intact(frame)) return false;
+  neighbour->heard_us = now_us;
+  uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);
+  rs_samples_sent_within(queues);
+  rs_sample_bring(place, frame);
+  queues->waiting |= queues->parent_bit;
+  return true;
+}
+
+/* Whether a tick is of the wave that this cell passes on. */
+static bool of_own_wave(const rs_route* route, const rs_tick* tick) {
+  const rs_wave* wave = &route->wave;
+  return tick->tag == wave->tag && tick->sequence == wave->sequence && tick->era == wave->era &&
+         tick->root == wave->root && tick->forming == wave->forming && tick->depth_cap == wave->depth_cap &&
+         tick->rate_divisor == wave->rate_divisor && tick->gain_threshold == wave->gain_threshold;
+}
+
+/* Whether it tells nothing new of a neighbour that is there, but that it is there. */
+static bool as_before(const rs_neighbour* neighbour, const rs_tick* tick) {
+  return tick->hops == neighbour->hops && tick->hops != RS_HOPS_POISON && tick->sender == neighbour->id &&
+         tick->sender_port + 1U == neighbour->port && tick->nonce == neighbour->nonce && tick->heard != 0U &&
+         neighbour->hears_us && neighbour->met && !neighbour->lagging &&
+         (tick->parent != 0U) == (neighbour->child != 0U) && (tick->leaving != 0U) == (neighbour->leaving != 0U);
+}
+
+/* Whether a neighbour with the own wave could become the parent. */
+static bool could_be_parent(const rs_route* route, const rs_neighbour* neighbour) {
+  if (neighbour->child) return false;
+  return route->hold || route->neighbour[(route->parent_port - 1U) % RS_PORTS].leaving || route->unbound ||
+         route->wave.sequence != route->feasible_sequence || neighbour->hops < route->feasible_hops;
+}
+
+/* A tick of a neighbour that is not the parent, about a wave that is known to be a root's. */
+static RS_APART bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
+  rs_route* route = &cell->route;
+  rs_neighbour* neighbour = &route->neighbour[port];
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+  if (!of_own_wave(route, &tick) || !as_before(neighbour, &tick) || could_be_parent(route, neighbour)) return false;
+  const uint32_t time = rs_wave_time(&route->wave);
+  const uint32_t ahead = (time - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  if (ahead >> (RS_TICK_TIME_BITS - 1) != 0U || time != route->known_time || time != ~route->known_time_complement ||
+      route->in_quarantine || route->wave.root == 0U || neighbour->wave.root != route->wave.root) {
+    return false;
+  }
+  if (!checked && !rs_frame_intact(frame)) return false;
+  neighbour->heard_us = now_us;
+  if (tick.parent != 0U && rs_hearing_compare(&neighbour->hearing, tick.echo)) {
+    cell->queues.advert_due |= (uint8_t)(1U << port);
+    cell->queues.waiting |= (uint8_t)(1U << port);
+  }
+  if (!rs_waves_equal(&route->wave, &neighbour->wave)) {
+    neighbour->turned_us = now_us;
+    neighbour->stale = false;
+  }
+  neighbour->wave = route->wave;
+  neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
+  return true;
+}
+
+/* Takes a frame as the long way would; false, and nothing changed, if it asks for that. */
+RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bool checked, uint32_t now_us) {
+  const unsigned port = from - 1U;
+  if (port >= RS_PORTS || from == cell->queues.parent_port) return false;
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) return false;
+  switch (rs_frame_type_of(frame)) {
+    case RS_TYPE_clock:
+      return take_sample(cell, neighbour, frame, checked, now_us);
+    case RS_TYPE_tick:
+      return take_tick(cell, port, frame, checked, now_us);
+    default:
+      return false;
+  }
+}
+
+/* Ports on which something can go out. */
+RS_INLINE unsigned ready_to_send(const rs_queues* queues) {
+  return queues->waiting & ~(unsigned)queues->busy & RS_ALL_PORTS;
+}
+
+/* Whether that is a sample to the parent. */
+RS_INLINE bool is_sample(const rs_queues* queues, unsigned ready) {
+  return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U;
+}
+
+/* The oldest sample goes out to the parent; on which port. */
+RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us) {
+  const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
+  queues->busy |= queues->parent_bit;
+  queues->data_passed_over = 0;
+  queues->started_us[port] = now_us;
+  rs_samples_take(queues, now_us, queues->sending[port]);
+  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
+  return port;
+}
+
+/* Whatever is next goes out on these ports; on which something does. */
+static RS_APART unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
+  const unsigned started = rs_transmit_start(cell, ready, now_us);
+  cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
+  cell->queues.samples_alone = rs_samples_alone(cell);
+  return started;
+}
+
+/* Whether nothing is due. */
+RS_INLINE bool calm(const rs_cell* cell, uint32_t now_us) {
+  return cell->queues.calm_us - now_us - 1U < RS_HEARTBEAT_US;
+}
+
+/* Frames that are out (bit p: port p), as `sent` of the input that comes next. */
+RS_INLINE void rs_note_sent(rs_cell* cell, unsigned sent) {
+  cell->queues.busy &= (uint8_t)~sent;
+}
+
+#endif

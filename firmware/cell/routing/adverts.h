@@ -1,0 +1,9 @@
+/* What the neighbours say of themselves (R8). */
+#ifndef ROBOTSKIN_CELL_ROUTING_ADVERTS_H
+#define ROBOTSKIN_CELL_ROUTING_ADVERTS_H
+
+#include "robotskin/cell.h"
+
+void rs_advert_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+
+#endif

@@ -1,0 +1,12 @@
+/* Which cell of the subtree could move to another tree. */
+#ifndef ROBOTSKIN_CELL_ROUTING_OFFERS_H
+#define ROBOTSKIN_CELL_ROUTING_OFFERS_H
+
+#include "robotskin/cell.h"
+
+bool rs_wants_open(const rs_route* route);
+/* The better of a subtree's best offer and the own one; `lean_*` of what would move with this cell. */
+void rs_offer_own(const rs_cell* cell, uint32_t lean_size, rs_offer* best);
+void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best);
+
+#endif

@@ -1,0 +1,37 @@
+/* The next frame of each idle port. */
+#ifndef ROBOTSKIN_CELL_TRANSMIT_H
+#define ROBOTSKIN_CELL_TRANSMIT_H
+
+#include "cell/wire/ports.h"
+#include "robotskin/cell.h"
+
+void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output);
+/* Starts a frame on each of these ports (bit p: port p) that has one; on which it did. */
+unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us);
+
+/* Tells the frames that have started. */
+RS_INLINE void rs_output_start(rs_output* output, const rs_queues* queues, unsigned started) {
+  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = 0;
+  for (unsigned port = 0; started != 0U; ++port, started >>= 1) {
+    if ((started & 1U) != 0U) output->frame[port % RS_PORTS] = queues->sending[port % RS_PORTS];
+  }
+}
+
+/* Ports with something to send, now or as soon as they are free. */
+RS_INLINE unsigned rs_transmit_wanted(const rs_cell* cell) {
+  const rs_queues* queues = &cell->queues;
+  if (queues->down.count > 0U) return RS_ALL_PORTS;
+  const unsigned parent = 1U << cell->route.parent_port >> 1;
+  return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
+}
+
+/* Whether nothing but samples waits for the parent; as long as it is calm, that remains so. */
+RS_INLINE bool rs_samples_alone(const rs_cell* cell) {
+  const rs_queues* queues = &cell->queues;
+  const rs_retention* retention = &cell->retention;
+  return (queues->advert_due & queues->parent_bit) == 0U &&
+         (queues->status_due | queues->slow.count | queues->data_again) == 0U &&
+         retention->event.sent >= retention->event.count && retention->torque.sent >= retention->torque.count;
+}
+
+#endif
