@@ -3,8 +3,8 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.session import Session
-from robotskin.apps.touches import pushed_cell
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
 session = Session(robots.load("ur5"), layout.finished("ur5"), seed=1, interface="torque")
 session.boot()

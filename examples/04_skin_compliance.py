@@ -3,10 +3,10 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.behaviour_session import BehaviourSession
-from robotskin.apps.touches import push_and_release, pushed_cell
+from robotskin.session import Session
+from robotskin.session.touches import push_and_release, pushed_cell
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "skin_compliance", interface="position")
+session = Session(robots.load("ur5"), layout.finished("ur5"), "skin_compliance", interface="position")
 session.boot()
 push = push_and_release(session, pushed_cell(session, "forearm_link"), force_n=10.0)
 print(

@@ -3,10 +3,10 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.behaviour_session import BehaviourSession
 from robotskin.control import JointGoal
+from robotskin.session import Session
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
+session = Session(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
 session.boot()
 goal = session.home + np.array([0.3, 0.1, -0.2, 0.1, 0.0, 0.2])
 session.controller.go(JointGoal(goal))

@@ -4,10 +4,10 @@ import numpy as np
 
 from robotskin import layout, robots
 from robotskin.apps.behaviour_script import hand_pose
-from robotskin.apps.behaviour_session import BehaviourSession
 from robotskin.control import CartesianGoal
+from robotskin.session import Session
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), interface="torque")
+session = Session(robots.load("ur5"), layout.finished("ur5"), interface="torque")
 session.boot()
 goal = hand_pose(session)
 goal[:3, 3] += [0.0, 0.05, 0.03]

@@ -3,10 +3,10 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.behaviour_session import BehaviourSession
-from robotskin.apps.touches import pushed_cell
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_joint", interface="position")
+session = Session(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_joint", interface="position")
 session.boot()
 cell = pushed_cell(session, "forearm_link")
 start = session.cell_position(cell)

@@ -4,10 +4,10 @@ import numpy as np
 
 from robotskin import layout, robots
 from robotskin.apps.behaviour_script import hand_pose
-from robotskin.apps.behaviour_session import BehaviourSession
-from robotskin.apps.touches import pushed_cell
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_cartesian", interface="velocity")
+session = Session(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_cartesian", interface="velocity")
 session.boot()
 cell = pushed_cell(session, "forearm_link")
 push = -session.world.base_from_cell(cell)[:3, 2]

@@ -4,11 +4,11 @@ import numpy as np
 
 from robotskin import layout, robots
 from robotskin.apps.behaviour_script import hand_pose
-from robotskin.apps.behaviour_session import BehaviourSession
-from robotskin.apps.touches import pushed_cell
 from robotskin.control import UNPROJECTED, Behaviour, Fusion, PythonTask
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
-session = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
+session = Session(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
 session.boot()
 hand = session.robot.core.link_index("ee_link")
 ceiling_m = hand_pose(session)[2, 3] + 0.02

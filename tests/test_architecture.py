@@ -42,6 +42,7 @@ PYTHON_ORDER = [
     "selfconfig",
     "control",
     "world",
+    "session",
     "record",
     "viewer",
     "apps",

@@ -1,14 +1,14 @@
 // Binds the control stage.
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
 #include "control/control_error.hpp"
 #include "control/joint_task.hpp"
-#include "control/skin_task.hpp"
 #include "control/torque_resolver.hpp"
+#include "control/touch_wrench.hpp"
 #include "control/virtual_robot.hpp"
-#include "control/weighted_fusion.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -16,8 +16,9 @@ using namespace nb::literals;
 namespace robotskin::bindings {
 namespace {
 
-using control::SkinTask;
 using control::TorqueResolver;
+using control::TouchMatrix;
+using control::TouchWrench;
 using Doubles = InputArray<double>;
 
 void require(bool accepted, const char* what) {
@@ -45,6 +46,7 @@ void bind_gains(nb::module_& module) {
            "proximity_full"_a)
       .def_static("uniform", &SkinGains::uniform, "cells"_a, "force_weight"_a, "proximity_weight"_a, "force_silent"_a,
                   "force_full"_a, "proximity_silent"_a, "proximity_full"_a, "The same numbers for every cell.")
+      .def("measured_force", &SkinGains::measured_force, "Weight 1 on force and none on proximity: the force felt.")
       .def_rw("force_weight", &SkinGains::force_weight, "(N) newton asked for a newton felt (w_f of eq. 14)")
       .def_rw("proximity_weight", &SkinGains::proximity_weight, "(N) newton at full-scale proximity (w_p of eq. 14)")
       .def_rw("force_silent", &SkinGains::force_silent, "(N) newton, sum of three sensors, below which nothing acts")
@@ -82,55 +84,44 @@ void bind_gains(nb::module_& module) {
       .def_rw("servo_lag_s2", &ResolverGains::servo_lag_s2);
 }
 
-void bind_skin_task(nb::module_& module) {
-  nb::class_<SkinTask>(module, "SkinTask",
-                       "Joint torques that a touch asks for (eq. 14 to 17), one product a link (eq. 22 to 25).")
+void bind_touch(nb::module_& module) {
+  nb::class_<TouchMatrix>(module, "TouchMatrix",
+                          "What a unit touch of each cell does to its body: constant, shared by touches of any gains.")
+      .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a,
+           "Raises ModelError for an unknown link.")
+      .def_prop_ro("cell_count", &TouchMatrix::cell_count)
+      .def_prop_ro("body_count", &TouchMatrix::body_count, "joints whose links have cells");
+  nb::class_<TouchWrench>(module, "TouchWrench",
+                          "What a touch does to each body, and the joint torques that follow (eq. 14 to 17, by 22 to "
+                          "25). Tasks that are given the same one share what it computes in a tick.")
       .def(nb::init<const RobotModel&, const skin::SkinModel&, const control::SkinGains&>(), "robot"_a, "skin"_a,
            "gains"_a, "Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.")
-      .def_prop_ro("cell_count", &SkinTask::cell_count)
+      .def(nb::init<std::shared_ptr<const TouchMatrix>, const control::SkinGains&>(), "matrix"_a, "gains"_a,
+           "Raises ControlError for gains that do not fit the matrix.")
+      .def_prop_ro("cell_count", &TouchWrench::cell_count)
       .def(
           "compute",
-          [](SkinTask& self, const RobotDynamics& dynamics, const skin::SkinState& state, InputArray<float> share) {
-            std::vector<double> torque(dynamics.joint_count());
-            require(self.compute(dynamics, state, span_of(share), torque),
-                    "state and share must have one entry a cell");
-            return owned(torque);
+          [](TouchWrench& self, const RobotDynamics& dynamics, const skin::SkinState& state, InputArray<float> share) {
+            require(self.compute(dynamics, state, span_of(share)),
+                    "state and share must have one entry a cell, dynamics must be of the same robot");
+            return copy_of(self.torque());
           },
           "dynamics"_a, "state"_a, "share"_a,
           "(n) Nm at the posture of the dynamics; share (N) float32, 0 masks a cell.")
       .def_prop_ro(
-          "magnitudes", [](const SkinTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
+          "torque", [](const TouchWrench& self) { return copy_of(self.torque()); }, nb::rv_policy::move,
+          "(n) Nm of the last compute")
+      .def_prop_ro(
+          "magnitudes", [](const TouchWrench& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
           "(N) newton, float32, what each cell asked for in the last compute")
-      .def(
+      .def_prop_ro(
           "joint_wrenches",
-          [](SkinTask& self) {
-            const std::span<const double> wrenches = self.joint_wrenches();
-            return copy_of(wrenches, {wrenches.size() / 6, 6});
-          },
-          "(n, 6) force and moment about the joint's origin, in the joint's frame, of the last magnitudes.");
+          [](const TouchWrench& self) { return copy_of(self.joint_wrenches(), {self.joint_count(), 6}); },
+          nb::rv_policy::move,
+          "(n, 6) force and moment about the joint's origin, in the joint's frame, of the last compute.");
 }
 
 void bind_resolver(nb::module_& module) {
-  module.def(
-      "joint_task",
-      [](const control::JointGains& gains, Doubles reference, Doubles position, Doubles velocity) {
-        const std::size_t joints = position.shape(0);
-        control::check_joint_gains(gains, joints);
-        require(reference.shape(0) == joints && velocity.shape(0) == joints, "arrays must have one entry a joint");
-        std::vector<double> torque(joints);
-        control::joint_task(gains, span_of(reference), span_of(position), span_of(velocity), torque);
-        return owned(torque);
-      },
-      "gains"_a, "reference"_a, "position"_a, "velocity"_a, "(n) Nm = K (reference - position) - D velocity.");
-  module.def(
-      "weighted_fusion",
-      [](double first_weight, Doubles first, double second_weight, Doubles second) {
-        require(first.shape(0) == second.shape(0), "torques must have one entry a joint");
-        std::vector<double> fused(first.shape(0));
-        control::weighted_fusion({{first_weight, span_of(first)}, {second_weight, span_of(second)}}, fused);
-        return owned(fused);
-      },
-      "first_weight"_a, "first"_a, "second_weight"_a, "second"_a, "(n) Nm, weighted sum of two torques (eq. 18).");
   nb::class_<control::VirtualRobot>(module, "VirtualRobot", "(M + I) a + C v + g + B v = torque.")
       .def(nb::init<control::VirtualRobotGains, std::size_t>(), "gains"_a, "joint_count"_a)
       .def(
@@ -173,7 +164,7 @@ void bind_control(nb::module_ module) {
   nb::exception<control::ControlError>(module, "ControlError",
                                        nb::module_::import_("robotskin.errors").attr("RobotskinError"));
   bind_gains(module);
-  bind_skin_task(module);
+  bind_touch(module);
   bind_resolver(module);
   bind_control_tasks(module);
 }

@@ -16,10 +16,13 @@
 #include "control/force_task.hpp"
 #include "control/gravity_task.hpp"
 #include "control/joint_limit_task.hpp"
-#include "control/joint_stack_task.hpp"
+#include "control/joint_task.hpp"
 #include "control/map_skin_task.hpp"
 #include "control/self_collision_task.hpp"
-#include "control/skin_stack_task.hpp"
+#include "control/skin_cartesian_task.hpp"
+#include "control/skin_reaction_task.hpp"
+#include "control/spline_cartesian_task.hpp"
+#include "control/spline_joint_task.hpp"
 #include "control/task_stack.hpp"
 
 namespace nb = nanobind;
@@ -215,21 +218,25 @@ void bind_skin_tasks(nb::module_& module) {
   using control::SkinCartesianTask;
   using control::SkinGains;
   using control::SkinReactionTask;
+  using control::TouchWrench;
   nb::class_<SkinReactionTask, Task>(module, "SkinReactionTask", "The touch moves what it touches (eq. 14 to 17).")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, double, double, double>(), "robot"_a,
-           "skin"_a, "gains"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001, "own_scale"_a = 1.0,
-           "own_scale: these gains over those that the cells have been told.")
+      .def(nb::init<std::shared_ptr<TouchWrench>, double, double, double>(), "touch"_a, "bandwidth_hz"_a = 0.0,
+           "period_s"_a = 0.001, "own_scale"_a = 1.0,
+           "own_scale: the gains of the touch over those that the cells have been told.")
       .def_prop_ro(
           "host_torque", [](const SkinReactionTask& self) { return copy_of(self.host_torque()); }, nb::rv_policy::move,
           "(n) Nm, the host's sum, used or not")
+      .def_prop_ro(
+          "used_torque", [](const SkinReactionTask& self) { return copy_of(self.used_torque()); }, nb::rv_policy::move,
+          "(n) Nm of the source in use, before the filter")
       .def_prop_ro("source_share", &SkinReactionTask::source_share, "1: all of the torque is the skin's own")
       .def_prop_ro(
           "magnitudes", [](const SkinReactionTask& self) { return copy_of(self.magnitudes()); }, nb::rv_policy::move,
           "(N) newton, float32");
   nb::class_<SkinCartesianTask, Task>(module, "SkinCartesianTask",
                                       "Every touch of the limb moves the frame of one of its links.")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, const std::string&, double, double>(),
-           "robot"_a, "skin"_a, "gains"_a, "link"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001)
+      .def(nb::init<const RobotModel&, std::shared_ptr<TouchWrench>, const std::string&, double, double>(), "robot"_a,
+           "touch"_a, "link"_a, "bandwidth_hz"_a = 0.0, "period_s"_a = 0.001)
       .def_prop_ro(
           "force", [](const SkinCartesianTask& self) { return copy_of(std::span<const double>(self.force())); },
           nb::rv_policy::move, "(3) newton, base frame");
@@ -245,8 +252,8 @@ void bind_skin_tasks(nb::module_& module) {
       .def_rw("stiffness", &ContactImpedanceGains::stiffness, "N/m");
   nb::class_<ContactImpedanceTask, Task>(module, "ContactImpedanceTask",
                                          "Where a link is touched, it moves like a mass on a spring (eq. 26).")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, const SkinGains&, ContactImpedanceGains>(), "robot"_a,
-           "skin"_a, "skin_gains"_a, "gains"_a = ContactImpedanceGains{});
+      .def(nb::init<std::shared_ptr<TouchWrench>, ContactImpedanceGains>(), "touch"_a,
+           "gains"_a = ContactImpedanceGains{});
   nb::class_<MapSkinTask, Task>(module, "MapSkinTask", "Touch turned into torques by a sensory-motor map (IV-A).")
       .def(
           "__init__",
@@ -271,8 +278,9 @@ void bind_force(nb::module_& module) {
       .def_rw("damping", &ForceGains::damping, "N s/m")
       .def_rw("largest_force", &ForceGains::largest_force, "N");
   nb::class_<ForceTask, Task>(module, "ForceTask", "The limb presses with a force that its skin measures.")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, control::SkinGains, const std::string&, ForceGains>(),
-           "robot"_a, "skin"_a, "skin_gains"_a, "link"_a, "gains"_a = ForceGains{})
+      .def(nb::init<const RobotModel&, std::shared_ptr<control::TouchWrench>, const std::string&, ForceGains>(),
+           "robot"_a, "felt"_a, "link"_a, "gains"_a = ForceGains{},
+           "felt: the force felt, which is a touch of SkinGains.measured_force().")
       .def(
           "request_force", [](ForceTask& self, Doubles force) { self.request_force(span_of(force)); }, "force"_a,
           "(3) newton, base frame.")

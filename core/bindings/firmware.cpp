@@ -125,6 +125,7 @@ void bind_tables(nb::module_& module) {
 #define RATE(rate_hz, period_us) rates.append(nb::make_tuple(rate_hz, period_us));
   RS_CLOCK_RATES(RATE)
 #undef RATE
+  module.attr("MODES") = nb::make_tuple("clock", "event");  // in the order of rs_mode
   module.attr("CHANNELS") = nb::tuple(channels);            // name, signed, bits, unit per count, unit
   module.attr("FRAME_TYPES") = nb::tuple(types);            // name, number, meaning
   module.attr("OPERATIONS") = nb::tuple(operations);        // name, number, index, value

@@ -2,31 +2,16 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <chrono>
-
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
 #include "robot/guard.hpp"
 #include "robot/safety_table.hpp"
-#include "robot/skin_cycle.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 
 namespace robotskin::robot {
 namespace {
-
-using bindings::copy_of;
-using bindings::InputArray;
-
-void require(bool accepted, const char* what) {
-  if (!accepted) throw std::invalid_argument(what);
-}
-
-void require_joints(std::size_t joints, const JointState& state, const JointCommand& command) {
-  require(state.position.size() == joints && state.velocity.size() == joints && command.value.size() == joints,
-          "joint state and command must have one entry a joint");
-}
 
 void bind_table(nb::module_& module) {
   nb::enum_<SafetyState>(module, "SafetyState", "The states a controlled robot can be in.")
@@ -162,90 +147,6 @@ void bind_guard(nb::module_& module) {
       .def_prop_ro("report", &Guard::report, nb::rv_policy::copy);
 }
 
-void bind_cycle(nb::module_& module) {
-  nb::class_<CycleGains>(module, "CycleGains", "All gains of the skin cycle.")
-      .def(
-          "__init__",
-          [](CycleGains* self, control::JointGains joint, control::SkinGains skin, control::ResolverGains resolver) {
-            new (self) CycleGains{std::move(joint), std::move(skin), std::move(resolver)};
-          },
-          "joint"_a, "skin"_a, "resolver"_a)
-      .def_rw("joint", &CycleGains::joint)
-      .def_rw("skin", &CycleGains::skin)
-      .def_rw("resolver", &CycleGains::resolver)
-      .def_rw("skin_bandwidth_hz", &CycleGains::skin_bandwidth_hz)
-      .def_rw("fade_s", &CycleGains::fade_s)
-      .def_rw("goal_speed", &CycleGains::goal_speed, "rad/s");
-
-  nb::enum_<control::SkinSource>(module, "SkinSource", "Who computes the torque of the skin task.")
-      .value("host", control::SkinSource::host)
-      .value("skin", control::SkinSource::skin);
-
-  const auto torques = [](auto member) {
-    return [member](const SkinCycle& self) { return copy_of((self.*member)()); };
-  };
-  nb::class_<SkinCycle>(module, "SkinCycle",
-                        "Skin compliance: joint state and skin state in, joint command out, once a period.\n\n"
-                        "Requests may come from any thread, step belongs to one.")
-      .def(nb::init<const RobotModel&, const skin::SkinModel&, CycleGains, GuardLimits>(), "robot"_a, "skin"_a,
-           "gains"_a, "limits"_a, "Raises ModelError, ControlError or GuardError for what does not fit together.")
-      .def(
-          "step",
-          [](SkinCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-             JointCommand& command, const skin::SkinTorque* own_torque) -> const GuardReport& {
-            require_joints(self.joint_count(), joints, command);
-            return self.step(joints, skin, now_ns, command, own_torque);
-          },
-          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, "own_torque"_a = nb::none(), nb::rv_policy::reference_internal,
-          "One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin "
-          "has computed itself.")
-      .def(
-          "time_steps",
-          [](SkinCycle& self, JointState& joints, skin::SkinState& skin, std::int64_t start_ns, JointCommand& command,
-             std::size_t steps) {
-            require_joints(self.joint_count(), joints, command);
-            std::vector<std::int64_t> times(steps);
-            for (std::size_t i = 0; i < steps; ++i) {
-              const std::int64_t now_ns = start_ns + static_cast<std::int64_t>(i) * 1'000'000;
-              joints.stamp_ns = skin.time_ns = now_ns;
-              const auto before = std::chrono::steady_clock::now();
-              self.step(joints, skin, now_ns, command);
-              times[i] = std::chrono::nanoseconds(std::chrono::steady_clock::now() - before).count();
-            }
-            return copy_of(std::span<const std::int64_t>(times));
-          },
-          "joints"_a, "skin"_a, "start_ns"_a, "command"_a, "steps"_a,
-          "(steps) nanoseconds each of as many periods of 1 ms took, on the same states with new stamps.")
-      .def("request_run", &SkinCycle::request_run, "run"_a)
-      .def("request_mode", &SkinCycle::request_mode, "mode"_a)
-      .def("request_skin_source", &SkinCycle::request_skin_source, "source"_a,
-           "Whose torque the skin task contributes: what the skin says is used while it is fresh.")
-      .def("request_skin_task", &SkinCycle::request_skin_task, "on"_a)
-      .def("request_patch_mask", &SkinCycle::request_patch_mask, "patch"_a, "masked"_a,
-           "False if there is no such patch.")
-      .def(
-          "request_goal",
-          [](SkinCycle& self, InputArray<double> goal) {
-            require(self.request_goal(bindings::span_of(goal)),
-                    "the goal must have one entry a joint inside its limits");
-          },
-          "goal"_a, "goal (n) rad; the reference moves there at the goal speed.")
-      .def_prop_ro("joint_count", &SkinCycle::joint_count)
-      .def_prop_ro("cell_count", &SkinCycle::cell_count)
-      .def_prop_ro("patch_count", &SkinCycle::patch_count)
-      .def_prop_ro("joint_torque", torques(&SkinCycle::joint_torque), nb::rv_policy::move, "(n) Nm")
-      .def_prop_ro("gravity_torque", torques(&SkinCycle::gravity_torque), nb::rv_policy::move, "(n) Nm")
-      .def_prop_ro("skin_torque", torques(&SkinCycle::skin_torque), nb::rv_policy::move, "(n) Nm before its weight")
-      .def_prop_ro("host_skin_torque", torques(&SkinCycle::host_skin_torque), nb::rv_policy::move,
-                   "(n) Nm, as the host computes it, used or not")
-      .def_prop_ro("skin_source_share", &SkinCycle::skin_source_share, "1: all of skin_torque is the skin's own")
-      .def_prop_ro("touch_torque", torques(&SkinCycle::touch_torque), nb::rv_policy::move, "(n) Nm of the forces felt")
-      .def_prop_ro("fused_torque", torques(&SkinCycle::fused_torque), nb::rv_policy::move, "(n) Nm, eq. 18")
-      .def_prop_ro("reference", torques(&SkinCycle::reference), nb::rv_policy::move, "(n) rad")
-      .def_prop_ro("cell_magnitudes", torques(&SkinCycle::cell_magnitudes), nb::rv_policy::move, "(N) newton, float32")
-      .def_prop_ro("report", &SkinCycle::report, nb::rv_policy::reference_internal);
-}
-
 }  // namespace
 }  // namespace robotskin::robot
 
@@ -255,7 +156,6 @@ void bind_robot(nb::module_ module) {
   robot::bind_table(module);
   robot::bind_body_limits(module);
   robot::bind_guard(module);
-  robot::bind_cycle(module);
   bind_task_cycle(module);
 }
 

@@ -55,6 +55,9 @@ nb::dict log_of(const TaskCycle& self) {
 }  // namespace
 
 void bind_task_cycle(nb::module_& module) {
+  nb::enum_<control::SkinSource>(module, "SkinSource", "Which side sums the torque of touch.")
+      .value("host", control::SkinSource::host)
+      .value("skin", control::SkinSource::skin);
   nb::class_<TaskCycleGains>(module, "TaskCycleGains", "Gains of the task cycle beside those of its tasks.")
       .def(
           "__init__",
@@ -124,7 +127,7 @@ void bind_task_cycle(nb::module_& module) {
       .def("request_mode", &TaskCycle::request_mode, "mode"_a)
       .def("request_skin_source", &TaskCycle::request_skin_source, "source"_a,
            "Whose torque skin tasks contribute: what the skin says is used while it is fresh.")
-      .def("request_skin_task", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
+      .def("request_skin", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
       .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a)
       .def(
           "request_stack",

@@ -1,5 +1,4 @@
-// The Cartesian tasks of a stack: an impedance of a link's frame about a fixed pose, and about one that moves along a
-// spline.
+// Cartesian task: an impedance that draws a link's frame to its reference.
 #pragma once
 
 #include <array>
@@ -8,7 +7,6 @@
 #include <vector>
 
 #include "control/mailbox.hpp"
-#include "control/quintic.hpp"
 #include "control/task.hpp"
 #include "model/robot_model.hpp"
 
@@ -49,28 +47,6 @@ class CartesianTask : public Task {
   std::array<double, 16> scratch_{};
   std::array<double, 6> error_{};
   std::vector<double> jacobian_;  // (6, n)
-};
-
-// Position and orientation move together, along a straight line and about one axis, by one quintic. A new goal under
-// way begins from the reference's place and velocity along the new line, its other velocity is dropped.
-class SplineCartesianTask final : public CartesianTask {
- public:
-  // speed in m/s and turn_speed in rad/s, > 0.
-  SplineCartesianTask(const RobotModel& robot, const std::string& link, CartesianGains gains, double speed,
-                      double turn_speed);
-
-  void start(const TaskInput& input) noexcept override;
-  bool arrived() const noexcept { return time_s_ >= duration_s_; }
-
- protected:
-  void follow(const TaskInput& input, bool fresh) noexcept override;
-
- private:
-  double speed_, turn_speed_;
-  double time_s_ = 0, duration_s_ = 0;
-  Quintic share_;  // 0 to 1 of the way
-  std::array<double, 16> begin_{};
-  std::array<double, 3> way_{}, turn_{};  // m, rad, base frame
 };
 
 }  // namespace robotskin::control

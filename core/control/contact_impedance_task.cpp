@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "control/control_error.hpp"
-#include "control/spatial.hpp"
 
 namespace robotskin::control {
 namespace {
@@ -19,21 +19,18 @@ Vector3 solve(const double (&m)[3][3], const Vector3& b) noexcept {
   const Vector3 r0 = {m[0][0], m[0][1], m[0][2]}, r1 = {m[1][0], m[1][1], m[1][2]}, r2 = {m[2][0], m[2][1], m[2][2]};
   const Vector3 c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
   const double determinant = dot(r0, c0);
-  return scaled(sum(sum(scaled(c0, b[0]), scaled(c1, b[1])), scaled(c2, b[2])), 1 / determinant);
+  return (1 / determinant) * (b[0] * c0 + b[1] * c1 + b[2] * c2);
 }
 
 }  // namespace
 
-ContactImpedanceTask::ContactImpedanceTask(const RobotModel& robot, const skin::SkinModel& skin,
-                                           const SkinGains& skin_gains, ContactImpedanceGains gains)
-    : Task("contact impedance", robot.joint_count(), 3 * TouchedBodies(robot, skin).count()),
-      skin_task_(robot, skin, skin_gains),
-      bodies_(robot, skin),
+ContactImpedanceTask::ContactImpedanceTask(std::shared_ptr<TouchWrench> touch, ContactImpedanceGains gains)
+    : Task("contact impedance", touch->joint_count(), 3 * touch->matrix().body_count()),
+      touch_(std::move(touch)),
       gains_(gains),
-      contacts_(bodies_.count()),
-      jacobian_(3 * robot.joint_count()),
-      response_(3 * robot.joint_count()),
-      ignored_(robot.joint_count()) {
+      contacts_(touch_->matrix().body_count()),
+      jacobian_(3 * joint_count()),
+      response_(3 * joint_count()) {
   for (const double value : {gains.inertia, gains.damping, gains.stiffness})
     if (!std::isfinite(value) || value < 0)
       throw ControlError("contact impedance task: gain " + std::to_string(value) + " must be finite and not negative");
@@ -45,39 +42,40 @@ void ContactImpedanceTask::start(const TaskInput&) noexcept {
 }
 
 bool ContactImpedanceTask::update(const TaskInput& input) noexcept {
-  if (!skin_task_.compute(input.dynamics, input.skin, input.share, ignored_)) return false;
+  if (!touch_->update(input)) return false;
   std::ranges::fill(torque_, 0.0);
   row_count_ = 0;
-  for (std::size_t body = 0; body < bodies_.count(); ++body)
+  for (std::size_t body = 0; body < contacts_.size(); ++body)
     if (!add(input, body)) return false;
   return true;
 }
 
 bool ContactImpedanceTask::add(const TaskInput& input, std::size_t body) noexcept {
   const std::size_t joints = joint_count();
-  const auto wrench = bodies_.wrench(input.dynamics, skin_task_.body_wrenches(), body);
+  const TouchMatrix& matrix = touch_->matrix();
+  const Wrench& wrench = touch_->wrench(body);
   const double force = norm(wrench.force);
   Contact& contact = contacts_[body];
   if (force < least_force_n) {
     contact.touched = false;
     return true;
   }
-  const double* base_from_joint = &input.dynamics.base_from_joint()[16 * bodies_.joint(body)];
+  const double* base_from_joint = &input.dynamics.base_from_joint()[16 * matrix.body_joint(body)];
   if (!contact.touched) {
     contact.touched = true;
     std::copy_n(base_from_joint, 16, contact.base_from_joint.begin());
   }
   // The point of the wrench's axis that lies nearest to the joint's origin: r = F x M / F^2 about that origin.
-  const Vector3 about_joint = difference(wrench.moment, cross(origin_of(base_from_joint), wrench.force));
-  const Vector3 arm = scaled(cross(wrench.force, about_joint), 1 / (force * force));
-  const Vector3 point = sum(origin_of(base_from_joint), arm);
+  const Vector3 about_joint = wrench.moment - cross(origin_of(base_from_joint), wrench.force);
+  const Vector3 arm = (1 / (force * force)) * cross(wrench.force, about_joint);
+  const Vector3 point = origin_of(base_from_joint) + arm;
 
   double *x = jacobian_.data(), *y = x + joints, *z = y + joints;
   for (std::size_t i = 0; i < joints; ++i) {
     Vector3 column = {};
-    if (bodies_.carried_by(body, i)) {
+    if (matrix.carried_by(body, i)) {
       const double* motion = &input.dynamics.joint_motions()[6 * i];
-      column = sum({motion[0], motion[1], motion[2]}, cross({motion[3], motion[4], motion[5]}, point));
+      column = load3(motion) + cross(load3(motion + 3), point);
     }
     x[i] = column[0];
     y[i] = column[1];
@@ -99,7 +97,7 @@ bool ContactImpedanceTask::add(const TaskInput& input, std::size_t body) noexcep
   std::array<double, 3> velocity;
   multiply(jacobian_.data(), 3, joints, input.velocity.data(), velocity.data());
   const Vector3 rest = place(contact.base_from_joint.data(), place_back(base_from_joint, point));
-  const Vector3 moved = difference(point, rest);
+  const Vector3 moved = point - rest;
   const double share = touch_share(force);
   Vector3 asked;  // x'' of eq. 26, m/s^2
   for (std::size_t axis = 0; axis < 3; ++axis)

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
-#include "control/skin_task.hpp"
 #include "control/task.hpp"
-#include "control/touched_bodies.hpp"
+#include "control/touch_wrench.hpp"
 
 namespace robotskin::control {
 
@@ -22,9 +22,8 @@ struct ContactImpedanceGains {
 // singular directions are damped. Claims 3 rows for each touched body.
 class ContactImpedanceTask final : public Task {
  public:
-  // Throws ModelError, ControlError. `skin` gains turn what cells sense into the wrench W.
-  ContactImpedanceTask(const RobotModel& robot, const skin::SkinModel& skin, const SkinGains& skin_gains,
-                       ContactImpedanceGains gains);
+  // Throws ControlError. The gains of the touch turn what cells sense into the wrench W.
+  ContactImpedanceTask(std::shared_ptr<TouchWrench> touch, ContactImpedanceGains gains);
   void start(const TaskInput& input) noexcept override;
   [[nodiscard]] bool update(const TaskInput& input) noexcept override;
 
@@ -35,13 +34,11 @@ class ContactImpedanceTask final : public Task {
   };
   bool add(const TaskInput& input, std::size_t body) noexcept;
 
-  SkinTask skin_task_;
-  TouchedBodies bodies_;
+  std::shared_ptr<TouchWrench> touch_;
   ContactImpedanceGains gains_;
   std::vector<Contact> contacts_;  // (bodies)
   std::vector<double> jacobian_;   // (3, n) of the contact
   std::vector<double> response_;   // (3, n) M^-1 J^T, a row each
-  std::vector<double> ignored_;    // (n)
 };
 
 }  // namespace robotskin::control

@@ -7,27 +7,17 @@
 #include "control/control_error.hpp"
 
 namespace robotskin::control {
-namespace {
 
-SkinGains measuring(SkinGains gains) {
-  std::ranges::fill(gains.force_weight, 1.0F);
-  std::ranges::fill(gains.proximity_weight, 0.0F);
-  return gains;
-}
-
-}  // namespace
-
-ForceTask::ForceTask(const RobotModel& robot, const skin::SkinModel& skin, SkinGains skin_gains,
-                     const std::string& link, ForceGains gains)
+ForceTask::ForceTask(const RobotModel& robot, std::shared_ptr<TouchWrench> felt, const std::string& link,
+                     ForceGains gains)
     : Task("force", robot.joint_count(), 3),
-      skin_task_(robot, skin, measuring(std::move(skin_gains))),
-      bodies_(robot, skin),
+      felt_(std::move(felt)),
       gains_(gains),
       link_(robot.link_index(link)),
       joint_(static_cast<std::size_t>(robot.link_joints()[link_])),
       force_box_(3),
-      jacobian_(6 * robot.joint_count()),
-      ignored_(robot.joint_count()) {
+      jacobian_(6 * robot.joint_count()) {
+  require_joints(*felt_, robot, name());
   if (robot.link_joints()[link_] == RobotModel::base)
     throw ControlError("force task: link '" + link + "' is part of the base, which does not move");
   for (const double value : {gains.integral, gains.damping, gains.largest_force})
@@ -52,13 +42,11 @@ void ForceTask::start(const TaskInput&) noexcept {
 bool ForceTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
   (void)force_box_.take(force_, scratch_);
-  if (!skin_task_.compute(input.dynamics, input.skin, input.share, ignored_) ||
-      !input.dynamics.link_jacobian(link_, jacobian_))
-    return false;
+  if (!felt_->update(input) || !input.dynamics.link_jacobian(link_, jacobian_)) return false;
   measured_ = {};
-  for (std::size_t body = 0; body < bodies_.count(); ++body)
-    if (bodies_.carried_by(body, joint_))
-      measured_ = difference(measured_, bodies_.wrench(input.dynamics, skin_task_.body_wrenches(), body).force);
+  const TouchMatrix& matrix = felt_->matrix();
+  for (std::size_t body = 0; body < matrix.body_count(); ++body)
+    if (matrix.carried_by(body, joint_)) measured_ = measured_ - felt_->wrench(body).force;
   std::array<double, 3> velocity, push;
   multiply(jacobian_.data(), 3, joints, input.velocity.data(), velocity.data());
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,14 +1,14 @@
 // Force task: the limb presses on its surroundings with a force that its skin measures.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "control/mailbox.hpp"
-#include "control/skin_task.hpp"
-#include "control/spatial.hpp"
 #include "control/task.hpp"
-#include "control/touched_bodies.hpp"
+#include "control/touch_wrench.hpp"
+#include "model/robot_model.hpp"
 
 namespace robotskin::control {
 
@@ -22,10 +22,9 @@ struct ForceGains {
 // with which the cells on all that the link's joint carries say that they press. Claims 3 rows.
 class ForceTask final : public Task {
  public:
-  // Throws ModelError for an unknown link, ControlError for a link on the base and gains that do not fit. Of
-  // `skin_gains` only the thresholds are read.
-  ForceTask(const RobotModel& robot, const skin::SkinModel& skin, SkinGains skin_gains, const std::string& link,
-            ForceGains gains);
+  // `felt`: the force felt, which is a touch of weight 1 (SkinGains::measured_force). Throws ModelError for an unknown
+  // link, ControlError for a link on the base and gains that do not fit.
+  ForceTask(const RobotModel& robot, std::shared_ptr<TouchWrench> felt, const std::string& link, ForceGains gains);
 
   // From any thread; (3) newton, no longer than largest_force, else ControlError.
   void request_force(std::span<const double> force);
@@ -34,13 +33,12 @@ class ForceTask final : public Task {
   const Vector3& measured() const noexcept { return measured_; }  // newton, base frame
 
  private:
-  SkinTask skin_task_;
-  TouchedBodies bodies_;
+  std::shared_ptr<TouchWrench> felt_;
   ForceGains gains_;
   std::size_t link_, joint_;
   Mailbox force_box_;
   Vector3 force_{}, integral_{}, measured_{}, scratch_{};
-  std::vector<double> jacobian_, ignored_;  // (6, n), (n)
+  std::vector<double> jacobian_;  // (6, n)
 };
 
 }  // namespace robotskin::control

@@ -1,13 +1,14 @@
 // Joint task: an impedance that draws every joint to its reference.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "control/control_error.hpp"
+#include "control/mailbox.hpp"
+#include "control/task.hpp"
+#include "model/robot_model.hpp"
 
 namespace robotskin::control {
 
@@ -16,26 +17,35 @@ struct JointGains {
   std::vector<double> damping;    // (n) Nm s/rad, beside the friction of the torque resolver
 };
 
-// Throws ControlError unless both have `joint_count` finite values that are not negative.
-inline void check_joint_gains(const JointGains& gains, std::size_t joint_count) {
-  const auto check = [joint_count](const char* name, const std::vector<double>& values) {
-    if (values.size() != joint_count)
-      throw ControlError(std::string("joint task: ") + name + " has " + std::to_string(values.size()) +
-                         " values, the robot has " + std::to_string(joint_count) + " joints");
-    for (const double value : values)
-      if (!std::isfinite(value) || value < 0)
-        throw ControlError(std::string("joint task: ") + name + " " + std::to_string(value) +
-                           " must be finite and not negative");
-  };
-  check("stiffness", gains.stiffness);
-  check("damping", gains.damping);
-}
+// torque = K (reference - q) + D (reference' - v); claims every joint that has stiffness or damping, so that as a
+// posture it stands on the lowest level. The gains of a joint that does not take part are zero.
+class JointTask : public Task {
+ public:
+  // Throws ControlError for gains that do not fit the robot. The reference is where the task starts.
+  JointTask(const RobotModel& robot, JointGains gains, std::string name = "joint");
 
-// torque (n) = K (reference - position) - D velocity. All arrays (n); rad, rad/s, Nm.
-inline void joint_task(const JointGains& gains, std::span<const double> reference, std::span<const double> position,
-                       std::span<const double> velocity, std::span<double> torque) noexcept {
-  for (std::size_t i = 0; i < torque.size(); ++i)
-    torque[i] = gains.stiffness[i] * (reference[i] - position[i]) - gains.damping[i] * velocity[i];
-}
+  // From any thread; (n) rad inside the limits, else ControlError. It takes effect at once.
+  void request_reference(std::span<const double> reference);
+  // From any thread; the gains in use move to these within `fade_s`. Throws ControlError.
+  void request_gains(const JointGains& gains);
+
+  void start(const TaskInput& input) noexcept override;
+  [[nodiscard]] bool update(const TaskInput& input) noexcept override;
+  std::span<const double> reference() const noexcept { return reference_; }  // (n) rad
+
+  static constexpr double fade_s = 0.25;
+
+ protected:
+  // Moves reference_ and reference_velocity_ by a period; `fresh` tells that goal_ is a new one.
+  virtual void follow(const TaskInput& input, bool fresh) noexcept;
+
+  std::vector<double> goal_, reference_, reference_velocity_;  // (n)
+  std::vector<double> lower_, upper_;                          // (n)
+
+ private:
+  Mailbox goal_box_, gain_box_;
+  std::vector<double> stiffness_, damping_;     // (n) in use
+  std::vector<double> gain_, asked_, scratch_;  // (2 n) stiffness, then damping
+};
 
 }  // namespace robotskin::control

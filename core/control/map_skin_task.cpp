@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "control/control_error.hpp"
-#include "control/touched_bodies.hpp"
+#include "control/touch_wrench.hpp"
 
 namespace robotskin::control {
 namespace {

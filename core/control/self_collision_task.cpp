@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "control/control_error.hpp"
-#include "control/spatial.hpp"
+#include "model/spatial.hpp"
 
 namespace robotskin::control {
 
@@ -32,8 +32,7 @@ bool SelfCollisionTask::update(const TaskInput& input) noexcept {
     const auto add = [&](int joint, const Vector3& point, double sign) {
       for (; joint != RobotModel::base; joint = parent_[static_cast<std::size_t>(joint)]) {
         const double* motion = &input.dynamics.joint_motions()[6 * static_cast<std::size_t>(joint)];
-        const Vector3 velocity =
-            sum({motion[0], motion[1], motion[2]}, cross({motion[3], motion[4], motion[5]}, point));
+        const Vector3 velocity = load3(motion) + cross(load3(motion + 3), point);
         row[joint] += sign * dot(pair.a_to_b, velocity);
       }
     };

@@ -40,6 +40,7 @@ class SkinSourceSwitch {
 
   // 0: all is the host's, 1: all is the skin's own.
   double share() const noexcept { return share_; }
+  std::span<const double> torque() const noexcept { return torque_; }  // (n) Nm of the last step
 
  private:
   Fade fade_;

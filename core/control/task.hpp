@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@ struct TaskInput {
   const skin::SkinTorque* own_torque = nullptr;
   SkinSource source = SkinSource::host;
   double skin_share = 1;  // 0 to 1, how much the skin counts at all; part of `share`
+  // Another one every tick, so that what tasks share is computed once in it; 0: nothing is shared.
+  std::uint64_t tick = 0;
 };
 
 // A task owns its results and has room for them from the start: update allocates, locks and throws nothing. A user's

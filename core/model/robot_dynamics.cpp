@@ -8,7 +8,7 @@
 #include <pinocchio/algorithm/rnea.hpp>
 #include <vector>
 
-#include "model/placement.hpp"
+#include "model/spatial.hpp"
 
 namespace robotskin {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <pinocchio/parsers/urdf.hpp>
 
-#include "model/placement.hpp"
+#include "model/spatial.hpp"
 
 namespace robotskin {
 namespace {

@@ -20,7 +20,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
                      const GuardLimits& limits, std::unique_ptr<control::TaskStack> stack)
     : gains_(std::move(gains)),
       dynamics_(robot),
-      touch_task_(robot, skin, gains_.touch.measured_force()),
+      touch_(robot, skin, gains_.touch.measured_force()),
       mask_(skin, gains_.fade_s),
       skin_fade_(gains_.fade_s, 1.0),
       touch_filter_(robot.joint_count(), gains_.touch_bandwidth_hz, gains_.resolver.period_s),
@@ -29,7 +29,6 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
       guard_(robot, limits.at_period(gains_.resolver.period_s)),
       log_(ticks_a_second(gains_.resolver.period_s), robot.joint_count()),
       share_(skin.size(), 1.0F),
-      touch_torque_(robot.joint_count()),
       fused_torque_(robot.joint_count()),
       mass_(robot.joint_count() * robot.joint_count()),
       bias_(robot.joint_count()) {
@@ -62,9 +61,9 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
   const auto skin_share = static_cast<float>(skin_fade_.step(skin_on_.load(std::memory_order_relaxed), period));
   for (std::size_t cell = 0; cell < share_.size(); ++cell) share_[cell] = skin_share * mask[cell];
 
-  if (valid) valid = touch_task_.compute(dynamics_, skin, mask, touch_torque_);
+  if (valid) valid = touch_.compute(dynamics_, skin, mask);
   if (valid) {
-    const std::span<const double> touch = touch_filter_.step(touch_torque_);
+    const std::span<const double> touch = touch_filter_.step(touch_.torque());
     // What answers to torques is the robot with the inertia and the friction that its user wants it to have.
     std::ranges::copy(dynamics_.mass_matrix(), mass_.begin());
     const control::VirtualRobotGains& virtual_robot = gains_.resolver.virtual_robot;
@@ -81,7 +80,8 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .period_s = period,
         .own_torque = own_torque,
         .source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole()),
-        .skin_share = skin_share};
+        .skin_share = skin_share,
+        .tick = ++tick_};
     if (!moves) stack_.restart(input);
     valid = stack_.compute(input, mass_, bias_, fused_torque_) &&  // (18) or (19), (20)
             resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);

@@ -11,9 +11,9 @@
 #include "control/low_pass.hpp"
 #include "control/patch_mask.hpp"
 #include "control/skin_source.hpp"
-#include "control/skin_task.hpp"
 #include "control/stack_switch.hpp"
 #include "control/torque_resolver.hpp"
+#include "control/touch_wrench.hpp"
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
 #include "robot/guard.hpp"
@@ -57,10 +57,10 @@ class TaskCycle {
   void request_stack(std::unique_ptr<control::TaskStack> stack) { stack_.request(std::move(stack)); }
 
   std::size_t joint_count() const noexcept { return fused_torque_.size(); }
-  std::size_t cell_count() const noexcept { return touch_task_.cell_count(); }
+  std::size_t cell_count() const noexcept { return touch_.cell_count(); }
   std::size_t patch_count() const noexcept { return mask_.patch_count(); }
-  std::span<const double> touch_torque() const noexcept { return touch_torque_; }  // (n) Nm of the forces felt
-  std::span<const double> fused_torque() const noexcept { return fused_torque_; }  // (n) Nm
+  std::span<const double> touch_torque() const noexcept { return touch_.torque(); }  // (n) Nm of the forces felt
+  std::span<const double> fused_torque() const noexcept { return fused_torque_; }    // (n) Nm
   const control::TaskStack& stack() const noexcept { return stack_.stack(); }
   const GuardReport& report() const noexcept { return guard_.report(); }
   // The last second before now, or before the robot stopped by a fault.
@@ -69,7 +69,7 @@ class TaskCycle {
  private:
   TaskCycleGains gains_;
   RobotDynamics dynamics_;
-  control::SkinTask touch_task_;
+  control::TouchWrench touch_;  // as it is felt
   control::PatchMask mask_;
   control::Fade skin_fade_;
   control::LowPass touch_filter_;
@@ -77,9 +77,10 @@ class TaskCycle {
   control::TorqueResolver resolver_;
   Guard guard_;
   StateLog log_;
-  std::vector<float> share_;                         // (N)
-  std::vector<double> touch_torque_, fused_torque_;  // (n)
-  std::vector<double> mass_, bias_;                  // (n, n), (n)
+  std::vector<float> share_;          // (N)
+  std::vector<double> fused_torque_;  // (n)
+  std::vector<double> mass_, bias_;   // (n, n), (n)
+  std::uint64_t tick_ = 0;
   std::atomic<bool> run_{false}, skin_on_{true};
   std::atomic<control::SkinSource> source_{control::SkinSource::host};
   std::atomic<CommandMode> mode_{CommandMode::position};

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "world/vector3.hpp"
+#include "model/spatial.hpp"
 
 struct mjModel_;
 struct mjData_;

@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "model/spatial.hpp"
 #include "robotskin/channels.h"
 #include "world/imperfections.hpp"
-#include "world/vector3.hpp"
 
 namespace robotskin::world {
 

@@ -8,7 +8,7 @@ from partial_skin import part_of
 from robotskin import layout, robots
 from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
 from robotskin.apps.identification import identified, record_torques
-from robotskin.apps.session import Session, SessionError, cells_in
+from robotskin.errors import InputError
 from robotskin.robots.gains import GainSet
 from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine
@@ -16,6 +16,8 @@ from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.topology.topology import explore
+from robotskin.session import Session, SessionError
+from robotskin.session.worn_cells import cells_in
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 
@@ -115,7 +117,7 @@ def test_a_session_runs_on_a_believed_layout_and_refuses_a_foreign_one(ur5, skin
         np.full((len(cells), 4, 2), (-1, 0)),
         np.full(len(cells), -1),
     )
-    session = Session(ur5, skin, seed, link="in process", believed=believed)
+    session = Session(ur5, skin, seed=seed, link="in process", believed=believed)
     session.boot()
     assert session.alive == len(cells)
     assert session.in_world(3) == cells[3]
@@ -128,5 +130,5 @@ def test_a_session_runs_on_a_believed_layout_and_refuses_a_foreign_one(ur5, skin
     stranger = layout.Layout(
         skin.robot, skin.links, [9999], [1], [0], np.eye(4)[None], np.full((1, 4, 2), (-1, 0)), [-1]
     )
-    with pytest.raises(SessionError, match="wears no such cell"):
-        Session(ur5, skin, seed, believed=stranger)
+    with pytest.raises(InputError, match="wears no such cell"):
+        Session(ur5, skin, seed=seed, believed=stranger)

@@ -7,10 +7,10 @@ from partial_skin import part_of
 from robotskin import layout, robots
 from robotskin.apps.live import LiveSession
 from robotskin.apps.network_watch import NetworkError, NetworkWatch
-from robotskin.apps.session import INTERFACES, Session, SessionError
 from robotskin.apps.session_network import SessionNetwork
-from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 from robotskin.errors import UnknownNameError
+from robotskin.session import INTERFACES, Session, SessionError
+from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 
 LINK = "forearm_link"
 KEY = bytes(range(32))
@@ -37,16 +37,16 @@ def pushed_for_a_moment(session: Session) -> tuple[int, bytes]:
 
 
 def test_a_seed_repeats_a_run_to_the_byte_over_udp_and_in_process(ur5, skin, seed) -> None:
-    over_udp = pushed_for_a_moment(Session(ur5, skin, seed, link="udp", key=KEY))
-    again = pushed_for_a_moment(Session(ur5, skin, seed, link="udp", key=KEY))
-    in_process = pushed_for_a_moment(Session(ur5, skin, seed, link="in process", key=KEY))
-    other_seed = pushed_for_a_moment(Session(ur5, skin, seed + 1, link="in process", key=KEY))
+    over_udp = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", key=KEY))
+    again = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", key=KEY))
+    in_process = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="in process", key=KEY))
+    other_seed = pushed_for_a_moment(Session(ur5, skin, seed=seed + 1, link="in process", key=KEY))
     assert over_udp == again == in_process
     assert other_seed[0] != in_process[0]
 
 
 def test_touch_moves_the_robot_only_through_the_skin_task(ur5, skin, seed) -> None:
-    session = Session(ur5, skin, seed)
+    session = Session(ur5, skin, seed=seed)
     session.boot()
     cell = pushed_cell(session, LINK)
     gave_way = {}
@@ -65,13 +65,13 @@ def test_touch_moves_the_robot_only_through_the_skin_task(ur5, skin, seed) -> No
     session.mask_patch(int(skin.patch[cell]), True)
     session.run(0.4)
     assert push_and_release(session, cell, 15.0, hold_s=0.4, rest_s=0.4).peak_m <= 0.005
-    assert session.cycle.report.violations == 0
+    assert session.controller.report.violations == 0
     assert session.frames_lost == 0
     session.shut_down()
 
 
 def test_the_skin_feels_the_contact_force_wherever_it_is_pressed(ur5, skin, seed) -> None:
-    session = Session(ur5, skin, seed, link="in process")
+    session = Session(ur5, skin, seed=seed, link="in process")
     session.boot()
     session.set_skin(False)
     session.run(0.4)
@@ -85,7 +85,7 @@ def test_the_skin_feels_the_contact_force_wherever_it_is_pressed(ur5, skin, seed
 
 
 def test_changing_the_mode_loses_no_frame_and_keeps_every_cell_alive(ur5, skin, seed) -> None:
-    session = Session(ur5, skin, seed, link="in process")
+    session = Session(ur5, skin, seed=seed, link="in process")
     session.boot()
     for mode in ("event", "clock", "event"):
         before = session.driver.statistics()["event_frames"]
@@ -122,7 +122,7 @@ def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, sk
 def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right_cells(ur5, skin, seed) -> None:
     """Cells that were not placed still carry paths; what is shown and clicked is counted as the found layout counts."""
     rows = np.flatnonzero(skin.patch != skin.patch[0])[::-1]
-    session = Session(ur5, skin, seed, link="in process", believed=part_of(skin, rows))
+    session = Session(ur5, skin, seed=seed, link="in process", believed=part_of(skin, rows))
     session.boot()
     world = session.world
     network = SessionNetwork(
@@ -155,7 +155,7 @@ def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right
 
 @pytest.mark.parametrize("rate_hz", [63, 125])
 def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> None:
-    session = Session(ur5, skin, seed, link="udp", key=KEY)
+    session = Session(ur5, skin, seed=seed, link="udp", key=KEY)
     session.boot()
     for group in sorted(set(skin.section_unit.tolist())):
         session.driver.command("clock_rate", rate_hz, section_unit=group)
@@ -170,7 +170,7 @@ def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> No
 
 
 def test_an_approaching_hand_moves_the_robot_before_it_touches(ur5, skin, seed) -> None:
-    session = Session(ur5, skin, seed, link="in process")
+    session = Session(ur5, skin, seed=seed, link="in process")
     session.boot()
     cell = pushed_cell(session, LINK)
     normal = session.world.base_from_cell(cell)[:3, 2]

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin._core.robot import SkinCycle
-from robotskin.apps.session import Session, SessionError
 from robotskin.errors import UnknownNameError
+from robotskin.session import Session, SessionError
 
 CELL = 100
 STALE_MS = 24 + 28 + 20 + 8
@@ -16,7 +15,7 @@ STALE_MS = 24 + 28 + 20 + 8
 @pytest.fixture(scope="module")
 def session(request: pytest.FixtureRequest) -> Session:
     seed = request.config.getoption("--seed")
-    made = Session(robots.load("ur5"), layout.finished("ur5"), seed, link="in process", own_torques=True)
+    made = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", own_torques=True)
     made.boot()
     made.world.push(CELL, 5.0)
     made.run(1.5)
@@ -24,31 +23,29 @@ def session(request: pytest.FixtureRequest) -> Session:
 
 
 def test_both_sources_say_the_same_and_one_takes_over(session: Session) -> None:
-    cycle = session.cycle
-    assert isinstance(cycle, SkinCycle)
+    controller = session.controller
     moved = []
     for source in ("host", "skin", "host"):
         session.set_source(source)
         session.run(1.0)
-        host, own = np.array(cycle.host_skin_torque), np.array(session.own_torque.joint)
+        host, own = np.array(controller.host_skin_torque), np.array(session.own_torque.joint)
         assert session.own_torque.fresh
         assert session.own_torque.cells == len(session.layout)
         assert not session.own_torque.saturated
         assert np.abs(host).max() > 1
         assert np.abs(own - host).max() <= 0.02 * np.abs(host).max()
-        assert cycle.skin_source_share == (1.0 if source == "skin" else 0.0)
-        used = np.array(cycle.skin_torque)
+        assert controller.skin_source_share == (1.0 if source == "skin" else 0.0)
+        used = np.array(controller.skin_torque)
         assert np.array_equal(used, own if source == "skin" else host)
         moved.append(session.cell_position(CELL))
     assert np.linalg.norm(moved[1] - moved[0]) < 2e-3
 
 
 def test_a_skin_that_says_nothing_new_moves_nothing(session: Session) -> None:
-    cycle = session.cycle
-    assert isinstance(cycle, SkinCycle)
+    controller = session.controller
     session.set_source("skin")
     session.run(0.5)
-    assert cycle.skin_source_share == 1.0
+    assert controller.skin_source_share == 1.0
     told, reader = session.torques, session._torque_reader
     session.torques = None  # the skin is told no more how the joints stand
     for _ in range(STALE_MS):
@@ -57,29 +54,28 @@ def test_a_skin_that_says_nothing_new_moves_nothing(session: Session) -> None:
     assert not session.own_torque.fresh
     assert not np.any(session.own_torque.joint)
     session.step()
-    assert cycle.skin_source_share == 0.0
-    assert np.array_equal(cycle.skin_torque, cycle.host_skin_torque)
+    assert controller.skin_source_share == 0.0
+    assert np.array_equal(controller.skin_torque, controller.host_skin_torque)
     session.torques = told
     session.run(0.5)
-    assert cycle.skin_source_share == 1.0
+    assert controller.skin_source_share == 1.0
 
 
 def test_a_masked_cell_contributes_nothing_whichever_source_is_asked_for(session: Session) -> None:
-    cycle = session.cycle
-    assert isinstance(cycle, SkinCycle)
+    controller = session.controller
     session.set_source("skin")
     session.run(0.5)
-    assert np.abs(cycle.skin_torque).max() > 1
+    assert np.abs(controller.skin_torque).max() > 1
     patch = int(session.layout.patch[CELL])
     session.mask_patch(patch, True)
     session.run(0.5)
     assert np.abs(session.own_torque.joint).max() > 1  # the cells still say what they feel
-    assert cycle.skin_source_share == 0.0
-    assert np.array_equal(cycle.skin_torque, cycle.host_skin_torque)
-    assert np.abs(cycle.skin_torque).max() < 0.02
+    assert controller.skin_source_share == 0.0
+    assert np.array_equal(controller.skin_torque, controller.host_skin_torque)
+    assert np.abs(controller.skin_torque).max() < 0.02
     session.mask_patch(patch, False)
     session.run(0.5)
-    assert cycle.skin_source_share == 1.0
+    assert controller.skin_source_share == 1.0
 
 
 def test_what_cannot_be_asked_for_is_refused(session: Session) -> None:

@@ -10,7 +10,7 @@ namespace robotskin::lab {
 namespace {
 
 using control::add_wrenches;
-using control::SkinTask;
+using control::TouchWrench;
 using control::WrenchBlock;
 using control::WrenchRun;
 
@@ -61,7 +61,7 @@ class SingleProduct {
 SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& skin, const control::SkinGains& gains,
                              const skin::SkinState& state, const skin::SkinState& other,
                              std::span<const double> position, std::size_t rounds) {
-  SkinTask task(robot, skin, gains);
+  TouchWrench task(robot, skin, gains);
   NaiveSkinTask naive(robot, skin);
   RobotDynamics dynamics(robot);
   const std::vector<double> at_rest(robot.joint_count());
@@ -77,7 +77,7 @@ SkinTaskTimes time_skin_task(const RobotModel& robot, const skin::SkinModel& ski
   for (std::size_t round = 0; round < rounds; ++round) {
     const skin::SkinState& current = round % 2 == 0 ? state : other;
     measure(times.kinematics, [&] { computed = dynamics.update(position, at_rest) && computed; });
-    measure(times.task, [&] { computed = task.compute(dynamics, current, share, torque) && computed; });
+    measure(times.task, [&] { computed = task.compute(dynamics, current, share) && computed; });
     computed = dynamics.update(position, at_rest) && computed;  // so that the product finds the caches as the task did
     measure(times.product, product);
     computed = dynamics.update(position, at_rest) && computed;

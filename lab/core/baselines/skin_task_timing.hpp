@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "baselines/naive_skin_task.hpp"
-#include "control/skin_task.hpp"
+#include "control/touch_wrench.hpp"
 
 namespace robotskin::lab {
 

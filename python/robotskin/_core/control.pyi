@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 import enum
-from typing import Annotated
+from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -54,6 +54,9 @@ class SkinGains:
         proximity_full: float,
     ) -> SkinGains:
         """The same numbers for every cell."""
+
+    def measured_force(self) -> SkinGains:
+        """Weight 1 on force and none on proximity: the force felt."""
 
     @property
     def force_weight(self) -> list[float]:
@@ -189,17 +192,36 @@ class ResolverGains:
     @servo_lag_s2.setter
     def servo_lag_s2(self, arg: float, /) -> None: ...
 
-class SkinTask:
+class TouchMatrix:
     """
-    Joint torques that a touch asks for (eq. 14 to 17), one product a link (eq. 22 to 25).
+    What a unit touch of each cell does to its body: constant, shared by touches of any gains.
     """
 
+    def __init__(self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel) -> None:
+        """Raises ModelError for an unknown link."""
+
+    @property
+    def cell_count(self) -> int: ...
+    @property
+    def body_count(self) -> int:
+        """joints whose links have cells"""
+
+class TouchWrench:
+    """
+    What a touch does to each body, and the joint torques that follow (eq. 14 to 17, by 22 to 25). Tasks that are given the same one share what it computes in a tick.
+    """
+
+    @overload
     def __init__(
         self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel, gains: SkinGains
     ) -> None:
         """
         Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.
         """
+
+    @overload
+    def __init__(self, matrix: TouchMatrix, gains: SkinGains) -> None:
+        """Raises ControlError for gains that do not fit the matrix."""
 
     @property
     def cell_count(self) -> int: ...
@@ -214,29 +236,18 @@ class SkinTask:
         """
 
     @property
+    def torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm of the last compute"""
+
+    @property
     def magnitudes(self) -> NDArray[numpy.float32]:
         """(N) newton, float32, what each cell asked for in the last compute"""
 
+    @property
     def joint_wrenches(self) -> NDArray[numpy.float64]:
         """
-        (n, 6) force and moment about the joint's origin, in the joint's frame, of the last magnitudes.
+        (n, 6) force and moment about the joint's origin, in the joint's frame, of the last compute.
         """
-
-def joint_task(
-    gains: JointGains,
-    reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-) -> NDArray[numpy.float64]:
-    """(n) Nm = K (reference - position) - D velocity."""
-
-def weighted_fusion(
-    first_weight: float,
-    first: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-    second_weight: float,
-    second: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-) -> NDArray[numpy.float64]:
-    """(n) Nm, weighted sum of two torques (eq. 18)."""
 
 class VirtualRobot:
     """(M + I) a + C v + g + B v = torque."""
@@ -500,19 +511,19 @@ class SkinReactionTask(Task):
     """The touch moves what it touches (eq. 14 to 17)."""
 
     def __init__(
-        self,
-        robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
-        gains: SkinGains,
-        bandwidth_hz: float = 0.0,
-        period_s: float = 0.001,
-        own_scale: float = 1.0,
+        self, touch: TouchWrench, bandwidth_hz: float = 0.0, period_s: float = 0.001, own_scale: float = 1.0
     ) -> None:
-        """own_scale: these gains over those that the cells have been told."""
+        """
+        own_scale: the gains of the touch over those that the cells have been told.
+        """
 
     @property
     def host_torque(self) -> NDArray[numpy.float64]:
         """(n) Nm, the host's sum, used or not"""
+
+    @property
+    def used_torque(self) -> NDArray[numpy.float64]:
+        """(n) Nm of the source in use, before the filter"""
 
     @property
     def source_share(self) -> float:
@@ -528,8 +539,7 @@ class SkinCartesianTask(Task):
     def __init__(
         self,
         robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
-        gains: SkinGains,
+        touch: TouchWrench,
         link: str,
         bandwidth_hz: float = 0.0,
         period_s: float = 0.001,
@@ -564,13 +574,7 @@ class ContactImpedanceGains:
 class ContactImpedanceTask(Task):
     """Where a link is touched, it moves like a mass on a spring (eq. 26)."""
 
-    def __init__(
-        self,
-        robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
-        skin_gains: SkinGains,
-        gains: ContactImpedanceGains = ...,
-    ) -> None: ...
+    def __init__(self, touch: TouchWrench, gains: ContactImpedanceGains = ...) -> None: ...
 
 class MapSkinTask(Task):
     """Touch turned into torques by a sensory-motor map (IV-A)."""
@@ -618,13 +622,10 @@ class ForceTask(Task):
     """The limb presses with a force that its skin measures."""
 
     def __init__(
-        self,
-        robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
-        skin_gains: SkinGains,
-        link: str,
-        gains: ForceGains = ...,
-    ) -> None: ...
+        self, robot: robotskin._core.model.RobotModel, felt: TouchWrench, link: str, gains: ForceGains = ...
+    ) -> None:
+        """felt: the force felt, which is a touch of SkinGains.measured_force()."""
+
     def request_force(
         self, force: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
     ) -> None:

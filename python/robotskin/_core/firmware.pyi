@@ -126,6 +126,8 @@ EPOCH_TICKS: int = 4
 
 CELL_STATE_BYTES: int = 8128
 
+MODES: tuple = ("clock", "event")
+
 CHANNELS: tuple = ...
 
 FRAME_TYPES: tuple = ...

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 import enum
-from typing import Annotated
 
 import numpy
 from numpy.typing import NDArray
@@ -264,151 +263,12 @@ class Guard:
     @property
     def report(self) -> GuardReport: ...
 
-class CycleGains:
-    """All gains of the skin cycle."""
-
-    def __init__(
-        self,
-        joint: robotskin._core.control.JointGains,
-        skin: robotskin._core.control.SkinGains,
-        resolver: robotskin._core.control.ResolverGains,
-    ) -> None: ...
-    @property
-    def joint(self) -> robotskin._core.control.JointGains: ...
-    @joint.setter
-    def joint(self, arg: robotskin._core.control.JointGains, /) -> None: ...
-    @property
-    def skin(self) -> robotskin._core.control.SkinGains: ...
-    @skin.setter
-    def skin(self, arg: robotskin._core.control.SkinGains, /) -> None: ...
-    @property
-    def resolver(self) -> robotskin._core.control.ResolverGains: ...
-    @resolver.setter
-    def resolver(self, arg: robotskin._core.control.ResolverGains, /) -> None: ...
-    @property
-    def skin_bandwidth_hz(self) -> float: ...
-    @skin_bandwidth_hz.setter
-    def skin_bandwidth_hz(self, arg: float, /) -> None: ...
-    @property
-    def fade_s(self) -> float: ...
-    @fade_s.setter
-    def fade_s(self, arg: float, /) -> None: ...
-    @property
-    def goal_speed(self) -> float:
-        """rad/s"""
-
-    @goal_speed.setter
-    def goal_speed(self, arg: float, /) -> None: ...
-
 class SkinSource(enum.Enum):
-    """Who computes the torque of the skin task."""
+    """Which side sums the torque of touch."""
 
     host = 0
 
     skin = 1
-
-class SkinCycle:
-    """
-    Skin compliance: joint state and skin state in, joint command out, once a period.
-
-    Requests may come from any thread, step belongs to one.
-    """
-
-    def __init__(
-        self,
-        robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
-        gains: CycleGains,
-        limits: GuardLimits,
-    ) -> None:
-        """
-        Raises ModelError, ControlError or GuardError for what does not fit together.
-        """
-
-    def step(
-        self,
-        joints: robotskin._core.model.JointState,
-        skin: robotskin._core.skin.SkinState,
-        now_ns: int,
-        command: robotskin._core.model.JointCommand,
-        own_torque: robotskin._core.skin.SkinTorque | None = None,
-    ) -> GuardReport:
-        """
-        One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin has computed itself.
-        """
-
-    def time_steps(
-        self,
-        joints: robotskin._core.model.JointState,
-        skin: robotskin._core.skin.SkinState,
-        start_ns: int,
-        command: robotskin._core.model.JointCommand,
-        steps: int,
-    ) -> NDArray[numpy.int64]:
-        """
-        (steps) nanoseconds each of as many periods of 1 ms took, on the same states with new stamps.
-        """
-
-    def request_run(self, run: bool) -> None: ...
-    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
-    def request_skin_source(self, source: SkinSource) -> None:
-        """
-        Whose torque the skin task contributes: what the skin says is used while it is fresh.
-        """
-
-    def request_skin_task(self, on: bool) -> None: ...
-    def request_patch_mask(self, patch: int, masked: bool) -> bool:
-        """False if there is no such patch."""
-
-    def request_goal(
-        self, goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
-    ) -> None:
-        """goal (n) rad; the reference moves there at the goal speed."""
-
-    @property
-    def joint_count(self) -> int: ...
-    @property
-    def cell_count(self) -> int: ...
-    @property
-    def patch_count(self) -> int: ...
-    @property
-    def joint_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm"""
-
-    @property
-    def gravity_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm"""
-
-    @property
-    def skin_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm before its weight"""
-
-    @property
-    def host_skin_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm, as the host computes it, used or not"""
-
-    @property
-    def skin_source_share(self) -> float:
-        """1: all of skin_torque is the skin's own"""
-
-    @property
-    def touch_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm of the forces felt"""
-
-    @property
-    def fused_torque(self) -> NDArray[numpy.float64]:
-        """(n) Nm, eq. 18"""
-
-    @property
-    def reference(self) -> NDArray[numpy.float64]:
-        """(n) rad"""
-
-    @property
-    def cell_magnitudes(self) -> NDArray[numpy.float32]:
-        """(N) newton, float32"""
-
-    @property
-    def report(self) -> GuardReport: ...
 
 class TaskCycleGains:
     """Gains of the task cycle beside those of its tasks."""
@@ -486,7 +346,7 @@ class TaskCycle:
         Whose torque skin tasks contribute: what the skin says is used while it is fresh.
         """
 
-    def request_skin_task(self, on: bool) -> None:
+    def request_skin(self, on: bool) -> None:
         """Off: no task feels any cell."""
 
     def request_patch_mask(self, patch: int, masked: bool) -> bool: ...

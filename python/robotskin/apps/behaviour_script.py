@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from robotskin._core.control import CartesianTask, JointTask
 from robotskin._core.model import RobotDynamics
 from robotskin._core.robot import SafetyState
-from robotskin.apps.behaviour_session import BehaviourSession
 from robotskin.apps.figures import Bound
 from robotskin.errors import InputError
+from robotskin.session import Session
 
 Progress = Callable[[str], None]
 
@@ -22,7 +22,7 @@ def bounds() -> list[Bound]:
     return [Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
 
 
-def hand_pose(session: BehaviourSession) -> NDArray[np.float64]:
+def hand_pose(session: Session) -> NDArray[np.float64]:
     """(4, 4) metres, base frame: the link of the robot's Cartesian tasks, as measured."""
     robot = session.robot.core
     dynamics = RobotDynamics(robot)
@@ -30,7 +30,7 @@ def hand_pose(session: BehaviourSession) -> NDArray[np.float64]:
     return dynamics.base_from_link(robot.link_index(session.gains.values["cartesian"]["link"]))
 
 
-def set_goal(session: BehaviourSession, goal: list[float]) -> None:
+def set_goal(session: Session, goal: list[float]) -> None:
     """Give the behaviour its goal: (n) rad for joints, or (3) metres by which the hand is to move, base axes.
 
     Raises InputError if the behaviour follows neither, or for another count.
@@ -52,7 +52,7 @@ def set_goal(session: BehaviourSession, goal: list[float]) -> None:
 
 
 def run(
-    session: BehaviourSession, seconds: float, goal: list[float] | None = None, progress: Progress = lambda _text: None
+    session: Session, seconds: float, goal: list[float] | None = None, progress: Progress = lambda _text: None
 ) -> dict[str, float]:
     """Boot, set the goal, touch cells at random for `seconds`, let go, and measure.
 

@@ -14,9 +14,9 @@ import numpy as np
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
 from robotskin.apps.network_watch import NetworkWatch
-from robotskin.apps.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Torques, Touch
 
@@ -164,9 +164,9 @@ class LiveSession:
 
     def _go_home(self) -> None:
         self._end()
-        self.session.cycle.request_goal(self.session.home)
+        self.session.controller.request_goal(self.session.home)
         if self.session.state is SafetyState.stopped:
-            self.session.cycle.request_run(False)
+            self.session.controller.request_run(False)
             self._restart = True
 
     def _run(self) -> None:
@@ -201,7 +201,7 @@ class LiveSession:
         if self._touch_until_s is not None and self.session.world.time_s >= self._touch_until_s:
             self._end()
         if self._restart and self.session.state is SafetyState.ready:
-            self.session.cycle.request_run(True)
+            self.session.controller.request_run(True)
             self._restart = False
 
     def _counts(self) -> dict[str, float]:
@@ -233,7 +233,7 @@ class LiveSession:
 
     def _take(self) -> Snapshot:
         session = self.session
-        report = session.cycle.report
+        report = session.controller.report
         stopped = report.state in (SafetyState.stopped, SafetyState.degraded)
         return Snapshot(
             time_s=session.world.time_s,
@@ -263,7 +263,7 @@ class LiveSession:
         if session.torques is None:
             return None
         own = session.own_torque
-        return Torques(np.array(session.cycle.host_skin_torque), np.array(own.joint), own.fresh, own.cells)
+        return Torques(np.array(session.controller.host_skin_torque), np.array(own.joint), own.fresh, own.cells)
 
     def _reading(self) -> SkinReading:
         skin = self.session.skin

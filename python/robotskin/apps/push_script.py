@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from robotskin.apps.figures import Bound
-from robotskin.apps.session import INTERFACES, Session
-from robotskin.apps.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
+from robotskin.session import INTERFACES, Session
+from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 
 FORCE_N = 15.0
 HOLD_S = 2.0
@@ -66,7 +66,7 @@ def _interface_figures(
     session: Session, interface: str, cell: int, seconds: float, progress: Progress
 ) -> dict[str, float]:
     began = session.world.time_s
-    violations = session.cycle.report.violations
+    violations = session.controller.report.violations
     session.set_interface(interface)
     session.run(0.5)
 
@@ -99,7 +99,7 @@ def _interface_figures(
         f"{interface}_displacement_skin_off_m": off.peak_m,
         f"{interface}_displacement_masked_m": masked.peak_m,
         f"{interface}_return_error_rad": max(on.return_error_rad, event.return_error_rad),
-        f"{interface}_limit_violations": session.cycle.report.violations - violations,
+        f"{interface}_limit_violations": session.controller.report.violations - violations,
     }
 
 

@@ -14,9 +14,9 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from robotskin.apps.session import Session
     from robotskin.layout import Layout
     from robotskin.robots import Robot
+    from robotskin.session import Session
 
 DEFAULT_LINK = "forearm_link"
 
@@ -63,10 +63,9 @@ def command(
     from robotskin import layout as layouts
     from robotskin import robots
     from robotskin._core import firmware
-    from robotskin.apps.behaviour_session import BehaviourSession
-    from robotskin.apps.session import Session
-    from robotskin.apps.touches import require_cells_on
     from robotskin.layout.mounting import read_for
+    from robotskin.session import Session
+    from robotskin.session.touches import require_cells_on
 
     # Asked to end in either way, the demo first brings its robot to rest.
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
@@ -78,9 +77,7 @@ def command(
     believed_skin, control = believed_model(console, believed, model, skin, seed)
     if believed_skin is not None:
         require_cells_on(believed_skin, link)
-    # On the page the robot can be told to do something else.
-    kind = Session if headless else BehaviourSession
-    session = kind(
+    session = Session(
         model,
         skin,
         seed=seed,

@@ -90,11 +90,11 @@ def command(
     from robotskin._core import firmware
     from robotskin._core.control import Fusion
     from robotskin.apps.behaviour_script import set_goal
-    from robotskin.apps.behaviour_session import BehaviourSession
     from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import InputError, UnknownNameError
     from robotskin.robots.gains import GainSet
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+    from robotskin.session import Session
     from robotskin.viewer.session_view import SOURCES
 
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
@@ -115,11 +115,11 @@ def command(
         model = robots.load(robot)
         skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
         key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
-        session = BehaviourSession(
+        session = Session(
             model,
             skin,
             behaviour,
-            seed,
+            seed=seed,
             key=key,
             interface=interface,
             mode=mode,
@@ -158,10 +158,10 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     from rich.console import Console
 
     from robotskin.apps import behaviour_script
-    from robotskin.apps.behaviour_session import BehaviourSession
     from robotskin.apps.figures import broken, table_of, write_figures
+    from robotskin.session import Session
 
-    assert isinstance(session, BehaviourSession)
+    assert isinstance(session, Session)
     console = Console()
     try:
         with console.status("boot") as status:

@@ -21,7 +21,7 @@ from robotskin._core.control import (
     Task,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import BodyLimits, GuardReport, SkinSource, TaskCycle, TaskCycleGains
+from robotskin._core.robot import BodyLimits, GuardReport, SkinSource, TaskCycle
 from robotskin._core.skin import SkinModel, SkinState, SkinTorque
 from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
 from robotskin.control.primitive import Goal, JointGoal, primitive
@@ -33,7 +33,7 @@ from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 
 class Controller:
-    """Control of one robot; it takes the place of a `SkinCycle` wherever one runs.
+    """Control of one robot: its task cycle, and the behaviours that it runs.
 
     Requests may come from any one thread, `step` from another.
 
@@ -69,9 +69,7 @@ class Controller:
         self.library = TaskLibrary(robot, skin, body, skin_map)
         self._fusion = fusion
         self._limits = QuadraticLimits.of(robot)
-        cycle = gains.cycle_gains(robot, skin)
-        own = TaskCycleGains(cycle.skin, cycle.resolver)
-        own.touch_bandwidth_hz, own.fade_s = cycle.skin_bandwidth_hz, cycle.fade_s
+        own = gains.cycle_gains(robot, skin)
         self.behaviour, self.tasks = self._made(start)
         limits = gains.guard_limits(robot)
         if body_limits is not None:
@@ -164,9 +162,9 @@ class Controller:
         """Command the robot by position, velocity or torque."""
         self.cycle.request_mode(mode)
 
-    def request_skin_task(self, on: bool) -> None:
+    def request_skin(self, on: bool) -> None:
         """Let tasks feel the skin, or not."""
-        self.cycle.request_skin_task(on)
+        self.cycle.request_skin(on)
 
     def request_skin_source(self, source: SkinSource) -> None:
         """Whose torque the skin task contributes. Raises InputError for the skin's where the behaviour has none."""
@@ -219,6 +217,21 @@ class Controller:
             elif isinstance(task, SkinCartesianTask | MapSkinTask):
                 asked += task.torque
         return asked
+
+    @property
+    def skin_torque(self) -> NDArray[np.float64]:
+        """(n) Nm that the behaviour's reaction to touch contributes, by either source, unfiltered; zero without one."""
+        used = np.zeros(self.robot.joint_count)
+        for task in self.tasks.values():
+            if isinstance(task, SkinReactionTask):
+                used += task.used_torque
+        return used
+
+    @property
+    def skin_source_share(self) -> float:
+        """1: all of the reaction to touch is the skin's own torque, 0: all is the host's."""
+        shares = [task.source_share for task in self.tasks.values() if isinstance(task, SkinReactionTask)]
+        return shares[0] if shares else 0.0
 
     @property
     def fusion(self) -> Fusion:

@@ -17,10 +17,13 @@ from robotskin._core.control import (
     MapSkinTask,
     SelfCollisionTask,
     SkinCartesianTask,
+    SkinGains,
     SkinReactionTask,
     SplineCartesianTask,
     SplineJointTask,
     Task,
+    TouchMatrix,
+    TouchWrench,
 )
 from robotskin._core.model import BASE, RobotModel
 from robotskin._core.skin import SkinModel
@@ -57,6 +60,8 @@ class TaskLibrary:
         self.skin_map = skin_map
         self._makers: dict[str, Maker] = dict(_MAKERS)
         self._self_collision: SelfCollisionTask | None = None
+        self._matrix = TouchMatrix(robot, skin)
+        self._touches: dict[bytes, TouchWrench] = {}
         if skin_map is not None:
             _require_fit(skin_map, robot, skin)
 
@@ -74,6 +79,15 @@ class TaskLibrary:
         if name not in self._makers:
             raise UnknownNameError("task", name, self._makers)
         return self._makers[name](self, gains)
+
+    def touch(self, gains: SkinGains) -> TouchWrench:
+        """The touch with these gains, one for all tasks that ask for the same: it is computed once a tick."""
+        thresholds = (gains.force_silent, gains.force_full, gains.proximity_silent, gains.proximity_full)
+        arrays = (gains.force_weight, gains.proximity_weight, *thresholds)
+        key = np.array(arrays, dtype=np.float32).tobytes()
+        if key not in self._touches:
+            self._touches[key] = TouchWrench(self._matrix, gains)
+        return self._touches[key]
 
 
 def _skin_filter_hz(gains: ChosenGains) -> float:
@@ -107,7 +121,7 @@ def _map_skin(own: TaskLibrary, gains: ChosenGains) -> Task:
     with np.errstate(divide="ignore"):
         total = np.minimum(wanted, values["skin"]["largest_give_rad_per_n"]) / turn_of_cell
     force = np.where(turn_of_cell > 0, np.clip(total - 1, 0, values["skin"]["largest_force_weight"]), 0.0)
-    skin = gains.skin_weighted(own.robot, own.skin, force)
+    skin = gains.skin_weighted(force)
     return MapSkinTask(own.robot.joint_count, len(own.skin), skin, found.posture, weight, MAP_LEVER_M)
 
 
@@ -137,7 +151,8 @@ def _force(own: TaskLibrary, gains: ChosenGains) -> Task:
         if above == joint:
             chosen = ForceGains()
             chosen.integral = FORCE_INTEGRAL_PER_S
-            return ForceTask(robot, own.skin, gains.skin(robot, own.skin), gains.link, chosen)
+            felt_force = own.touch(gains.skin(robot, own.skin).measured_force())
+            return ForceTask(robot, felt_force, gains.link, chosen)
         felt.append(name)
     raise InputError(
         f"task force: no cell on or beyond {gains.link} feels how it presses; there are cells on {', '.join(felt)}"
@@ -162,18 +177,16 @@ _MAKERS: dict[str, Maker] = {
         own.robot, gains.link, gains.cartesian, gains.speed_m_s, gains.turn_speed_rad_s
     ),
     "skin": lambda own, gains: SkinReactionTask(
-        own.robot,
-        own.skin,
-        gains.skin(own.robot, own.skin),
+        own.touch(gains.skin(own.robot, own.skin)),
         _skin_filter_hz(gains),
         own_scale=gains.share["skin"],
     ),
     "map_skin": _map_skin,
     "skin_cartesian": lambda own, gains: SkinCartesianTask(
-        own.robot, own.skin, gains.hand_skin(own.robot, own.skin), gains.link, _skin_filter_hz(gains)
+        own.robot, own.touch(gains.hand_skin(own.robot, own.skin)), gains.link, _skin_filter_hz(gains)
     ),
     "force": _force,
-    "contact_impedance": lambda own, gains: ContactImpedanceTask(own.robot, own.skin, gains.skin(own.robot, own.skin)),
+    "contact_impedance": lambda own, gains: ContactImpedanceTask(own.touch(gains.skin(own.robot, own.skin))),
     "self_collision": _self_collision,
     "joint_limits": lambda own, gains: JointLimitTask(own.robot),
     "posture": lambda own, gains: JointTask(own.robot, gains.joint, "posture"),

@@ -12,6 +12,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from robotskin._core import firmware
+from robotskin._core.model import CommandMode
+from robotskin._core.robot import SkinSource
 from robotskin.layout import Layout
 
 if TYPE_CHECKING:
@@ -139,10 +142,10 @@ class Snapshot:
     """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
 
 
-INTERFACES = ("position", "velocity", "torque")
-MODES = ("clock", "event")
-SOURCES = ("host", "skin")
-"""Who computes the torque of the skin task."""
+INTERFACES = tuple(str(one.name) for one in CommandMode)
+MODES: tuple[str, ...] = firmware.MODES
+SOURCES = tuple(str(one.name) for one in SkinSource)
+"""Which side sums the torque of touch."""
 
 
 class SessionView(Protocol):

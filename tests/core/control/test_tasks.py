@@ -24,10 +24,10 @@ from robotskin._core.control import (
     SkinCartesianTask,
     SkinGains,
     SkinReactionTask,
-    SkinTask,
     SplineCartesianTask,
     SplineJointTask,
     Task,
+    TouchWrench,
 )
 from robotskin._core.model import BASE, ModelError, RobotDynamics, RobotModel
 from robotskin._core.skin import Health, SkinState
@@ -246,8 +246,8 @@ def test_joint_limit_task_acts_only_near_a_limit_and_away_from_it(moment, robot,
 
 
 def test_skin_reaction_is_the_skin_task_and_claims_a_row_a_touched_body(moment, robot) -> None:
-    task = SkinReactionTask(robot, moment.skin, moment.gains)
-    expected = SkinTask(robot, moment.skin, moment.gains).compute(moment.dynamics, moment.state, moment.share)
+    task = SkinReactionTask(TouchWrench(robot, moment.skin, moment.gains))
+    expected = TouchWrench(robot, moment.skin, moment.gains).compute(moment.dynamics, moment.state, moment.share)
     np.testing.assert_allclose(moment.update(task), expected, atol=1e-9)
     bodies = {moment.body_of(cell) for cell in range(CELLS)} - {BASE}
     assert len(task.rows) == len(bodies)
@@ -259,7 +259,7 @@ def test_skin_reaction_is_the_skin_task_and_claims_a_row_a_touched_body(moment, 
 def test_skin_reaction_fades_in_without_a_step(moment, robot) -> None:
     cell = next(cell for cell in range(CELLS) if moment.body_of(cell) != BASE)
     moment.touch_only(np.array([], dtype=int))
-    task = SkinReactionTask(robot, moment.skin, moment.gains)
+    task = SkinReactionTask(TouchWrench(robot, moment.skin, moment.gains))
     torques, lengths = [], []
     for force in np.linspace(0, 3, 3000):
         moment.state.normal_force[cell] = force / 3
@@ -272,9 +272,9 @@ def test_skin_reaction_fades_in_without_a_step(moment, robot) -> None:
 
 def test_masked_and_silent_cells_contribute_nothing_to_any_skin_task(moment, robot) -> None:
     tasks = [
-        SkinReactionTask(robot, moment.skin, moment.gains),
-        SkinCartesianTask(robot, moment.skin, moment.gains, last_link(robot)),
-        ContactImpedanceTask(robot, moment.skin, moment.gains),
+        SkinReactionTask(TouchWrench(robot, moment.skin, moment.gains)),
+        SkinCartesianTask(robot, TouchWrench(robot, moment.skin, moment.gains), last_link(robot)),
+        ContactImpedanceTask(TouchWrench(robot, moment.skin, moment.gains)),
     ]
     moment.share[:] = 0
     for task in tasks:
@@ -289,13 +289,13 @@ def test_masked_and_silent_cells_contribute_nothing_to_any_skin_task(moment, rob
 def test_skin_cartesian_pushes_the_frame_with_the_limbs_forces(robot, rng) -> None:
     moment = Moment(robot, rng)
     link = last_link(robot)
-    task = SkinCartesianTask(robot, moment.skin, moment.gains, link)
+    task = SkinCartesianTask(robot, TouchWrench(robot, moment.skin, moment.gains), link)
     torque = moment.update(task)
     limb, joint = set(), robot.joint_count - 1
     while joint != BASE:
         limb.add(joint)
         joint = robot.joint_parents[joint]
-    alone = SkinTask(robot, moment.skin, moment.gains)
+    alone = TouchWrench(robot, moment.skin, moment.gains)
     alone.compute(moment.dynamics, moment.state, moment.share)
     force = np.zeros(3)
     for cell, magnitude in enumerate(alone.magnitudes):
@@ -319,7 +319,7 @@ def test_one_limb_does_not_feel_the_touch_of_another(rng) -> None:
     on_right = np.array([cell for cell in range(CELLS) if moment.body_of(cell) >= shoulder])
     assert len(on_right) > 5
     moment.touch_only(on_right)
-    task = SkinCartesianTask(robot, moment.skin, moment.gains, left)
+    task = SkinCartesianTask(robot, TouchWrench(robot, moment.skin, moment.gains), left)
     np.testing.assert_array_equal(moment.update(task), 0)
 
 
@@ -330,12 +330,12 @@ def test_contact_impedance_gives_the_point_its_acceleration(rng) -> None:
     cell = next(cell for cell in range(CELLS) if moment.body_of(cell) == robot.joint_count - 1)
     moment.touch_only(np.array([cell]))
     gains = ContactImpedanceGains(2.5, 14.0, 20.0)
-    task = ContactImpedanceTask(robot, moment.skin, moment.gains, gains)
+    task = ContactImpedanceTask(TouchWrench(robot, moment.skin, moment.gains), gains)
     moment.start(task)
     torque = moment.update(task)
     share = np.linalg.norm(task.rows[0])
     assert share > 0
-    alone = SkinTask(robot, moment.skin, moment.gains)
+    alone = TouchWrench(robot, moment.skin, moment.gains)
     alone.compute(moment.dynamics, moment.state, moment.share)
     magnitude = alone.magnitudes[cell]
     base_from_link = moment.dynamics.base_from_link(robot.link_index(moment.skin.link_names[moment.skin.link[cell]]))
@@ -358,7 +358,7 @@ def test_contact_impedance_comes_to_rest_where_the_spring_holds_the_push() -> No
     moment.state.proximity[:] = 0
     moment.state.normal_force[cell] = 2.0 / 3
     gains = SkinGains.uniform(CELLS, 1.0, 0.0, 0.5, 1.0, 0.1, 0.3)
-    task = ContactImpedanceTask(robot, moment.skin, gains, ContactImpedanceGains(2.5, 40.0, 100.0))
+    task = ContactImpedanceTask(TouchWrench(robot, moment.skin, gains), ContactImpedanceGains(2.5, 40.0, 100.0))
     moment.start(task)
     link = robot.link_index(moment.skin.link_names[moment.skin.link[cell]])
     places, normals = [], []
@@ -381,7 +381,7 @@ def test_map_skin_task_recalls_what_the_map_says(moment, robot, rng) -> None:
     known = SensoryMotorMap("r", tuple(robot.joint_names), np.arange(CELLS), posture, weight)
     task = MapSkinTask(robot.joint_count, CELLS, moment.gains, posture, weight, 0.3)
     moment.start(task)
-    alone = SkinTask(robot, moment.skin, moment.gains)
+    alone = TouchWrench(robot, moment.skin, moment.gains)
     alone.compute(moment.dynamics, moment.state, moment.share)
     expected = 0.3 * known.reaction(moment.q, alone.magnitudes)
     torque = moment.update(task)
@@ -438,14 +438,14 @@ def test_what_does_not_fit_is_refused_by_name(robot, rng) -> None:
     with pytest.raises(ControlError, match="speed"):
         SplineJointTask(robot, JointGains([1.0] * n, [1.0] * n), 0.0)
     with pytest.raises(ControlError, match="values, the skin has"):
-        SkinReactionTask(robot, skin, SkinGains.uniform(CELLS - 1, 1, 1, 0.5, 1.5, 0.1, 0.3))
+        SkinReactionTask(TouchWrench(robot, skin, SkinGains.uniform(CELLS - 1, 1, 1, 0.5, 1.5, 0.1, 0.3)))
     with pytest.raises(ModelError, match="no_such_link"):
-        SkinCartesianTask(robot, skin, fine, "no_such_link")
+        SkinCartesianTask(robot, TouchWrench(robot, skin, fine), "no_such_link")
     with pytest.raises(ControlError, match="inertia"):
-        ContactImpedanceTask(robot, skin, fine, ContactImpedanceGains(0.0, 1.0, 1.0))
+        ContactImpedanceTask(TouchWrench(robot, skin, fine), ContactImpedanceGains(0.0, 1.0, 1.0))
     with pytest.raises(ControlError, match="weight has"):
         MapSkinTask(n, CELLS, fine, np.zeros((2, n)), np.zeros((1, CELLS, n)), 0.1)
-    task = SkinReactionTask(robot, skin, fine)
+    task = SkinReactionTask(TouchWrench(robot, skin, fine))
     moment = Moment(robot, rng)
     with pytest.raises(ValueError, match="skin must have its cells"):
         task.update(moment.dynamics, moment.q, moment.v, SkinState(CELLS - 1), moment.share, PERIOD_S)
@@ -544,7 +544,7 @@ def test_force_task_presses_until_the_skin_feels_the_force(rng) -> None:
     index = robot.link_index(link)
     cell = next(cell for cell in range(CELLS) if moment.body_of(cell) == robot.joint_count - 1)
     moment.touch_only(np.array([], dtype=int))
-    task = ForceTask(robot, moment.skin, moment.gains, link)
+    task = ForceTask(robot, TouchWrench(robot, moment.skin, moment.gains.measured_force()), link)
     moment.start(task)
     pose = moment.dynamics.base_from_link(robot.link_index(moment.skin.link_names[moment.skin.link[cell]]))
     normal = (pose @ moment.skin.link_from_cell[cell])[:3, 2]

@@ -1,4 +1,4 @@
-"""Virtual robot, resolver and fusion."""
+"""Virtual robot and resolver."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,10 @@ from robotskin import robots
 from robotskin._core.control import (
     ControlError,
     InnerLoopGains,
-    JointGains,
     ResolverGains,
     TorqueResolver,
     VirtualRobot,
     VirtualRobotGains,
-    joint_task,
-    weighted_fusion,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
 
@@ -48,8 +45,7 @@ class Loop:
         self.resolver.begin(self.joints, mode)
         q, v = self.resolver.position, self.resolver.velocity
         self.dynamics.update(q, v)
-        spring = joint_task(JointGains(stiffness.tolist(), [0.0] * 6), HOME, q, v)
-        fused = weighted_fusion(1.0, spring + self.dynamics.gravity_torque, 1.0, extra)
+        fused = stiffness * (HOME - q) + self.dynamics.gravity_torque + extra
         self.resolver.resolve(self.dynamics, fused, touch, self.joints, self.command)
         return self.command.value.copy()
 
@@ -177,17 +173,6 @@ def test_the_virtual_robot_does_not_run_away_from_one_that_is_held(ur5) -> None:
         loop.command_for(POSITION, 0 * STIFFNESS, np.full(6, 500.0), np.zeros(6))
     allowed = gains().largest_lead_rad + gains().largest_bias_rad
     assert np.abs(loop.command.value - HOME).max() <= allowed + 1e-9
-
-
-def test_fusion_is_linear(rng) -> None:
-    first, second, third = rng.normal(size=(3, 6))
-    a, b = rng.normal(size=2)
-    np.testing.assert_allclose(weighted_fusion(a, first, b, second), a * first + b * second, atol=1e-12)
-    np.testing.assert_allclose(
-        weighted_fusion(a, first + third, b, second),
-        weighted_fusion(a, first, b, second) + weighted_fusion(a, third, 0.0, second),
-        atol=1e-12,
-    )
 
 
 def test_gains_that_do_not_fit_are_refused(ur5) -> None:

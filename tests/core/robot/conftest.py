@@ -6,6 +6,7 @@ import pytest
 from robotskin import robots
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin._core.skin import Health, SkinModel, SkinState
+from robotskin.control import Controller
 from robotskin.layout import finished
 from robotskin.robots.gains import GainSet
 
@@ -23,11 +24,11 @@ def skin() -> SkinModel:
 
 
 class Rig(SimpleNamespace):
-    """A cycle on a robot that does exactly what it is told with the position and velocity interfaces."""
+    """Skin compliance on a robot that does exactly what it is told with the position and velocity interfaces."""
 
     def __init__(self, robot: RobotModel, skin: SkinModel, gains: GainSet | None = None) -> None:
         self.gains = gains or GainSet.load("ur5")
-        self.cycle = self.gains.cycle(robot, skin)
+        self.cycle = Controller(robot, skin, self.gains).cycle
         self.joints = JointState(robot.joint_count)
         self.joints.position[:] = self.gains.home
         self.skin = SkinState(len(skin))

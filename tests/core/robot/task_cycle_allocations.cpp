@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <random>
 #include <sstream>
@@ -13,9 +14,12 @@
 #include "control/contact_impedance_task.hpp"
 #include "control/gravity_task.hpp"
 #include "control/joint_limit_task.hpp"
-#include "control/joint_stack_task.hpp"
+#include "control/joint_task.hpp"
 #include "control/map_skin_task.hpp"
-#include "control/skin_stack_task.hpp"
+#include "control/skin_cartesian_task.hpp"
+#include "control/skin_reaction_task.hpp"
+#include "control/spline_cartesian_task.hpp"
+#include "control/spline_joint_task.hpp"
 #include "random_skin.hpp"
 #include "robot/task_cycle.hpp"
 
@@ -49,10 +53,10 @@ int main(int argument_count, char** arguments) {
   const auto pose = std::make_shared<control::CartesianTask>(robot, hand, pose_gains);
   const auto path = std::make_shared<control::SplineCartesianTask>(robot, hand, pose_gains, 0.2, 1.0);
   const auto limit = std::make_shared<control::JointLimitTask>(robot, control::JointLimitGains{});
-  const auto touch = std::make_shared<control::SkinReactionTask>(robot, model, skin_gains, 80);
-  const auto drag = std::make_shared<control::SkinCartesianTask>(robot, model, skin_gains, hand, 80);
-  const auto contact =
-      std::make_shared<control::ContactImpedanceTask>(robot, model, skin_gains, control::ContactImpedanceGains{});
+  const auto felt = std::make_shared<control::TouchWrench>(robot, model, skin_gains);
+  const auto touch = std::make_shared<control::SkinReactionTask>(felt, 80);
+  const auto drag = std::make_shared<control::SkinCartesianTask>(robot, felt, hand, 80);
+  const auto contact = std::make_shared<control::ContactImpedanceTask>(felt, control::ContactImpedanceGains{});
   control::SkinMap map{std::vector<double>(2 * n, 0.0), std::vector<double>(2 * cells * n, 0.1)};
   for (std::size_t i = n; i < 2 * n; ++i) map.posture[i] = 0.2;
   const auto recalled = std::make_shared<control::MapSkinTask>(n, cells, skin_gains, map, 0.3);
@@ -93,10 +97,15 @@ int main(int argument_count, char** arguments) {
   JointCommand command(CommandMode::position, n);
   std::uniform_real_distribution<float> force(0, 3);
   std::vector<double> goal(n);
+  std::uint64_t visited = 0;
   long allocations = 0, switches = 0, running = 0;
   for (int i = 0; i < cycles; ++i) {
     const std::int64_t now_ns = 1'000'000'000 + i * std::int64_t{1'000'000};
     joints.stamp_ns = skin.time_ns = now_ns;
+    // Once in a while the joints, or the skin, are silent long enough to stop the robot, or part of the skin is.
+    if (i % 2000 > 1850 && i % 2000 < 1900) joints.stamp_ns = now_ns - 1'000'000'000;
+    if (i % 3000 > 2800) skin.time_ns = now_ns - 1'000'000'000;
+    std::fill_n(skin.health.begin(), 60, i % 2500 > 2300 ? skin::Health::stale : skin::Health::alive);
     skin.normal_force[generator() % cells] = {force(generator), force(generator), force(generator)};
     if (i % 1000 == 500) {  // a person changes what the robot does; this is not the tick
       cycle.request_stack(make(static_cast<control::Fusion>(i / 1000 % 4)));
@@ -104,17 +113,23 @@ int main(int argument_count, char** arguments) {
       spline->request_reference(goal);
       ++switches;
     }
+    if (i == 4777) joints.position[0] = std::numeric_limits<double>::quiet_NaN();
     allocations += allocations_of([&] {
-      cycle.request_run(true);
+      cycle.request_run(i % 1000 < 950);
       cycle.request_mode(static_cast<CommandMode>(i / 700 % 3));
       cycle.request_skin(i % 900 < 600);
-      running += cycle.step(joints, skin, now_ns, command).state == robot::SafetyState::running;
+      (void)cycle.request_patch_mask(i % 3, i % 500 < 250);
+      const robot::SafetyState state = cycle.step(joints, skin, now_ns, command).state;
+      running += state == robot::SafetyState::running;
+      visited |= std::uint64_t{1} << static_cast<int>(state);
     });
+    if (i == 4777) joints.position[0] = 0;
     if (command.mode == CommandMode::position) joints.position = command.value;
     for (std::size_t k = 0; k < n; ++k)
       joints.position[k] = std::clamp(joints.position[k], robot.lower()[k], robot.upper()[k]);
   }
   const long counted = allocations_of([] { std::make_unique<std::vector<double>>(100); });
-  std::printf("{\"allocations\": %ld, \"counted_of_two\": %ld, \"switches\": %ld, \"running\": %ld}\n", allocations,
+  std::printf("{\"allocations\": %ld, \"counted_of_two\": %ld, \"switches\": %ld, \"running\": %ld, ", allocations,
               counted, switches, running);
+  std::printf("\"states_visited\": %d}\n", static_cast<int>(visited));
 }

@@ -18,9 +18,10 @@ from robotskin._core.control import (
     QuadraticLimits,
     SkinReactionTask,
     StackEntry,
+    TouchWrench,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import SafetyState, TaskCycle, TaskCycleGains
+from robotskin._core.robot import SafetyState, TaskCycle
 from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin.robots.gains import GainSet
 
@@ -35,8 +36,9 @@ class Rig(SimpleNamespace):
         self.robot, self.model = robot, skin
         self.gain_set = GainSet.load("ur5")
         self.gains = self.gain_set.cycle_gains(robot, skin)
-        self.joint = JointTask(robot, self.gains.joint, "posture")
-        self.touch = SkinReactionTask(robot, skin, self.gains.skin, self.gains.skin_bandwidth_hz)
+        self.joint = JointTask(robot, self.gain_set.joint, "posture")
+        touch = TouchWrench(robot, skin, self.gain_set.skin_gains(robot, skin))
+        self.touch = SkinReactionTask(touch, self.gains.touch_bandwidth_hz)
         self.gravity = GravityTask(robot.joint_count)
         self.hand = CartesianTask(robot, "ee_link", CartesianGains([500.0] * 3 + [20.0] * 3, [20.0] * 3 + [1.0] * 3))
         self.limits = JointLimitTask(robot)
@@ -49,11 +51,9 @@ class Rig(SimpleNamespace):
         self.now_ns = 10**9
 
     def make(self, entries: list[StackEntry], fusion: Fusion = Fusion.weighted_sum) -> TaskCycle:
-        gains = TaskCycleGains(self.gains.skin, self.gains.resolver)
-        gains.touch_bandwidth_hz = self.gains.skin_bandwidth_hz
-        gains.fade_s = FADE_S
+        self.gains.fade_s = FADE_S
         limits = self.gain_set.guard_limits(self.robot)
-        return TaskCycle(self.robot, self.model, gains, limits, entries, fusion)
+        return TaskCycle(self.robot, self.model, self.gains, limits, entries, fusion)
 
     def compliance(self) -> list[StackEntry]:
         return [StackEntry(self.joint), StackEntry(self.touch), StackEntry(self.gravity, UNPROJECTED)]
@@ -77,25 +77,6 @@ class Rig(SimpleNamespace):
 @pytest.fixture
 def rig(ur5: RobotModel, skin: SkinModel) -> Rig:
     return Rig(ur5, skin)
-
-
-def test_skin_compliance_as_a_stack_is_skin_compliance(rig, ur5, skin, push_cell) -> None:
-    """The same pushes, the same commands as of the cycle that is one page."""
-    other = rig.gain_set.cycle(ur5, skin)
-    rig.cycle.request_run(True)
-    other.request_run(True)
-    joints, command = JointState(6), JointCommand(CommandMode.position, 6)
-    joints.position[:] = rig.gain_set.home
-    for tick in range(600):
-        rig.skin.normal_force[:] = 0
-        rig.skin.normal_force[push_cell] = 2.0 if 100 < tick < 400 else 0.0
-        rig.step()
-        joints.stamp_ns = rig.now_ns
-        if other.step(joints, rig.skin, rig.now_ns, command).send:
-            joints.velocity = (command.value - joints.position) / PERIOD_S
-            joints.position = command.value.copy()
-        np.testing.assert_allclose(rig.joints.position, joints.position, atol=1e-9)
-    assert np.abs(joints.position - rig.gain_set.home).max() > 0.01
 
 
 def stacks(rig: Rig) -> list[tuple[list[StackEntry], Fusion]]:
@@ -157,14 +138,34 @@ def test_a_stack_requested_before_the_start_is_the_one_that_runs(rig) -> None:
     np.testing.assert_allclose(rig.joints.position, rig.gain_set.home, atol=1e-9)
 
 
+def test_tasks_of_the_same_touch_share_what_it_computes_in_a_tick(rig, ur5, skin, push_cell) -> None:
+    """A task between two others changes the skin in mid-tick: what they share was computed before."""
+    gains = rig.gain_set.skin_gains(ur5, skin)
+    shared, own = TouchWrench(ur5, skin, gains), TouchWrench(ur5, skin, gains)
+
+    def let_go(dynamics, position, velocity, felt):
+        felt.normal_force[push_cell] = 0.0
+        return np.zeros(6), np.zeros((0, 6))
+
+    first, second, third = SkinReactionTask(shared), SkinReactionTask(shared), SkinReactionTask(own)
+    tasks = [first, PythonTask("let go", 6, 0, let_go), second, third, rig.gravity]
+    rig.cycle.request_stack([StackEntry(task) for task in tasks], Fusion.weighted_sum)
+    for _ in range(3):
+        rig.skin.normal_force[push_cell] = 2.0
+        rig.step()
+        assert np.abs(first.host_torque).max() > 1
+        np.testing.assert_array_equal(first.host_torque, second.host_torque)
+        np.testing.assert_array_equal(third.host_torque, np.zeros(6))
+
+
 def test_skin_off_means_that_no_task_feels_anything(rig, push_cell) -> None:
-    rig.cycle.request_skin_task(False)
+    rig.cycle.request_skin(False)
     rig.run(400, frozen=True)
     calm = rig.cycle.fused_torque
     rig.skin.normal_force[push_cell] = 2.0
     rig.step(frozen=True)
     np.testing.assert_allclose(rig.cycle.fused_torque, calm, atol=1e-9)
-    rig.cycle.request_skin_task(True)
+    rig.cycle.request_skin(True)
     for _ in range(400):
         rig.step(frozen=True)
     assert np.abs(rig.cycle.fused_torque - calm).max() > 1

@@ -3,7 +3,6 @@ import pytest
 
 from robotskin import layout as layouts
 from robotskin.apps.configuring import placed_by_camera
-from robotskin.apps.session import cells_in
 from robotskin.errors import UnknownNameError
 from robotskin.robots import load
 from robotskin.selfconfig.babbling.free_space import FreeSpace
@@ -21,6 +20,7 @@ from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.recording import simulate_babbling
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
+from robotskin.session import cells_in
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 

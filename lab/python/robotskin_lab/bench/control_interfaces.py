@@ -48,7 +48,7 @@ def _spreads(seed: int, cells: int, hold_s: float, rough: bool) -> tuple[float, 
 
 
 def _take_compensation_away(rig: ControlRig) -> None:
-    from robotskin._core.robot import TaskCycle, TaskCycleGains
+    from robotskin._core.robot import TaskCycle
 
     cycle = rig.gains.cycle_gains(rig.robot.core, rig.model)
     resolver = cycle.resolver
@@ -57,13 +57,12 @@ def _take_compensation_away(rig: ControlRig) -> None:
     inner = resolver.inner_loop
     inner.integral = [0.0] * rig.robot.joint_count
     resolver.inner_loop = inner
-    own = TaskCycleGains(cycle.skin, resolver)
-    own.touch_bandwidth_hz, own.fade_s = cycle.skin_bandwidth_hz, cycle.fade_s
+    cycle.resolver = resolver
     controller = rig.controller
     controller.cycle = TaskCycle(
         rig.robot.core,
         rig.model,
-        own,
+        cycle,
         rig.gains.guard_limits(rig.robot.core),
         controller._entries(),
         controller.fusion,
@@ -108,7 +107,7 @@ def collision_figures(seed: int) -> Figures:
 
 def _collision_peak_n(seed: int, interface: str, skin_on: bool) -> float:
     rig = ControlRig("ur5", "skin_compliance", interface, seed, hands=0)
-    rig.controller.request_skin_task(skin_on)
+    rig.controller.request_skin(skin_on)
     rig.run(0.3)
     cell = _sideways_cell(rig)
     place, normal = rig.place(cell), rig.normal(cell)

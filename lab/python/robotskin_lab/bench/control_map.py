@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotskin._core.control import MapSkinTask, SkinGains, SkinTask
+from robotskin._core.control import MapSkinTask, SkinGains, TouchWrench
 from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
@@ -44,7 +44,7 @@ def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
 
     gains = SkinGains.uniform(len(layout), 1.0, 0.0, 0.35, 0.9, 0.02, 0.05)
     by_map = MapSkinTask(robot.joint_count, len(layout), gains, learnt.posture, weight, 0.3)
-    by_model = SkinTask(robot.core, skin, gains)
+    by_model = TouchWrench(robot.core, skin, gains)
     dynamics, share = RobotDynamics(robot.core), np.ones(len(layout), dtype=np.float32)
     zero = np.zeros(robot.joint_count)
     state = SkinState(len(layout))

@@ -24,9 +24,10 @@ from robotskin._core.control import (
     SkinGains,
     SkinReactionTask,
     StackEntry,
+    TouchWrench,
 )
 from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import SafetyState, TaskCycle, TaskCycleGains
+from robotskin._core.robot import SafetyState, TaskCycle
 from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin.control.self_collision import self_collision_task
 from robotskin.layout import finished
@@ -111,14 +112,15 @@ class Rig:
 
     def five_levels(self, hands: tuple[str, ...]) -> list[StackEntry]:
         """Limits, self-collision, hands, skin, posture; gravity beside them."""
+        touch = TouchWrench(self.core, self.skin, self.gain_set.skin_gains(self.core, self.skin))
         pose = self.gain_set.choose("reach_cartesian_compliant").cartesian
         return [
             StackEntry(GravityTask(self.core.joint_count), UNPROJECTED),
             StackEntry(JointLimitTask(self.core), 0),
             StackEntry(self_collision_task(self.robot, self.gain_set.home), 1),
             *(StackEntry(CartesianTask(self.core, hand, pose, hand), 2) for hand in hands),
-            StackEntry(SkinReactionTask(self.core, self.skin, self.gains.skin, self.gains.skin_bandwidth_hz), 3),
-            StackEntry(JointTask(self.core, self.gains.joint, "posture"), 4),
+            StackEntry(SkinReactionTask(touch, self.gains.touch_bandwidth_hz), 3),
+            StackEntry(JointTask(self.core, self.gain_set.joint, "posture"), 4),
         ]
 
     def times(self, key: str, entries: list[StackEntry], fusion: Fusion, ticks: int, squeeze: float) -> Figures:
@@ -126,10 +128,8 @@ class Rig:
         limits = QuadraticLimits.of(self.core)
         gravity = 1.2 * np.abs(_gravity(self.robot, self.gain_set.home))
         limits.torque = np.maximum(squeeze * np.array(limits.torque), gravity).tolist()
-        gains = TaskCycleGains(self.gains.skin, self.gains.resolver)
-        gains.touch_bandwidth_hz, gains.fade_s = self.gains.skin_bandwidth_hz, self.gains.fade_s
         guard = self.gain_set.guard_limits(self.core)
-        cycle = TaskCycle(self.core, self.skin, gains, guard, entries, fusion, quadratic=limits)
+        cycle = TaskCycle(self.core, self.skin, self.gains, guard, entries, fusion, quadratic=limits)
         cycle.request_mode(CommandMode.torque)
         cycle.request_run(True)
         command = JointCommand(CommandMode.torque, self.core.joint_count)

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin.apps.session import TOUCH_EVENT_MASK
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot
+from robotskin.session.session import TOUCH_EVENT_MASK
 from robotskin.world import Imperfections, World
 from robotskin_lab.bench.event_plots import draw_ideal_sensor, draw_moving_share, draw_packet_size
 from robotskin_lab.bench.event_rig import POSTURE, SETTLE_S, Rig, driver_cpu_percent, palm_places

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.robot import SkinCycle
-from robotskin.apps.session import Session
 from robotskin.layout import finished
+from robotskin.session import Session
 from robotskin_lab.bench.progress import tell
 
 FORCE_N = 5.0
@@ -26,7 +25,7 @@ def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
     spring in honey, with a time constant of half a second: a push begins when it has come to rest, or it would begin on
     the way back from the last one.
     """
-    session = Session(robots.load("ur5"), finished("ur5"), seed, link="in process", own_torques=True)
+    session = Session(robots.load("ur5"), finished("ur5"), seed=seed, link="in process", own_torques=True)
     session.boot()
     generator = np.random.default_rng(seed)
     cells = generator.permutation(len(session.layout))
@@ -34,8 +33,7 @@ def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
     again: list[float] = []
     lengths: list[float] = []
     torque_errors: list[float] = []
-    cycle = session.cycle
-    assert isinstance(cycle, SkinCycle)
+    controller = session.controller
     switched = 0
     rested = 0.0
     for cell in cells:
@@ -50,9 +48,9 @@ def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
             session.world.push(session.in_world(int(cell)), FORCE_N)
             session.run(SETTLE_S)
             moved.append(float(np.linalg.norm(session.cell_position(int(cell)) - start)))
-            switched += int(cycle.skin_source_share == (source == "skin"))
+            switched += int(controller.skin_source_share == (source == "skin"))
             if session.own_torque.fresh:
-                host, own = np.asarray(cycle.host_skin_torque), np.asarray(session.own_torque.joint)
+                host, own = np.asarray(controller.host_skin_torque), np.asarray(session.own_torque.joint)
                 torque_errors.append(float(np.abs(own - host).max() / max(np.abs(host).max(), 1e-9)))
             session.world.release()
         if moved[0] < LEAST_M:

@@ -8,8 +8,6 @@ import numpy as np
 from scipy.linalg import cholesky
 
 from robotskin.apps.configuring import configured
-from robotskin.apps.session import INTERFACES, Session, cells_in
-from robotskin.apps.touches import push_and_release, pushed_cell
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import Robot, load
@@ -21,6 +19,9 @@ from robotskin.selfconfig.kinematics.configured_kinematics import against_nomina
 from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.recording import simulate_babbling
+from robotskin.session import INTERFACES, Session
+from robotskin.session.touches import push_and_release, pushed_cell
+from robotskin.session.worn_cells import cells_in
 
 Figures = dict[str, float]
 
@@ -88,7 +89,7 @@ def displacement_figures(seed: int) -> Figures:
     moved: dict[str, dict[str, float]] = {}
     pushed = -1
     for name, model, control in (("true", None, None), ("configured", own.layout, own.robot)):
-        session = Session(robot, layout, seed, link="in process", believed=model, control=control)
+        session = Session(robot, layout, seed=seed, link="in process", believed=model, control=control)
         session.boot()
         if pushed < 0:
             pushed = session.in_world(pushed_cell(session, "forearm_link"))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.control import SkinGains, SkinTask
+from robotskin._core.control import SkinGains, TouchWrench
 from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
@@ -35,7 +35,7 @@ def run(*, seed: int = 1, rounds: int = 20000) -> dict[str, Any]:
 
     dynamics = RobotDynamics(robot)
     dynamics.update(posture, np.zeros(robot.joint_count))
-    task = SkinTask(robot, skin, gains)
+    task = TouchWrench(robot, skin, gains)
     torque = task.compute(dynamics, state, np.ones(len(skin), dtype=np.float32))
     literal = NaiveSkinTask(robot, skin)
     naive = literal.compute(dynamics, task.magnitudes)

@@ -20,7 +20,7 @@ from robotskin._core.control import (
     VirtualRobotGains,
 )
 from robotskin._core.model import BASE, RobotDynamics, RobotModel
-from robotskin._core.robot import CycleGains, GuardLimits, SkinCycle
+from robotskin._core.robot import GuardLimits, TaskCycleGains
 from robotskin._core.skin import SkinModel
 from robotskin.errors import RobotskinError, UnknownNameError
 
@@ -167,8 +167,29 @@ class GainSet:
         total = min(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
         return float(np.clip(total - 1, 0, gains["largest_force_weight"]))
 
-    def cycle_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> CycleGains:
-        """All gains of the skin cycle; `posture` (n) rad, default: home. Raises GainError for another robot's file."""
+    @property
+    def joint(self) -> JointGains:
+        """Of joint tasks, as the file states them."""
+        return JointGains(self.values["joint"]["stiffness"], self.values["joint"]["damping"])
+
+    def skin_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinGains:
+        """Of skin tasks, as the file states them, for a `posture` (n) rad; default: home."""
+        return self.skin_gains_of(self.force_weights(robot, skin, posture))
+
+    def skin_gains_of(self, force_weight: NDArray[np.float64], share: float = 1.0) -> SkinGains:
+        """Of N cells with force weights (N), w_f of eq. 14, and a share of both weights.
+
+        Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too.
+        """
+        values = self.values["skin"]
+        thresholds = ("force_silent_n", "force_full_n", "proximity_silent", "proximity_full")
+        gains = SkinGains.uniform(len(force_weight), 0.0, 0.0, *(values[name] for name in thresholds))
+        gains.force_weight = (share * force_weight).tolist()
+        gains.proximity_weight = (share * (values["proximity_n"] * (1 + force_weight))).tolist()
+        return gains
+
+    def cycle_gains(self, robot: RobotModel, skin: SkinModel) -> TaskCycleGains:
+        """Gains of the task cycle beside those of its tasks. Raises GainError for another robot's file."""
         self.require_fit(robot)
         values = self.values
         inner = InnerLoopGains(*(values["inner_loop"][name] for name in ("proportional", "integral", "derivative")))
@@ -179,24 +200,9 @@ class GainSet:
         resolver = ResolverGains(VirtualRobotGains(values["virtual_robot"]["inertia"], friction.tolist()), inner)
         for name, value in values["resolver"].items():
             setattr(resolver, name, value)
-        skin_values = values["skin"]
-        uniform = SkinGains.uniform(
-            len(skin),
-            0.0,
-            skin_values["proximity_n"],
-            skin_values["force_silent_n"],
-            skin_values["force_full_n"],
-            skin_values["proximity_silent"],
-            skin_values["proximity_full"],
-        )
-        force_weights = self.force_weights(robot, skin, posture)
-        uniform.force_weight = force_weights.tolist()
-        # Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too.
-        uniform.proximity_weight = (skin_values["proximity_n"] * (1 + force_weights)).tolist()
-        cycle = CycleGains(JointGains(values["joint"]["stiffness"], values["joint"]["damping"]), uniform, resolver)
-        cycle.skin_bandwidth_hz = skin_values["bandwidth_hz"]
-        cycle.fade_s = skin_values["fade_s"]
-        cycle.goal_speed = values["goal"]["speed_rad_s"]
+        cycle = TaskCycleGains(self.skin_gains_of(np.ones(len(skin))), resolver)
+        cycle.touch_bandwidth_hz = values["skin"]["bandwidth_hz"]
+        cycle.fade_s = values["skin"]["fade_s"]
         return cycle
 
     def choose(self, behaviour: str) -> ChosenGains:
@@ -211,10 +217,6 @@ class GainSet:
         self.require_fit(robot)
         limits = self.values["limits"]
         return GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
-
-    def cycle(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinCycle:
-        """Build the skin cycle with these gains and limits."""
-        return SkinCycle(robot, skin, self.cycle_gains(robot, skin, posture), self.guard_limits(robot))
 
     def require_fit(self, robot: RobotModel) -> None:
         """Raise GainError for the gains of a robot with other joints, or with a home that this one cannot take."""
@@ -272,19 +274,15 @@ class ChosenGains:
 
     def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin tasks, for the home posture."""
-        return self.skin_weighted(robot, skin, self.gains.force_weights(robot, skin))
+        return self.skin_weighted(self.gains.force_weights(robot, skin))
 
     def hand_skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin Cartesian tasks: every cell moves the hand alike."""
-        return self.skin_weighted(robot, skin, np.full(len(skin), self.gains.hand_force_weight(robot)))
+        return self.skin_weighted(np.full(len(skin), self.gains.hand_force_weight(robot)))
 
-    def skin_weighted(self, robot: RobotModel, skin: SkinModel, force_weight: NDArray[np.float64]) -> SkinGains:
+    def skin_weighted(self, force_weight: NDArray[np.float64]) -> SkinGains:
         """Of tasks of the skin whose force weights (N) for the whole share are these; nearness is weighted alike."""
-        gains, share = self.gains.cycle_gains(robot, skin).skin, self.share["skin"]
-        proximity = self.gains.values["skin"]["proximity_n"] * (1 + force_weight)
-        gains.force_weight = (share * force_weight).tolist()
-        gains.proximity_weight = (share * proximity).tolist()
-        return gains
+        return self.gains.skin_gains_of(force_weight, self.share["skin"])
 
 
 def _jacobians(

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin._core import firmware
+from robotskin._core.control import Fusion
 from robotskin._core.driver import Driver
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import Condition, SafetyState, SkinCycle, SkinSource, safety_table
-from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState, SkinTorque, TorqueReader
+from robotskin._core.model import CommandMode, JointCommand, JointState
+from robotskin._core.robot import Condition, SafetyState, SkinSource, safety_table
+from robotskin._core.skin import Health, SkinReader, SkinState, SkinTorque, TorqueReader
 from robotskin._core.world import UdpTransport
-from robotskin.apps.torque_setup import TorqueSetup
-from robotskin.control import Controller
+from robotskin.control import Behaviour, Controller
+from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
@@ -22,8 +25,16 @@ from robotskin.robots import Robot
 from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
 from robotskin.robots.gains import GainSet
-from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.session.fault_file import FaultFile
+from robotskin.session.torque_setup import TorqueSetup
+from robotskin.session.worn_cells import cells_in
 from robotskin.world import World
+
+INTERFACES = tuple(str(one.name) for one in CommandMode)
+SOURCES = tuple(str(one.name) for one in SkinSource)
+MODES: tuple[str, ...] = firmware.MODES
+"""In the order of the numbers that cells know them by."""
 
 PERIOD_S = 0.001
 TORQUE_STEP_BITS = 4
@@ -45,6 +56,7 @@ class Session:
     Args:
         robot: the robot.
         layout: its skin, N cells.
+        behaviour: to begin with, by name or made by hand.
         seed: repeats the run.
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
         key: 32 bytes that section units and driver share; None: datagrams are not authenticated.
@@ -55,9 +67,15 @@ class Session:
         own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
             sources to choose from; None: if the robot's limbs allow it.
         gains: of this robot; by default those of its name that come with the project.
+        fusion: how tasks are fused, instead of the behaviours' own way.
+        self_collision: behaviours by name keep bodies apart and joints off their limits, too.
+        skin_map: reactions to touch are recalled from this map, without a kinematic model.
+        body_limits: limits of contact, at which the guard stops the robot.
+        fault_file: where the last second before a fault is written (CSV); None: nowhere.
 
     Raises:
-        UnknownNameError: no gains of that name, no such interface or mode. SessionError: a layout of another robot.
+        UnknownNameError: no gains of that name, no such behaviour, interface or mode. SessionError: a layout of another
+            robot. InputError, BodyLimitsError: what does not fit the robot and its skin.
         GainError, ModelError, ControlError, ChainError: gains, robot and skin that do not fit together.
     """
 
@@ -65,8 +83,9 @@ class Session:
         self,
         robot: Robot,
         layout: Layout,
-        seed: int = 1,
+        behaviour: str | Behaviour = "skin_compliance",
         *,
+        seed: int = 1,
         link: Link = "udp",
         key: bytes | None = None,
         interface: str = "position",
@@ -75,9 +94,15 @@ class Session:
         control: Robot | None = None,
         own_torques: bool | None = False,
         gains: GainSet | None = None,
+        fusion: Fusion | None = None,
+        self_collision: bool = False,
+        skin_map: SensoryMotorMap | None = None,
+        body_limits: BodyLimits | None = None,
+        fault_file: str | Path | None = None,
     ) -> None:
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
+        self.fault_file = FaultFile(fault_file)
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
@@ -91,15 +116,28 @@ class Session:
         self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.layout))
-        self.cycle = self.make_cycle((control or robot).core, model)
+        known = control or robot
+        limits = None
+        if body_limits is not None:
+            limits = body_limits.for_skin(self.layout, self.gains.values["skin"]["force_silent_n"])
+        self.controller = Controller(
+            known.core,
+            model,
+            self.gains,
+            behaviour,
+            fusion=fusion,
+            body=robot if self_collision else None,
+            skin_map=skin_map,
+            body_limits=limits,
+        )
         self.torques: CellTorques | None = None
         """What the cells are told, if they are."""
         self.own_torque = SkinTorque(robot.joint_count)
         """What the skin has computed itself."""
         if own_torques is not False:
-            skin_gains = self.gains.cycle_gains((control or robot).core, model, self.home).skin
+            skin_gains = self.gains.skin_gains(known.core, model)
             try:
-                self.torques = CellTorques.of(control or robot, model, skin_gains, TORQUE_STEP_BITS)
+                self.torques = CellTorques.of(known, model, skin_gains, TORQUE_STEP_BITS)
             except ChainError:
                 if own_torques:
                     raise
@@ -120,10 +158,6 @@ class Session:
         if mode not in MODES:
             raise UnknownNameError("mode", mode, MODES)
 
-    def make_cycle(self, robot: RobotModel, skin: SkinModel) -> SkinCycle | Controller:
-        """What computes the commands; skin compliance, unless a derived session knows another."""
-        return self.gains.cycle(robot, skin, self.home)
-
     # ---- The flow ----
 
     def step(self) -> None:
@@ -134,11 +168,13 @@ class Session:
         self.reader.read(now_ns, self.skin)
         self.world.port.read(self.joints)
         self._exchange_torques(now_ns)
-        report = self.cycle.step(self.joints, self.skin, now_ns, self.command, self.own_torque)
+        report = self.controller.step(self.joints, self.skin, now_ns, self.command, self.own_torque)
         if report.send:
             self.world.port.write(self.command)
         elif report.stop_port:
             self.world.port.stop()
+        self.fault_file.watch(report, self.controller.task_error)
+        self.fault_file.write_at_rest(report, self.controller.cycle, self.robot.joint_names)
 
     def _exchange_torques(self, now_ns: int) -> None:
         """Tell the skin how the joints stand, and take what it makes of that."""
@@ -188,19 +224,20 @@ class Session:
         self.run(0.25)
         if self.torques is not None:
             self._tell_cells(self.torques)
-        self.cycle.request_run(True)
+        self.controller.request_run(True)
         self.run(0.05)
         if self.state is not SafetyState.running:
             raise SessionError(f"the controller did not start: {self.state.name}, {self._why_not_running()}")
         return self.world.time_s - started
 
     def _why_not_running(self) -> str:
-        report = self.cycle.report
+        report = self.controller.report
         if report.state is not SafetyState.ready:
-            return report.text
+            return "; ".join(part for part in (report.text, self.controller.task_error) if part)
         needed = next(row[1] for row in safety_table() if row[0] is SafetyState.ready and row[3] is SafetyState.running)
         absent = [str(one.name) for one in Condition if needed & one.value & ~report.conditions]
-        return f"for want of {', '.join(absent)}"
+        missing = f"for want of {', '.join(absent)}"
+        return "; ".join(part for part in (missing, self.controller.task_error) if part)
 
     def _tell_cells(self, torques: CellTorques) -> None:
         """Write offsets and torque parameters into the cells' flash, and take the zero that is left."""
@@ -215,11 +252,14 @@ class Session:
 
     def shut_down(self) -> None:
         """Stop the robot and bring it to rest, whatever happened before."""
-        self.cycle.request_run(False)
         try:
-            self.run(0.5)
+            self.fault_file.write(self.controller.cycle, self.robot.joint_names)
         finally:
-            self.world.port.stop()
+            self.controller.request_run(False)
+            try:
+                self.run(0.5)
+            finally:
+                self.world.port.stop()
 
     # ---- What may be asked of it ----
 
@@ -227,7 +267,7 @@ class Session:
         """Command the robot by position, velocity or torque from the next step on."""
         if interface not in INTERFACES:
             raise UnknownNameError("interface", interface, INTERFACES)
-        self.cycle.request_mode(CommandMode[interface])
+        self.controller.request_mode(CommandMode[interface])
         self.interface = interface
 
     def set_mode(self, mode: str) -> None:
@@ -248,43 +288,57 @@ class Session:
             raise UnknownNameError("source", source, SOURCES)
         if source == "skin" and self.torques is None:
             raise SessionError(f"{self.source_refused}: give own_torques")
-        self.cycle.request_skin_source(SkinSource[source])
+        self.controller.request_skin_source(SkinSource[source])
         self.source = source
 
     @property
     def source_refused(self) -> str:
         """Why `set_source` refuses "skin" at present; empty where it does not."""
-        return "" if self.torques is not None else "the cells have not been told how to compute torques"
+        if self.torques is None:
+            return "the cells have not been told how to compute torques"
+        return self.controller.own_torque_refused
 
     def set_skin(self, on: bool) -> None:
         """Let touch move the robot, or not."""
-        self.cycle.request_skin_task(on)
+        self.controller.request_skin(on)
         self.skin_on = on
 
     @property
     def behaviour(self) -> str:
         """What the robot does, by name."""
-        return "skin_compliance"
+        return self.controller.behaviour.name
 
     @property
     def behaviours(self) -> dict[str, str]:
-        """What `set_behaviour` takes, and what each means; empty where the behaviour is fixed."""
-        return {}
+        """What `set_behaviour` takes, and what each means."""
+        return {name: one.meaning for name, one in self.controller.behaviours.items()}
 
     def set_behaviour(self, name: str) -> None:
-        """Do something else; raises SessionError where the behaviour is fixed."""
-        raise SessionError(f"behaviour {name}: this session runs {self.behaviour} alone")
+        """Do something else from the next step on; the torque does not jump. Raises UnknownNameError."""
+        self.controller.use(name)
+        if not self.controller.takes_own_torque:
+            self.set_source("host")
 
     def mask_patch(self, patch: int, masked: bool) -> None:
         """Let the cells of a patch contribute nothing to the skin task."""
-        self.cycle.request_patch_mask(patch, masked)
+        self.controller.request_patch_mask(patch, masked)
 
     # ---- What is known of it ----
 
     @property
     def state(self) -> SafetyState:
         """Of the controller."""
-        return self.cycle.report.state
+        return self.controller.report.state
+
+    @property
+    def fault(self) -> str:
+        """Why a fault stopped the robot last; empty where none did."""
+        return self.fault_file.fault
+
+    @property
+    def fault_told(self) -> str:
+        """The last fault in one sentence and where its last second is, for people; empty where there was none."""
+        return self.fault_file.told
 
     @property
     def alive(self) -> int:
@@ -311,22 +365,3 @@ class Session:
     def frames_lost(self) -> int:
         """Sample frames that left a cell and did not reach the driver: gaps in the cells' own numbering."""
         return int(self.driver.statistics()["frames_missing"])
-
-
-def cells_in(worn: Layout, believed: Layout) -> NDArray[np.int64]:
-    """(N,) index in the worn layout of each cell of the believed one, by key.
-
-    Raises:
-        SessionError: a cell that the robot does not wear, or a layout of another robot.
-    """
-    if worn.robot != believed.robot:
-        raise SessionError(f"layout of {believed.robot}: the robot is {worn.robot}")
-    row = {
-        (int(group), int(cell)): index
-        for index, (group, cell) in enumerate(zip(worn.section_unit, worn.id, strict=True))
-    }
-    keys = [(int(group), int(cell)) for group, cell in zip(believed.section_unit, believed.id, strict=True)]
-    strangers = [key for key in keys if key not in row]
-    if strangers:
-        raise SessionError(f"cell {strangers[0][1]} of section unit {strangers[0][0]}: the robot wears no such cell")
-    return np.array([row[key] for key in keys], dtype=np.int64)

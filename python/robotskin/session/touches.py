@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotskin._core.firmware import PORT_POINTS_M
-from robotskin.apps.session import PERIOD_S, Session, SessionError
 from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
+from robotskin.session import PERIOD_S, Session, SessionError
 
 Watch = Callable[[float], None]
 """Called after each period of a touch with the seconds that have passed in it."""

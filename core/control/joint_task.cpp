@@ -1,10 +1,30 @@
-#include "control/joint_stack_task.hpp"
+#include "control/joint_task.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "control/control_error.hpp"
+
 namespace robotskin::control {
+namespace {
+
+// Throws ControlError unless both have `joint_count` finite values that are not negative.
+void check_joint_gains(const JointGains& gains, std::size_t joint_count) {
+  const auto check = [joint_count](const char* name, const std::vector<double>& values) {
+    if (values.size() != joint_count)
+      throw ControlError(std::string("joint task: ") + name + " has " + std::to_string(values.size()) +
+                         " values, the robot has " + std::to_string(joint_count) + " joints");
+    for (const double value : values)
+      if (!std::isfinite(value) || value < 0)
+        throw ControlError(std::string("joint task: ") + name + " " + std::to_string(value) +
+                           " must be finite and not negative");
+  };
+  check("stiffness", gains.stiffness);
+  check("damping", gains.damping);
+}
+
+}  // namespace
 
 JointTask::JointTask(const RobotModel& robot, JointGains gains, std::string name)
     : Task(std::move(name), robot.joint_count(), robot.joint_count()),
@@ -72,36 +92,6 @@ bool JointTask::update(const TaskInput& input) noexcept {
     if (asked_[i] > 0 || asked_[joints + i] > 0) rows_[row_count_++ * joints + i] = 1;
   }
   return true;
-}
-
-SplineJointTask::SplineJointTask(const RobotModel& robot, JointGains gains, double speed)
-    : JointTask(robot, std::move(gains), "spline joint"), speed_(speed), splines_(robot.joint_count()) {
-  if (!(speed > 0) || !std::isfinite(speed))
-    throw ControlError("spline joint task: speed " + std::to_string(speed) + " must be finite and greater than 0");
-}
-
-void SplineJointTask::start(const TaskInput& input) noexcept {
-  JointTask::start(input);
-  for (std::size_t i = 0; i < joint_count(); ++i) splines_[i].hold(reference_[i]);
-  time_s_ = duration_s_ = 0;
-}
-
-void SplineJointTask::follow(const TaskInput& input, bool fresh) noexcept {
-  if (fresh) {
-    double duration = 0;
-    for (std::size_t i = 0; i < joint_count(); ++i)
-      duration = std::max(duration, Quintic::duration_for(goal_[i] - reference_[i], speed_));
-    for (std::size_t i = 0; i < joint_count(); ++i)
-      splines_[i].set(splines_[i].position(time_s_), splines_[i].velocity(time_s_), splines_[i].acceleration(time_s_),
-                      goal_[i], duration);
-    time_s_ = 0;
-    duration_s_ = duration;
-  }
-  time_s_ = std::min(time_s_ + input.period_s, duration_s_ + input.period_s);
-  for (std::size_t i = 0; i < joint_count(); ++i) {
-    reference_[i] = splines_[i].position(time_s_);
-    reference_velocity_[i] = splines_[i].velocity(time_s_);
-  }
 }
 
 }  // namespace robotskin::control

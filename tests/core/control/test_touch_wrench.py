@@ -6,7 +6,7 @@ import pytest
 from random_skin import at_random_posture, random_posture, random_skin, random_state
 
 from robotskin import robots
-from robotskin._core.control import ControlError, SkinGains, SkinTask
+from robotskin._core.control import ControlError, SkinGains, TouchWrench
 from robotskin._core.model import ModelError, RobotDynamics, RobotModel
 from robotskin._core.skin import Health, SkinModel
 from robotskin_lab._lab.baselines import NaiveSkinTask
@@ -31,7 +31,7 @@ def activated(value: np.ndarray, silent: float, full: float) -> np.ndarray:
 def test_torque_is_the_sum_of_jacobian_transposed_times_wrench(robot, rng, grouped) -> None:
     skin, state = random_skin(robot, CELLS, rng, grouped), random_state(CELLS, rng)
     dynamics = at_random_posture(robot, rng)
-    task = SkinTask(robot, skin, gains())
+    task = TouchWrench(robot, skin, gains())
     torque = task.compute(dynamics, state, all_on())
     assert np.abs(torque).max() > 1
     naive = NaiveSkinTask(robot, skin)
@@ -46,13 +46,13 @@ def test_the_wrench_of_many_cells_is_as_exact_as_that_of_few(robot, rng, grouped
     cells = 20_000
     skin, state = random_skin(robot, cells, rng, grouped), random_state(cells, rng)
     dynamics = at_random_posture(robot, rng)
-    task = SkinTask(robot, skin, gains(cells))
+    task = TouchWrench(robot, skin, gains(cells))
     task.compute(dynamics, state, all_on(cells))
     link = np.array([robot.link_index(skin.link_names[i]) for i in skin.link])
     joint_from_cell = robot.joint_from_link[link] @ skin.link_from_cell
     force = -joint_from_cell[:, :3, 2] * task.magnitudes[:, None].astype(float)
     columns = np.hstack([force, np.cross(joint_from_cell[:, :3, 3], force)])
-    wrenches = task.joint_wrenches()
+    wrenches = task.joint_wrenches
     for joint in range(robot.joint_count):
         on_body = columns[robot.link_joints[link] == joint]
         assert (np.abs(wrenches[joint] - on_body.sum(0)) <= 5e-7 * np.abs(on_body).sum(0)).all()
@@ -64,7 +64,7 @@ def test_torque_equals_that_of_pinocchio(seed: int, rng) -> None:
     q, v = random_posture(robot.core, rng)
     dynamics = RobotDynamics(robot.core)
     dynamics.update(q, v)
-    torque = SkinTask(robot.core, skin, gains()).compute(dynamics, state, all_on())
+    torque = TouchWrench(robot.core, skin, gains()).compute(dynamics, state, all_on())
 
     model = pinocchio.buildModelFromXML(robot.urdf)
     frames = []
@@ -88,7 +88,7 @@ def test_virtual_power_is_that_of_the_forces(robot, rng) -> None:
     q, v = random_posture(robot, rng)
     dynamics = RobotDynamics(robot)
     dynamics.update(q, v)
-    task = SkinTask(robot, skin, gains())
+    task = TouchWrench(robot, skin, gains())
     joint_power = task.compute(dynamics, state, all_on()) @ v
     step = 1e-6
     places = []
@@ -112,7 +112,7 @@ def test_a_touch_pushes_the_robot_away(rng) -> None:
     robot = robots.load("ur5").core
     skin, state = random_skin(robot, 50, rng), random_state(50, rng)
     dynamics = at_random_posture(robot, rng)
-    task = SkinTask(robot, skin, gains(50))
+    task = TouchWrench(robot, skin, gains(50))
     for cell in range(50):
         share = np.zeros(50, dtype=np.float32)
         share[cell] = 1
@@ -132,7 +132,7 @@ def test_a_touch_pushes_the_robot_away(rng) -> None:
 def test_a_cell_that_is_not_alive_contributes_nothing(robot, rng, health) -> None:
     skin, state = random_skin(robot, CELLS, rng), random_state(CELLS, rng)
     dynamics = at_random_posture(robot, rng)
-    task = SkinTask(robot, skin, gains())
+    task = TouchWrench(robot, skin, gains())
     gone = rng.random(CELLS) < 0.5
     share = np.where(gone, 0, 1).astype(np.float32)
     masked = task.compute(dynamics, state, share)
@@ -146,7 +146,7 @@ def test_a_cell_that_is_not_alive_contributes_nothing(robot, rng, health) -> Non
 def test_impossible_values_give_no_impossible_torque(robot, rng) -> None:
     skin, state = random_skin(robot, CELLS, rng), random_state(CELLS, rng)
     dynamics = at_random_posture(robot, rng)
-    task = SkinTask(robot, skin, gains())
+    task = TouchWrench(robot, skin, gains())
     state.normal_force[0] = np.nan
     state.normal_force[1] = np.inf
     state.normal_force[2] = -np.inf
@@ -160,7 +160,7 @@ def test_activation_has_no_step_and_ends_at_the_whole_force(robot, rng) -> None:
     skin = random_skin(robot, 1, rng)
     state, dynamics = random_state(1, rng), at_random_posture(robot, rng)
     state.proximity[:] = 0
-    task = SkinTask(robot, skin, gains(1))
+    task = TouchWrench(robot, skin, gains(1))
     force = np.linspace(0, 3, 3001)
     asked = []
     for value in force:
@@ -179,15 +179,15 @@ def test_activation_has_no_step_and_ends_at_the_whole_force(robot, rng) -> None:
 def test_what_does_not_fit_is_refused(robot, rng) -> None:
     skin = random_skin(robot, 5, rng)
     with pytest.raises(ControlError, match=r"force_weight has 4 values, the skin has 5 cells"):
-        SkinTask(robot, skin, gains(4))
+        TouchWrench(robot, skin, gains(4))
     wrong = gains(5)
     wrong.force_full = [0.2] * 5
     with pytest.raises(ControlError, match=r"force_full of cell 0 is 0\.2.*greater"):
-        SkinTask(robot, skin, wrong)
+        TouchWrench(robot, skin, wrong)
     wrong = gains(5)
     wrong.proximity_weight = [1, 1, float("nan"), 1, 1]
     with pytest.raises(ControlError, match="proximity_weight of cell 2 is nan"):
-        SkinTask(robot, skin, wrong)
+        TouchWrench(robot, skin, wrong)
     stranger = SkinModel(
         link_names=["no_such_link"],
         key=skin.key,
@@ -197,9 +197,9 @@ def test_what_does_not_fit_is_refused(robot, rng) -> None:
         patch=skin.patch,
     )
     with pytest.raises(ModelError, match="no_such_link"):
-        SkinTask(robot, stranger, gains(5))
+        TouchWrench(robot, stranger, gains(5))
     with pytest.raises(ValueError, match="one entry a cell"):
-        SkinTask(robot, skin, gains(5)).compute(at_random_posture(robot, rng), random_state(4, rng), all_on(5))
+        TouchWrench(robot, skin, gains(5)).compute(at_random_posture(robot, rng), random_state(4, rng), all_on(5))
 
 
 def test_a_skin_on_the_base_moves_nothing(rng) -> None:
@@ -212,5 +212,5 @@ def test_a_skin_on_the_base_moves_nothing(rng) -> None:
         neighbours=np.tile(np.array([-1, 0], dtype=np.int32), (3, 4, 1)),
         patch=np.zeros(3, dtype=np.int32),
     )
-    task = SkinTask(robot, skin, gains(3))
+    task = TouchWrench(robot, skin, gains(3))
     assert not task.compute(at_random_posture(robot, rng), random_state(3, rng), all_on(3)).any()

@@ -1,12 +1,11 @@
-"""The whole cycle on the UR5 with its finished skin."""
+"""Skin compliance, as the cycle runs it, on the UR5 with its finished skin."""
 
 import numpy as np
 import pytest
 
-from robotskin._core.control import ControlError
-from robotskin._core.model import CommandMode
+from robotskin._core.control import ControlError, JointGains, JointTask
+from robotskin._core.model import CommandMode, RobotDynamics
 from robotskin._core.robot import SafetyState
-from robotskin.robots.gains import GainSet
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 
@@ -30,15 +29,17 @@ def test_a_touch_moves_the_arm_by_its_compliance_and_lets_it_return(rig, ur5, sk
     np.testing.assert_allclose(rig.joints.position, home, atol=1e-3)
 
 
-def test_torque_holds_gravity_and_joint_task_when_nothing_touches(rig) -> None:
+def test_torque_holds_gravity_and_joint_task_when_nothing_touches(rig, ur5) -> None:
     rig.run(3, TORQUE, move=False)
-    np.testing.assert_allclose(rig.command.value, rig.cycle.gravity_torque, atol=1e-6)
+    dynamics = RobotDynamics(ur5)
+    dynamics.update(rig.joints.position, rig.joints.velocity)
+    np.testing.assert_allclose(rig.command.value, dynamics.gravity_torque, atol=1e-6)
 
 
-@pytest.mark.parametrize("way", ["skin task off", "patch masked"])
+@pytest.mark.parametrize("way", ["skin off", "patch masked"])
 def test_a_touch_that_is_switched_off_moves_little(rig, skin, push_cell, way) -> None:
-    if way == "skin task off":
-        rig.cycle.request_skin_task(False)
+    if way == "skin off":
+        rig.cycle.request_skin(False)
     else:
         rig.cycle.request_patch_mask(int(skin.patch[push_cell]), True)
     rig.run(500)
@@ -51,11 +52,7 @@ def test_a_touch_that_is_switched_off_moves_little(rig, skin, push_cell, way) ->
         assert moved < 1e-9
 
 
-def test_gains_of_another_robot_are_refused(ur5, skin) -> None:
-    gains = GainSet.load("ur5")
-    cycle = gains.cycle_gains(ur5, skin)
-    cycle.joint = type(cycle.joint)([1.0] * 5, [0.0] * 5)
-    from robotskin._core.robot import SkinCycle
-
+def test_gains_of_another_robot_are_refused(ur5) -> None:
+    joint = JointGains([1.0] * 5, [0.0] * 5)
     with pytest.raises(ControlError, match="stiffness has 5 values, the robot has 6 joints"):
-        SkinCycle(ur5, skin, cycle, gains.guard_limits(ur5))
+        JointTask(ur5, joint)

@@ -1,34 +1,57 @@
-// Vectors, placements and Jacobians of points in plain memory.
+// Spatial algebra in plain memory: 3-vectors, rotations, placements and Jacobians of points.
+//
+// A placement is a row-major 4 x 4 matrix (16 doubles): rotation and origin; it maps a point in its inner frame to its
+// outer one. A Matrix3 is row-major. Nothing here allocates.
 #pragma once
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <span>
 
-#include "model/robot_dynamics.hpp"
-
-namespace robotskin::control {
+namespace robotskin {
 
 using Vector3 = std::array<double, 3>;
+using Matrix3 = std::array<double, 9>;
 
-inline double dot(const Vector3& a, const Vector3& b) noexcept {
+constexpr Vector3 operator+(const Vector3& a, const Vector3& b) noexcept {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+constexpr Vector3 operator-(const Vector3& a, const Vector3& b) noexcept {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+constexpr Vector3 operator*(double factor, const Vector3& a) noexcept {
+  return {factor * a[0], factor * a[1], factor * a[2]};
+}
+constexpr double dot(const Vector3& a, const Vector3& b) noexcept {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+constexpr Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 inline double norm(const Vector3& a) noexcept {
   return std::sqrt(dot(a, a));
 }
-inline Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+
+constexpr Vector3 apply(const Matrix3& m, const Vector3& a) noexcept {
+  return {m[0] * a[0] + m[1] * a[1] + m[2] * a[2], m[3] * a[0] + m[4] * a[1] + m[5] * a[2],
+          m[6] * a[0] + m[7] * a[1] + m[8] * a[2]};
 }
-inline Vector3 sum(const Vector3& a, const Vector3& b) noexcept {
-  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+constexpr Vector3 apply_transposed(const Matrix3& m, const Vector3& a) noexcept {
+  return {m[0] * a[0] + m[3] * a[1] + m[6] * a[2], m[1] * a[0] + m[4] * a[1] + m[7] * a[2],
+          m[2] * a[0] + m[5] * a[1] + m[8] * a[2]};
 }
-inline Vector3 difference(const Vector3& a, const Vector3& b) noexcept {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+constexpr Matrix3 multiply(const Matrix3& a, const Matrix3& b) noexcept {
+  Matrix3 c{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+  return c;
 }
-inline Vector3 scaled(const Vector3& a, double factor) noexcept {
-  return {factor * a[0], factor * a[1], factor * a[2]};
+constexpr Vector3 load3(const double* p) noexcept {
+  return {p[0], p[1], p[2]};
+}
+constexpr Matrix3 load9(const double* p) noexcept {
+  return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]};
 }
 
 // The upper left of a row-major 4 x 4 placement times v.
@@ -42,15 +65,37 @@ inline Vector3 origin_of(const double* placement) noexcept {
   return {placement[3], placement[7], placement[11]};
 }
 inline Vector3 place(const double* placement, const Vector3& v) noexcept {
-  return sum(rotate(placement, v), origin_of(placement));
+  return rotate(placement, v) + origin_of(placement);
 }
 // The inverse: from a point outside to the same point inside.
 inline Vector3 place_back(const double* placement, const Vector3& v) noexcept {
-  const Vector3 arm = difference(v, origin_of(placement));
+  const Vector3 arm = v - origin_of(placement);
   Vector3 out;
   for (std::size_t column = 0; column < 3; ++column)
     out[column] = placement[column] * arm[0] + placement[4 + column] * arm[1] + placement[8 + column] * arm[2];
   return out;
+}
+
+// Writes a placement given by anything with rotation()(row, column) and translation()(row).
+template <typename Placement>
+void write_placement(const Placement& placement, double* out) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) out[4 * row + column] = placement.rotation()(row, column);
+    out[4 * row + 3] = placement.translation()(row);
+    out[12 + row] = 0.0;
+  }
+  out[15] = 1.0;
+}
+
+// a_from_c = a_from_b b_from_c; the three do not overlap.
+inline void multiply_placements(const double* a_from_b, const double* b_from_c, double* a_from_c) noexcept {
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      double sum = 0.0;
+      for (int inner = 0; inner < 4; ++inner) sum += a_from_b[4 * row + inner] * b_from_c[4 * inner + column];
+      a_from_c[4 * row + column] = sum;
+    }
+  }
 }
 
 // The rotation vector (rad, base frame) that turns the orientation of `from` into that of `to`, both 4 x 4; at most pi
@@ -67,22 +112,22 @@ inline Vector3 rotation_between(const double* from, const double* to) noexcept {
   const double sine = 0.5 * norm(axial);
   const double cosine = 0.5 * (turn[0] + turn[4] + turn[8] - 1);
   const double angle = std::atan2(sine, cosine);
-  if (sine > 1e-6) return scaled(axial, 0.5 * angle / sine);
-  if (cosine > 0) return scaled(axial, 0.5);
+  if (sine > 1e-6) return (0.5 * angle / sine) * axial;
+  if (cosine > 0) return 0.5 * axial;
   // Half a turn: the axis is the longest column of turn + 1.
   std::size_t longest = 0;
   for (std::size_t i = 1; i < 3; ++i)
     if (turn[4 * i] > turn[4 * longest]) longest = i;
   Vector3 axis = {turn[longest], turn[3 + longest], turn[6 + longest]};
   axis[longest] += 1;
-  return scaled(axis, angle / norm(axis));
+  return (angle / norm(axis)) * axis;
 }
 
 // The row-major placement whose orientation is `from`'s turned by the rotation vector (rad, base frame) `turn`, and
 // whose origin is `origin`. The arrays (16) may not overlap.
 inline void turned_placement(const double* from, const Vector3& turn, const Vector3& origin, double* out) noexcept {
   const double angle = norm(turn);
-  const Vector3 axis = angle > 1e-12 ? scaled(turn, 1 / angle) : Vector3{1, 0, 0};
+  const Vector3 axis = angle > 1e-12 ? (1 / angle) * turn : Vector3{1, 0, 0};
   for (std::size_t column = 0; column < 3; ++column) {
     const Vector3 old = {from[column], from[4 + column], from[8 + column]};
     const Vector3 across = cross(axis, old);
@@ -124,4 +169,4 @@ inline void multiply(const double* rows, std::size_t count, std::size_t joints, 
   }
 }
 
-}  // namespace robotskin::control
+}  // namespace robotskin

@@ -12,27 +12,26 @@ from robotskin import layout, robots
 from robotskin._core import firmware
 from robotskin._core.control import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 from robotskin._core.robot import Reason, SafetyState
-from robotskin.apps.behaviour_session import BehaviourSession
 from robotskin.apps.live import LiveSession
-from robotskin.apps.session import Session, SessionError
-from robotskin.apps.touches import pushed_cell
 from robotskin.control import BEHAVIOURS, Behaviour
 from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.robots.chains import ChainError
+from robotskin.session import Session, SessionError
+from robotskin.session.touches import pushed_cell
 
 SETTLE_S = 1.2
 WITH_SKIN_TASK = [name for name, one in BEHAVIOURS.items() if "skin" in one.tasks]
 
 
 @pytest.fixture
-def session(seed: int) -> Iterator[BehaviourSession]:
-    made = BehaviourSession(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process")
+def session(seed: int) -> Iterator[Session]:
+    made = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process")
     yield made
     made.shut_down()
 
 
-def test_behaviours_change_while_the_robot_is_touched(session: BehaviourSession) -> None:
+def test_behaviours_change_while_the_robot_is_touched(session: Session) -> None:
     session.boot()
     session.world.push(pushed_cell(session, "forearm_link"), 8.0)
     session.run(0.5)
@@ -51,7 +50,7 @@ def test_behaviours_change_while_the_robot_is_touched(session: BehaviourSession)
     assert set(session.behaviours) == set(BEHAVIOURS)
 
 
-def test_a_task_of_the_users_that_raises_stops_the_robot_by_its_name(session: BehaviourSession) -> None:
+def test_a_task_of_the_users_that_raises_stops_the_robot_by_its_name(session: Session) -> None:
     session.boot()
     session.controller.library.add("mine", lambda library, gains: PythonTask("mine", 6, 0, lambda *_: 1 / 0))
     tasks = {"mine": 0, "joint": 0, "gravity": -1}
@@ -61,19 +60,10 @@ def test_a_task_of_the_users_that_raises_stops_the_robot_by_its_name(session: Be
     assert "task mine: ZeroDivisionError: division by zero" in session.fault_told
 
 
-def test_a_session_of_one_behaviour_refuses_another(seed: int) -> None:
-    session = Session(robots.load("ur5"), layout.finished("ur5"), seed, link="in process")
-    assert session.behaviours == {}
-    with pytest.raises(SessionError, match="skin_compliance alone"):
-        session.set_behaviour("kinesthetic_joint")
-
-
 def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> None:
     gave_way = {}
     for source in ("host", "skin"):
-        session = BehaviourSession(
-            robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", own_torques=True
-        )
+        session = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", own_torques=True)
         try:
             session.boot()
             session.set_source(source)
@@ -102,7 +92,7 @@ def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> No
 
 def test_the_cells_of_a_mobile_robot_compute_their_own_torque(seed: int) -> None:
     """Its base slides without bounds, which no torque depends on."""
-    session = BehaviourSession(
+    session = Session(
         robots.load("dual_arm"), layout.finished("dual_arm"), seed=seed, link="in process", own_torques=True
     )
     try:
@@ -124,8 +114,8 @@ def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(s
     monkeypatch.setattr(firmware, "CHAIN_JOINTS", 2)
     robot, skin = robots.load("ur5"), layout.finished("ur5")
     with pytest.raises(ChainError, match="3 joints below it: 1 to 2 can be"):
-        BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=True)
-    session = BehaviourSession(robot, skin, seed=seed, link="in process", own_torques=None)
+        Session(robot, skin, seed=seed, link="in process", own_torques=True)
+    session = Session(robot, skin, seed=seed, link="in process", own_torques=None)
     assert session.torques is None
     with pytest.raises(SessionError, match="own_torques"):
         session.set_source("skin")
@@ -139,9 +129,9 @@ def limits_file(folder: Path, newton: float) -> Path:
     return file
 
 
-def limited_session(folder: Path, seed: int, newton: float, fault_file: Path) -> BehaviourSession:
+def limited_session(folder: Path, seed: int, newton: float, fault_file: Path) -> Session:
     """A UR5 whose forearm may press a chest with so much force."""
-    return BehaviourSession(
+    return Session(
         robots.load("ur5"),
         layout.finished("ur5"),
         seed=seed,
@@ -199,14 +189,14 @@ def test_a_full_disk_prevents_no_stop(tmp_path: Path, seed: int) -> None:
     finally:
         session.shut_down()
     with pytest.raises(InputError, match="there is no folder"):
-        BehaviourSession(robots.load("ur5"), layout.finished("ur5"), seed=seed, fault_file=folder / "fault.csv")
+        Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, fault_file=folder / "fault.csv")
 
 
 def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, monkeypatch) -> None:
     def broken(*_: object) -> None:
         raise ValueError("no text of this")
 
-    monkeypatch.setattr("robotskin.apps.behaviour_session.write_state_log", broken)
+    monkeypatch.setattr("robotskin.session.fault_file.write_state_log", broken)
     session = limited_session(tmp_path, seed, 5.0, tmp_path / "fault.csv")
     session.boot()
     session.world.push(pushed_cell(session, "forearm_link"), 12.0)
@@ -217,16 +207,14 @@ def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, 
     assert session.state == SafetyState.ready, "brought to rest, and nobody wants it to run"
 
 
-def test_a_robot_that_does_not_start_says_for_want_of_what(session: BehaviourSession, monkeypatch) -> None:
-    monkeypatch.setattr(session.cycle, "request_run", lambda run: None)
+def test_a_robot_that_does_not_start_says_for_want_of_what(session: Session, monkeypatch) -> None:
+    monkeypatch.setattr(session.controller, "request_run", lambda run: None)
     with pytest.raises(SessionError, match="ready, for want of wanted"):
         session.boot()
 
 
 def test_self_collision_and_joint_limits_are_part_of_every_behaviour_that_is_protected(seed: int) -> None:
-    session = BehaviourSession(
-        robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", self_collision=True
-    )
+    session = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", self_collision=True)
     try:
         session.boot()
         shared = session.controller.tasks["self_collision"]
@@ -248,7 +236,7 @@ def wait_for(look: Callable[[], bool], patience_s: float = 60.0) -> None:
         time.sleep(0.02)
 
 
-def test_a_live_session_changes_its_behaviour_and_refuses_what_is_none(session: BehaviourSession) -> None:
+def test_a_live_session_changes_its_behaviour_and_refuses_what_is_none(session: Session) -> None:
     session.boot()
     with LiveSession(session) as live:
         assert live.snapshot().behaviour == "skin_compliance"
@@ -281,7 +269,7 @@ def test_a_map_takes_the_place_of_the_model(seed: int) -> None:
         rows[:, joint] = ((there - pose)[:, :3, 3] * pose[:, :3, 2]).sum(axis=1) / step
     weight = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 0.05)
     learnt = SensoryMotorMap("ur5", tuple(robot.joint_names), model.key.astype(np.int64), q[None], weight[None])
-    session = BehaviourSession(robot, skin, "kinesthetic_joint", seed=seed, link="in process", skin_map=learnt)
+    session = Session(robot, skin, "kinesthetic_joint", seed=seed, link="in process", skin_map=learnt)
     try:
         session.boot()
         assert isinstance(session.controller.tasks["map_skin"], MapSkinTask)
