@@ -9,6 +9,7 @@ void bind_model(nanobind::module_ module);
 void bind_firmware(nanobind::module_ module);
 void bind_driver(nanobind::module_ module);
 void bind_skin(nanobind::module_ module);
+void bind_record(nanobind::module_ module);
 void bind_control(nanobind::module_ module);
 void bind_control_tasks(nanobind::module_& module);
 void bind_robot(nanobind::module_ module);
@@ -20,6 +21,7 @@ inline void bind_all(nanobind::module_& module) {
   bind_firmware(module.def_submodule("firmware", "Stages 1 to 3: wire format and firmware of cell and section unit."));
   bind_driver(module.def_submodule("driver", "Stage 4: datagrams to checked samples."));
   bind_skin(module.def_submodule("skin", "Stage 5: the skin model and the skin state."));
+  bind_record(module.def_submodule("record", "Recording and replay: what happened on the way from datagram to state."));
   bind_control(module.def_submodule("control", "Stage 7: tasks, fusion and the torque resolver."));
   bind_robot(module.def_submodule("robot", "Stage 8: limits, watchdog and the last check before the robot."));
   bind_world(module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body."));

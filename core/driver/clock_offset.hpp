@@ -32,6 +32,9 @@ class ClockOffset {
 
   std::int64_t offset_ns() const { return offset_; }
 
+  // Whether every time in it is within the limit, as those of a true clock are.
+  bool possible(std::int64_t limit_ns) const { return risen_to_ns_ > -limit_ns && risen_to_ns_ < limit_ns; }
+
   // A time of the unit on the host's clock.
   std::int64_t host_ns(std::uint64_t unit_ns) const {
     return static_cast<std::int64_t>(unit_ns + static_cast<std::uint64_t>(offset_ns()));

@@ -46,6 +46,14 @@ void Driver::prefetch(const rs_datagram_header& header, std::span<const std::uin
 }
 
 Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_ns) {
+  return take(datagram, now_ns, !hash_.has_value());
+}
+
+Verdict Driver::replay(std::span<const std::uint8_t> datagram, std::int64_t now_ns) {
+  return take(datagram, now_ns, true);
+}
+
+Verdict Driver::take(std::span<const std::uint8_t> datagram, std::int64_t now_ns, bool trusted) {
   const auto verdict = [&](Verdict which) {
     statistics_.of(which).add();
     return which;
@@ -70,7 +78,7 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
     return verdict(Verdict::malformed);
   }
   prefetch(header, datagram);
-  if (hash_) {
+  if (!trusted) {
     if ((header.flags & RS_DATAGRAM_KEYED) == 0) return verdict(Verdict::unauthenticated);
     const std::size_t signed_bytes = datagram.size() - RS_DATAGRAM_TAG_BYTES;
     if (!hash_->matches(datagram.first(signed_bytes), datagram.data() + signed_bytes)) {
@@ -80,8 +88,10 @@ Verdict Driver::handle(std::span<const std::uint8_t> datagram, std::int64_t now_
   CellIndex::Group* group = index_.group(header.section_unit);
   if (group == nullptr) return verdict(Verdict::foreign);
   std::size_t unit_row = 0;
-  const Verdict fresh = admit(header, now_ns, &unit_row);
+  const Verdict fresh = admit(header, now_ns, trusted, &unit_row);
   if (fresh != Verdict::accepted) return verdict(fresh);
+  looking_on_ = witness_.load(std::memory_order_acquire);
+  if (looking_on_ != nullptr) looking_on_->accepted(datagram, now_ns);
 
   Link& link = links_[unit_row];
   UnitRow& unit = units_.change(unit_row);
@@ -118,6 +128,8 @@ void Driver::publish(std::int64_t now_ns) {
   statistics_.publications.add();
   for (const std::int64_t departure_ns : departures_ns_) statistics_.latency.take(now_ns - departure_ns);
   departures_ns_.clear();
+  Witness* witness = witness_.load(std::memory_order_acquire);
+  if (witness != nullptr) witness->published(*this, samples_.publications(), now_ns);
 }
 
 }  // namespace robotskin::driver

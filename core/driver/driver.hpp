@@ -12,6 +12,8 @@
 // a key anyone can send anything: a new session is then taken for a restart at once, and only ended ones are refused.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -30,6 +32,7 @@
 #include "driver/statistics.hpp"
 #include "driver/topology.hpp"
 #include "driver/torque_table.hpp"
+#include "driver/witness.hpp"
 #include "robotskin/timing.h"
 
 namespace robotskin::driver {
@@ -61,6 +64,10 @@ class Driver {
 
   void publish(std::int64_t now_ns);
 
+  // Takes a recorded datagram that a driver has accepted before: its tag and whom it answers are not looked at again.
+  // For replay alone; no socket leads here.
+  Verdict replay(std::span<const std::uint8_t> datagram, std::int64_t now_ns);
+
   using Sink = std::function<void(const Recipient&, std::span<const std::uint8_t>)>;
 
   // Hands every datagram that is due to `sink`. Keep-alives are due every 100 ms, and at once after a restart.
@@ -69,7 +76,18 @@ class Driver {
   // The unit whose datagram was handled last, if it was accepted or came with a right tag from a stranger.
   Recipient last_heard() const { return last_heard_; }
 
+  // All that samples depend on, as bytes: `keyframe_parts` shows where they lie, without a copy; they hold until the
+  // next call that changes the driver. `restore` takes them in, so that the next publication is the one of the
+  // keyframe; throws std::invalid_argument for bytes that no driver of these cells can have written.
+  static constexpr std::size_t keyframe_parts_count = 10;
+  using KeyframeParts = std::array<std::span<const std::uint8_t>, keyframe_parts_count>;
+  KeyframeParts keyframe_parts() const;
+  void restore(std::span<const std::uint8_t> keyframe);
+
   // ---- Any one other thread ----
+
+  // Lets `witness` look on, or none (null), from one of the driver's next calls on. It must outlive the driver.
+  void set_witness(Witness* witness) { witness_.store(witness, std::memory_order_release); }
 
   // Sends a command as soon as its section units are known; the ticket that its replies carry, or nothing if 256 are
   // waiting already.
@@ -113,6 +131,7 @@ class Driver {
     bool due = false;
   };
 
+  Verdict take(std::span<const std::uint8_t> datagram, std::int64_t now_ns, bool trusted);
   void prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram);
 
   // trust.cpp
@@ -120,7 +139,7 @@ class Driver {
   bool answers_us(std::uint32_t session) const;
   std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
   void meet(const rs_datagram_header& header);
-  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit);
+  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, bool trusted, std::size_t* unit);
 
   // records.cpp
   void take_record(const rs_datagram_header& header, CellIndex::Group& group, std::size_t unit_row,
@@ -180,7 +199,10 @@ class Driver {
   Ring<Command, 256> commands_;
   Ring<Power, 64> powers_;
   Ring<Reply, 4096> replies_;
+  mutable std::array<std::uint64_t, 6> keyframe_header_{};  // what keyframe_parts shows first
   Statistics statistics_;
+  std::atomic<Witness*> witness_{nullptr};
+  Witness* looking_on_ = nullptr;           // during one call of the driver's thread
   std::vector<std::int64_t> departures_ns_;  // of the datagrams since the last publication, host clock
 };
 

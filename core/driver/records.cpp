@@ -121,6 +121,7 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
   const std::uint32_t port = rs_record_port(record);
   sample.rate_divisor = units_.row(unit_row).ports[port].rate_divisor & 0xF;
   way_[static_cast<std::size_t>(row)] = static_cast<std::uint16_t>(unit_row << 4 | port);
+  if (looking_on_ != nullptr) looking_on_->sampled(sample);
 }
 
 void Driver::count_events(const Sample& before, const rs_clock& frame) {

@@ -15,8 +15,8 @@ class SequenceWindow {
   void reset() { *this = {}; }
 
   Verdict take(std::uint32_t sequence) {
-    if (!started_) {
-      started_ = true;
+    if (started_ == 0) {
+      started_ = 1;
       newest_ = first_ = sequence;
       span_ = received_ = 1;
       set(sequence);
@@ -58,7 +58,7 @@ class SequenceWindow {
   std::uint64_t received_ = 0;
   std::uint32_t newest_ = 0;
   std::uint32_t first_ = 0;
-  bool started_ = false;
+  std::uint8_t started_ = 0;  // no bool: windows are restored from the bytes of a recording
 };
 
 }  // namespace robotskin::driver

@@ -64,8 +64,21 @@ class SnapshotTable {
     }
     list.count = 0;
     buffer.published_ns = now_ns;
+    buffer.number = ++publications_;
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | fresh), std::memory_order_acq_rel) & ~fresh;
   }
+
+  // Publications so far.
+  std::uint64_t publications() const { return publications_; }
+
+  // Sets every row and the count of publications, before anything is read.
+  void restore(std::span<const Row> rows, std::uint64_t publications) {
+    for (std::size_t i = 0; i < rows.size(); ++i) change(i) = rows[i];
+    publications_ = publications;
+  }
+
+  // All rows as the writer has them.
+  std::span<const Row> rows() const { return master_; }
 
   // ---- Reader ----
 
@@ -80,6 +93,9 @@ class SnapshotTable {
   // When what `read` returned last was published; 0: nothing has been yet.
   std::int64_t published_ns() const { return buffers_[front_].published_ns; }
 
+  // The number of that publication, counted from 1; 0: nothing has been published yet.
+  std::uint64_t publication() const { return buffers_[front_].number; }
+
  private:
   static constexpr std::size_t prefetch_ahead = 12;
   static constexpr std::uint8_t fresh = 4;  // set in `middle_` if the reader has not seen that buffer
@@ -87,6 +103,7 @@ class SnapshotTable {
   struct Buffer {
     std::vector<Row> rows;
     std::int64_t published_ns = 0;
+    std::uint64_t number = 0;
   };
   struct Outdated {
     std::vector<std::uint32_t> rows;
@@ -97,6 +114,7 @@ class SnapshotTable {
   std::vector<std::uint8_t> outdated_in_;  // bit b: the row stands on the list of buffer b
   std::array<Outdated, 3> outdated_;
   std::array<Buffer, 3> buffers_;
+  std::uint64_t publications_ = 0;
   std::uint8_t back_ = 0;
   alignas(64) std::atomic<std::uint8_t> middle_{1};
   alignas(64) std::uint8_t front_ = 2;

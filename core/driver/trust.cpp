@@ -44,15 +44,16 @@ void Driver::meet(const rs_datagram_header& header) {
 }
 
 // Decides whether a datagram is fresh. Changes nothing of the known units unless it is.
-Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, std::size_t* unit) {
-  if (hash_ && !answers_us(header.answering)) {
+Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, bool trusted,
+                      std::size_t* unit) {
+  if (!trusted && !answers_us(header.answering)) {
     meet(header);
     return Verdict::unanswering;
   }
   std::optional<std::size_t> known = find_unit(header.section_unit, header.unit);
   const bool restarted = known && links_[*known].session != header.session;
   if (!known || restarted) {
-    if (hash_ && header.answering != session_) {
+    if (!trusted && header.answering != session_) {
       meet(header);
       return Verdict::unanswering;
     }

@@ -57,9 +57,10 @@ void SkinReader::tare(std::int64_t duration_ns) {
   tare_ns_ = duration_ns;
   tare_end_ns_ = 0;
   std::fill(sum_.begin(), sum_.end(), Sum{});
+  if (witness_ != nullptr) witness_->taring(duration_ns);
 }
 
-void SkinReader::finish_tare() {
+void SkinReader::finish_tare(std::int64_t now_ns) {
   tare_refused_ = 0;
   for (std::size_t cell = 0; cell < cells_; ++cell) {
     for (unsigned i = 0; i < 3 && sum_[cell].count > 0; ++i) {
@@ -71,6 +72,7 @@ void SkinReader::finish_tare() {
   }
   tare_ns_ = 0;
   std::fill(taken_.begin(), taken_.end(), 0U);  // convert everything again
+  if (witness_ != nullptr) witness_->zeroed(force_offset_, now_ns);
 }
 
 // The time between a cell's samples, by their sequence numbers: loss on the way does not make it longer. After a
@@ -79,8 +81,8 @@ void SkinReader::observe_period(std::size_t cell, const Sample& sample) {
   Cadence& cadence = cadence_[cell];
   const std::int64_t passed_ns = sample.stamp_ns - cadence.stamp_ns;
   const auto steps = static_cast<std::uint8_t>(sample.sequence - cadence.sequence);
-  const bool clock = !sample.event;
-  if (passed_ns > options_.event_fresh_ns || !clock || !cadence.clock) {
+  const std::uint8_t clock = sample.event ? 0 : 1;
+  if (passed_ns > options_.event_fresh_ns || clock == 0 || cadence.clock == 0) {
     cadence.period_ns = 0;
   } else if (passed_ns > 0 && steps > 0) {
     cadence.period_ns = passed_ns / steps;
@@ -98,13 +100,18 @@ std::int64_t SkinReader::fresh_ns(std::size_t cell, const Sample& sample) const 
 }
 
 void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) {
+  if (taring()) {
+    for (unsigned i = 0; i < 3; ++i) sum_[cell].force[i] += sample.force[i] * force_step_n;
+    ++sum_[cell].count;
+  }
+  convert(cell, sample, state);
+}
+
+void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& state) const {
   for (unsigned i = 0; i < 3; ++i) {
-    const float force_n = sample.force[i] * force_step_n;
-    if (taring()) sum_[cell].force[i] += force_n;
-    state.normal_force[cell][i] = std::max(0.0F, force_n - force_offset_[cell][i]);
+    state.normal_force[cell][i] = std::max(0.0F, sample.force[i] * force_step_n - force_offset_[cell][i]);
     state.acceleration[cell][i] = sample.acceleration[i] * acceleration_step;
   }
-  if (taring()) ++sum_[cell].count;
   const double proximity = sample.proximity * proximity_step;
   state.proximity[cell] = static_cast<float>(proximity);
   state.distance[cell] = static_cast<float>(distance_from_proximity(proximity));
@@ -129,7 +136,15 @@ void SkinReader::read(std::int64_t now_ns, SkinState& state) {
     throw std::invalid_argument("the state has " + std::to_string(state.size()) + " cells, the model " +
                                 std::to_string(cells_));
   }
-  if (&state != last_) {
+  const std::span<const Sample> samples = samples_.read();
+  if (witness_ != nullptr) witness_->reading(*this, samples_.publication(), now_ns);
+  if (restored_) {
+    restored_ = false;
+    last_ = &state;
+    for (std::size_t cell = 0; cell < cells_; ++cell) {
+      if (taken_[cell] != 0) convert(cell, samples[cell], state);
+    }
+  } else if (&state != last_) {
     last_ = &state;
     std::fill(taken_.begin(), taken_.end(), 0U);
   }
@@ -137,9 +152,8 @@ void SkinReader::read(std::int64_t now_ns, SkinState& state) {
     tare_end_ns_ = now_ns + tare_ns_;
     std::fill(taken_.begin(), taken_.end(), 0U);
   } else if (taring() && now_ns >= tare_end_ns_) {
-    finish_tare();
+    finish_tare(now_ns);
   }
-  const std::span<const Sample> samples = samples_.read();
   const bool others_move = anything_moves(samples, now_ns);
   for (std::size_t cell = 0; cell < cells_; ++cell) {
     const Sample& sample = samples[cell];

@@ -9,6 +9,7 @@
 #include "driver/sample.hpp"
 #include "driver/snapshot_table.hpp"
 #include "robotskin/timing.h"
+#include "skin/read_witness.hpp"
 #include "skin/skin_model.hpp"
 #include "skin/skin_state.hpp"
 
@@ -41,11 +42,22 @@ class SkinReader {
   std::size_t tare_refused() const { return tare_refused_; }  // force sensors whose offset passed the limit
   const std::vector<std::array<float, 3>>& force_offset() const { return force_offset_; }  // (N, 3) newton
 
+  // Lets `witness` look on from the next call on, or none (null). It must outlive the reader.
+  void set_witness(ReadWitness* witness) { witness_ = witness; }
+
+  // All that the next read depends on beside the samples, as bytes: shown where they lie, without a copy, until the
+  // next call. `restore` takes them in; throws std::invalid_argument for bytes of another skin or another version, and
+  // changes nothing then.
+  static constexpr std::size_t keyframe_parts_count = 5;
+  std::array<std::span<const std::uint8_t>, keyframe_parts_count> keyframe_parts() const;
+  void restore(std::span<const std::uint8_t> keyframe);
+
  private:
   void observe_period(std::size_t cell, const driver::Sample& sample);
   std::int64_t fresh_ns(std::size_t cell, const driver::Sample& sample) const;
   void take(std::size_t cell, const driver::Sample& sample, SkinState& state);
-  void finish_tare();
+  void convert(std::size_t cell, const driver::Sample& sample, SkinState& state) const;
+  void finish_tare(std::int64_t now_ns);
   bool anything_moves(std::span<const driver::Sample> samples, std::int64_t now_ns) const;
 
   driver::SnapshotTable<driver::Sample>& samples_;
@@ -56,7 +68,7 @@ class SkinReader {
     std::int64_t stamp_ns = 0;   // of the sample seen last
     std::int64_t period_ns = 0;  // between samples in clock mode; 0: not known
     std::uint8_t sequence = 0;
-    bool clock = false;
+    std::uint8_t clock = 0;  // 1: the sample was sent by the clock; no bool, as it is restored from bytes
   };
   std::vector<Cadence> cadence_;
   std::vector<std::array<float, 3>> force_offset_;
@@ -69,6 +81,9 @@ class SkinReader {
   std::int64_t tare_end_ns_ = 0;
   std::size_t tare_refused_ = 0;
   const SkinState* last_ = nullptr;
+  bool restored_ = false;  // the next read fills its state with all that was taken before
+  ReadWitness* witness_ = nullptr;
+  mutable std::array<std::int64_t, 4> keyframe_header_{};  // what keyframe_parts shows first
 };
 
 }  // namespace robotskin::skin

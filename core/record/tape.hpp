@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bounded queue of entries of any length from one thread to one other: neither waits, locks or allocates.
+//
+// An entry is 16 bytes (little-endian: payload bytes u32, kind u16, reserved u16, time in ns i64) and its payload,
+// padded to a multiple of 8. Blocks of whole entries are what a recording holds, unchanged. What finds no room is
+// dropped and counted, and the next entry that finds some is a `gap`, so that a reader knows where something is missing.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace robotskin::record {
+
+// X(name, number, payload)
+#define ROBOTSKIN_TAPE_ENTRIES(X)                                                                \
+  X(gap, 1, "u64: entries dropped before this one")                                              \
+  X(datagram, 2, "an accepted datagram, whole; time: its arrival on the host's clock")           \
+  X(publication, 3, "u64: number of the publication")                                            \
+  X(keyframe, 4, "all that the driver knows, as of the publication before it (keyframe.hpp)")    \
+  X(sample, 5, "a decoded sample, never stored as such: 64 bytes as the driver holds it")        \
+  X(read, 6, "u64: number of the publication that the skin reader saw; time: of the read")       \
+  X(tare, 7, "i64: duration in ns of a tare that was asked for")                                 \
+  X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")               \
+  X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")               \
+  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                    \
+  X(force_zero, 11, "3 n f32 newton: what the skin reader subtracts from each force from now on")
+
+enum class Entry : std::uint16_t {
+#define ROBOTSKIN_ENTRY(name, number, payload) name = number,
+  ROBOTSKIN_TAPE_ENTRIES(ROBOTSKIN_ENTRY)
+#undef ROBOTSKIN_ENTRY
+};
+
+struct EntryHeader {
+  std::uint32_t bytes;  // of the payload, without padding
+  std::uint16_t kind;
+  std::uint16_t reserved;
+  std::int64_t time_ns;
+};
+static_assert(sizeof(EntryHeader) == 16);
+
+constexpr std::size_t entry_bytes(std::size_t payload) {
+  return sizeof(EntryHeader) + (payload + 7) / 8 * 8;
+}
+
+class Tape {
+ public:
+  // Capacity in bytes, rounded up to a power of two.
+  explicit Tape(std::size_t capacity_bytes);
+
+  // ---- The thread that writes ----
+
+  // Copies an entry of several parts; false and counted where there is no room.
+  bool put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts) noexcept;
+  bool put(Entry kind, std::int64_t time_ns, std::span<const std::uint8_t> payload) noexcept {
+    return put(kind, time_ns, std::span(&payload, 1));
+  }
+
+  // ---- The thread that reads ----
+
+  // Appends whole entries to `out`, at most `bytes_max` bytes of them; how many bytes.
+  std::size_t drain(std::vector<std::uint8_t>& out, std::size_t bytes_max);
+
+  // ---- Any thread ----
+
+  std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
+  std::size_t capacity() const { return capacity_; }
+
+ private:
+  void copy(std::size_t at, const void* from, std::size_t bytes) noexcept;
+
+  std::size_t capacity_;
+  std::unique_ptr<std::uint8_t[]> bytes_;
+  std::uint64_t untold_ = 0;  // dropped since the last entry that found room
+  std::atomic<std::uint64_t> dropped_{0};
+  alignas(64) std::atomic<std::size_t> first_{0};
+  alignas(64) std::atomic<std::size_t> last_{0};
+};
+
+}  // namespace robotskin::record
