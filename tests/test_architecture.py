@@ -14,10 +14,11 @@ CORE_KNOWS = {
     "model": set(),
     "driver": set(),
     "skin": {"driver"},
+    "record": {"skin", "driver"},
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "control", "robot", "world"},
+    "bindings": {"model", "driver", "skin", "record", "control", "robot", "world"},
 }
 
 # Rooms of the laboratory may include these rooms of the product, and their own headers.

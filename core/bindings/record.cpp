@@ -156,9 +156,8 @@ the recording. Raises InputError for bytes that no recorder writes.)")
       .def_prop_ro(
           "command",
           [](const Player& self) {
-            return filled<double>(self.command().size(), 1, [&](std::size_t i, std::size_t) {
-              return self.command()[i];
-            });
+            return filled<double>(self.command().size(), 1,
+                                  [&](std::size_t i, std::size_t) { return self.command()[i]; });
           },
           nb::sig("def command(self) -> numpy.ndarray"), "(n) last sent to the robot.")
       .def_prop_ro("command_mode", &Player::command_mode, "Number of its command mode.");

@@ -202,7 +202,7 @@ class Driver {
   mutable std::array<std::uint64_t, 6> keyframe_header_{};  // what keyframe_parts shows first
   Statistics statistics_;
   std::atomic<Witness*> witness_{nullptr};
-  Witness* looking_on_ = nullptr;           // during one call of the driver's thread
+  Witness* looking_on_ = nullptr;            // during one call of the driver's thread
   std::vector<std::int64_t> departures_ns_;  // of the datagrams since the last publication, host clock
 };
 

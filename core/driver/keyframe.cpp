@@ -52,14 +52,14 @@ class Reader {
 // Version and sizes: a keyframe is memory as it was, for drivers with the same rows alone.
 constexpr std::uint64_t format_of(std::size_t link_bytes) {
   return std::uint64_t{keyframe_version} << 48 | sizeof(Sample) << 36 | sizeof(TopologyRow) << 24 |
-      sizeof(UnitRow) << 12 | link_bytes;
+         sizeof(UnitRow) << 12 | link_bytes;
 }
 
 }  // namespace
 
 Driver::KeyframeParts Driver::keyframe_parts() const {
-  keyframe_header_ = {format_of(sizeof(Link)),  index_.capacity(), index_.keys().size(), unit_count_,
-                      samples_.publications(), 0};
+  keyframe_header_ = {
+      format_of(sizeof(Link)), index_.capacity(), index_.keys().size(), unit_count_, samples_.publications(), 0};
   return {bytes_of(std::span<const std::uint64_t>(keyframe_header_)),
           bytes_of(std::span<const CellKey>(index_.keys())),
           bytes_of(samples_.rows()),

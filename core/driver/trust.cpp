@@ -44,8 +44,7 @@ void Driver::meet(const rs_datagram_header& header) {
 }
 
 // Decides whether a datagram is fresh. Changes nothing of the known units unless it is.
-Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, bool trusted,
-                      std::size_t* unit) {
+Verdict Driver::admit(const rs_datagram_header& header, std::int64_t now_ns, bool trusted, std::size_t* unit) {
   if (!trusted && !answers_us(header.answering)) {
     meet(header);
     return Verdict::unanswering;

@@ -67,7 +67,8 @@ void EntryQueue::give(std::span<const std::uint8_t> block) {
 std::optional<EntryQueue::View> EntryQueue::front() const {
   if (at_ == bytes_.size()) return std::nullopt;
   const EntryHeader header = header_at(bytes_, at_);
-  return View{static_cast<Entry>(header.kind), header.time_ns,
+  return View{static_cast<Entry>(header.kind),
+              header.time_ns,
               {bytes_.data() + at_ + sizeof header, std::size_t{header.bytes}}};
 }
 

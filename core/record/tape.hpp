@@ -3,7 +3,8 @@
 //
 // An entry is 16 bytes (little-endian: payload bytes u32, kind u16, reserved u16, time in ns i64) and its payload,
 // padded to a multiple of 8. Blocks of whole entries are what a recording holds, unchanged. What finds no room is
-// dropped and counted, and the next entry that finds some is a `gap`, so that a reader knows where something is missing.
+// dropped and counted, and the next entry that finds some is a `gap`, so that a reader knows where something is
+// missing.
 #pragma once
 
 #include <atomic>
@@ -16,17 +17,17 @@
 namespace robotskin::record {
 
 // X(name, number, payload)
-#define ROBOTSKIN_TAPE_ENTRIES(X)                                                                \
-  X(gap, 1, "u64: entries dropped before this one")                                              \
-  X(datagram, 2, "an accepted datagram, whole; time: its arrival on the host's clock")           \
-  X(publication, 3, "u64: number of the publication")                                            \
-  X(keyframe, 4, "all that the driver knows, as of the publication before it (keyframe.hpp)")    \
-  X(sample, 5, "a decoded sample, never stored as such: 64 bytes as the driver holds it")        \
-  X(read, 6, "u64: number of the publication that the skin reader saw; time: of the read")       \
-  X(tare, 7, "i64: duration in ns of a tare that was asked for")                                 \
-  X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")               \
-  X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")               \
-  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                    \
+#define ROBOTSKIN_TAPE_ENTRIES(X)                                                             \
+  X(gap, 1, "u64: entries dropped before this one")                                           \
+  X(datagram, 2, "an accepted datagram, whole; time: its arrival on the host's clock")        \
+  X(publication, 3, "u64: number of the publication")                                         \
+  X(keyframe, 4, "all that the driver knows, as of the publication before it (keyframe.hpp)") \
+  X(sample, 5, "a decoded sample, never stored as such: 64 bytes as the driver holds it")     \
+  X(read, 6, "u64: number of the publication that the skin reader saw; time: of the read")    \
+  X(tare, 7, "i64: duration in ns of a tare that was asked for")                              \
+  X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")            \
+  X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")            \
+  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                 \
   X(force_zero, 11, "3 n f32 newton: what the skin reader subtracts from each force from now on")
 
 enum class Entry : std::uint16_t {

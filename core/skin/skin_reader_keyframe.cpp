@@ -23,14 +23,12 @@ std::span<const std::uint8_t> bytes_of(const Item* items, std::size_t count) {
 
 std::array<std::span<const std::uint8_t>, SkinReader::keyframe_parts_count> SkinReader::keyframe_parts() const {
   keyframe_header_ = {version, static_cast<std::int64_t>(cells_), tare_ns_, tare_end_ns_};
-  return {bytes_of(keyframe_header_.data(), keyframe_header_.size()), bytes_of(taken_.data(), cells_), bytes_of(cadence_.data(), cells_),
-          bytes_of(force_offset_.data(), cells_), bytes_of(sum_.data(), cells_)};
+  return {bytes_of(keyframe_header_.data(), keyframe_header_.size()), bytes_of(taken_.data(), cells_),
+          bytes_of(cadence_.data(), cells_), bytes_of(force_offset_.data(), cells_), bytes_of(sum_.data(), cells_)};
 }
 
 void SkinReader::restore(std::span<const std::uint8_t> keyframe) {
-  const auto refuse = [](const std::string& why) {
-    throw std::invalid_argument("keyframe of a skin reader: " + why);
-  };
+  const auto refuse = [](const std::string& why) { throw std::invalid_argument("keyframe of a skin reader: " + why); };
   std::array<std::int64_t, 4> header{};
   const std::size_t a_cell = sizeof(std::uint32_t) + sizeof(Cadence) + sizeof(std::array<float, 3>) + sizeof(Sum);
   if (keyframe.size() < sizeof header) refuse("it is cut short");

@@ -7,6 +7,7 @@ from robotskin._core import (
     driver as driver,
     firmware as firmware,
     model as model,
+    record as record,
     robot as robot,
     skin as skin,
     world as world,

@@ -1,0 +1,134 @@
+"""Recording and replay: what happened on the way from datagram to state."""
+
+import enum
+
+import numpy
+
+import robotskin._core.driver
+import robotskin._core.model
+import robotskin._core.skin
+
+class Entry(enum.Enum):
+    """Kinds of entries on a tape."""
+
+    gap = 1
+    """u64: entries dropped before this one"""
+
+    datagram = 2
+    """an accepted datagram, whole; time: its arrival on the host's clock"""
+
+    publication = 3
+    """u64: number of the publication"""
+
+    keyframe = 4
+    """
+    all that the driver knows, as of the publication before it (keyframe.hpp)
+    """
+
+    sample = 5
+    """
+    a decoded sample, never stored as such: 64 bytes as the driver holds it
+    """
+
+    read = 6
+    """
+    u64: number of the publication that the skin reader saw; time: of the read
+    """
+
+    tare = 7
+    """i64: duration in ns of a tare that was asked for"""
+
+    reader_keyframe = 8
+    """all that the skin reader knows, as of the read after it"""
+
+    joints = 9
+    """joint state: 3 n f64 position, velocity, effort; time: its stamp"""
+
+    command = 10
+    """u64 mode, n f64 values; time: of the tick"""
+
+    force_zero = 11
+    """
+    3 n f32 newton: what the skin reader subtracts from each force from now on
+    """
+
+class Recorder:
+    """
+    Two bounded tapes, one of the driver's thread, one of the control thread.
+
+    What happens in these threads is copied into the tapes without waiting; `drain_driver` and `drain_control` empty them in
+    another thread. A full tape drops and counts, and goes on at the next keyframe.
+    """
+
+    def __init__(self, driver_mib: float = 64.0, control_mib: float = 16.0) -> None: ...
+    def attach(self, driver: robotskin._core.driver.Driver, reader: robotskin._core.skin.SkinReader) -> None:
+        """
+        Takes down what this driver and this skin reader do from now on. Call it in the control thread.
+        """
+
+    def detach(self, driver: robotskin._core.driver.Driver, reader: robotskin._core.skin.SkinReader) -> None:
+        """Ends that. Call it in the control thread."""
+
+    def joints(self, state: robotskin._core.model.JointState) -> None:
+        """Takes down a joint state."""
+
+    def command(self, now_ns: int, command: robotskin._core.model.JointCommand) -> None:
+        """Takes down what was sent to the robot."""
+
+    def ask_for_keyframe(self) -> None:
+        """
+        The next publication is followed by a keyframe, at which a replay can begin.
+        """
+
+    def drain_driver(self) -> tuple[bytes, bytes]:
+        """
+        Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, 64 bytes each.
+        """
+
+    def drain_control(self) -> bytes:
+        """Entries of the control thread, at most some 4 MiB."""
+
+    @property
+    def dropped(self) -> int:
+        """Entries that found no room."""
+
+class Player:
+    """
+    Recorded blocks through the shipping driver and skin reader.
+
+    Give blocks in their order; `advance` goes on to the next read and fills a SkinState, equal to the byte to the one of
+    the recording. Raises InputError for bytes that no recorder writes.
+    """
+
+    def __init__(self, model: robotskin._core.skin.SkinModel, spare_cells: int = 0, spare_groups: int = 0) -> None: ...
+    def give_driver(self, block: bytes) -> None:
+        """Entries of the driver's thread."""
+
+    def give_control(self, block: bytes) -> None:
+        """Entries of the control thread."""
+
+    def advance(self, state: robotskin._core.skin.SkinState) -> int | None:
+        """
+        The host time of the next read in ns, `state` filled; None where more blocks are needed.
+        """
+
+    def seek(self) -> None:
+        """
+        Forgets all blocks given: goes on at the next keyframe in those to come.
+        """
+
+    @property
+    def gaps(self) -> int:
+        """Entries that the recorder had to drop so far."""
+
+    @property
+    def joints(self) -> numpy.ndarray:
+        """(3, n) position, velocity, effort as of the last read."""
+
+    @property
+    def command(self) -> numpy.ndarray:
+        """(n) last sent to the robot."""
+
+    @property
+    def command_mode(self) -> int:
+        """Number of its command mode."""
