@@ -5,11 +5,11 @@ import struct
 
 import numpy as np
 import pytest
+from robotskin.apps.session import Session
 
 from robotskin import layout, robots
 from robotskin._core.record import Entry, Player, Recorder
 from robotskin._core.skin import SkinState
-from robotskin.apps.session import Session
 from robotskin.errors import InputError
 
 COLUMNS = (
