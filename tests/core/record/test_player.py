@@ -1,16 +1,17 @@
 """What was taken down in the middle of a run comes back to the byte, and bytes of a file move nothing they may not."""
 
+import contextlib
 import random
 import struct
 
 import numpy as np
 import pytest
-from robotskin.apps.session import Session
 
 from robotskin import layout, robots
 from robotskin._core.record import Entry, Player, Recorder
 from robotskin._core.skin import SkinState
 from robotskin.errors import InputError
+from robotskin.session import Session
 
 COLUMNS = (
     "normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated",
@@ -110,14 +111,13 @@ def test_damaged_blocks_are_refused_or_played_but_never_crash(seed: int, round_:
             out[draw.randrange(len(out))] = draw.randrange(256)
         return bytes(out[: draw.randrange(len(out) + 1)]) if draw.random() < 0.05 else bytes(out)
 
-    try:
+    with contextlib.suppress(InputError):
         for driver, control in damaged_run.blocks:
             player.give_driver(damaged(driver))
             player.give_control(damaged(control))
             while player.advance(state) is not None:
                 pass
-    except InputError as refused:
-        assert str(refused)
+    assert len(state) == 62
 
 
 @pytest.fixture(scope="module")
