@@ -15,6 +15,12 @@
 #define CHANNEL_LOW(name, is_signed, bits, numerator, denominator, unit) (is_signed) != 0 ? -(1 << ((bits) - 1)) : 0,
 #define CHANNEL_HIGH(name, is_signed, bits, numerator, denominator, unit) \
   (1 << ((is_signed) != 0 ? (bits) - 1 : (bits))) - 1,
+enum {
+  SENSOR_LIMIT = 1 << 17,  /* no sensor has more than 18 bits */
+  PHASES_PER_US_BITS = 20, /* 64ths of a tick, of less than one the same as by division */
+  PHASES_PER_US = ((64 << PHASES_PER_US_BITS) + RS_TICK_US - 1) / RS_TICK_US
+};
+
 static const int32_t channel_low[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_LOW)};
 static const int32_t channel_high[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL_HIGH)};
 
@@ -39,21 +45,20 @@ static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refr
   rs_sampling* sampling = &cell->sampling;
   uint32_t ticks;
   const uint32_t in_tick_us = rs_left_of(now_us - cell->route.origin_us, RS_TICK_US, &ticks);
-  const rs_clock sample = {
-      .type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
-      .source = cell->id,
-      .sequence = sampling->sequence,
-      .ttl = RS_TTL_START,
-      .sample_tick = (cell->route.wave.sequence + ticks) & 0xFU,
-      .sample_phase = in_tick_us * 67109U >> 20, /* 64ths: of less than a tick, the same as by division */
-      .refresh = refresh,
-      .fault = fault,
-      .dropped = sampling->dropped,
+  const rs_clock sample = {.type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
+                           .source = cell->id,
+                           .sequence = sampling->sequence,
+                           .ttl = RS_TTL_START,
+                           .sample_tick = (cell->route.wave.sequence + ticks) & 0xFU,
+                           .sample_phase = in_tick_us * PHASES_PER_US >> PHASES_PER_US_BITS,
+                           .refresh = refresh,
+                           .fault = fault,
+                           .dropped = sampling->dropped,
 #define CHANNEL_VALUE(name, is_signed, bits, numerator, denominator, unit) \
   .name = CHANNEL_VALUE_##is_signed(value[RS_CHANNEL_##name]),
 #define CHANNEL_VALUE_0(counts) (uint32_t)(counts)
 #define CHANNEL_VALUE_1(counts) (counts)
-      RS_CHANNELS(CHANNEL_VALUE)};
+                           RS_CHANNELS(CHANNEL_VALUE)};
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_clock_pack(frame, &sample);
   rs_frame_seal(frame);
@@ -81,8 +86,8 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
   for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) {
     /* Sensors cannot exceed 18 bits; an offset cannot overflow what is clamped first. */
     int32_t counts = sample->value[c];
-    if (counts < -131072) counts = -131072;
-    if (counts > 131071) counts = 131071;
+    if (counts < -SENSOR_LIMIT) counts = -SENSOR_LIMIT;
+    if (counts > SENSOR_LIMIT - 1) counts = SENSOR_LIMIT - 1;
     counts += cell->settings.offset[c];
     value[c] = counts < channel_low[c] ? channel_low[c] : counts > channel_high[c] ? channel_high[c] : counts;
   }

@@ -1,6 +1,7 @@
 /* A step the long way: whatever comes, and whatever is due. */
 #include "cell/slow_path.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cell/commands.h"
@@ -46,9 +47,9 @@ static RS_APART void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   rs_settings_load(&cell->settings, with->flash);
   rs_cell_keep_settings(cell);
   cell->led_complement = ~cell->led_rgb;
-  if (with->flash != 0) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
+  if (with->flash != NULL) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
   rs_own_torque_load(cell);
-  cell->keyed = with->key != 0;
+  cell->keyed = with->key != NULL;
   if (cell->keyed) rs_chaskey_key_expand(&cell->key, with->key);
   rs_identity_boot(cell, with->random, now_us);
   rs_route_boot(cell, now_us);

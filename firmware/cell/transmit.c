@@ -24,7 +24,7 @@ enum {
 static RS_APART void pack_advert(const rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
   uint32_t age_us = now_us - route->origin_us;
-  if (age_us > 0xFFFU) age_us = 0xFFFU;
+  if (age_us > RS_FIELD_MAX(tick_age_us)) age_us = RS_FIELD_MAX(tick_age_us);
   rs_tick tick = {
       .type = RS_TYPE_tick,
       .hops = route->hops,

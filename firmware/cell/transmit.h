@@ -2,6 +2,8 @@
 #ifndef ROBOTSKIN_CELL_TRANSMIT_H
 #define ROBOTSKIN_CELL_TRANSMIT_H
 
+#include <stddef.h>
+
 #include "cell/wire/ports.h"
 #include "robotskin/cell.h"
 
@@ -11,7 +13,7 @@ unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us);
 
 /* Tells the frames that have started. */
 RS_INLINE void rs_output_start(rs_output* output, const rs_queues* queues, unsigned started) {
-  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = 0;
+  for (unsigned port = 0; port < RS_PORTS; ++port) output->frame[port] = NULL;
   for (unsigned port = 0; started != 0U; ++port, started >>= 1) {
     if ((started & 1U) != 0U) output->frame[port % RS_PORTS] = queues->sending[port % RS_PORTS];
   }

@@ -108,7 +108,7 @@ static uint32_t gap_left(const rs_unit_balance* balance, uint8_t root) {
 
 /* Cells of a tree as they are known now. */
 static uint32_t size_of(const rs_section_unit* unit, uint8_t root) {
-  const unsigned u = root >> 4, port = (root & 15U) - 1U;
+  const unsigned u = rs_unit_of_root(root), port = rs_port_of_root(root);
   if (root == 0U || port >= RS_SECTION_UNIT_PORTS_MAX) return 0;
   return u == unit->config.unit ? unit->port[port].size : unit->peer[u].tree[port].size;
 }

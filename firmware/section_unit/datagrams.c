@@ -1,6 +1,7 @@
 /* Datagrams to the host and from it. */
 #include "section_unit/datagrams.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "robotskin/operations.h"
@@ -90,7 +91,7 @@ static bool tags_match(const rs_section_unit* unit, const uint8_t* bytes, uint32
 /* Whether a datagram is of this group and made by someone who has the key. */
 static bool genuine(const rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes,
                     uint32_t count) {
-  const bool keyed = unit->config.tag != 0;
+  const bool keyed = unit->config.tag != NULL;
   if (header->section_unit != unit->config.section_unit || header->session == 0U) return false;
   if (((header->flags & RS_DATAGRAM_KEYED) != 0) != keyed) return false;
   return !keyed || tags_match(unit, bytes, count);
@@ -101,7 +102,7 @@ static bool accept(rs_section_unit* unit, const rs_datagram_header* header) {
   const rs_section_unit_config* config = &unit->config;
   if (header->unit != config->unit && header->unit != RS_UNIT_ALL) return false;
   if (header->kind < RS_DATAGRAM_KIND_keep_alive) return false;
-  const bool keyed = config->tag != 0;
+  const bool keyed = config->tag != NULL;
   if (keyed && header->answering != config->session) {
     return header->answering == 0U && header->kind == RS_DATAGRAM_KIND_keep_alive;
   }

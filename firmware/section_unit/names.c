@@ -1,6 +1,7 @@
 /* The ids of the cells of a unit: given once, kept by serial number, taken back when two cells claim one. */
 #include "section_unit/names.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cell/time/spread.h"
@@ -20,7 +21,7 @@ static rs_unit_name* entry_of(rs_unit_names* names, uint32_t uid) {
   while (names->entry[at].uid != 0U && names->entry[at].uid != uid) at = (at + 1U) & NAMES_MASK;
   rs_unit_name* entry = &names->entry[at];
   if (entry->uid == 0U) {
-    if (names->count >= RS_UNIT_NAMES_MAX) return 0;
+    if (names->count >= RS_UNIT_NAMES_MAX) return NULL;
     ++names->count;
     entry->uid = uid;
   }
@@ -42,14 +43,14 @@ static bool is_ours(const rs_section_unit_config* config, uint16_t id) {
 }
 
 uint16_t rs_names_give(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t wanted) {
-  rs_unit_name* entry = uid == 0U ? 0 : entry_of(names, uid);
-  if (entry != 0 && entry->id != RS_ID_NONE) return entry->id;
-  if (entry != 0 && is_ours(config, wanted) && !is_taken(names, wanted)) {
+  rs_unit_name* entry = uid == 0U ? NULL : entry_of(names, uid);
+  if (entry != NULL && entry->id != RS_ID_NONE) return entry->id;
+  if (entry != NULL && is_ours(config, wanted) && !is_taken(names, wanted)) {
     give(names, entry, wanted);
     return wanted;
   }
   const uint32_t range = (uint32_t)config->last_id - config->first_id + 1U;
-  for (uint32_t tried = 0; entry != 0 && tried < range; ++tried) {
+  for (uint32_t tried = 0; entry != NULL && tried < range; ++tried) {
     const uint16_t id = names->next_id;
     names->next_id = id == config->last_id ? config->first_id : (uint16_t)(id + 1U);
     if (is_taken(names, id)) continue;
@@ -61,8 +62,8 @@ uint16_t rs_names_give(rs_unit_names* names, const rs_section_unit_config* confi
 }
 
 bool rs_names_agree(rs_unit_names* names, const rs_section_unit_config* config, uint32_t uid, uint16_t id) {
-  rs_unit_name* entry = uid == 0U ? 0 : entry_of(names, uid);
-  if (entry == 0 || entry->id == id) return true;
+  rs_unit_name* entry = uid == 0U ? NULL : entry_of(names, uid);
+  if (entry == NULL || entry->id == id) return true;
   if (!is_ours(config, id)) {
     give(names, entry, RS_ID_NONE); /* another unit of the group has named it */
     return true;

@@ -6,6 +6,8 @@
  * smaller number is an old tick. Parts of a group that cannot hear each other keep the time they agreed on. */
 #include "section_unit/peers.h"
 
+#include <stddef.h>
+
 #include "section_unit/balance.h"
 #include "section_unit/group_time.h"
 #include "section_unit/uplink.h"
@@ -132,7 +134,7 @@ bool rs_peers_receive(rs_section_unit* unit, const rs_datagram_header* header, c
     if (ahead == 0U || ahead >= 0x80000000U) return false;
   } else {
     /* A new session is answered at once, and counts when it answers; one of before would have an old time. */
-    if (unit->config.tag != 0 && echo.session != 0U && header->time_ns <= peer->time_ns) return false;
+    if (unit->config.tag != NULL && echo.session != 0U && header->time_ns <= peer->time_ns) return false;
     *peer = (rs_unit_peer){.heard = true, .session = header->session, .time_ns = peer->time_ns};
     unit->peers_due_ns = now_ns;
   }

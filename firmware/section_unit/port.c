@@ -1,6 +1,7 @@
 /* One port: what waits for its tree, what its ticks say, and what goes out next. */
 #include "section_unit/port.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cell/wire/tags.h"
@@ -8,7 +9,7 @@
 #include "section_unit/group_time.h"
 
 uint8_t rs_root_of(const rs_section_unit* unit, unsigned port) {
-  return (uint8_t)(((uint32_t)unit->config.unit << 4) | (port + 1U));
+  return rs_root_number(unit->config.unit, port);
 }
 
 rs_wave rs_port_wave(const rs_section_unit* unit, unsigned port) {
@@ -52,7 +53,8 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
     RS_STATIC_ASSERT((int)RS_grant_tag_AT == (int)RS_command_tag_AT, "their tags cover as much");
     RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
     const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
-    rs_store32(frame + RS_command_tag_AT / 8, unit->config.cell_key == 0 ? 0U : rs_command_tag(&unit->key, frame, era));
+    rs_store32(frame + RS_command_tag_AT / 8,
+               unit->config.cell_key == NULL ? 0U : rs_command_tag(&unit->key, frame, era));
   }
   if (rs_frame_type_of(frame) == RS_TYPE_joints) {
     const uint32_t epoch = (uint32_t)(unit->tick_time / RS_EPOCH_TICKS);
@@ -60,7 +62,7 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
     rs_joints_unpack(&joints, frame);
     joints.epoch = epoch & RS_EPOCH_MASK;
     rs_joints_pack(frame, &joints);
-    joints.tag = unit->config.cell_key == 0 ? 0U : rs_joints_tag(&unit->key, frame, epoch);
+    joints.tag = unit->config.cell_key == NULL ? 0U : rs_joints_tag(&unit->key, frame, epoch);
     rs_joints_pack(frame, &joints);
   }
   rs_frame_seal(frame);
@@ -76,7 +78,7 @@ void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now
                   .nonce = unit->config.session & 0xFFU,
                   .heard = rs_port_alive(&unit->port[port], now_ns),
                   .echo = rs_hearing_echo(&unit->port[port].hearing),
-                  .age_us = age_us > 0xFFFU ? 0xFFFU : (uint32_t)age_us};
+                  .age_us = age_us > RS_FIELD_MAX(tick_age_us) ? RS_FIELD_MAX(tick_age_us) : (uint32_t)age_us};
   const rs_wave wave = rs_port_wave(unit, port);
   rs_wave_into_tick(&tick, &wave);
   rs_tick_pack(frame, &tick);

@@ -4,7 +4,17 @@
 
 #include "robotskin/section_unit.h"
 
-uint8_t rs_root_of(const rs_section_unit* unit, unsigned port);   /* the number of its tree */
+/* The number of a tree: its unit in the upper four bits, its port, counted from 1, in the lower. */
+RS_INLINE uint8_t rs_root_number(unsigned unit, unsigned port) {
+  return (uint8_t)(unit << 4 | (port + 1U));
+}
+RS_INLINE unsigned rs_unit_of_root(uint8_t root) {
+  return root >> 4;
+}
+RS_INLINE unsigned rs_port_of_root(uint8_t root) {
+  return (root & 0xFU) - 1U;
+}
+uint8_t rs_root_of(const rs_section_unit* unit, unsigned port);   /* of an own port's tree */
 rs_wave rs_port_wave(const rs_section_unit* unit, unsigned port); /* what its ticks say to the tree */
 bool rs_port_alive(const rs_unit_port* port, uint64_t now_ns);
 void rs_ports_power(rs_section_unit* unit, unsigned port, bool on);

@@ -1,6 +1,8 @@
 /* What comes up at the ports and what each tick asks of them. */
 #include "section_unit/ports.h"
 
+#include <stddef.h>
+
 #include "cell/wire/tags.h"
 #include "robotskin/crc.h"
 #include "robotskin/operations.h"
@@ -31,7 +33,7 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
     }
     const bool changed = rs_rate_tick(&here->rate, here->root ? here->size : 0U);
     here->tick_due = (unit->power >> port & 1U) != 0U;
-    if (unit->config.cell_key != 0) {
+    if (unit->config.cell_key != NULL) {
       const rs_wave wave = rs_port_wave(unit, port);
       here->tag = rs_wave_tag(&unit->key, &wave);
     }

@@ -70,7 +70,7 @@ void rs_trees_gather(rs_trees* trees, const rs_section_unit* unit, uint64_t now_
     if (u == unit->config.unit || !rs_peer_counts(peer, now_ns)) continue;
     for (unsigned port = 0; port < RS_SECTION_UNIT_PORTS_MAX; ++port) {
       if ((peer->ports >> port & 1U) == 0U) continue;
-      const uint8_t root = (uint8_t)(u << 4 | (port + 1U));
+      const uint8_t root = rs_root_number(u, port);
       beside[trees->count] = peer->tree[port].neighbour;
       index_of[root] = (uint8_t)trees->count;
       add(trees, root, RS_TREE_FOREIGN, &peer->tree[port]);

@@ -1,4 +1,5 @@
 /* The front door of a section unit: one input at one time, and what is due. */
+#include <stddef.h>
 #include <string.h>
 
 #include "section_unit/datagrams.h"
@@ -19,7 +20,7 @@ static void boot(rs_section_unit* unit, const rs_section_unit_config* config, ui
   memset(unit, 0, sizeof *unit);
   if (!valid(config)) return;
   unit->config = *config;
-  if (config->cell_key != 0) rs_chaskey_key_expand(&unit->key, config->cell_key);
+  if (config->cell_key != NULL) rs_chaskey_key_expand(&unit->key, config->cell_key);
   rs_names_init(&unit->names, config);
   unit->power = config->powered ? (uint16_t)((1U << config->ports) - 1U) : 0;
   unit->heartbeat_ns = unit->peers_due_ns = unit->booted_ns = now_ns;
@@ -53,7 +54,7 @@ void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uin
   rs_ports_transmit(unit, now_ns, output);
   const uint64_t torque_ns = rs_unit_torque_end(unit, now_ns);
   const uint64_t peers_ns = rs_peers_send(unit, now_ns, output);
-  const uint64_t host_ns = output->datagram != 0 ? now_ns : rs_datagrams_send(unit, now_ns, output);
+  const uint64_t host_ns = output->datagram != NULL ? now_ns : rs_datagrams_send(unit, now_ns, output);
   const uint64_t tick_ns = (unit->tick_time + 1U) * RS_TICK_US * 1000U - unit->ahead_ns;
   const uint64_t datagram_ns = peers_ns < host_ns ? peers_ns : host_ns;
   output->timer_ns = datagram_ns < tick_ns ? datagram_ns : tick_ns;

@@ -1,6 +1,7 @@
 /* Frames on their way to the host: gathered, and completed as datagrams. */
 #include "section_unit/uplink.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "section_unit/group_time.h"
@@ -28,7 +29,7 @@ void rs_datagram_finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t c
                         rs_unit_output* output) {
   const bool to_host = kind != RS_DATAGRAM_KIND_peer;
   const rs_datagram_header header = {.kind = (uint8_t)kind,
-                                     .flags = unit->config.tag != 0 ? RS_DATAGRAM_KEYED : 0,
+                                     .flags = unit->config.tag != NULL ? RS_DATAGRAM_KEYED : 0,
                                      .unit = unit->config.unit,
                                      .section_unit = unit->config.section_unit,
                                      .session = unit->config.session,
@@ -39,7 +40,7 @@ void rs_datagram_finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t c
                                      .answering = to_host ? unit->host_session : 0U};
   rs_datagram_header_pack(unit->datagram, &header);
   uint32_t bytes = RS_DATAGRAM_HEADER_BYTES + count * RS_DATAGRAM_RECORD_BYTES;
-  if (unit->config.tag != 0) {
+  if (unit->config.tag != NULL) {
     unit->config.tag(unit->config.tag_context, unit->datagram, bytes, unit->datagram + bytes);
     bytes += RS_DATAGRAM_TAG_BYTES;
   }

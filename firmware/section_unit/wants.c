@@ -4,6 +4,8 @@
 
 #include "section_unit/trees.h"
 
+#define MOST_WANTED RS_FIELD_MAX(grant_want_1_size)
+
 enum {
   DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */
   DETOUR_TICKS = 10, /* in a last resort so much longer, until trunks at the border have become light */
@@ -66,11 +68,11 @@ void rs_wants_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, ui
     /* A flow of less than a cell is worth a move only if it levels, or if the tree is too large: not from 11 to 10. */
     const bool levels = trees->size[k] > trees->size[j] + 1U || (desperate && trees->size[k] > ideal);
     if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
-    uint32_t size = whole < 1 ? 1U : whole > 2047 ? 2047U : (uint32_t)whole;
+    uint32_t size = whole<1 ? 1U : whole>(int64_t) MOST_WANTED ? MOST_WANTED : (uint32_t)whole;
     /* Never more than the own excess, unless that still levels; all that levels, if nobody offered less. */
     const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
     if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
-    if (balance->failed > 0U && levelling > size) size = levelling > 2047U ? 2047U : levelling;
+    if (balance->failed > 0U && levelling > size) size = levelling > MOST_WANTED ? MOST_WANTED : levelling;
     uint32_t gap = gap_to(unit, trees, k, j);
     const uint32_t most_taken = room(unit, trees, j, gap);
     if (most_taken == 0U) continue;

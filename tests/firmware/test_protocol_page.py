@@ -1,6 +1,7 @@
 """docs/protocol.md shows what the headers say."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 from robotskin._core import firmware
@@ -32,3 +33,11 @@ def test_a_changed_table_is_noticed() -> None:
     changed = page.replace("| 0 to 3 | 4 | `type` |", "| 0 to 4 | 5 | `type` |", 1)
     assert changed != page
     assert tables().with_tables(changed) == page
+
+
+def test_every_rule_that_the_firmware_cites_is_on_the_page() -> None:
+    page = (DOCS / "protocol.md").read_text()
+    sources = [path.read_text() for path in (DOCS.parent / "firmware").rglob("*.[ch]")]
+    cited = {int(number) for text in sources for number in re.findall(r"\bR(\d+)\b", text)}
+    assert cited == set(range(1, 11))
+    assert [int(number) for number in re.findall(r"^- \*\*R(\d+)\*\* ", page, re.MULTILINE)] == sorted(cited)

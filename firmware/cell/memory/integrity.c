@@ -4,8 +4,10 @@
 
 #include "cell/time/sample_clock.h"
 
+enum { SUM_START = 0x5EA1 }; /* any but 0: memory that is all zeros is damaged */
+
 static RS_APART uint32_t lasting(const rs_cell* cell) {
-  uint32_t sum = cell->uid ^ ((uint32_t)cell->id << 8) ^ cell->keyed ^ 0x5EA1U;
+  uint32_t sum = cell->uid ^ ((uint32_t)cell->id << 8) ^ cell->keyed ^ SUM_START;
   for (unsigned i = 0; i < sizeof cell->key.word / sizeof cell->key.word[0]; ++i) {
     sum = ((sum << 5) | (sum >> 27)) ^ cell->key.word[i];
   }
@@ -16,7 +18,7 @@ typedef uint16_t RS_ALIAS halfword;
 
 uint32_t rs_sum_of(const void* halfwords, uint32_t count) {
   const halfword* half = halfwords;
-  uint32_t sum = 0x5EA1U;
+  uint32_t sum = SUM_START;
   for (uint32_t i = 0; i < count / 2U; ++i) sum = ((sum << 5) | (sum >> 27)) + half[i];
   return sum == 0U ? 1U : sum;
 }

@@ -89,6 +89,8 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route_advertise(cell, now_us);
 }
 
+enum { SPOILT_COST = 1024 }; /* more than any number of hops */
+
 /* The best neighbour to adopt: over a line that does not spoil frames, fewest hops, the own root first, then the lowest
  * port; RS_PORTS if none is feasible. */
 unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
@@ -98,7 +100,7 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
     if (!rs_route_feasible(route, port)) continue;
-    const uint32_t cost = (rs_link_spoilt(neighbour, now_us) ? 1024U : 0U) + 2U * neighbour->hops +
+    const uint32_t cost = (rs_link_spoilt(neighbour, now_us) ? SPOILT_COST : 0U) + 2U * neighbour->hops +
                           (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {
       best = port;

@@ -1,6 +1,8 @@
 /* What a cell does about its parent when a tick has come and when time has passed (R4, R6 to R9). */
 #include "cell/routing/route.h"
 
+#include <stddef.h>
+
 #include "cell/link/link.h"
 #include "cell/routing/links.h"
 #include "cell/routing/moves.h"
@@ -9,7 +11,7 @@
 #include "robotskin/feasibility.h"
 
 static rs_neighbour* parent_of(rs_route* route) {
-  return route->parent_port == RS_NO_PARENT ? 0 : &route->neighbour[(route->parent_port - 1U) % RS_PORTS];
+  return route->parent_port == RS_NO_PARENT ? NULL : &route->neighbour[(route->parent_port - 1U) % RS_PORTS];
 }
 
 /* R4 */
@@ -109,7 +111,7 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
   rs_move_check(cell, now_us);
 
   const rs_neighbour* parent = parent_of(route);
-  if (parent != 0) {
+  if (parent != NULL) {
     const bool stale = now_us - route->advanced_us >= RS_STALE_LIMIT_US && !rs_link_spoilt(parent, now_us);
     if (!rs_link_usable(parent) || stale) {
       rs_route_lose(cell, now_us);

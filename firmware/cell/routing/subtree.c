@@ -4,6 +4,7 @@
 
 #include "cell/link/link.h"
 #include "cell/routing/offers.h"
+#include "cell/time/spread.h"
 #include "cell/transport/queues.h"
 #include "robotskin/crc.h"
 
@@ -39,6 +40,9 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
          a->round == b->round && a->whole == b->whole;
 }
 
+/* Cells that may hang on one at the border that lets them go, in the first rounds. */
+enum { MOST_IN_TURNS = 48, MOST_AT_ONCE = 12 };
+
 /* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in six of
  * eight rounds only one in eight of them does. */
 static bool in_turns(const rs_wants* wants) {
@@ -48,14 +52,14 @@ static bool in_turns(const rs_wants* wants) {
 /* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
  * upwards, and the ways of all others stay as they are. Where few let go at a time, a trunk may be most of its tree. */
 static uint32_t most_to_let_go(const rs_wants* wants) {
-  return (in_turns(wants) ? 48U : 12U) << 2U * (wants->round & 1U);
+  return (uint32_t)(in_turns(wants) ? MOST_IN_TURNS : MOST_AT_ONCE) << 2U * (wants->round & 1U);
 }
 
 /* Whose turn it is changes every 32 ticks. Neighbours have consecutive ids as a rule; their turns are far apart, so
  * that a trunk is let go of at one place. */
 static bool takes_turn(const rs_cell* cell) {
   const rs_wants* wants = &cell->route.wants;
-  return !in_turns(wants) || (cell->id * 40503U >> 7U & 7U) == (wants->sequence >> 5U & 7U);
+  return !in_turns(wants) || (cell->id * (uint32_t)RS_GOLDEN_FRACTION >> 7U & 7U) == (wants->sequence >> 5U & 7U);
 }
 
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only

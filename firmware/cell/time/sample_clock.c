@@ -8,7 +8,10 @@
 enum {
   SOURCE_MASK = (1 << (RS_clock_source_LAST - RS_clock_source_AT + 1)) - 1,
   CLOCK_ROUND_US = 65536 * RS_TICK_US, /* added so that no difference of times is negative */
-  OVERDUE_US = 1000000                 /* no board is so late for a sample: its time is damaged memory */
+  TICKS_PER_US_BITS =
+      22, /* a division by the length of a tick, rounded up: whole ticks come out right up to a second */
+  TICKS_PER_US = ((1 << TICKS_PER_US_BITS) + RS_TICK_US - 1) / RS_TICK_US,
+  OVERDUE_US = 1000000 /* no board is so late for a sample: its time is damaged memory */
 };
 
 uint32_t rs_sampling_period_us(const rs_settings* settings) {
@@ -29,14 +32,14 @@ uint32_t rs_sampling_period_us(const rs_settings* settings) {
 /* Where in the period a cell samples. Multiples of the golden ratio divide a circle more evenly than chance, whichever
  * stretch of consecutive ids a tree has (Knuth 6.4, three-distance theorem). */
 static uint32_t phase_us(uint32_t id, uint32_t period_us) {
-  return (((id * 40503U) & 0xFFFFU) * period_us) >> 16;
+  return (((id * (uint32_t)RS_GOLDEN_FRACTION) & 0xFFFFU) * period_us) >> 16;
 }
 
 /* The next sample after one at `now_us` (or the first, if nothing was sampled). Periods that divide the tick numbers
  * are locked to the section unit's time, each cell at a phase of its own, so that the cells of a tree neither sample at
  * once nor drift into each other. */
 uint32_t rs_sampling_next_us(const rs_cell* cell, uint32_t period_us, bool sampled, uint32_t now_us) {
-  const uint32_t period_ticks = period_us * 4195U >> 22;           /* whole ticks, up to a second, come out right */
+  const uint32_t period_ticks = period_us * TICKS_PER_US >> TICKS_PER_US_BITS;
   const bool divides = (period_ticks & (period_ticks - 1U)) == 0U; /* 65536, the number of tick numbers */
   if (period_ticks * RS_TICK_US != period_us || !divides) return now_us + period_us;
   const uint32_t in_period_us = (cell->route.wave.sequence & (period_ticks - 1U)) * RS_TICK_US;

@@ -6,6 +6,9 @@
 
 #include "robotskin/portable.h"
 
+/* The golden ratio's fraction with 16 bits: its multiples divide a circle more evenly than chance. */
+enum { RS_GOLDEN_FRACTION = 40503 };
+
 /* Spreads any number over 32 bits: phases and jitters that differ from cell to cell. */
 RS_INLINE uint32_t rs_spread(uint32_t x) {
   x ^= x >> 16;

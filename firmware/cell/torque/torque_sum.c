@@ -21,8 +21,8 @@ void rs_torque_sum_add(rs_torque_sum* sum, const rs_torque* torque) {
                                              torque->joint_4, torque->joint_5, torque->joint_6};
   for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i)
     sum->joint[i] = (int32_t)((uint32_t)sum->joint[i] + (uint32_t)joint[i]);
-  sum->cells = (uint16_t)at_most((uint32_t)sum->cells + torque->cells, 0xFFF);
-  sum->active = (uint16_t)at_most((uint32_t)sum->active + torque->active, 0x3FF);
+  sum->cells = (uint16_t)at_most((uint32_t)sum->cells + torque->cells, RS_FIELD_MAX(torque_cells));
+  sum->active = (uint16_t)at_most((uint32_t)sum->active + torque->active, RS_FIELD_MAX(torque_active));
   if (torque->age > sum->age) sum->age = (uint8_t)torque->age;
   sum->saturated = sum->saturated || torque->saturated != 0U;
 }
@@ -39,9 +39,9 @@ void rs_torque_sum_frame(const rs_torque_sum* sum, uint32_t epoch, bool last, rs
                         .joint_4 = held(sum->joint[3], &saturated),
                         .joint_5 = held(sum->joint[4], &saturated),
                         .joint_6 = held(sum->joint[5], &saturated),
-                        .cells = at_most(sum->cells, 0xFFF),
-                        .active = at_most(sum->active, 0x3FF),
-                        .age = at_most(sum->age, 7),
+                        .cells = at_most(sum->cells, RS_FIELD_MAX(torque_cells)),
+                        .active = at_most(sum->active, RS_FIELD_MAX(torque_active)),
+                        .age = at_most(sum->age, RS_FIELD_MAX(torque_age)),
                         .last = last};
   torque->saturated = saturated;
 }

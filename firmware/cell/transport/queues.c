@@ -1,6 +1,7 @@
 /* Frames that wait: samples and reports for the parent, commands for the children. */
 #include "cell/transport/queues.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cell/time/sample_clock.h"
@@ -20,7 +21,7 @@ enum {
 /* A report or request that waits is replaced by a newer one of the same cell. */
 static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
   const rs_frame_type type = rs_frame_type_of(frame);
-  if (type != RS_TYPE_topology && type != RS_TYPE_join) return 0;
+  if (type != RS_TYPE_topology && type != RS_TYPE_join) return NULL;
   const uint32_t mask = type == RS_TYPE_join ? 0xFFFFFFFFU : ~0U << (32U - RS_topology_uid_AT);
   const uint8_t mask_5 = type == RS_TYPE_join ? 0xF0U : 0U; /* the last bits of a serial number */
   for (unsigned i = 0; i < queues->slow.count; ++i) {
@@ -29,7 +30,7 @@ static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
       return waiting;
     }
   }
-  return 0;
+  return NULL;
 }
 
 /* Whether a sample waits or has been sent lately. Where all of a subtree looks for its way, several cells repeat what
@@ -46,7 +47,7 @@ static bool is_here(const rs_queues* queues, const uint8_t* frame) {
 
 bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  uint8_t* place = 0;
+  uint8_t* place = NULL;
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_event:
       if (rs_retention_event(cell, frame, now_us)) return true;
@@ -73,10 +74,10 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
       break;
     default:
       place = replaceable(queues, frame);
-      if (place == 0) place = rs_ring_append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      if (place == NULL) place = rs_ring_append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
       break;
   }
-  if (place == 0) {
+  if (place == NULL) {
     const rs_frame_type type = rs_frame_type_of(frame);
     if (type == RS_TYPE_topology || type == RS_TYPE_join) {
       ++cell->counts.repeats_dropped;
@@ -98,7 +99,7 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
   }
   if (ports == 0U) return;
   uint8_t* place = rs_ring_append(&queues->down, queues->down_frame, RS_QUEUE_DOWN);
-  if (place == 0) {
+  if (place == NULL) {
     ++cell->counts.frames_dropped;
     return;
   }

@@ -3,6 +3,8 @@
 #ifndef ROBOTSKIN_CELL_TRANSPORT_RINGS_H
 #define ROBOTSKIN_CELL_TRANSPORT_RINGS_H
 
+#include <stddef.h>
+
 #include "cell/wire/frame_copy.h"
 #include "robotskin/cell.h"
 
@@ -11,9 +13,9 @@ RS_INLINE uint8_t* rs_ring_place(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES
   return frames[(ring->first + ring->count++) & (size - 1U)];
 }
 
-/* The same; 0 if there is none. */
+/* The same; NULL if there is none. */
 RS_INLINE uint8_t* rs_ring_append(rs_ring* ring, uint8_t (*frames)[RS_FRAME_BYTES], unsigned size) {
-  return ring->count < size ? rs_ring_place(ring, frames, size) : 0;
+  return ring->count < size ? rs_ring_place(ring, frames, size) : NULL;
 }
 
 /* Copies the oldest frame out, which then is gone; false if there is none. */

@@ -401,6 +401,9 @@ RS_DEFINE_FRAME(reply, RS_REPLY_FIELDS)
 #define RS_PACK_join(name, is_signed, bits, text) rs_bits_put(words, RS_join_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(join, RS_JOIN_FIELDS)
 
+/* The largest number that an unsigned field holds, by frame and field: RS_FIELD_MAX(tick_age_us). */
+#define RS_FIELD_MAX(field) ((1U << ((unsigned)RS_##field##_LAST - (unsigned)RS_##field##_AT + 1U)) - 1U)
+
 #ifdef __cplusplus
 }
 #endif
