@@ -18,7 +18,8 @@ from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.viewer.network import grown_tree
-from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Torques, Touch
+from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
+from robotskin.world.drawing import piece_colour, piece_mesh
 
 SNAPSHOT_PERIODS = 16
 """Control periods between two snapshots: some sixty a second."""
@@ -43,6 +44,9 @@ class LiveSession:
         self.robot: RobotView = session.robot
         self.layout = session.layout
         self.title = f"{session.robot.name}, {len(session.layout)} cells"
+        self.solids = [
+            Solid(piece.thing, piece_mesh(piece), piece_colour(piece)) for piece in session.world.scene.pieces
+        ]
         self.failure: BaseException | None = None
         self._requests: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         world = session.world
@@ -254,6 +258,7 @@ class LiveSession:
                 for hand in session.world.hands
                 if hand.task is not HandTask.parked
             ],
+            solids=session.world.base_from_piece() if self.solids else None,
             statistics=dict(self._rates),
             parent=self._parent,
         )

@@ -44,6 +44,9 @@ def command(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
     mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
+    scene: Annotated[
+        str | None, typer.Option(help="Things around the robot: a name of `robotskin scenes`, or a TOML file.")
+    ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     believed: Annotated[
         str,
@@ -66,7 +69,9 @@ def command(
     from robotskin.layout.mounting import read_for
     from robotskin.session import Session
     from robotskin.session.touches import require_cells_on
+    from robotskin.world import load_scene
 
+    around = None if scene is None else load_scene(scene)
     # Asked to end in either way, the demo first brings its robot to rest.
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     console = Console()
@@ -87,6 +92,7 @@ def command(
         believed=believed_skin,
         control=control,
         own_torques=False if headless else None,
+        scene=around,
     )
     if headless:
         raise typer.Exit(run_script(session, link, seconds, json_file))

@@ -20,7 +20,20 @@ import robotskin.cli
 from robotskin.errors import RobotskinError
 
 # The order of a project's day; verbs that are not named here follow by alphabet.
-ORDER = ("demo", "cover", "check", "simulate", "configure", "run", "view", "record", "replay", "bench", "reproduce")
+ORDER = (
+    "demo",
+    "cover",
+    "check",
+    "simulate",
+    "configure",
+    "run",
+    "scenes",
+    "view",
+    "record",
+    "replay",
+    "bench",
+    "reproduce",
+)
 
 
 def verbs() -> list[str]:

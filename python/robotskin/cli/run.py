@@ -77,6 +77,9 @@ def command(
         Path, typer.Option("--fault-file", help="Where a fault leaves the last second of states (CSV).", dir_okay=False)
     ] = Path("robotskin_fault.csv"),
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    scene: Annotated[
+        str | None, typer.Option(help="Things around the robot: a name of `robotskin scenes`, or a TOML file.")
+    ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
     """Run a behaviour on a skinned robot: everything between contact and motor command is real, the two ends simulated.
@@ -96,6 +99,7 @@ def command(
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import Session
     from robotskin.viewer.session_view import SOURCES
+    from robotskin.world import load_scene
 
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     control.behaviour(behaviour)
@@ -107,6 +111,7 @@ def command(
     if gains is not None and gains.suffix != ".toml":
         raise InputError(f"--gains {gains}: the name of a gain file ends in .toml")
     target = numbers_of(goal)
+    around = None if scene is None else load_scene(scene)
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
     limits = None if body_limits is None else BodyLimits.load(body_limits)
     console = Console()
@@ -130,6 +135,7 @@ def command(
             body_limits=limits,
             fault_file=fault_file,
             gains=chosen,
+            scene=around,
         )
         session.set_source(skin_source)
     if headless:

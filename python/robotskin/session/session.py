@@ -29,7 +29,7 @@ from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.fault_file import FaultFile
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
-from robotskin.world import World
+from robotskin.world import SceneSpec, World
 
 INTERFACES = tuple(str(one.name) for one in CommandMode)
 SOURCES = tuple(str(one.name) for one in SkinSource)
@@ -72,6 +72,7 @@ class Session:
         skin_map: reactions to touch are recalled from this map, without a kinematic model.
         body_limits: limits of contact, at which the guard stops the robot.
         fault_file: where the last second before a fault is written (CSV); None: nowhere.
+        scene: the things around the robot (`robotskin.world.load_scene`); by default none.
 
     Raises:
         UnknownNameError: no gains of that name, no such behaviour, interface or mode. SessionError: a layout of another
@@ -99,6 +100,7 @@ class Session:
         skin_map: SensoryMotorMap | None = None,
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
+        scene: SceneSpec | None = None,
     ) -> None:
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
@@ -111,7 +113,7 @@ class Session:
         self.home = self.gains.home
         model = self.layout.skin_model()
         self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None
-        self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport)
+        self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport, scene=scene)
         bind, units = (("127.0.0.1", 0), self.transport.addresses) if self.transport else (None, [])
         self.driver = Driver(model, key, bind, units, session_seed=seed)
         self.reader = SkinReader(self.driver, model)

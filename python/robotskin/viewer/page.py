@@ -19,6 +19,7 @@ from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import Health, SessionView, Snapshot
+from robotskin.viewer.solids import Solids
 
 FRAMES_PER_S = 30
 FRAMES_PER_READOUT = 6
@@ -40,6 +41,7 @@ class Page(ServedPage):
         self.failure: BaseException | None = None
         snapshot = session.snapshot()
         self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
+        self.solids = Solids(self.server, session.solids)
         self._cable, self._parent = wired_tree(session.layout)
         self.controls = Controls(self.server, session, self._cable, self.command)
         self.wires, self.panel = self._network_parts()
@@ -128,6 +130,8 @@ class Page(ServedPage):
             self._colour(snapshot)
             self.scene.mark(self.chosen, snapshot.touch)
             self.scene.show_hands(snapshot.hands)
+            if snapshot.solids is not None:
+                self.solids.move(snapshot.solids)
             self._follow_network(snapshot)
             self._remember(snapshot)
             if self._drawn % FRAMES_PER_READOUT == 0:

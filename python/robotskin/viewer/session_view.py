@@ -95,6 +95,16 @@ class Ball:
     radius_m: float
 
 
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A rigid piece of a thing around the robot; pieces of one thing have one name."""
+
+    name: str
+    mesh: trimesh.Trimesh
+    """In its own frame, in metres; without faces where there is nothing to draw."""
+    colour: tuple[int, int, int]
+
+
 @dataclass(frozen=True)
 class Torques:
     """What touch asks of the n joints, computed in two places."""
@@ -135,6 +145,8 @@ class Snapshot:
     touch: Touch | None = None
     hands: Sequence[Ball] = ()
     """Those that are at work."""
+    solids: Floats | None = None
+    """(K, 4, 4) where the session's `solids` are, in the base frame; None where there are none."""
     statistics: Mapping[str, float] = field(default_factory=dict)
     """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`; what is not known is
     left out."""
@@ -161,6 +173,10 @@ class SessionView(Protocol):
     @property
     def layout(self) -> Layout:
         """What feels."""
+
+    @property
+    def solids(self) -> Sequence[Solid]:
+        """What else there is: the K pieces of the things around the robot."""
 
     @property
     def title(self) -> str:

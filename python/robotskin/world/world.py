@@ -269,6 +269,17 @@ class World:
         poses[:, :3, 3] = (poses[:, :3, 3] - position) @ rotation
         return poses if cell is None else poses[self.check_cell(cell)]
 
+    def base_from_piece(self) -> NDArray[np.float64]:
+        """(P, 4, 4) of the pieces of the scene's things; metres, as of the last physics step."""
+        with self._lock:
+            moved = self.scene.object_body[len(self.scene.hands) :]
+            poses = np.tile(np.eye(4), (len(moved), 1, 1))
+            base = self.scene.data.body(self.robot_model.base_link)
+            rotation, position = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
+            poses[:, :3, :3] = rotation.T @ self.scene.data.xmat[moved].reshape(-1, 3, 3)
+            poses[:, :3, 3] = (self.scene.data.xpos[moved] - position) @ rotation
+        return poses
+
     def joint_positions(self) -> NDArray[np.float64]:
         """(n) rad or m."""
         with self._lock:

@@ -87,6 +87,7 @@ class StandInSession:
 
     title = "stand-in"
     network = None
+    solids = ()
     behaviours: ClassVar = {"turn_aside": "turns where it is pushed", "hold_still": "holds still"}
 
     def __init__(self) -> None:

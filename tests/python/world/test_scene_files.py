@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes of files: strictly read, refused by field, and at rest where they begin."""
+
+import numpy as np
+import pytest
+
+from robotskin import robots
+from robotskin.errors import UnknownNameError
+from robotskin.layout import finished
+from robotskin.layout.finished_layouts import finished_names
+from robotskin.robots.gains import GainSet, robots_with_gains
+from robotskin.world import SceneError, SceneSpec, ThingSpec, World, WorldError, load_scene, read_scene, scene_names
+from robotskin.world.things import FloorSpec, Sphere
+
+BALL = """
+[[things]]
+name = "ball"
+shape = { kind = "sphere", radius_m = 0.03 }
+"""
+
+BROKEN = {
+    "things[0].friction": (BALL + "friction = -0.1", ">= 0"),
+    "things[0].mass_kg": (BALL + "mass_kg = 0.0", "> 0"),
+    "things[0].shape.radius_m": (BALL.replace("0.03", "'big'"), "float"),
+    "things[0]: unknown field 'weight'": (BALL + "weight = 1.0", "mass_kg"),
+    "things[0].moves": (BALL + "moves = 'jumps'", "jumps"),
+    "things[0].shape": (BALL.replace("sphere", "cone"), "cone"),
+    "things[0].position_m[1]": (BALL + "position_m = [0.0, nan, 0.0]", "finite"),
+    "things[1] 'ball': name": (BALL + BALL, "already"),
+    "things[0] 'ball': path": (BALL + "moves = 'path'", "belongs"),
+    "things[0] 'ball': give either": (
+        BALL + "[[things.parts]]\nname = 'a'\nshape = {kind='sphere', radius_m=0.1}",
+        "parts",
+    ),
+    "joint.on": (
+        "[[things]]\nname = 'tool'\n[[things.parts]]\nname = 'a'\nshape = {kind='sphere', radius_m=0.1}\n"
+        "[[things.parts]]\nname = 'b'\nshape = {kind='sphere', radius_m=0.1}\n"
+        "joint = {kind='hinge', on='c', axis=[1.0, 0.0, 0.0]}",
+        "choose from a",
+    ),
+    "path.waypoints": (
+        BALL + "moves = 'path'\npath = {waypoints = [{at_s=0.0, position_m=[0.0,0.0,0.0]}, "
+        "{at_s=0.0, position_m=[0.0,0.0,1.0]}]}",
+        "rise",
+    ),
+    "floor: unknown field 'depth'": ("[floor]\ndepth = 1.0", "height_m"),
+    "no TOML": ("[[things", "no TOML"),
+}
+
+
+@pytest.mark.parametrize("field", BROKEN)
+def test_what_is_wrong_is_refused_by_field(field):
+    text, told = BROKEN[field]
+    with pytest.raises(SceneError) as error:
+        read_scene(text, "my.toml")
+    assert field in str(error.value)
+    assert told in str(error.value)
+    assert "my.toml" in str(error.value)
+
+
+def test_scenes_of_scripts_are_checked_as_those_of_files(make_body):
+    with pytest.raises(SceneError, match="friction"):
+        make_body(scene=SceneSpec(things=(ThingSpec(name="ball", shape=Sphere(radius_m=0.03), friction=-1.0),)))
+
+
+def test_an_unknown_scene_is_refused_with_those_there_are(tmp_path):
+    with pytest.raises(UnknownNameError, match="table_with_things"):
+        load_scene("table_with_thing")
+    with pytest.raises(SceneError, match="cannot be read"):
+        load_scene(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_finished_scenes_begin_at_rest(name, seed):
+    scene = load_scene(name)
+    assert scene.about
+    known = set(finished_names()) & set(robots_with_gains())
+    for robot in known & set(scene.robots):
+        world = World(
+            finished(robot), robots.load(robot), seed, posture=GainSet.load(robot).home, scene=scene, powered=False
+        )
+        before = [thing.position_m for thing in world.things]
+        world.step(0.5)
+        for thing, start in zip(world.things, before, strict=True):
+            if thing.spec.moves != "path" and "shuttle" not in name:
+                assert np.linalg.norm(thing.position_m - start) < 0.002, thing.name
+                assert np.linalg.norm(thing.velocity_m_s) < 0.005, thing.name
+
+
+def test_a_thing_inside_of_the_robot_is_refused_by_name(make_body, generator):
+    inside = make_body().base_from_cell(int(generator.integers(100)))[:3, 3]
+    with pytest.raises(SceneError, match=r"thing 'ball': begins .* mm inside of .*_link"):
+        make_body(scene=SceneSpec(things=(ThingSpec(name="ball", shape=Sphere(radius_m=0.03), position_m=inside),)))
+
+
+def test_a_scene_for_other_robots_is_refused(make_body):
+    with pytest.raises(SceneError, match="scene for talos: the robot is ur5"):
+        make_body(scene=load_scene("soft_person"))
+
+
+def test_a_mounted_robot_is_not_pushed_by_the_floor_it_stands_in(make_body, generator):
+    scene = SceneSpec(floor=FloorSpec(height_m=float(generator.uniform(0.0, 0.05))))
+    with_floor, without = make_body(scene=scene), make_body()
+    for world in (with_floor, without):
+        world.step(0.5)
+    assert with_floor.joint_positions() == pytest.approx(without.joint_positions(), abs=1e-6)
+
+
+def test_things_are_felt_where_they_touch(make_body, generator):
+    """What lies on the skin is felt by the cells under it, with its weight, and seen before by proximity."""
+    world = make_body()
+    upward = np.flatnonzero(world.base_from_cell()[:, 2, 2] > 0.95)
+    cell = int(generator.choice(upward))
+    place = world.base_from_cell(cell)[:3, 3] + [0, 0, 0.05]
+    thing = ThingSpec(name="ball", shape=Sphere(radius_m=0.02), mass_kg=0.3, position_m=place)
+    world = make_body(scene=SceneSpec(things=(thing,)))
+    assert world.cell_true_distance()[cell] == pytest.approx(0.03, abs=0.003)
+    world.step(0.15)
+    felt = world.cell_true_force().sum()
+    assert felt == pytest.approx(world.contact_normal_force().sum())
+    assert felt > 0
+
+
+def test_what_a_thing_cannot_do_is_refused(make_body):
+    ball = ThingSpec(name="ball", shape=Sphere(radius_m=0.03), moves="fixed", position_m=(0, 0, 2))
+    world = make_body(scene=SceneSpec(things=(ball,)))
+    for ask in (lambda t: t.let_go(), lambda t: t.put((0, 0, 0)), lambda t: t.push((0, 0, np.nan))):
+        with pytest.raises(WorldError, match="ball"):
+            ask(world.thing("ball"))
+    with pytest.raises(UnknownNameError, match="thing of the scene 'bal'"):
+        world.thing("bal")
