@@ -15,7 +15,7 @@ from robotskin.world import load_scene
 
 def test_things_are_shown_where_they_are(seed):
     session = Session(
-        robots.load("ur5"), finished("ur5"), seed, link="in process", scene=load_scene("table_with_things")
+        robots.load("ur5"), finished("ur5"), seed=seed, link="in process", scene=load_scene("table_with_things")
     )
     session.boot()
     with LiveSession(session) as live:
