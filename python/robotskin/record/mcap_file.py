@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MCAP files as they may come from anywhere: records one by one, in bounded memory, up to the first that is damaged."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import lz4.frame
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Chunk, McapRecord
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from robotskin.errors import RobotskinError
+
+RECORD_BYTES_MAX = 256 << 20
+CHUNK_BYTES_MAX = 256 << 20
+DAMAGE = (McapError, ValueError, struct.error, EOFError, MemoryError, OverflowError, UnicodeDecodeError, KeyError,
+          zstandard.ZstdError, RuntimeError)  # fmt: skip
+
+
+class RecordingFileError(RobotskinError):
+    """A file that is no recording, or a damaged one; the message names the file, the place and what to do."""
+
+
+def unpacked(chunk: Chunk) -> list[McapRecord]:
+    """The records of a chunk. Raises one of `DAMAGE` where it says less than it holds."""
+    if chunk.uncompressed_size > CHUNK_BYTES_MAX:
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes, at most {CHUNK_BYTES_MAX} are read")
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
+    elif chunk.compression == "lz4":
+        decompressor = lz4.frame.LZ4FrameDecompressor()
+        data = decompressor.decompress(chunk.data, max_length=size + 1)
+    elif chunk.compression == "":
+        data = chunk.data
+    else:
+        raise ValueError(f"compression {chunk.compression!r}, known are zstd and lz4")
+    if len(data) != size:
+        raise ValueError(f"a chunk says {size} bytes and holds {'more' if len(data) > size else len(data)}")
+    plain = Chunk(
+        compression="", data=data, message_start_time=chunk.message_start_time, message_end_time=chunk.message_end_time,
+        uncompressed_crc=chunk.uncompressed_crc, uncompressed_size=size,
+    )  # fmt: skip
+    return breakup_chunk(plain, validate_crc=True)
+
+
+def records(path: Path) -> Iterator[McapRecord]:
+    """Every record in the order of the file, those of chunks one by one; ends quietly at the first damage.
+
+    Raises:
+        RecordingFileError: the file cannot be opened, or does not begin as MCAP does.
+    """
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise RecordingFileError(f"{path}: {error.strerror}") from error
+    with file:
+        if file.read(8) != b"\x89MCAP0\r\n":
+            raise RecordingFileError(f"{path}: no MCAP file; recordings are made by `robotskin record`")
+        file.seek(0)
+        reader = iter(StreamReader(file, emit_chunks=True, record_size_limit=RECORD_BYTES_MAX).records)
+        while True:
+            try:
+                record = next(reader)
+                inner = unpacked(record) if isinstance(record, Chunk) else [record]
+            except StopIteration:
+                return
+            except DAMAGE:
+                return
+            yield from inner
+
+
+def is_whole(path: Path) -> bool:
+    """Whether the file ends as a finished one does: footer and magic bytes."""
+    with path.open("rb") as file:
+        file.seek(0, 2)
+        if file.tell() < 16:
+            return False
+        file.seek(-8, 2)
+        return file.read(8) == b"\x89MCAP0\r\n"
+
+
+__all__ = ["RecordingFileError", "is_whole", "records", "unpacked"]

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A recording on disk: what it is of, its skin states through the shipping driver and reader, its samples as arrays."""
+
+from __future__ import annotations
+
+import bisect
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mcap.reader import SeekingReader
+from mcap.records import Chunk, ChunkIndex, Message
+from mcap.stream_reader import StreamReader
+from numpy.typing import NDArray
+
+from robotskin._core.record import Player
+from robotskin._core.skin import SkinState
+from robotskin.layout import Layout
+from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_whole, unpacked
+from robotskin.record.messages import BLOCK, SKIN_SAMPLES
+
+if TYPE_CHECKING:
+    import pandas
+
+FORMAT_VERSIONS = (1,)
+
+
+@dataclass
+class Frame:
+    """One read of the skin, as the controller saw it; arrays are valid until the next frame is taken."""
+
+    time_ns: int
+    skin: SkinState
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    effort: NDArray[np.float64]
+    command: NDArray[np.float64]
+    command_mode: int
+
+
+class Recording:
+    """An MCAP file that a `Recorder` has written.
+
+    Raises RecordingFileError: not there, cut (mend it by `robotskin record --repair FILE`), foreign or damaged; the
+    message says which part is missing.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise RecordingFileError(f"{self.path}: no such file")
+        if not is_whole(self.path):
+            raise RecordingFileError(f"{self.path}: it was cut: mend it by `robotskin record --repair {self.path}`")
+        self._file = self.path.open("rb")
+        try:
+            reader = SeekingReader(self._file, record_size_limit=RECORD_BYTES_MAX)
+            summary = reader.get_summary()
+            self.about: dict[str, str] = {}
+            """Facts of the run: robot, seed, versions."""
+            for metadata in reader.iter_metadata():
+                if metadata.name == "robotskin":
+                    self.about.update(metadata.metadata)
+            self.attachments = {one.name: one.data for one in reader.iter_attachments()}
+        except DAMAGE as error:
+            raise RecordingFileError(f"{self.path}: damaged: {error}") from error
+        if summary is None or not self.about:
+            raise RecordingFileError(f"{self.path}: an MCAP file, but no recording of robotskin: its facts are missing")
+        version = self.about.get("format_version", "none")
+        if version not in map(str, FORMAT_VERSIONS):
+            known = ", ".join(map(str, FORMAT_VERSIONS))
+            raise RecordingFileError(f"{self.path}: format version {version}, this robotskin reads {known}")
+        if "layout.json" not in self.attachments:
+            raise RecordingFileError(f"{self.path}: its layout is missing: no skin state can be made of it")
+        self._topics = {id: channel.topic for id, channel in summary.channels.items()}
+        self._chunks = sorted(summary.chunk_indexes, key=lambda one: one.chunk_start_offset)
+
+    # ---- What it is of ----
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The skin that was recorded."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "layout.json"
+            path.write_bytes(self.attachments["layout.json"])
+            return Layout.load(path)
+
+    @property
+    def start_ns(self) -> int:
+        """Host time of the first message, nanoseconds."""
+        return min((chunk.message_start_time for chunk in self._chunks), default=0)
+
+    @property
+    def end_ns(self) -> int:
+        """Host time of the last message, nanoseconds."""
+        return max((chunk.message_end_time for chunk in self._chunks), default=0)
+
+    @property
+    def seconds(self) -> float:
+        """How long it is."""
+        return (self.end_ns - self.start_ns) / 1e9
+
+    # ---- What was felt ----
+
+    def frames(self, start_s: float = 0.0, end_s: float = float("inf")) -> Iterator[Frame]:
+        """Every read of the skin between two times from the beginning, through the shipping driver and reader.
+
+        The skin state of each is equal to the byte to the one that the controller saw. A start within the recording
+        goes back to the keyframe before it. Raises RecordingFileError for damaged bytes.
+        """
+        begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
+        player, state = Player(self.layout.skin_model()), SkinState(len(self.layout))
+        try:
+            for topic, message in self._messages(self._first_chunk(begin_ns)):
+                if topic == "/skin/tape":
+                    player.give_driver(bytes(BLOCK.unpack(message.data)["entries"]))
+                elif topic == "/control/tape":
+                    player.give_control(bytes(BLOCK.unpack(message.data)["entries"]))
+                else:
+                    continue
+                while (time_ns := player.advance(state)) is not None:
+                    if time_ns > end_ns:
+                        return
+                    if time_ns >= begin_ns:
+                        joints = player.joints
+                        yield Frame(time_ns, state, *joints, player.command, player.command_mode)
+        except DAMAGE as error:
+            raise RecordingFileError(f"{self.path}: {error}") from error
+
+    def samples(self, start_s: float = 0.0, end_s: float = float("inf")) -> dict[str, NDArray]:
+        """The samples of all cells between two times, as arrays by the names of `SKIN_SAMPLES`; SI units.
+
+        `normal_force` is (S, 3), `acceleration` (S, 3), `temperature` (S, 2), the others (S).
+        """
+        columns: dict[str, list[NDArray]] = {field.name: [] for field in SKIN_SAMPLES.fields}
+        begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
+        for topic, message in self._messages(0):
+            if topic != "/skin/samples" or message.log_time < begin_ns or message.log_time > end_ns:
+                continue
+            for name, values in SKIN_SAMPLES.unpack(message.data).items():
+                columns[name].append(np.asarray(values))
+        widths = {"normal_force": 3, "acceleration": 3, "temperature": 2}
+        joined = {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in columns.items()}
+        return {name: values.reshape(-1, widths[name]) if name in widths else values for name, values in joined.items()}
+
+    def to_pandas(self, start_s: float = 0.0, end_s: float = float("inf")) -> pandas.DataFrame:
+        """The samples as a pandas frame: a row a sample, by time. Raises RecordingFileError without pandas."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise RecordingFileError("pandas is not installed: pip install pandas") from error
+        columns = {}
+        for name, values in self.samples(start_s, end_s).items():
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                columns.update({f"{name}_{i + 1}": values[:, i] for i in range(values.shape[1])})
+        return pandas.DataFrame(columns).sort_values("stamp_ns", ignore_index=True)
+
+    def activity(self, bins: int = 200) -> NDArray[np.float64]:
+        """(bins) newton: the largest force that a cell felt in each share of the time."""
+        found = np.zeros(bins)
+        samples = self.samples()
+        if len(samples["stamp_ns"]) and self.end_ns > self.start_ns:
+            at = (samples["stamp_ns"] - self.start_ns) * bins // (self.end_ns - self.start_ns + 1)
+            np.maximum.at(found, np.clip(at, 0, bins - 1), samples["normal_force"].sum(axis=1))
+        return found
+
+    # ---- Chunks ----
+
+    def _first_chunk(self, begin_ns: int) -> int:
+        """The chunk from which a player comes to know everything before `begin_ns`: 12 s earlier, or the first."""
+        starts = [chunk.message_start_time for chunk in self._chunks]
+        return max(bisect.bisect_left(starts, begin_ns - 12_000_000_000) - 1, 0)
+
+    def _messages(self, first_chunk: int) -> Iterator[tuple[str, Message]]:
+        for index in self._chunks[first_chunk:]:
+            try:
+                inner = unpacked(self._chunk_at(index))
+            except DAMAGE as error:
+                raise RecordingFileError(f"{self.path}: chunk at byte {index.chunk_start_offset}: {error}") from error
+            for record in inner:
+                if isinstance(record, Message) and record.channel_id in self._topics:
+                    yield self._topics[record.channel_id], record
+
+    def _chunk_at(self, index: ChunkIndex) -> Chunk:
+        self._file.seek(index.chunk_start_offset)
+        reader = StreamReader(self._file, skip_magic=True, emit_chunks=True, record_size_limit=RECORD_BYTES_MAX)
+        record = next(iter(reader.records))
+        if not isinstance(record, Chunk):
+            raise ValueError("its index names a place where no chunk begins")
+        return record
