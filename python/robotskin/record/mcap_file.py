@@ -17,8 +17,11 @@ from robotskin.errors import RobotskinError
 
 RECORD_BYTES_MAX = 256 << 20
 CHUNK_BYTES_MAX = 256 << 20
-DAMAGE = (McapError, ValueError, struct.error, EOFError, MemoryError, OverflowError, UnicodeDecodeError, KeyError,
-          zstandard.ZstdError, RuntimeError)  # fmt: skip
+DAMAGE = (
+    McapError, RobotskinError, ValueError, struct.error, EOFError, MemoryError, OverflowError, KeyError, RuntimeError,
+    zstandard.ZstdError,
+)  # fmt: skip
+"""What readers raise on damaged bytes: their own errors, and what numbers that lie lead to."""
 
 
 class RecordingFileError(RobotskinError):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recorder beside a running robot: its thread empties the tapes and writes one MCAP file.
 
-The threads of driver and control only copy into bounded tapes. Every 50 ms what was written is flushed as a chunk of its
-own, so that a process that is killed loses no more than that and what is still on the tapes.
+The threads of driver and control only copy into bounded tapes. Every 50 ms what was written is flushed as a chunk
+of its own, so that a process that is killed loses no more than that and what is still on the tapes.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ class Recorder:
                 self._write_control(control)
             driver, samples = self._tapes.drain_driver()
             if driver:
-                self._file.log("/skin/tape", {"entries": driver}, _last_time_ns(driver))
+                self._file.log("/skin/tape", {"entries": driver}, _first_time_ns(driver))
             if samples:
                 self._write_samples(np.frombuffer(samples, SAMPLE))
             while self._notes:
@@ -186,17 +186,17 @@ class Recorder:
                 commands.append((time_ns, payload))
             elif kind == Entry.force_zero.value:
                 self._zero.take(payload)
-        self._file.log("/control/tape", {"entries": block}, _last_time_ns(block))
+        self._file.log("/control/tape", {"entries": block}, _first_time_ns(block))
         if joints:
             times = np.array([time_ns for time_ns, _ in joints])
             rows = np.frombuffer(b"".join(payload for _, payload in joints)).reshape(len(joints), 3, -1)
             values = {"stamp_ns": times, "position": rows[:, 0], "velocity": rows[:, 1], "effort": rows[:, 2]}
-            self._file.log("/robot/joints", values, int(times[-1]))
+            self._file.log("/robot/joints", values, int(times[0]))
         if commands:
             times = np.array([time_ns for time_ns, _ in commands])
-            rows = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
-            values = {"time_ns": times, "mode": rows[:, 0], "value": rows[:, 1:].copy().view(np.float64)}
-            self._file.log("/robot/commands", values, int(times[-1]))
+            sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
+            values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
+            self._file.log("/robot/commands", values, int(times[0]))
 
     def _write_samples(self, rows: NDArray[np.void]) -> None:
         step = CHANNEL_STEPS
@@ -212,7 +212,7 @@ class Recorder:
             "temperature": temperature,
             "flags": flags >> 1 & 7,
         }
-        self._file.log("/skin/samples", values, int(rows["stamp_ns"].max()))
+        self._file.log("/skin/samples", values, int(rows["stamp_ns"][0]))
 
 
 CHANNEL_STEPS: dict[str, float] = {channel[0]: channel[3] for channel in firmware.CHANNELS}
@@ -305,14 +305,8 @@ def entries(block: bytes) -> list[tuple[int, int, bytes]]:
     return out
 
 
-def _last_time_ns(block: bytes) -> int:
-    """The time of the newest entry: blocks are short, and their times nearly grow."""
-    at = newest = 0
-    while at < len(block):
-        size, _, _, time_ns = HEADER.unpack_from(block, at)
-        newest = max(newest, time_ns)
-        at += HEADER.size + (size + 7) // 8 * 8
-    return newest
+def _first_time_ns(block: bytes) -> int:
+    return int(HEADER.unpack_from(block, 0)[3])
 
 
 def _schema(message: Message) -> Any:

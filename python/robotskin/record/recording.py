@@ -86,7 +86,10 @@ class Recording:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "layout.json"
             path.write_bytes(self.attachments["layout.json"])
-            return Layout.load(path)
+            try:
+                return Layout.load(path)
+            except DAMAGE as error:
+                raise RecordingFileError(f"{self.path}: its layout is damaged: {error}") from error
 
     @property
     def start_ns(self) -> int:
@@ -125,8 +128,8 @@ class Recording:
                     if time_ns > end_ns:
                         return
                     if time_ns >= begin_ns:
-                        joints = player.joints
-                        yield Frame(time_ns, state, *joints, player.command, player.command_mode)
+                        position, velocity, effort = player.joints
+                        yield Frame(time_ns, state, position, velocity, effort, player.command, player.command_mode)
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 

@@ -1,0 +1,137 @@
+"""A recording holds what was felt, survives a cut at any byte, and is read by stock readers."""
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotskin import layout, robots
+from robotskin._core.skin import SkinState
+from robotskin.record import Recorder, Recording, RecordingFileError, repair
+from robotskin.session import Session
+
+COLUMNS = ("normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated")
+STEPS = 400
+
+
+def bytes_of(state: SkinState) -> bytes:
+    return b"".join(np.asarray(getattr(state, name)).tobytes() for name in COLUMNS) + state.time_ns.to_bytes(8)
+
+
+class Made:
+    """A recorded session: its file, and the truth."""
+
+    def __init__(self, path: Path, seed: int) -> None:
+        self.path = path
+        self.states: dict[int, bytes] = {}
+        self.positions: dict[int, np.ndarray] = {}
+        session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
+        session.boot()
+        with Recorder(path, session) as recorder:
+            for step in range(STEPS):
+                if step == 100:
+                    session.world.push(cell=40, force_n=6.0)
+                    recorder.note("push cell 40")
+                session.step()
+                recorder.joints(session.joints)
+                self.states[session.world.now_ns] = bytes_of(session.skin)
+                self.positions[session.world.now_ns] = np.array(session.joints.position)
+        assert recorder.dropped == 0
+        self.felt_n = session.felt_force_n()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Made:
+    return Made(tmp_path_factory.mktemp("recording") / "hand.mcap", request.config.getoption("--seed"))
+
+
+def test_every_skin_state_comes_back_to_the_byte(made: Made) -> None:
+    frames = 0
+    for frame in Recording(made.path).frames():
+        assert bytes_of(frame.skin) == made.states[frame.time_ns]
+        frames += 1
+    assert frames == STEPS
+
+
+def test_joints_come_back(made: Made) -> None:
+    """A read sees the joints of the tick before it."""
+    frames = list(Recording(made.path).frames())
+    last = frames[-1]
+    assert last.position == pytest.approx(made.positions[last.time_ns - 1_000_000])
+
+
+def test_samples_are_in_newton(made: Made) -> None:
+    samples = Recording(made.path).samples()
+    assert samples["normal_force"].shape == (len(samples["key"]), 3)
+    assert samples["normal_force"].sum(axis=1).max() > 1.0
+    frame = Recording(made.path).to_pandas()
+    assert (frame["stamp_ns"].diff().dropna() >= 0).all()
+
+
+def test_a_stock_reader_decodes_it(made: Made) -> None:
+    from mcap.reader import make_reader
+    from mcap_protobuf.decoder import DecoderFactory
+
+    reader = make_reader(made.path.open("rb"), decoder_factories=[DecoderFactory()])
+    topics: dict[str, int] = {}
+    for _, channel, _, message in reader.iter_decoded_messages():
+        topics[channel.topic] = topics.get(channel.topic, 0) + 1
+        if channel.topic == "/operator":
+            assert message.text == b"push cell 40"
+        if channel.topic == "/skin/samples":
+            assert len(message.normal_force) == 3 * len(message.key) == 3 * len(message.stamp_ns)
+    assert set(topics) >= {"/skin/tape", "/control/tape", "/skin/samples", "/robot/joints", "/operator"}
+
+
+@pytest.mark.parametrize("round_", range(12))
+def test_a_file_cut_at_any_byte_is_mended(made: Made, seed: int, round_: int, tmp_path: Path) -> None:
+    from mcap.reader import make_reader
+
+    whole = made.path.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    at = random.Random(seed * 100 + round_).randrange(len(whole) // 2, len(whole))
+    cut.write_bytes(whole[:at])
+    with pytest.raises(RecordingFileError, match="record --repair"):
+        Recording(cut)
+    found = repair(cut)
+    mended = Recording(cut)
+    for frame in mended.frames():
+        assert bytes_of(frame.skin) == made.states[frame.time_ns]
+    assert sum(1 for _ in make_reader(cut.open("rb")).iter_messages()) == found.messages
+
+
+def test_a_whole_file_is_left_alone(made: Made) -> None:
+    before = made.path.read_bytes()
+    assert repair(made.path).was_whole
+    assert made.path.read_bytes() == before
+
+
+@pytest.mark.parametrize("round_", range(30))
+def test_a_damaged_file_is_refused_by_name_or_read_in_part(made: Made, seed: int, round_: int, tmp_path: Path) -> None:
+    draw = random.Random(seed * 100 + round_)
+    damaged = bytearray(made.path.read_bytes())
+    for _ in range(draw.randrange(1, 40)):
+        damaged[draw.randrange(len(damaged))] = draw.randrange(256)
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(damaged)
+    try:
+        for frame in Recording(path).frames():
+            assert len(frame.skin) == 62
+        refused = ""
+    except RecordingFileError as error:
+        refused = str(error)
+    assert refused == "" or str(path) in refused
+
+
+def test_a_recording_holds_no_key(tmp_path: Path) -> None:
+    key = bytes(range(7, 39))
+    session = Session(
+        robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=1, key=key
+    )  # fmt: skip
+    session.boot()
+    path = tmp_path / "keyed.mcap"
+    with Recorder(path, session):
+        session.run(0.1)
+    assert sum(1 for _ in Recording(path).frames()) == 100
+    assert key not in path.read_bytes()
