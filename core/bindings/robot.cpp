@@ -119,6 +119,12 @@ void bind_guard(nb::module_& module) {
       .def_rw("largest_cycle_ns", &GuardLimits::largest_cycle_ns)
       .def_rw("period_s", &GuardLimits::period_s)
       .def_rw("body", &GuardLimits::body, "limits of contact, by body region");
+  nb::enum_<Limit>(module, "Limit", "Which limit made the guard change a command.")
+      .value("position", Limit::position)
+      .value("velocity", Limit::velocity)
+      .value("acceleration", Limit::acceleration)
+      .value("torque", Limit::torque)
+      .value("torque_rate", Limit::torque_rate);
   nb::class_<GuardReport>(module, "GuardReport", "What the guard decided in the last cycle.")
       .def_ro("state", &GuardReport::state)
       .def_ro("reason", &GuardReport::reason)
@@ -126,6 +132,8 @@ void bind_guard(nb::module_& module) {
       .def_ro("send", &GuardReport::send, "the command may go to the robot")
       .def_ro("stop_port", &GuardReport::stop_port, "call RobotPort.stop: the robot cannot be controlled from here")
       .def_ro("interventions", &GuardReport::interventions, "cycles in which the guard changed a running command")
+      .def_ro("limit", &GuardReport::limit, "that the last intervention kept")
+      .def_ro("limited_joint", &GuardReport::limited_joint, "of which joint; -1: there was no intervention")
       .def_ro("violations", &GuardReport::violations,
               "joint states measured beyond position, velocity or torque limits")
       .def_ro("alive_share", &GuardReport::alive_share)

@@ -10,6 +10,7 @@
 
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
+#include "bindings/guard_counts.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -150,6 +151,9 @@ void bind_task_cycle(nb::module_& module) {
       .def_prop_ro("log", log_of,
                    "The last second: 'time_ns', 'state', 'mode' (ticks), 'values' (ticks, 4, n) position, velocity, "
                    "fused torque and command. It ends where a fault stopped the robot.")
+      .def_prop_ro(
+          "intervention_counts", [](const TaskCycle& self) { return counts_of(self.guard()); }, nb::rv_policy::move,
+          "(5, n) cycles in which each `Limit` of each joint changed a running command")
       .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal);
 }
 

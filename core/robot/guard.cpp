@@ -92,6 +92,8 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
   check_time("largest_cycle_ns", limits_.largest_cycle_ns);
   for (auto* values : {&last_position_, &last_velocity_, &last_torque_, &hold_, &acceleration_, &asked_position_})
     values->resize(joints);
+  intervention_counts_.resize(limit_count * joints);
+  last_limit_.resize(joints, Limit::acceleration);
 }
 
 const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
@@ -186,6 +188,13 @@ void Guard::count_violations(const JointState& joints) noexcept {
   }
 }
 
+void Guard::count(Limit limit, std::size_t joint) noexcept {
+  ++intervention_counts_[static_cast<std::size_t>(limit) * lower_.size() + joint];
+  last_limit_[joint] = limit;
+  report_.limit = limit;
+  report_.limited_joint = static_cast<std::int32_t>(joint);
+}
+
 bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
                   JointCommand& command) noexcept {
   if (command.mode == CommandMode::torque) return limit_torque(dynamics, joints, speed_share, command.value);
@@ -213,17 +222,24 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
       aim = own + std::copysign(catch_up, lag);
       asked_position_[i] = command.value[i];
     }
-    double speed = towards(was, aim, limits_.acceleration[i] * period);
-    speed = slowing_up(was, speed, speed_share * velocity_limit_[i], std::min(1.0, period / horizon_s));
+    const double reached = towards(was, aim, limits_.acceleration[i] * period);
+    const double allowed =
+        slowing_up(was, reached, speed_share * velocity_limit_[i], std::min(1.0, period / horizon_s));
     // A joint may be only as fast as it can brake before its limit.
     const double up = std::max(0.0, upper_[i] - limits_.position_margin - from);
     const double down = std::max(0.0, from - lower_[i] - limits_.position_margin);
     const double brake_up = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * up), up / period);
     const double brake_down = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * down), down / period);
-    speed = std::clamp(speed, -brake_down, brake_up);
+    const double speed = std::clamp(allowed, -brake_down, brake_up);
     // Rounding of (command - from) / period is no intervention.
     if (std::abs(speed - asked) > 1e-9) {
       changed = true;
+      // A command that only catches up is still held back by what held it back before.
+      count(speed != allowed     ? Limit::position
+            : allowed != reached ? Limit::velocity
+            : reached != aim     ? Limit::acceleration
+                                 : last_limit_[i],
+            i);
       command.value[i] = command.mode == CommandMode::position ? from + speed * period : speed;
     }
   }
@@ -250,6 +266,8 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
       const double low = (-speed_down - velocity) / horizon_s;
       const double allowed = std::clamp(acceleration_[i], low, high);
       if (allowed != acceleration_[i]) {
+        const bool beside_limit = allowed == high ? speed_up < fastest : speed_down < fastest;
+        count(beside_limit ? Limit::position : Limit::velocity, i);
         acceleration_[i] = allowed;
         bounded = true;
       }
@@ -265,8 +283,12 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
   for (std::size_t i = 0; i < torque.size(); ++i) {
     double value = torque[i];
     if (goes_on) value = towards(last_torque_[i], value, limits_.torque_rate[i] * limits_.period_s);
+    const double slowed = value;
     value = std::clamp(value, -effort_limit_[i], effort_limit_[i]);
-    changed = changed || value != torque[i];
+    if (value != torque[i]) {
+      changed = true;
+      count(value != slowed ? Limit::torque : Limit::torque_rate, i);
+    }
     torque[i] = value;
   }
   return changed;

@@ -1,6 +1,7 @@
 // The guard: the last word before the robot. Nothing after it changes a command.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -43,6 +44,10 @@ struct GuardLimits {
   }
 };
 
+// Which limit made the guard change a command.
+enum class Limit : std::uint8_t { position, velocity, acceleration, torque, torque_rate };
+inline constexpr std::size_t limit_count = 5;
+
 struct GuardReport {
   SafetyState state = SafetyState::off;
   Reason reason = Reason::none;     // why the state was last changed; stays while stopped or degraded
@@ -50,6 +55,8 @@ struct GuardReport {
   bool send = false;                // the command may go to the robot
   bool stop_port = false;           // call RobotPort::stop: the robot cannot be controlled from here; never with send
   std::uint64_t interventions = 0;  // cycles in which the guard changed a running controller's command
+  Limit limit = Limit::position;    // that the last intervention kept,
+  std::int32_t limited_joint = -1;  // and of which joint; -1: there was none
   std::uint64_t violations = 0;  // cycles in which the measured robot was beyond a position, velocity or torque limit
   double alive_share = 0;        // share of cells alive
   BodyExcess excess;             // the contact that led to Reason::body_limit; stays while stopped
@@ -68,6 +75,8 @@ class Guard {
 
   const GuardReport& report() const noexcept { return report_; }
   const GuardLimits& limits() const noexcept { return limits_; }
+  // (limit_count, n) cycles in which each limit of each joint changed a running controller's command.
+  const std::vector<std::uint64_t>& intervention_counts() const noexcept { return intervention_counts_; }
 
  private:
   std::uint16_t conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns, bool run_wanted,
@@ -77,6 +86,7 @@ class Guard {
              JointCommand& command) noexcept;
   bool limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
                     std::vector<double>& torque) noexcept;
+  void count(Limit limit, std::size_t joint) noexcept;
   void brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept;
   void remember(const JointState& joints, const JointCommand& command) noexcept;
 
@@ -87,6 +97,8 @@ class Guard {
   control::VirtualRobot damped_;  // the robot with the damping of its joints
   std::vector<double> effort_limit_;
   GuardReport report_;
+  std::vector<std::uint64_t> intervention_counts_;  // (limit_count, n)
+  std::vector<Limit> last_limit_;                   // (n) that held a joint's command back last
   CommandMode last_mode_ = CommandMode::position;
   bool has_last_ = false;      // something was sent in last_mode_
   bool joints_known_ = false;  // the joint state of this cycle can be used

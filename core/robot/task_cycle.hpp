@@ -63,6 +63,7 @@ class TaskCycle {
   std::span<const double> fused_torque() const noexcept { return fused_torque_; }    // (n) Nm
   const control::TaskStack& stack() const noexcept { return stack_.stack(); }
   const GuardReport& report() const noexcept { return guard_.report(); }
+  const Guard& guard() const noexcept { return guard_; }
   // The last second before now, or before the robot stopped by a fault.
   const StateLog& log() const noexcept { return log_; }
 

@@ -9,8 +9,8 @@ from robotskin import layout, robots
 from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
 from robotskin.apps.identification import identified, record_torques
 from robotskin.errors import InputError
+from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import GainSet
-from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure

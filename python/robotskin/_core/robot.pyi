@@ -211,6 +211,19 @@ class GuardLimits:
     @body.setter
     def body(self, arg: BodyLimits, /) -> None: ...
 
+class Limit(enum.Enum):
+    """Which limit made the guard change a command."""
+
+    position = 0
+
+    velocity = 1
+
+    acceleration = 2
+
+    torque = 3
+
+    torque_rate = 4
+
 class GuardReport:
     """What the guard decided in the last cycle."""
 
@@ -233,6 +246,14 @@ class GuardReport:
     @property
     def interventions(self) -> int:
         """cycles in which the guard changed a running command"""
+
+    @property
+    def limit(self) -> Limit:
+        """that the last intervention kept"""
+
+    @property
+    def limited_joint(self) -> int:
+        """of which joint; -1: there was no intervention"""
 
     @property
     def violations(self) -> int:
@@ -379,6 +400,12 @@ class TaskCycle:
     def log(self) -> dict:
         """
         The last second: 'time_ns', 'state', 'mode' (ticks), 'values' (ticks, 4, n) position, velocity, fused torque and command. It ends where a fault stopped the robot.
+        """
+
+    @property
+    def intervention_counts(self) -> NDArray[numpy.uint64]:
+        """
+        (5, n) cycles in which each `Limit` of each joint changed a running command
         """
 
     @property

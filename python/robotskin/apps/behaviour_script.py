@@ -11,15 +11,30 @@ from robotskin._core.control import CartesianTask, JointTask
 from robotskin._core.model import RobotDynamics
 from robotskin._core.robot import SafetyState
 from robotskin.apps.figures import Bound
+from robotskin.apps.reasons import interventions_told, missed_goal_told
 from robotskin.errors import InputError
-from robotskin.session import Session
+from robotskin.robots.reach import nearest_to
+from robotskin.session import PERIOD_S, Session
 
 Progress = Callable[[str], None]
 
 
+MOST_INTERVENTIONS = 0.01
+"""Share of the ticks: gains that ask for more than that do not suit the robot."""
+REACHED_RAD, REACHED_M = 0.02, 0.02
+"""How far from its goal a robot that was touched on the way may end."""
+OUT_OF_REACH_M = 0.005
+
+
 def bounds() -> list[Bound]:
-    """What must hold."""
-    return [Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
+    """What must hold; those of a goal where one was given."""
+    return [
+        Bound("limit_violations", 0, 0),
+        Bound("running", 1, 1),
+        Bound("intervention_share", most=MOST_INTERVENTIONS),
+        Bound("goal_error_rad", most=REACHED_RAD),
+        Bound("goal_error_m", most=REACHED_M),
+    ]
 
 
 def hand_pose(session: Session) -> NDArray[np.float64]:
@@ -33,22 +48,39 @@ def hand_pose(session: Session) -> NDArray[np.float64]:
 def set_goal(session: Session, goal: list[float]) -> None:
     """Give the behaviour its goal: (n) rad for joints, or (3) metres by which the hand is to move, base axes.
 
-    Raises InputError if the behaviour follows neither, or for another count.
+    Raises InputError if the behaviour follows neither, for another count, or for a goal out of limits or reach.
     """
     tasks = session.controller.tasks.values()
     joints = session.robot.joint_count
     if any(isinstance(task, JointTask) for task in tasks):
         if len(goal) != joints:
             raise InputError(f"goal of {len(goal)} numbers: {session.robot.name} has {joints} joints")
+        robot = session.robot
+        for name, value, lower, upper in zip(robot.joint_names, goal, robot.lower, robot.upper, strict=True):
+            if not lower <= value <= upper:
+                raise InputError(f"goal of {name}: {value:g} is outside of its limits, {lower:g} to {upper:g}")
         session.controller.set_reference(goal)
     elif any(isinstance(task, CartesianTask) for task in tasks):
         if len(goal) != 3:
             raise InputError(f"goal of {len(goal)} numbers: the hand moves by 3, x, y and z in metres")
         pose = hand_pose(session)
         pose[:3, 3] += goal
+        _require_reach(session, pose[:3, 3])
         session.controller.set_reference(pose)
     else:
         raise InputError(f"goal for {session.controller.behaviour.name}: it goes where it is pushed and takes none")
+
+
+def _require_reach(session: Session, point_m: NDArray[np.float64]) -> None:
+    link = session.gains.values["cartesian"]["link"]
+    posture, left = nearest_to(session.robot, link, point_m, np.array(session.joints.position))
+    if left > OUT_OF_REACH_M:
+        at = ", ".join(f"{value:.3f}" for value in point_m)
+        robot = session.robot
+        room = np.minimum(posture - robot.lower, robot.upper - posture)
+        ends = [robot.joint_names[joint] for joint in np.flatnonzero(room < 1e-6)]
+        why = f" with {', '.join(ends)} at the limit" if ends else ", stretched out"
+        raise InputError(f"goal at {at} m: out of reach, {link} comes no nearer than {left:.3f} m{why}")
 
 
 def run(
@@ -97,7 +129,41 @@ def run(
     figures |= {
         "limit_violations": report.violations,
         "interventions": report.interventions,
+        "intervention_share": report.interventions / max(1, round(session.world.time_s / PERIOD_S)),
         "running": float(running),
         "simulated_s": session.world.time_s,
     }
     return figures
+
+
+def remarks(session: Session, figures: dict[str, float], goal: list[float] | None) -> list[str]:
+    """Why commands were changed and why a goal was missed, a sentence each; none where nothing was."""
+    found = []
+    told = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
+    if told:
+        share = 100 * figures["intervention_share"]
+        found.append(f"the guard changed commands in {share:.2f} % of the ticks: {told}")
+    for figure, unit, most in (("goal_error_rad", "rad", REACHED_RAD), ("goal_error_m", "m", REACHED_M)):
+        if figures.get(figure, 0.0) > most:
+            found.append(
+                missed_goal_told(
+                    session.robot,
+                    np.array(session.joints.position),
+                    figures[figure],
+                    unit,
+                    moving=_on_its_way(session, goal or []),
+                )
+            )
+    return found
+
+
+def _on_its_way(session: Session, goal: list[float]) -> bool:
+    """Whether a reference still moves towards the goal."""
+    for task in session.controller.tasks.values():
+        if isinstance(task, JointTask):
+            return bool(np.abs(np.array(task.reference) - goal).max() > REACHED_RAD)
+        if isinstance(task, CartesianTask):
+            before = np.array(task.reference)
+            session.run(0.1)
+            return bool(np.abs(np.array(task.reference) - before).max() > 1e-5)
+    return False

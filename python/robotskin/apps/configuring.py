@@ -14,8 +14,8 @@ from robotskin.apps.identification import identified, record_torques
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
-from robotskin.robots.gains import GainSet, robots_with_gains
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
+from robotskin.robots.gains import gains_of
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.configure import configure
@@ -40,11 +40,10 @@ def home_posture(robot: Robot, space: FreeSpace | None = None) -> Array:
     """(n) rad or m where an exploration begins: the home of the robot's gains, or the nearest posture free of contact.
 
     Args:
-        robot: with gains of its own, or without, which then begins near its neutral posture.
+        robot: with gains of its own, or without, for which some are made.
         space: where it may move; by default all within its limits that touches nothing.
     """
-    home = GainSet.load(robot.name).home if robot.name in robots_with_gains() else robot.neutral
-    return (space or FreeSpace(robot)).nearest_free(home)
+    return (space or FreeSpace(robot)).nearest_free(gains_of(robot).home)
 
 
 def babble(

@@ -11,8 +11,8 @@ from scipy.signal import savgol_filter
 
 from robotskin.apps.exploration import PERIOD_S, Exploration, ExplorationError
 from robotskin.robots import Robot
+from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.loading import from_text
-from robotskin.selfconfig.babbling.free_space import FreeSpace
 from robotskin.selfconfig.dynamics.dynamics import DynamicModel, identify_dynamics
 from robotskin.selfconfig.dynamics.excitation import MotionBounds, exciting_trajectory
 

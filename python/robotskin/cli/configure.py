@@ -74,10 +74,10 @@ def command(
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Table
 
-    from robotskin import robots
     from robotskin.apps.configuring import babble, check_again, placed_by_camera, worn_layout
     from robotskin.apps.outputs import PICTURES, require_writable
     from robotskin.errors import InputError
+    from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
     from robotskin.selfconfig.learned_map import learn_map
@@ -86,7 +86,7 @@ def command(
     console = Console()
     if camera and source is not None and layout is None:
         raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
-    model = robots.load(robot)
+    model = robot_with_gains(robot).robot
     chosen = tuple(step.strip() for step in steps.split(","))
     # Whatever can be refused is refused before the robot moves.
     require_steps(chosen)

@@ -18,11 +18,17 @@ if TYPE_CHECKING:
     from robotskin.robots import Robot
     from robotskin.session import Session
 
-DEFAULT_LINK = "forearm_link"
-
 
 def command(
-    robot: Annotated[str, typer.Option(help="A robot with a gain file.")] = "ur5",
+    robot: Annotated[str, typer.Option(help="A robot by name (robotskin robots lists them), or its URDF.")] = "ur5",
+    gains: Annotated[
+        Path | None,
+        typer.Option(
+            help="A gain file (robotskin gains writes one); by default the robot's own, or made on the spot.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     layout: Annotated[
         Path | None,
         typer.Option(
@@ -30,9 +36,13 @@ def command(
             exists=True,
         ),
     ] = None,
-    link: Annotated[str, typer.Option(help="The link that carries --layout, and whose cells the script pushes.")] = (
-        DEFAULT_LINK
-    ),
+    link: Annotated[
+        str | None,
+        typer.Option(
+            help="The link that carries --layout, and whose cells the script pushes; by default one that gives "
+            "way well."
+        ),
+    ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, measure, and end.")] = False,
     seconds: Annotated[
         float,
@@ -64,11 +74,12 @@ def command(
     from rich.console import Console
 
     from robotskin import layout as layouts
-    from robotskin import robots
     from robotskin._core import firmware
+    from robotskin.cli.run import tell_made
     from robotskin.layout.mounting import read_for
+    from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
-    from robotskin.session.touches import require_cells_on
+    from robotskin.session.touches import link_to_push, require_cells_on
     from robotskin.world import load_scene
 
     around = None if scene is None else load_scene(scene)
@@ -76,12 +87,15 @@ def command(
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     console = Console()
     with console.status(f"loading {robot}"):
-        model = robots.load(robot)
+        ready = robot_with_gains(robot, gains)
+        model = ready.robot
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
-        require_cells_on(skin, link)
+        pushed = link or link_to_push(model, ready.gains, skin)
+        require_cells_on(skin, pushed)
+    tell_made(console, ready)
     believed_skin, control = believed_model(console, believed, model, skin, seed)
     if believed_skin is not None:
-        require_cells_on(believed_skin, link)
+        require_cells_on(believed_skin, pushed)
     session = Session(
         model,
         skin,
@@ -93,9 +107,10 @@ def command(
         control=control,
         own_torques=False if headless else None,
         scene=around,
+        gains=ready.gains,
     )
     if headless:
-        raise typer.Exit(run_script(session, link, seconds, json_file))
+        raise typer.Exit(run_script(session, pushed, seconds, json_file))
     show(session, port)
 
 

@@ -22,8 +22,11 @@ from robotskin.errors import RobotskinError
 # The order of a project's day; verbs that are not named here follow by alphabet.
 ORDER = (
     "demo",
+    "robots",
+    "layouts",
     "cover",
     "check",
+    "gains",
     "simulate",
     "configure",
     "run",

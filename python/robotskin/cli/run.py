@@ -5,17 +5,20 @@ from __future__ import annotations
 import secrets
 import signal
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from robotskin.robots.gains import RobotWithGains
 
 
 def command(
     robot: Annotated[
         str,
-        typer.Argument(
-            help="A robot with gains, ur5, allegro_right_hand, dual_arm or talos; with --gains any name or URDF file."
-        ),
+        typer.Argument(help="A robot by name (robotskin robots lists them), or the path of its URDF."),
     ],
     behaviour: Annotated[
         str,
@@ -42,7 +45,9 @@ def command(
     gains: Annotated[
         Path | None,
         typer.Option(
-            help="A gain file (TOML, docs/control.md); by default the robot's own.", exists=True, dir_okay=False
+            help="A gain file (TOML, robotskin gains writes one); by default the robot's own, or made on the spot.",
+            exists=True,
+            dir_okay=False,
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
@@ -88,14 +93,14 @@ def command(
     """
     from rich.console import Console
 
-    from robotskin import control, robots
+    from robotskin import control
     from robotskin import layout as layouts
     from robotskin._core import firmware
     from robotskin._core.control import Fusion
     from robotskin.apps.behaviour_script import set_goal
     from robotskin.control.body_limits import BodyLimits
-    from robotskin.errors import InputError, UnknownNameError
-    from robotskin.robots.gains import GainSet
+    from robotskin.errors import UnknownNameError
+    from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import Session
     from robotskin.viewer.session_view import SOURCES
@@ -108,16 +113,14 @@ def command(
         raise UnknownNameError("fusion", fusion, names)
     if skin_source not in SOURCES:
         raise UnknownNameError("skin source", skin_source, SOURCES)
-    if gains is not None and gains.suffix != ".toml":
-        raise InputError(f"--gains {gains}: the name of a gain file ends in .toml")
     target = numbers_of(goal)
     around = None if scene is None else load_scene(scene)
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
     limits = None if body_limits is None else BodyLimits.load(body_limits)
     console = Console()
     with console.status(f"loading {robot}"):
-        chosen = GainSet.load(robot if gains is None else str(gains))
-        model = robots.load(robot)
+        ready = robot_with_gains(robot, gains)
+        model, chosen = ready.robot, ready.gains
         skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
         key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
         session = Session(
@@ -138,6 +141,7 @@ def command(
             scene=around,
         )
         session.set_source(skin_source)
+    tell_made(console, ready)
     if headless:
         raise typer.Exit(run_script(session, seconds, target, json_file))
     from robotskin.cli.demo import show
@@ -147,8 +151,20 @@ def command(
         console.print(session.fault_told)
 
 
-def numbers_of(text: str | None) -> list[float] | None:
-    """The numbers of --goal. Raises InputError for what is none."""
+def tell_made(console: Console, ready: RobotWithGains) -> None:
+    """Say so where gains were made on the spot."""
+    if ready.made:
+        locked = f", with {', '.join(ready.gains.locked)} locked" if ready.gains.locked else ""
+        console.print(
+            f"gains of {ready.robot.name} made from {ready.source}{locked}; "
+            f"robotskin gains {ready.robot.name} writes them",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+
+def numbers_of(text: str | None, option: str = "--goal") -> list[float] | None:
+    """The numbers of an option. Raises InputError for what is none."""
     from robotskin.errors import InputError
 
     if text is None:
@@ -156,7 +172,7 @@ def numbers_of(text: str | None) -> list[float] | None:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(f"--goal {text}: must be numbers with commas between them") from None
+        raise InputError(f"{option} {text}: must be numbers with commas between them") from None
 
 
 def run_script(session: object, seconds: float, goal: list[float] | None, json_file: Path | None) -> int:
@@ -172,11 +188,15 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     try:
         with console.status("boot") as status:
             figures = behaviour_script.run(session, seconds, goal, status.update)
+            remarks = behaviour_script.remarks(session, figures, goal)
     finally:
         session.shut_down()
     bounds = behaviour_script.bounds()
     title = f"{session.robot.name}, {session.controller.behaviour.name}, {session.interface}"
+    bounds = [bound for bound in bounds if bound.figure in figures or "goal" not in bound.figure]
     console.print(table_of(title, figures, bounds))
+    for remark in remarks:
+        console.print(remark, markup=False, highlight=False, soft_wrap=True)
     if session.fault:
         console.print(session.fault_told)
     if json_file is not None:

@@ -197,6 +197,11 @@ class Controller:
             self.go(JointGoal(goal))
 
     @property
+    def intervention_counts(self) -> NDArray[np.uint64]:
+        """(5, n) cycles in which each `Limit` of each joint changed a running command."""
+        return self.cycle.intervention_counts
+
+    @property
     def report(self) -> GuardReport:
         """What the guard decided last."""
         return self.cycle.report

@@ -1,24 +1,34 @@
 """Loads a robot by name or by the path of its URDF."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from xml.etree import ElementTree
 
 from robotskin._core.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.dual_arm import compose_dual_arm
 from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError
+from robotskin.robots.locking import lock
 from robotskin.robots.repair import repaired
 from robotskin.robots.robot import Robot
 from robotskin.robots.urdf_tree import in_joint_order
 
+NO_LOCKS: Mapping[str, float] = MappingProxyType({})
 
-def load(name_or_path: str | Path, *, package_folders: Sequence[str | Path] = ()) -> Robot:
+
+def load(
+    name_or_path: str | Path,
+    *,
+    package_folders: Sequence[str | Path] = (),
+    locked: Mapping[str, float] = NO_LOCKS,
+) -> Robot:
     """A robot of `robot_names()`, or that of any URDF file.
 
     What has a folder in it or ends in `.urdf` is a path, everything else a name. `package_folders` are searched first
-    for what the URDF addresses as `package://`. Raises UnknownNameError, ModelsNotInstalledError, UrdfNotFoundError,
-    MalformedUrdfError, MissingMeshError or UnreadableMeshError. What had to be repaired stands in `Robot.repairs`.
+    for what the URDF addresses as `package://`. `locked` joints are fixed at these positions, rad or m. Raises
+    UnknownNameError, ModelsNotInstalledError, UrdfNotFoundError, MalformedUrdfError, MissingMeshError,
+    UnreadableMeshError, or InputError for locks that leave no joint. What had to be repaired stands in `Robot.repairs`.
     """
     path: Path | None
     if isinstance(name_or_path, Path) or "/" in name_or_path or name_or_path.endswith(".urdf"):
@@ -30,11 +40,17 @@ def load(name_or_path: str | Path, *, package_folders: Sequence[str | Path] = ()
     else:
         name, path = name_or_path, named_urdf(name_or_path)
         text, folder = _text_of(path), path.parent
-    return from_text(text, name=name, source=path, folder=folder, package_folders=package_folders)
+    return from_text(text, name=name, source=path, folder=folder, package_folders=package_folders, locked=locked)
 
 
 def from_text(
-    text: str, *, name: str, folder: Path, source: Path | None = None, package_folders: Sequence[str | Path] = ()
+    text: str,
+    *,
+    name: str,
+    folder: Path,
+    source: Path | None = None,
+    package_folders: Sequence[str | Path] = (),
+    locked: Mapping[str, float] = NO_LOCKS,
 ) -> Robot:
     """A robot from the text of a URDF whose relative paths begin in `folder`. Raises as `load` does."""
     described_by = str(source or name)
@@ -44,13 +60,17 @@ def from_text(
         folders += [installed.parent, *sorted(entry for entry in installed.iterdir() if entry.is_dir())]
     result = repaired(text, described_by, folder, folders)
     result.root.set("name", name)
+    lock(result.root, locked)
     # The first reading tells the order of the joints, the second has links and joints in that order.
     unordered = RobotModel(ElementTree.tostring(result.root, encoding="unicode"))
     urdf = in_joint_order(result.root, unordered.joint_names)
     core = RobotModel(urdf)
     if core.joint_names != unordered.joint_names:
         raise MalformedUrdfError(described_by, "the order of its joints depends on the order of its text")
-    return Robot(name=name, urdf=urdf, source=source, repairs=result.repairs, mimics=result.mimics, core=core)
+    mimics = tuple(one for one in result.mimics if one.joint not in locked and one.source not in locked)
+    return Robot(
+        name=name, urdf=urdf, source=source, repairs=result.repairs, mimics=mimics, core=core, locked=dict(locked)
+    )
 
 
 def _text_of(path: Path) -> str:

@@ -34,6 +34,13 @@ class Robot:
     repairs: tuple[Repair, ...]
     mimics: tuple[Mimic, ...]
     core: RobotModel = field(repr=False)
+    locked: dict[str, float] = field(default_factory=dict)
+    """Joints that were fixed on loading, rad or m by name; they are none of `joint_names`."""
+
+    def __repr__(self) -> str:
+        locked = f", {len(self.locked)} locked" if self.locked else ""
+        where = f" from {self.source}" if self.source else ""
+        return f"<Robot {self.name}: {self.joint_count} joints{locked}, {len(self.link_names)} links{where}>"
 
     @property
     def joint_names(self) -> tuple[str, ...]:

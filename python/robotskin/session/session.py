@@ -24,7 +24,7 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
-from robotskin.robots.gains import GainSet
+from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.fault_file import FaultFile
 from robotskin.session.torque_setup import TorqueSetup
@@ -66,7 +66,7 @@ class Session:
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
         own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
             sources to choose from; None: if the robot's limbs allow it.
-        gains: of this robot; by default those of its name that come with the project.
+        gains: of this robot; by default those of its name that come with the project, else made.
         fusion: how tasks are fused, instead of the behaviours' own way.
         self_collision: behaviours by name keep bodies apart and joints off their limits, too.
         skin_map: reactions to touch are recalled from this map, without a kinematic model.
@@ -108,7 +108,7 @@ class Session:
         self.robot, self.layout, self.seed = robot, believed or layout, seed
         self.world_cells = cells_in(layout, self.layout)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
-        self.gains = gains or GainSet.load(robot.name)
+        self.gains = gains or gains_of(robot)
         self.gains.require_fit(robot.core)
         self.home = self.gains.home
         model = self.layout.skin_model()

@@ -10,6 +10,8 @@ import numpy as np
 from robotskin._core.firmware import PORT_POINTS_M
 from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet
 from robotskin.session import PERIOD_S, Session, SessionError
 
 Watch = Callable[[float], None]
@@ -92,6 +94,19 @@ def require_cells_on(layout: Layout, link: str) -> None:
     """Raise UnknownNameError if the link carries no cells."""
     if link not in layout.links:
         raise UnknownNameError("link with cells", link, layout.links)
+
+
+def link_to_push(robot: Robot, gains: GainSet, layout: Layout) -> str:
+    """The link whose cells give way best, at home; of several, that with most cells whose neighbours surround them.
+
+    A push there must be able to move the robot: cells whose normals pass close by the joint axes move it little.
+    """
+    weight = 1 + gains.force_weights(robot.core, layout.skin_model())
+    give = weight * gains.stiff_compliance(robot.core, layout.skin_model())
+    joined = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
+    good = (give >= 0.7 * give.max()) & (joined >= joined.max() - 1)
+    count = np.bincount(layout.link[good], minlength=len(layout.links))
+    return str(layout.links[int(np.argmax(count))])
 
 
 def pushed_cell(session: Session, link: str) -> int:

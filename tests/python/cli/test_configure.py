@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from robotskin.cli.main import app
 from robotskin.layout import Layout, finished
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections

@@ -30,13 +30,22 @@ def test_a_behaviour_runs_headless(tmp_path: Path, seed: int) -> None:
     assert figures["goal_error_rad"] < 0.05
 
 
-def test_a_goal_that_is_not_reached_is_told_as_far_away(tmp_path: Path, seed: int) -> None:
+def test_a_goal_that_is_not_reached_is_told_with_its_reason_and_the_status(tmp_path: Path, seed: int) -> None:
     file = tmp_path / "run.json"
-    options = ("--behaviour", "reach_cartesian_goal_compliant", "--goal", "9,9,9", "--headless", "--seconds", 0)
+    goal = "2,-1.4,1.5,-1.67,-1.57,0"
+    options = ("--behaviour", "reach_joint_goal_compliant", "--goal", goal, "--headless", "--seconds", 0)
     answer = run("ur5", *options, "--seed", seed, "--json", file)
-    assert answer.exit_code == 0, answer.output
+    assert answer.exit_code == 1, answer.output
+    assert "still on its way" in answer.output
     figures = json.loads(file.read_text())
-    assert figures["hand_error_m"] < 0.1 < 15 < figures["goal_error_m"]
+    assert figures["joint_error_rad"] < 0.1 < 1 < figures["goal_error_rad"]
+
+
+def test_a_goal_out_of_reach_is_refused() -> None:
+    options = ("--behaviour", "reach_cartesian_goal_compliant", "--goal", "9,9,9", "--headless", "--seconds", 0)
+    answer = run("ur5", *options)
+    assert answer.exit_code == 2
+    assert "out of reach" in answer.output
 
 
 @pytest.mark.parametrize(
@@ -55,7 +64,6 @@ def test_a_goal_that_is_not_reached_is_told_as_far_away(tmp_path: Path, seed: in
         (("ur5", "--gains", __file__), "test_run.py: the name of a gain file ends in .toml"),
         (("ur5", "--gains", GAIN_FILES / "dual_arm.toml"), "for 15 joints, the robot has 6"),
         (("ur5", "--layout", __file__), "test_run.py"),
-        (("panda",), "choose from allegro_right_hand, dual_arm, talos, ur5"),
     ],
 )
 def test_what_is_no_choice_is_refused_with_the_choices(arguments: tuple[str, ...], message: str) -> None:

@@ -5,7 +5,7 @@ from robotskin import layout as layouts
 from robotskin.apps.configuring import placed_by_camera
 from robotskin.errors import UnknownNameError
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
 from robotskin.selfconfig.configuration import Configuration, ConfigurationError
 from robotskin.selfconfig.configure import configure, rigid_topology

@@ -9,7 +9,7 @@ from robotskin._core.model import RobotDynamics
 from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.learned_map import learn_map

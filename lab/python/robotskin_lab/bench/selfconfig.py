@@ -22,7 +22,7 @@ from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.layout import Layout
 from robotskin.layout.network_shapes import assemble, lattice
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.postures import choose_postures
 from robotskin.selfconfig.common.one_thread import one_thread

@@ -11,7 +11,7 @@ from robotskin.apps.configuring import configured
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.configure import configure

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.layout.finished_layouts import finished
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine, plan_joint_sine
 from robotskin.selfconfig.babbling.postures import BabblingError, PosturePlan, choose_postures
 from robotskin.selfconfig.dynamics.consistent_bodies import is_consistent

@@ -10,7 +10,7 @@ import numpy as np
 
 from robotskin.layout.finished_layouts import finished
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine, VelocitySine
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure

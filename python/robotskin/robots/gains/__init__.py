@@ -1,5 +1,18 @@
-"""Gains of the robots this project knows: one documented file a robot, and the reader of such files."""
+"""Gains of robots: one documented file a robot, the reader and writer of such files, and gains made from a model."""
 
-from robotskin.robots.gains.gain_set import ChosenGains, GainError, GainSet, robots_with_gains
+from robotskin.robots.gains.choosing import RobotWithGains, gains_of, robot_with_gains
+from robotskin.robots.gains.gain_file import GainError
+from robotskin.robots.gains.gain_set import ChosenGains, GainSet, robots_with_gains
+from robotskin.robots.gains.made import MadeGains, made_gains
 
-__all__ = ["ChosenGains", "GainError", "GainSet", "robots_with_gains"]
+__all__ = [
+    "ChosenGains",
+    "GainError",
+    "GainSet",
+    "MadeGains",
+    "RobotWithGains",
+    "gains_of",
+    "made_gains",
+    "robot_with_gains",
+    "robots_with_gains",
+]

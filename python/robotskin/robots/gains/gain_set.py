@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -22,73 +21,9 @@ from robotskin._core.control import (
 from robotskin._core.model import BASE, RobotDynamics, RobotModel
 from robotskin._core.robot import GuardLimits, TaskCycleGains
 from robotskin._core.skin import SkinModel
-from robotskin.errors import RobotskinError, UnknownNameError
-
-# What a file must hold, beside the named sets and what behaviours choose of them: "n" a number for each joint, "6" for
-# each axis, "1" one number, "text" a name.
-FIELDS = {
-    "posture": {"home": "n"},
-    "joint": {"stiffness": "n", "damping": "n"},
-    "virtual_robot": {"inertia": "n", "friction_s": "1"},
-    "inner_loop": {
-        "proportional": "n",
-        "integral": "n",
-        "derivative": "n",
-        "dead_zone_rad_s": "1",
-        "estimator_hz": "1",
-        "largest_bias_rad_s": "1",
-    },
-    "resolver": {
-        "period_s": "1",
-        "switch_time_s": "1",
-        "largest_lead_rad": "1",
-        "position_bias_per_s": "1",
-        "largest_bias_rad": "1",
-        "servo_lag_s": "1",
-        "servo_lag_s2": "1",
-    },
-    "skin": {
-        "compliance_m_per_n": "1",
-        "largest_give_rad_per_n": "1",
-        "largest_force_weight": "1",
-        "proximity_n": "1",
-        "force_silent_n": "1",
-        "force_full_n": "1",
-        "proximity_silent": "1",
-        "proximity_full": "1",
-        "bandwidth_hz": "1",
-        "fade_s": "1",
-    },
-    "goal": {"speed_rad_s": "1"},
-    "limits": {"acceleration": "n", "stop_deceleration": "n", "torque_rate": "n"},
-    "cartesian": {"link": "text", "stiffness": "6", "damping": "6", "speed_m_s": "1", "turn_speed_rad_s": "1"},
-}
-MAY_BE_NEGATIVE = ("home",)
-MAY_BE_ZERO = (
-    "damping",
-    "inertia",
-    "integral",
-    "derivative",
-    "dead_zone_rad_s",
-    "largest_bias_rad_s",
-    "position_bias_per_s",
-    "largest_bias_rad",
-    "servo_lag_s",
-    "servo_lag_s2",
-    "largest_force_weight",
-    "proximity_n",
-    "force_silent_n",
-    "proximity_silent",
-    "bandwidth_hz",
-)
-"""Of the fields that hold numbers; `cartesian.stiffness` is 0 along axes that are left free. All others are above 0."""
-
-SHARES = ("joint", "cartesian", "skin", "speed")
-"""What a named gain set states, each a share of the gains above."""
-
-
-class GainError(RobotskinError):
-    """A gain file that cannot be used; the message names file, field, value and what would be valid."""
+from robotskin.errors import UnknownNameError
+from robotskin.robots.gains.fields import LOCKED
+from robotskin.robots.gains.gain_file import GainError, read_gains
 
 
 def robots_with_gains() -> tuple[str, ...]:
@@ -108,18 +43,26 @@ class GainSet:
     def load(cls, robot: str) -> GainSet:
         """Read the gains of a robot by its name, or from the path of a `.toml` file.
 
-        Raises UnknownNameError, FileNotFoundError or GainError.
+        Raises FileNotFoundError or GainError.
         """
         if robot.endswith(".toml"):
             path = Path(robot)
             try:
-                return cls(path.stem, _checked(path.read_text(encoding="utf-8"), str(path)))
+                return cls(path.stem, read_gains(path.read_text(encoding="utf-8"), str(path)))
             except UnicodeDecodeError as error:
                 raise GainError(f"{path}: {error}") from error
         if robot not in robots_with_gains():
-            raise UnknownNameError("robot with gains", robot, robots_with_gains())
+            raise GainError(
+                f"no gains come with {robot!r}, only with {', '.join(robots_with_gains())}; "
+                f"make some: robotskin gains {robot} -o {robot}.toml, and give them: --gains {robot}.toml"
+            )
         text = (resources.files("robotskin.robots.gains") / f"{robot}.toml").read_text(encoding="utf-8")
-        return cls(robot, _checked(text, f"{robot}.toml"))
+        return cls(robot, read_gains(text, f"{robot}.toml"))
+
+    @property
+    def locked(self) -> dict[str, float]:
+        """Joints that are held for good, rad or m by name; they are none of the n joints (`robots.load(locked=)`)."""
+        return {name: float(position) for name, position in self.values.get(LOCKED, {}).items()}
 
     @property
     def home(self) -> NDArray[np.float64]:
@@ -222,7 +165,10 @@ class GainSet:
         """Raise GainError for the gains of a robot with other joints, or with a home that this one cannot take."""
         joints = len(self.home)
         if joints != robot.joint_count:
-            raise GainError(f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}")
+            raise GainError(
+                f"the gains of {self.robot} are for {joints} joints, the robot has {robot.joint_count}: "
+                f"{', '.join(robot.joint_names)}; make gains for it, joints can be locked: robotskin gains --help"
+            )
         for name, home, lower, upper in zip(robot.joint_names, self.home, robot.lower, robot.upper, strict=True):
             if not lower <= home <= upper:
                 raise GainError(
@@ -305,70 +251,3 @@ def _jacobians(
         jacobian[cells] = linear + np.cross(angular.T, arm[:, None, :]).transpose(0, 2, 1)
         inward[cells] = -pose[cells, :3, 2] @ base_from_link.T
     return jacobian, np.einsum("ci,cij->cj", inward, jacobian)
-
-
-def _checked(text: str, file: str) -> dict[str, dict[str, Any]]:
-    try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise GainError(f"{file}: {error}") from error
-    sets, behaviours = values.get("sets", {}), values.get("behaviours", {})
-    _check_sets(sets, behaviours, file)
-    for section, given in values.items():
-        if section in ("sets", "behaviours"):
-            continue
-        if section not in FIELDS:
-            raise GainError(f"{file}: unknown section [{section}]; there are {', '.join(FIELDS)}, sets, behaviours")
-        for name in given:
-            if name not in FIELDS[section]:
-                raise GainError(f"{file}: unknown field {section}.{name}; there are {', '.join(FIELDS[section])}")
-    joints = None
-    for section, fields in FIELDS.items():
-        for name, kind in fields.items():
-            if name not in values.get(section, {}):
-                raise GainError(f"{file}: {section}.{name} is missing")
-            value = values[section][name]
-            if kind == "text":
-                if not isinstance(value, str) or not value:
-                    raise GainError(f"{file}: {section}.{name} is {value!r}, it must be {_KINDS[kind]}")
-                continue
-            numbers = value if isinstance(value, list) else [value]
-            if isinstance(value, list) != (kind in ("n", "6")):
-                raise GainError(f"{file}: {section}.{name} is {value!r}, it must be {_KINDS[kind]}")
-            for number in numbers:
-                if isinstance(number, bool) or not isinstance(number, int | float) or not np.isfinite(number):
-                    raise GainError(f"{file}: {section}.{name} holds {number!r}, which is no finite number")
-                free = name in MAY_BE_ZERO or (section, name) == ("cartesian", "stiffness")
-                if name not in MAY_BE_NEGATIVE and not (number >= 0 if free else number > 0):
-                    least = "at least" if free else "greater than"
-                    raise GainError(f"{file}: {section}.{name} holds {number!r}, it must be {least} 0")
-            if kind == "6" and len(numbers) != 6:
-                raise GainError(f"{file}: {section}.{name} has {len(numbers)} values, it must be {_KINDS[kind]}")
-            if kind == "n":
-                joints = joints if joints is not None else len(numbers)
-                if len(numbers) != joints:
-                    raise GainError(f"{file}: {section}.{name} has {len(numbers)} values, posture.home has {joints}")
-    return values
-
-
-def _check_sets(sets: dict[str, dict[str, Any]], behaviours: dict[str, Any], file: str) -> None:
-    for name, shares in sets.items():
-        for share in SHARES:
-            if share not in shares:
-                raise GainError(f"{file}: sets.{name}.{share} is missing")
-        for share, value in shares.items():
-            if share not in SHARES:
-                raise GainError(f"{file}: unknown field sets.{name}.{share}; there are {', '.join(SHARES)}")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < np.inf:
-                raise GainError(f"{file}: sets.{name}.{share} is {value!r}, it must be a finite number of at least 0")
-    for behaviour, name in behaviours.items():
-        if name not in sets:
-            raise GainError(f"{file}: behaviours.{behaviour} names the set {name!r}; there are {', '.join(sets)}")
-
-
-_KINDS = {
-    "n": "a list with a number for each joint",
-    "6": "a list with a number for each of six axes",
-    "1": "one number",
-    "text": "a name",
-}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import JointSine, MotionLimits, plan_joint_sine
 from robotskin.selfconfig.babbling.postures import BabblingError, PosturePlan, choose_postures
 

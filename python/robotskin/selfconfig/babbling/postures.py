@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.errors import RobotskinError
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.common.rotations import cross_matrix

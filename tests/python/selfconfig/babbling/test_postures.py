@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.joint_sine import MotionLimits, plan_joint_sine
 from robotskin.selfconfig.babbling.postures import BabblingError, choose_postures
 

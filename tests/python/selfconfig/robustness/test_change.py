@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot, load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
 from robotskin.selfconfig.configuration import Configuration, ConfigurationError
 from robotskin.selfconfig.configure import configure

@@ -3,7 +3,7 @@ import pytest
 
 from robotskin.apps.configuring import home_posture
 from robotskin.robots import load
-from robotskin.selfconfig.babbling.free_space import FreeSpace
+from robotskin.robots.free_space import FreeSpace
 
 
 @pytest.mark.parametrize("name", ["panda", "ur10", "xarm7", "ur5"])
