@@ -1,6 +1,7 @@
 // Datagrams between the section units of a group: a fixed delay, and what faults do to them.
 #include <algorithm>
 
+#include "world/network/fault_type.hpp"
 #include "world/network/parts.hpp"
 #include "world/random.hpp"
 
@@ -10,26 +11,18 @@ void Network::post_to_peers(std::size_t from, std::span<const std::uint8_t> data
   log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 32) ^ from);
   for (std::size_t to = 0; to < units_.size(); ++to) {
     if (to == from || units_[to].config.section_unit != units_[from].config.section_unit) continue;
-    std::int64_t delay_ns = ethernet_ns;
-    bool lost = false;
-    for (const Fault& fault : ethernet_faults_) {
-      const auto unit = static_cast<std::size_t>(fault.unit);
-      if (fault.kind == FaultKind::partition) {
-        lost = lost || from == unit || to == unit;
-      } else if (from == unit && (fault.to < 0 || to == static_cast<std::size_t>(fault.to))) {
-        delay_ns += fault.by_ns;
-        const std::uint64_t key = stream_key(options_.seed, purpose_ethernet, 0);
-        lost = lost || random_unit(key, letters_posted_) < fault.amount;
-      }
-    }
+    FaultyPassage passage{from, to, ethernet_ns, 0};
+    if (!ethernet_faults_.empty())
+      passage.chance = random_unit(stream_key(options_.seed, purpose_ethernet, 0), letters_posted_);
+    for (const Fault& fault : ethernet_faults_) type_of(fault).passage(fault, passage);
     ++letters_posted_;
-    if (lost) {
+    if (passage.lost) {
       tell([&](Observer& observer) { observer.datagram_to_peer(*this, from, to, datagram, false); });
       continue;
     }
     auto place = std::ranges::find(letters_, never, &Letter::due_ns);
     if (place == letters_.end()) place = letters_.emplace(letters_.end());
-    place->due_ns = now_ns_ + delay_ns;
+    place->due_ns = now_ns_ + passage.delay_ns;
     place->from = static_cast<std::uint32_t>(from);
     place->to = static_cast<std::uint32_t>(to);
     place->bytes = static_cast<std::uint32_t>(datagram.size());
@@ -50,14 +43,6 @@ void Network::deliver_letter(std::size_t index) {
   input.bytes = datagram.data();
   input.count = letter.bytes;
   step_unit(letter.to, input);
-}
-
-void Network::trouble_ethernet(const Fault& fault, bool begins) {
-  if (begins) {
-    ethernet_faults_.push_back(fault);
-  } else if (const auto at = std::ranges::find(ethernet_faults_, fault); at != ethernet_faults_.end()) {
-    ethernet_faults_.erase(at);
-  }
 }
 
 }  // namespace robotskin::world

@@ -6,17 +6,10 @@
 #include <optional>
 #include <variant>
 
-#include "world/network/fault.hpp"
+#include "world/network/fault_type.hpp"
 
 namespace robotskin::world {
 namespace {
-
-#define ROBOTSKIN_FAULT_NAME(name, keys, text) std::string_view(#name),
-#define ROBOTSKIN_FAULT_KEYS(name, keys, text) std::string_view(keys),
-#define ROBOTSKIN_FAULT_TEXT(name, keys, text) std::string_view(text),
-constexpr std::array names{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_NAME)};
-constexpr std::array keys_of_kind{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_KEYS)};
-constexpr std::array texts{ROBOTSKIN_FAULTS(ROBOTSKIN_FAULT_TEXT)};
 
 constexpr std::array<std::string_view, 2> ways{"out", "in"};
 constexpr std::array<std::string_view, 9> parts{"route",  "queues",   "sampling", "all",  "retention",
@@ -84,9 +77,13 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\n") - first + 1);
 }
 
+const FaultType& type_of(FaultKind kind) {
+  return *fault_types()[static_cast<std::size_t>(kind)];
+}
+
 std::vector<Use> uses_of(FaultKind kind) {
   std::vector<Use> uses;
-  for (std::string_view word : split(keys_of_kind[static_cast<std::size_t>(kind)], ' ')) {
+  for (std::string_view word : split(type_of(kind).keys, ' ')) {
     if (word.empty()) continue;
     Use use{nullptr, false, {}};
     if (const std::size_t equals = word.find('='); equals != std::string_view::npos) {
@@ -203,7 +200,7 @@ Fault blank(FaultKind kind, const std::vector<Use>& uses) {
   Fault fault;
   fault.kind = kind;
   for (const Use& use : uses)
-    if (!use.otherwise.empty()) set(fault, *use.key, use.otherwise, names[static_cast<std::size_t>(kind)]);
+    if (!use.otherwise.empty()) set(fault, *use.key, use.otherwise, name_of(kind));
   return fault;
 }
 
@@ -234,18 +231,20 @@ std::int64_t moment_of(std::string_view time, std::string_view whole) {
 }  // namespace
 
 std::string_view name_of(FaultKind kind) {
-  return names[static_cast<std::size_t>(kind)];
+  return type_of(kind).name;
 }
 
-std::span<const std::string_view> fault_names() {
+std::vector<std::string_view> fault_names() {
+  std::vector<std::string_view> names;
+  for (const FaultType* type : fault_types()) names.push_back(type->name);
   return names;
 }
 
 std::string fault_help() {
   std::string help;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const std::string keys = keys_text(uses_of(static_cast<FaultKind>(k)));
-    help += std::string(names[k]) + (keys == "none" ? "" : ":" + keys) + "  " + std::string(texts[k]) + "\n";
+  for (const FaultType* type : fault_types()) {
+    const std::string keys = keys_text(uses_of(static_cast<FaultKind>(type->number)));
+    help += std::string(type->name) + (keys == "none" ? "" : ":" + keys) + "  " + std::string(type->text) + "\n";
   }
   return help;
 }
@@ -253,7 +252,8 @@ std::string fault_help() {
 Fault parse_fault(std::string_view text) {
   text = trimmed(text);
   const Pieces pieces = pieces_of(text);
-  const auto* name = std::ranges::find(names, pieces.kind);
+  const std::vector<std::string_view> names = fault_names();
+  const auto name = std::ranges::find(names, pieces.kind);
   if (name == names.end())
     throw FaultError("fault '" + std::string(text) + "': no kind '" + std::string(pieces.kind) + "': choose from " +
                      list_of(names));

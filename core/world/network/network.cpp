@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "robotskin/crc.h"
+#include "world/network/fault_type.hpp"
 #include "world/network/parts.hpp"
 #include "world/random.hpp"
 
@@ -202,7 +203,9 @@ void Network::finish(std::uint32_t index) {
       ++counts_.frames_lost;
     } else if (to < cells_end) {
       ++counts_.frames_delivered;
-      if (wires_[to].taped) tape(to, frame);
+      if (wires_[to].taped)
+        for (Act& act : acts_)
+          if (const auto heard = type_of(act.fault).heard) heard(act, to, frame);
       arrive(to, frame);
     } else {
       ++counts_.frames_delivered;

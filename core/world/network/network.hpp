@@ -129,6 +129,8 @@ class Network {
   bool formed() const;                             // every cell that can be reached has a parent and that depth
   std::uint64_t log_hash() const { return log_hash_; }
 
+  struct Act;  // a fault at work: what faults/ sees of a network
+
  private:
   struct Cell;
   struct Unit;
@@ -137,8 +139,7 @@ class Network {
   struct Board;  // of a cell whose processor takes time
 
   struct Trouble;  // of a wire
-  struct Act;      // a fault or its end, to come
-  struct Taped;    // a frame for it to play again
+  struct Taped;    // a frame for an act to play again
 
   void boot(std::size_t cell);
   void boot_unit(std::size_t unit);
@@ -175,26 +176,13 @@ class Network {
   // Wires of a fault's port, or of all its ports, or all wires; as indices of the wires that lead out of it.
   std::vector<std::size_t> wires_of(const Fault& fault) const;
   void act(std::size_t index);
-  void begin(Act& act);
-  void end(Act& act);
   void sever(std::size_t wire, std::uint8_t why, bool out, bool in);
   void join(std::size_t a, std::size_t b);
   void part(std::size_t wire);
-  void wrap_at(const Fault& fault);
-  std::vector<std::size_t> troubled_by(const Fault& fault) const;
-  void trouble(const Act& act, bool begins);
   void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
   void deliver_letter(std::size_t index);
-  void trouble_ethernet(const Fault& fault, bool begins);
-  void set_drift(std::size_t cell, double ppm);
-  void stuff(const Fault& fault);
-  void corrupt(const Fault& fault, std::uint64_t key);
-  void rename(std::size_t cell, std::uint16_t id);
-  void tape(std::size_t wire, const std::uint8_t* frame);
-  void attack(Act& act, int phase);
   void haunt(std::size_t cell);
   void report_idle_wires(std::size_t cell);
-  std::vector<std::size_t> wires_around(std::size_t cell, std::size_t size) const;
   template <typename Tell>
   void tell(const Tell& what) {
     for (Observer* observer : observers_) what(*observer);

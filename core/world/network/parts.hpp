@@ -144,12 +144,56 @@ struct Network::Taped {
   std::array<std::uint8_t, RS_FRAME_BYTES> frame;
 };
 
+// A fault, from its announcement on, and what of the network its file of faults/ may touch.
 struct Network::Act {
+  Network& network;
+  std::size_t number;  // among the acts
   Fault fault;
   int phase = 0;
-  std::vector<std::size_t> wires;  // of a late patch, of noise or bursts; the two that a plug had before
-  std::vector<Taped> tape;         // of a replay
+  std::vector<std::size_t> wires;  // that it keeps, to end where it began
+  std::vector<Taped> tape;         // frames it has heard, for it to play again
   std::size_t played = 0;          // of the tape
+
+  std::int64_t now_ns() const { return network.now_ns_; }
+  std::uint64_t random_key(std::uint64_t of) const;
+
+  // ---- The fault's targets ----
+  std::size_t cell_index() const { return static_cast<std::size_t>(fault.cell); }
+  Cell& cell() { return network.cells_[cell_index()]; }
+  const Cell& cell_at(std::int32_t index) const { return network.cells_[static_cast<std::size_t>(index)]; }
+  bool cell_is_on() const;
+  bool cell_has_power() const;
+  bool cell_is_zombie() const;
+  void set_zombie(bool zombie);
+  Unit& unit() { return network.units_[static_cast<std::size_t>(fault.unit)]; }
+
+  // ---- Wires, by index ----
+  std::size_t wire_count() const { return network.wires_.size(); }
+  std::size_t cell_wires() const { return network.cell_wires(); }
+  std::size_t wire_at(std::int32_t cell, std::int32_t port) const;
+  Wire& wire(std::size_t index) { return network.wires_[index]; }
+  std::vector<std::size_t> own_wires() const { return network.wires_of(fault); }
+  void sever(const std::vector<std::size_t>& which, std::uint8_t why, bool out, bool in);
+  void cut(bool out, bool in) { sever(own_wires(), severed_by_cut, out, in); }
+  void part(std::size_t wire) { network.part(wire); }
+  void join(std::size_t a, std::size_t b) { network.join(a, b); }
+  void take_own_wires_both_ways();
+  // Bits flip and frames vanish on the wires taken, more often by so much or, with a minus, less often again.
+  void trouble(double bit_error_rate, double lost_share);
+
+  // ---- Cells and units ----
+  void topology_changed() { ++network.topology_revision_; }
+  void supply() { network.supply(); }
+  void step_cell(const rs_input& input) { network.step_cell(cell_index(), input); }
+  void wake_cell(std::int64_t time_ns) { network.wake_cell(cell_index(), time_ns); }
+  void report_idle_wires() { network.report_idle_wires(cell_index()); }
+  void boot_unit() { network.boot_unit(static_cast<std::size_t>(fault.unit)); }
+  void wake_unit() { network.wake_unit(static_cast<std::size_t>(fault.unit), now_ns()); }
+  // Hands the fault's cell a frame that nothing on its wire has sent.
+  void plant(const std::uint8_t* frame);
+
+  // ---- Datagrams between units ----
+  void trouble_ethernet(bool begins);
 };
 
 }  // namespace robotskin::world

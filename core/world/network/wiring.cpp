@@ -1,5 +1,5 @@
 // The network as it is built: wires joined, clocks started, ids stored, section units configured.
-#include "robotskin/timing.h"
+#include "world/network/fault_type.hpp"
 #include "world/network/parts.hpp"
 #include "world/random.hpp"
 
@@ -51,7 +51,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
   if (options.key) hash_.emplace(*options.key);
   queue_.reserve(4 * wires_.size() + 64);
   for (const Fault& fault : options.faults)
-    if (fault.kind == FaultKind::wrap) wrap_at(fault);
+    if (const auto at_start = type_of(fault).at_start) at_start(fault, options_);
 
   for (std::size_t u = 0; u < units_.size(); ++u) {
     const UnitDescription& description = wiring.units[u];
@@ -84,13 +84,8 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     unit.drift = 1e-6 * (description.drift_ppm + random_symmetric(clock, 1, options.line.unit_drift_ppm));
   }
   for (const Fault& fault : options.faults)
-    if (fault.kind != FaultKind::wrap) inject(fault);
+    if (type_of(fault).at_start == nullptr) inject(fault);
   for (std::size_t u = 0; u < units_.size(); ++u) boot_unit(u);
-}
-
-void Network::wrap_at(const Fault& fault) {
-  constexpr std::int64_t turn_ns = 65536LL * RS_TICK_US * 1000;
-  options_.epoch_ns += turn_ns - (options_.epoch_ns + fault.time_ns) % turn_ns;
 }
 
 // ---- Wires ----

@@ -54,9 +54,7 @@ Traffic draw_traffic(std::size_t cells, world::RandomStream& draw) {
 std::int64_t end_of(const std::vector<world::Fault>& faults) {
   std::int64_t end_ns = 0;
   for (const world::Fault& fault : faults) {
-    std::int64_t lasts_ns = fault.lasts_ns;
-    if (fault.kind == world::FaultKind::flap || world::is_attack(fault.kind)) lasts_ns = fault.count * fault.by_ns;
-    end_ns = std::max(end_ns, fault.time_ns + lasts_ns);
+    end_ns = std::max(end_ns, fault.time_ns + world::duration_ns(fault));
   }
   return end_ns;
 }
@@ -115,7 +113,8 @@ FaultCase draw_case(std::uint64_t seed) {
   const auto count = static_cast<std::int32_t>(1 + draw.below(4));
   drawn.faults = world::draw_faults(drawn.wiring, count, from_ns, seed);
   // Without a key nothing forged can be told from what is true.
-  for (const world::Fault& fault : drawn.faults) drawn.keyed = drawn.keyed || world::is_attack(fault.kind);
+  for (const world::Fault& fault : drawn.faults)
+    drawn.keyed = drawn.keyed || world::type_of(fault).truth.plants != world::FaultTruth::Plants::nothing;
   if (drawn.keyed) {
     options.cell_key.emplace();
     for (std::uint8_t& byte : *options.cell_key) byte = static_cast<std::uint8_t>(draw.below(256));
@@ -174,7 +173,8 @@ FaultCase with_cells(const FaultCase& original, const std::vector<bool>& cells) 
     for (world::CellEnd& end : unit.ports) end = renamed(end);
   fewer.faults.clear();
   for (world::Fault fault : original.faults) {
-    const bool names_cell_to = fault.kind == world::FaultKind::plug || fault.kind == world::FaultKind::twin;
+    const world::FaultTo to = world::type_of(fault).to;
+    const bool names_cell_to = to == world::FaultTo::cell || to == world::FaultTo::cell_or_none;
     if (fault.cell >= 0 && (fault.cell = number[static_cast<std::size_t>(fault.cell)]) < 0) continue;
     if (names_cell_to && fault.to >= 0 && (fault.to = number[static_cast<std::size_t>(fault.to)]) < 0) continue;
     fewer.faults.push_back(fault);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "campaign/shape.hpp"
+#include "world/network/fault_type.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {

@@ -1,13 +1,11 @@
 #include "campaign/ground.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace robotskin::campaign {
 namespace {
 
 using world::Fault;
-using world::FaultKind;
 using world::WireEnd;
 
 // Three frames of a heartbeat each, on clocks 2 % apart.
@@ -85,7 +83,7 @@ void Ground::shake(std::size_t wire, std::int64_t for_ns, std::int32_t downs) {
 
 void Ground::expect(const std::vector<Fault>& faults) {
   for (const Fault& fault : faults)
-    if (fault.kind == FaultKind::ram) overwritten_ns_.push_back(fault.time_ns);
+    if (world::type_of(fault).truth.overwrites_memory) overwritten_ns_.push_back(fault.time_ns);
   std::ranges::sort(overwritten_ns_, std::greater<>());
   if (!overwritten_ns_.empty()) next_overwritten_ns_ = overwritten_ns_.back();
 }
@@ -137,63 +135,38 @@ std::vector<std::size_t> Ground::wires_of(const Fault& fault) const {
 }
 
 void Ground::fault(const Fault& fault, int phase) {
-  const bool begins = phase % 2 == 0;
-  switch (fault.kind) {
-    case FaultKind::noise:
-    case FaultKind::burst: {
-      // How often a link can go down meanwhile: never, if three frames in a row hardly ever fail.
-      const double lost =
-          fault.kind == FaultKind::burst ? fault.amount : 1 - std::pow(1 - fault.amount, double{RS_FRAME_BITS});
-      const double threes = std::pow(lost, 3) * 1e-6 * static_cast<double>(fault.lasts_ns);
-      const bool falls = threes > 1e-9;
-      if (begins) {
-        const auto downs = static_cast<std::int32_t>(falls ? 1 + fault.lasts_ns / (6 * ms) : 0);
-        for (const std::size_t wire : wires_of(fault)) shake(wire, fault.lasts_ns, downs);
-      }
-      disturb(begins ? fault.lasts_ns : 0, repair_ns);
-      break;
-    }
-    case FaultKind::slow:
-      for (unsigned port = 1; port <= RS_PORTS; ++port)
-        shake(wire_of_cell(static_cast<std::size_t>(fault.cell), port), begins ? fault.lasts_ns : 0, begins ? 1 : 0);
-      disturb(begins ? fault.lasts_ns : 0, repair_ns + 2 * fault.by_ns);
-      break;
-    case FaultKind::zombie: {
-      const auto cell = static_cast<std::size_t>(fault.cell);
-      zombie_[cell] = begins && runs_[cell];
-      disturb(0, repair_ns + zombie_ns);
-      break;
-    }
-    case FaultKind::ram: {
-      const auto cell = static_cast<std::size_t>(fault.cell);
-      for (unsigned port = 1; port <= RS_PORTS; ++port) shake(wire_of_cell(cell, port), legal_again_ns, 1);
-      disturb(legal_again_ns, 0);
-      lawless_until_ns_ = std::max(lawless_until_ns_, network_.time_ns() + legal_again_ns);
-      while (!overwritten_ns_.empty() && overwritten_ns_.back() <= network_.time_ns()) overwritten_ns_.pop_back();
-      if (!overwritten_ns_.empty()) next_overwritten_ns_ = overwritten_ns_.back();
-      break;
-    }
-    case FaultKind::stuff:
-      samples_disturbed_ns_ = std::max(samples_disturbed_ns_, network_.time_ns() + 60 * ms);
-      break;
-    case FaultKind::skew:
-      disturb(std::abs(fault.by_ns), repair_ns);
-      break;
-    case FaultKind::stop:
-      disturb(0, repair_ns);
-      break;
-    case FaultKind::forge:
-    case FaultKind::replay:
-    case FaultKind::drift:
-    case FaultKind::delay:
-    case FaultKind::loss:
-    case FaultKind::partition:
-    case FaultKind::wrap:
-      break;
-    default:
-      disturb(0, repair_ns);
-      break;
-  }
+  if (const auto tell = world::type_of(fault).tell) tell(fault, phase % 2 == 0, *this);
+}
+
+// ---- What faults tell ----
+
+void Ground::disturbed(std::int64_t for_ns, std::int64_t longer_ns) {
+  disturb(for_ns, repair_ns + longer_ns);
+}
+
+void Ground::links_fall(const Fault& fault, std::int64_t for_ns, std::int32_t downs) {
+  for (const std::size_t wire : wires_of(fault)) shake(wire, for_ns, downs);
+}
+
+void Ground::links_of_cell_fall(std::size_t cell, std::int64_t for_ns, std::int32_t downs) {
+  for (unsigned port = 1; port <= RS_PORTS; ++port) shake(wire_of_cell(cell, port), for_ns, downs);
+}
+
+void Ground::processor_stuck(std::size_t cell, bool stuck) {
+  zombie_[cell] = stuck && runs_[cell];
+  disturb(0, repair_ns + zombie_ns);
+}
+
+void Ground::memory_overwritten(std::size_t cell) {
+  links_of_cell_fall(cell, legal_again_ns, 1);
+  disturb(legal_again_ns, 0);
+  lawless_until_ns_ = std::max(lawless_until_ns_, network_.time_ns() + legal_again_ns);
+  while (!overwritten_ns_.empty() && overwritten_ns_.back() <= network_.time_ns()) overwritten_ns_.pop_back();
+  if (!overwritten_ns_.empty()) next_overwritten_ns_ = overwritten_ns_.back();
+}
+
+void Ground::samples_disturbed(std::int64_t for_ns) {
+  samples_disturbed_ns_ = std::max(samples_disturbed_ns_, network_.time_ns() + for_ns);
 }
 
 void Ground::settle() {

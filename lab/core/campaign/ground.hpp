@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "robotskin/timing.h"
+#include "world/network/fault_type.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
@@ -21,7 +22,7 @@ inline constexpr std::int64_t repair_ns = 6 * ms;
 inline constexpr std::int64_t held_ns = RS_HOLD_US * us * 102 / 100;
 inline constexpr std::int64_t legal_again_ns = 60 * ms;
 
-class Ground {
+class Ground : private world::FaultWitness {
  public:
   static constexpr std::int32_t nobody = -1;
 
@@ -73,10 +74,17 @@ class Ground {
     return now_ns < lawless_until_ns_ || (now_ns >= next_overwritten_ns_ && now_ns < next_overwritten_ns_ + us);
   }
   std::int64_t lawless_until_ns() const { return lawless_until_ns_; }
-  bool samples_disturbed(std::int64_t since_ns) const { return samples_disturbed_ns_ >= since_ns; }
+  bool samples_disturbed_since(std::int64_t since_ns) const { return samples_disturbed_ns_ >= since_ns; }
   std::uint64_t revision() const { return revision_; }
 
  private:
+  void disturbed(std::int64_t for_ns, std::int64_t longer_ns) override;
+  void links_fall(const world::Fault& fault, std::int64_t for_ns, std::int32_t downs) override;
+  void links_of_cell_fall(std::size_t cell, std::int64_t for_ns, std::int32_t downs) override;
+  void processor_stuck(std::size_t cell, bool stuck) override;
+  void memory_overwritten(std::size_t cell) override;
+  void samples_disturbed(std::int64_t for_ns) override;
+
   void disturb(std::int64_t for_ns, std::int64_t repair);
   void shake(std::size_t wire, std::int64_t quarantine_ns, std::int32_t downs);
   void look_at(std::size_t wire);

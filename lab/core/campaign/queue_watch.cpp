@@ -64,7 +64,7 @@ std::optional<TakenSample> QueueWatch::cell_stepped(const world::Network& networ
   const bool judged = within_load && !lawless && ground.calm(now_ns) && !dropped && !cell.crowded;
   for (unsigned i = 0; i < std::min<unsigned>(left, cell.count); ++i) {
     const std::int64_t since_ns = cell.since_ns[(cell.first + i) & (RS_QUEUE_DATA - 1U)];
-    if (!judged || recovery.whole_since_ns() > since_ns || ground.samples_disturbed(since_ns - 10 * ms)) continue;
+    if (!judged || recovery.whole_since_ns() > since_ns || ground.samples_disturbed_since(since_ns - 10 * ms)) continue;
     longest_ns_ = std::max(longest_ns_, now_ns - since_ns);
     if (now_ns - since_ns < waiting_max_ns) continue;
     breaks_.add(Invariant::waiting, now_ns, {index},
@@ -92,7 +92,7 @@ void QueueWatch::count_drops(const world::Network& network, const Ground& ground
   const std::int64_t known_ns = routes.changed_ns() + two_ticks_ns + deepest * port.known_hop_ns;
   const bool drained = known_ns + deepest * drained_hop_ns < counted_ns_;
   const bool judged =
-      !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed(counted_ns_ - 20 * ms);
+      !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed_since(counted_ns_ - 20 * ms);
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     const std::uint32_t dropped = network.cell(index).counts.frames_dropped - cells_[index].crowded_out;
     const rs_wave& wave = network.cell(index).route.wave;

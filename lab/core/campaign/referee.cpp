@@ -6,7 +6,6 @@
 
 namespace robotskin::campaign {
 
-using world::FaultKind;
 using world::Network;
 
 namespace {
@@ -61,7 +60,7 @@ void Referee::frame_ended(const Network&, world::WireEnd, world::WireEnd to, con
 
 void Referee::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
                             const world::Fault& fault) {
-  const bool forged = fault.kind == FaultKind::forge;
+  const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
   forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
   if (forged) return;
   routes_->frame_planted(ground_->wire_of(to), frame);
@@ -79,10 +78,7 @@ void Referee::fault_applied(const Network&, const world::Fault& fault, int phase
   ground_->settle();
   routes_->settle();
   ledger_.struck(*network_, *ground_, *recovery_, within_load());
-  const bool everywhere = fault.kind == FaultKind::noise || fault.kind == FaultKind::burst ||
-                          fault.kind == FaultKind::slow || fault.kind == FaultKind::ram ||
-                          fault.kind == FaultKind::skew || fault.kind == FaultKind::zombie;
-  recovery_->struck(everywhere);
+  recovery_->struck(world::type_of(fault).truth.everywhere);
 }
 
 // The true loads, by paths.

@@ -22,10 +22,10 @@ SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
     : breaks_(breaks), cells_(drawn.wiring.cell_count()), traffic_(drawn.traffic), seed_(drawn.seed) {
   if (!traffic_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
   const world::Fault& fault = drawn.faults.front();
-  const bool of_cell = fault.kind == world::FaultKind::crash || fault.kind == world::FaultKind::reboot;
-  const bool of_wire = fault.kind == world::FaultKind::burst && fault.cell >= 0;
-  failure_.possible =
-      of_cell || of_wire || fault.kind == world::FaultKind::cut || fault.kind == world::FaultKind::oneway;
+  const world::FaultType& type = world::type_of(fault);
+  const bool of_cell = type.truth.loses == world::FaultTruth::Loses::cell;
+  const bool of_one_wire = type.truth.loses == world::FaultTruth::Loses::wire && (type.either || fault.cell >= 0);
+  failure_.possible = of_cell || of_one_wire;
   if (of_cell) failure_.victim = fault.cell;
 }
 
@@ -179,7 +179,7 @@ void SampleLedger::poll(const world::Network& network, const Ground& ground, con
         breaks_.add(Invariant::event_kept, now_ns, {index},
                     {{"number", entry.number}, {"us after the failure", (entry.time_ns - failure_.time_ns) / us}});
       if (!whole) continue;
-      if (ground.samples_disturbed(entry.time_ns - 5 * ms) || recovery.whole_since_ns() > entry.time_ns ||
+      if (ground.samples_disturbed_since(entry.time_ns - 5 * ms) || recovery.whole_since_ns() > entry.time_ns ||
           ground.booted_ns(index) > entry.time_ns || recovery.path_since_ns(index) > entry.time_ns)
         continue;
       breaks_.add(Invariant::none_lost, now_ns, {index},

@@ -123,7 +123,7 @@ void TorqueLedger::judge(const world::Network& network, const Ground& ground, co
                          const RecoveryWatch& recovery, Epoch& epoch) {
   const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns;
   if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
-      routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || ground.samples_disturbed(rest_ns))
+      routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || ground.samples_disturbed_since(rest_ns))
     return;
   // The sums go up hop by hop, at 120 us each and 50 us for each further limb, and have to be there 3.7 ms after the
   // epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in time.

@@ -1,18 +1,16 @@
-// Frames that nobody on the wire has sent: forged ones under a wrong tag, and true ones played again.
-#include <algorithm>
+// SPDX-License-Identifier: Apache-2.0
+// Frames that no root has signed.
+#include <array>
 
 #include "robotskin/crc.h"
 #include "robotskin/operations.h"
 #include "robotskin/timing.h"
+#include "world/network/fault_type.hpp"
+#include "world/network/faults/attack.hpp"
 #include "world/network/parts.hpp"
-#include "world/random.hpp"
 
-namespace robotskin::world {
+namespace robotskin::world::faults {
 namespace {
-
-bool is_tagged(rs_frame_type type) {
-  return type == RS_TYPE_tick || type == RS_TYPE_grant || type == RS_TYPE_command || type == RS_TYPE_joints;
-}
 
 // The neighbour's last advert with another content of what the root signs, and of what goes with it.
 void forge_tick(const rs_cell& cell, unsigned port, RandomStream& draw, std::uint8_t* frame) {
@@ -84,7 +82,7 @@ void forge_joints(const rs_cell& cell, RandomStream& draw, std::uint8_t* frame) 
   rs_joints_pack(frame, &joints);
 }
 
-void forge(const rs_cell& cell, const Fault& fault, RandomStream& draw, std::uint8_t* frame) {
+void forge_frame(const rs_cell& cell, const Fault& fault, RandomStream& draw, std::uint8_t* frame) {
   switch (fault.what) {
     case FaultFrame::tick:
       forge_tick(cell, static_cast<unsigned>(fault.port - 1), draw, frame);
@@ -102,43 +100,30 @@ void forge(const rs_cell& cell, const Fault& fault, RandomStream& draw, std::uin
   rs_frame_seal(frame);
 }
 
+void draw(FaultDraw& draw, Fault& fault) {
+  draw_attack(draw, fault);
+  fault.what = static_cast<FaultFrame>(draw.below(4));
+}
+
+void begin(Network::Act& act, int phase) {
+  if (!act.cell_is_on()) return;
+  std::array<std::uint8_t, RS_FRAME_BYTES> frame;
+  RandomStream draw(act.random_key(static_cast<std::uint64_t>(act.number) << 32 | static_cast<unsigned>(phase)));
+  forge_frame(act.cell().state, act.fault, draw, frame.data());
+  act.plant(frame.data());
+}
+
 }  // namespace
 
-void Network::tape(std::size_t wire, const std::uint8_t* frame) {
-  if (!is_tagged(rs_frame_type_of(frame)) || !rs_frame_intact(frame)) return;
-  for (Act& act : acts_) {
-    if (act.fault.kind != FaultKind::replay || wires_of(act.fault).front() != wire) continue;
-    if (now_ns_ < act.fault.time_ns - act.fault.lasts_ns) continue;
-    Taped& taped = act.tape.emplace_back();
-    taped.time_ns = now_ns_;
-    std::copy_n(frame, RS_FRAME_BYTES, taped.frame.begin());
-  }
-}
+constinit const FaultType forge{
+    .number = 14,
+    .name = "forge",
+    .keys = "cell! port! what=tick times=10 period=1ms",
+    .text = "frames under a wrong tag come in at the port: what=tick, grant, command or joints",
+    .draw = draw,
+    .course = FaultCourse::repeated,
+    .begin = begin,
+    .truth = {.plants = FaultTruth::Plants::forged},
+};
 
-// One frame. The cell first does what is due, so that what changes then comes from the frame.
-void Network::attack(Act& act, int phase) {
-  const Fault& fault = act.fault;
-  const auto index = static_cast<std::size_t>(fault.cell);
-  if (cells_[index].power != Cell::Power::on) return;
-  std::array<std::uint8_t, RS_FRAME_BYTES> frame;
-  if (fault.kind == FaultKind::forge) {
-    const auto number = static_cast<std::uint64_t>(&act - acts_.data()) << 32 | static_cast<unsigned>(phase);
-    RandomStream draw(stream_key(options_.seed, purpose_act, number));
-    forge(cells_[index].state, fault, draw, frame.data());
-  } else {
-    if (act.played >= act.tape.size() || act.tape[act.played].time_ns > now_ns_ - fault.lasts_ns) return;
-    frame = act.tape[act.played++].frame;
-  }
-  rs_input input{};
-  input.kind = RS_INPUT_TIMER;
-  step_cell(index, input);
-  if (cells_[index].power != Cell::Power::on) return;
-  const WireEnd to{WireEnd::At::cell, static_cast<std::uint8_t>(fault.port), static_cast<std::uint32_t>(index)};
-  tell([&](Observer& observer) { observer.frame_planted(*this, to, frame.data(), fault); });
-  input.kind = RS_INPUT_FRAME;
-  input.port = to.port;
-  input.frame = frame.data();
-  step_cell(index, input);
-}
-
-}  // namespace robotskin::world
+}  // namespace robotskin::world::faults
