@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the table of faults in docs/network.md from the files that define them (through their binding)."""
+
+from pathlib import Path
+
+from robotskin._core.world import fault_help
+
+PAGE = Path(__file__).with_name("network.md")
+START, END = "<!-- faults -->", "<!-- end -->"
+
+
+def with_table(page: str) -> str:
+    """The page with the table as it should be; its two lines of head stay."""
+    before, _, rest = page.partition(START)
+    table, _, after = rest.partition(END)
+    head = table.strip().splitlines()[:2]
+    rows = [f"| `{keys}` | {text} |" for keys, _, text in (line.partition("  ") for line in fault_help().splitlines())]
+    return before + START + "\n" + "\n".join([*head, *rows]) + "\n" + END + after
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
