@@ -12,6 +12,7 @@
 #include "model/joint_state.hpp"
 #include "record/player.hpp"
 #include "record/recorder.hpp"
+#include "record/sample_columns.hpp"
 
 namespace robotskin::bindings {
 namespace {
@@ -25,32 +26,40 @@ nb::bytes bytes_from(const std::vector<std::uint8_t>& data) {
 }
 
 struct Recorder {
-  Recorder(std::size_t driver_bytes, std::size_t control_bytes)
-      : driver(driver_bytes), control(control_bytes, driver) {}
+  Recorder(const std::vector<driver::CellKey>& keys, std::size_t driver_bytes, std::size_t control_bytes)
+      : driver(driver_bytes), control(control_bytes, driver), samples(keys) {}
 
   record::DriverTape driver;
   record::ControlTape control;
+  record::SampleColumns samples;            // of the last drain
+  std::vector<std::uint8_t> drained, kept;  // of the last drain, kept for their memory
 };
 
 constexpr std::size_t block_bytes = std::size_t{1} << 22;
 
-// What was drained, without the decoded samples, and these apart: the one is stored, the others are encoded.
-nb::tuple split_samples(const std::vector<std::uint8_t>& drained) {
-  std::vector<std::uint8_t> kept, samples;
-  kept.reserve(drained.size());
-  for (std::size_t at = 0; at < drained.size();) {
+// Parts what was drained: entries that are stored as they are, and samples, which are stored as columns.
+void part(Recorder& self) {
+  self.kept.clear();
+  self.samples.clear();
+  for (std::size_t at = 0; at < self.drained.size();) {
     record::EntryHeader header;
-    std::memcpy(&header, drained.data() + at, sizeof header);
+    std::memcpy(&header, self.drained.data() + at, sizeof header);
     const std::size_t bytes = record::entry_bytes(header.bytes);
-    const auto from = drained.begin() + static_cast<std::ptrdiff_t>(at);
     if (header.kind == static_cast<std::uint16_t>(Entry::sample)) {
-      samples.insert(samples.end(), from + sizeof header, from + static_cast<std::ptrdiff_t>(bytes));
+      driver::Sample sample;
+      std::memcpy(&sample, self.drained.data() + at + sizeof header, sizeof sample);
+      self.samples.add(sample);
     } else {
-      kept.insert(kept.end(), from, from + static_cast<std::ptrdiff_t>(bytes));
+      self.kept.insert(self.kept.end(), self.drained.begin() + static_cast<std::ptrdiff_t>(at),
+                       self.drained.begin() + static_cast<std::ptrdiff_t>(at + bytes));
     }
     at += bytes;
   }
-  return nb::make_tuple(bytes_from(kept), bytes_from(samples));
+}
+
+template <class Item>
+nb::bytes column(const std::vector<Item>& items) {
+  return nb::bytes(reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item));
 }
 
 void bind_recorder(nb::module_& module) {
@@ -60,11 +69,12 @@ What happens in these threads is copied into the tapes without waiting; `drain_d
 another thread. A full tape drops and counts, and goes on at the next keyframe.)")
       .def(
           "__init__",
-          [](Recorder* self, double driver_mib, double control_mib) {
-            new (self) Recorder(static_cast<std::size_t>(driver_mib * 1048576.0),
+          [](Recorder* self, const skin::SkinModel& model, double driver_mib, double control_mib) {
+            const std::vector<driver::CellKey> keys(model.key.begin(), model.key.end());
+            new (self) Recorder(keys, static_cast<std::size_t>(driver_mib * 1048576.0),
                                 static_cast<std::size_t>(control_mib * 1048576.0));
           },
-          "driver_mib"_a = 64.0, "control_mib"_a = 16.0)
+          "model"_a, "driver_mib"_a = 64.0, "control_mib"_a = 16.0)
       .def(
           "attach",
           [](Recorder& self, HostDriver& host, skin::SkinReader& reader) {
@@ -98,15 +108,35 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
       .def(
           "drain_driver",
           [](Recorder& self) {
-            std::vector<std::uint8_t> out;
             {
               nb::gil_scoped_release release;
-              self.driver.tape().drain(out, block_bytes);
+              self.drained.clear();
+              self.driver.tape().drain(self.drained, block_bytes);
+              part(self);
             }
-            return split_samples(out);
+            const record::SampleColumns& samples = self.samples;
+            nb::dict columns;
+            columns["key"] = column(samples.key);
+            columns["stamp_ns"] = column(samples.stamp_ns);
+            columns["normal_force"] = column(samples.normal_force);
+            columns["proximity"] = column(samples.proximity);
+            columns["acceleration"] = column(samples.acceleration);
+            columns["temperature"] = column(samples.temperature);
+            columns["flags"] = column(samples.flags);
+            return nb::make_tuple(bytes_from(self.kept), columns);
           },
-          nb::sig("def drain_driver(self) -> tuple[bytes, bytes]"),
-          "Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, 64 bytes each.")
+          nb::sig("def drain_driver(self) -> tuple[bytes, dict[str, bytes]]"),
+          R"(Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
+little-endian numbers each: key u32, stamp_ns i64, normal_force (S, 3) f32 newton, proximity f32, acceleration (S, 3)
+f32 m/s^2, temperature (S, 2) f32 degrees Celsius, flags u32 (1: an event, 2: a sensor's fault, 4: for freshness).)")
+      .def(
+          "set_zero",
+          [](Recorder& self, const nb::bytes& force_offset) {
+            std::vector<float> values(force_offset.size() / sizeof(float));
+            std::memcpy(values.data(), force_offset.data(), values.size() * sizeof(float));
+            self.samples.set_zero(values);
+          },
+          "force_offset"_a, "What is taken from the forces of samples from now on: (N, 3) f32 newton.")
       .def(
           "drain_control",
           [](Recorder& self) {

@@ -60,7 +60,9 @@ class Recorder:
     another thread. A full tape drops and counts, and goes on at the next keyframe.
     """
 
-    def __init__(self, driver_mib: float = 64.0, control_mib: float = 16.0) -> None: ...
+    def __init__(
+        self, model: robotskin._core.skin.SkinModel, driver_mib: float = 64.0, control_mib: float = 16.0
+    ) -> None: ...
     def attach(self, driver: robotskin._core.driver.Driver, reader: robotskin._core.skin.SkinReader) -> None:
         """
         Takes down what this driver and this skin reader do from now on. Call it in the control thread.
@@ -80,9 +82,16 @@ class Recorder:
         The next publication is followed by a keyframe, at which a replay can begin.
         """
 
-    def drain_driver(self) -> tuple[bytes, bytes]:
+    def drain_driver(self) -> tuple[bytes, dict[str, bytes]]:
         """
-        Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, 64 bytes each.
+        Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
+        little-endian numbers each: key u32, stamp_ns i64, normal_force (S, 3) f32 newton, proximity f32, acceleration (S, 3)
+        f32 m/s^2, temperature (S, 2) f32 degrees Celsius, flags u32 (1: an event, 2: a sensor's fault, 4: for freshness).
+        """
+
+    def set_zero(self, force_offset: bytes) -> None:
+        """
+        What is taken from the forces of samples from now on: (N, 3) f32 newton.
         """
 
     def drain_control(self) -> bytes:

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robotskin
-from robotskin._core import firmware
 from robotskin._core.driver import Driver
 from robotskin._core.model import JointCommand, JointState
 from robotskin._core.record import Entry
@@ -37,17 +36,6 @@ KEYFRAME_S = 5.0
 """A replay that is sought goes on within this time."""
 
 HEADER = struct.Struct("<IHHq")
-SAMPLE = np.dtype(
-    {
-        "names": ["stamp_ns", "key", "proximity", "force", "acceleration", "temperature", "flags"],
-        "formats": ["<i8", "<u4", "<u2", ("<u2", 3), ("<i2", 3), ("<i2", 2), "u1"],
-        "offsets": [0, 32, 44, 46, 52, 58, 63],
-        "itemsize": 64,
-    }
-)
-"""A row of the driver (core/driver/sample.hpp), the fields that are encoded."""
-
-STANDARD_GRAVITY = 9.80665
 
 
 class RecordError(RobotskinError):
@@ -87,8 +75,7 @@ class Recorder:
         """Why writing has stopped, such as a full disk; empty while it goes on. The robot goes on either way."""
         self.keyframe_s = KEYFRAME_S
         self._session = session
-        self._tapes = Tapes(driver_mib)
-        self._zero = _Zero(session.layout)
+        self._tapes = Tapes(session.layout.skin_model(), driver_mib)
         self._file = _McapFile(self.path)
         self._file.attach_all(_attachments(session) | dict(attachments or {}))
         self._file.metadata(_about(session) | {name: str(value) for name, value in (about or {}).items()})
@@ -169,11 +156,11 @@ class Recorder:
             driver, samples = self._tapes.drain_driver()
             if driver:
                 self._file.log("/skin/tape", {"entries": driver}, _first_time_ns(driver))
-            if samples:
-                self._write_samples(np.frombuffer(samples, SAMPLE))
+            if samples["key"]:
+                self._file.log("/skin/samples", samples, int.from_bytes(samples["stamp_ns"][:8], "little", signed=True))
             while self._notes:
                 self._file.log("/operator", {"text": self._notes.pop(0).encode()}, self._file.newest_ns)
-            if not driver and not control and not samples:
+            if not driver and not control:
                 return
 
     def _write_control(self, block: bytes) -> None:
@@ -185,7 +172,7 @@ class Recorder:
             elif kind == Entry.command.value:
                 commands.append((time_ns, payload))
             elif kind == Entry.force_zero.value:
-                self._zero.take(payload)
+                self._tapes.set_zero(payload)
         self._file.log("/control/tape", {"entries": block}, _first_time_ns(block))
         if joints:
             times = np.array([time_ns for time_ns, _ in joints])
@@ -198,45 +185,6 @@ class Recorder:
             values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
             self._file.log("/robot/commands", values, int(times[0]))
 
-    def _write_samples(self, rows: NDArray[np.void]) -> None:
-        step = CHANNEL_STEPS
-        force = rows["force"] * np.float32(step["force_1"]) - self._zero.of(rows["key"])
-        temperature = rows["temperature"] * np.array([step["temperature_1"], step["temperature_2"]], np.float32)
-        flags = rows["flags"]
-        values = {
-            "key": rows["key"],
-            "stamp_ns": rows["stamp_ns"],
-            "normal_force": np.maximum(force, 0),
-            "proximity": rows["proximity"] * np.float32(step["proximity"]),
-            "acceleration": rows["acceleration"] * np.float32(step["acceleration_x"] * STANDARD_GRAVITY),
-            "temperature": temperature,
-            "flags": flags >> 1 & 7,
-        }
-        self._file.log("/skin/samples", values, int(rows["stamp_ns"][0]))
-
-
-CHANNEL_STEPS: dict[str, float] = {channel[0]: channel[3] for channel in firmware.CHANNELS}
-
-
-class _Zero:
-    """What the last tare takes from each force, by the cell's key."""
-
-    def __init__(self, layout: Layout) -> None:
-        keys = np.asarray(layout.skin_model().key, dtype=np.uint32)
-        self._order = np.argsort(keys)
-        self._keys = keys[self._order]
-        self._zero = np.zeros((len(keys) + 1, 3), np.float32)
-
-    def take(self, payload: bytes) -> None:
-        self._zero[:-1] = np.frombuffer(payload, "<f4").reshape(-1, 3)[self._order]
-
-    def of(self, keys: NDArray[np.uint32]) -> NDArray[np.float32]:
-        """(S, 3) newton of cells by key; 0 for cells outside the model."""
-        at = np.searchsorted(self._keys, keys)
-        known = at < len(self._keys)
-        known[known] = self._keys[at[known]] == keys[known]
-        return self._zero[np.where(known, at, len(self._keys))]
-
 
 class _McapFile:
     """One MCAP file and its channels."""
@@ -244,11 +192,11 @@ class _McapFile:
     def __init__(self, path: Path) -> None:
         try:
             import foxglove
-            from foxglove.mcap import MCAPWriteOptions
+            from foxglove.mcap import MCAPCompression, MCAPWriteOptions
         except ImportError as error:
             raise RecordError(f"{path}: recording needs foxglove-sdk: pip install foxglove-sdk") from error
         context = self._context = foxglove.Context()  # which owns the channels
-        options = MCAPWriteOptions(profile="", chunk_size=None, compression_threads=0)
+        options = MCAPWriteOptions(profile="", chunk_size=None, compression=MCAPCompression.Lz4, compression_threads=0)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._writer = foxglove.open_mcap(path, context=context, writer_options=options)

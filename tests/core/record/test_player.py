@@ -29,7 +29,7 @@ class Run:
     def __init__(self, seed: int, *, steps: int = 300, driver_mib: float = 64.0, drain_every: int = 20) -> None:
         self.session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
         self.session.boot()
-        self.recorder = Recorder(driver_mib)
+        self.recorder = Recorder(self.session.layout.skin_model(), driver_mib)
         self.recorder.attach(self.session.driver, self.session.reader)
         self.states: dict[int, bytes] = {}
         self.blocks: list[tuple[bytes, bytes]] = []

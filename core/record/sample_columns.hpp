@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples off a tape as columns in SI units, the zero of the last tare taken from the forces.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "driver/sample.hpp"
+
+namespace robotskin::record {
+
+class SampleColumns {
+ public:
+  // `keys`: the cells of the model, in its order.
+  explicit SampleColumns(std::span<const driver::CellKey> keys);
+
+  // What is subtracted from each force from now on, (N, 3) newton; nothing happens for another number of cells.
+  void set_zero(std::span<const float> force_offset);
+
+  void clear();
+  void add(const driver::Sample& sample);
+
+  std::vector<std::uint32_t> key;                  // (S) section-unit group << 16 | id
+  std::vector<std::int64_t> stamp_ns;              // (S) host clock at the sample
+  std::vector<std::array<float, 3>> normal_force;  // (S, 3) newton, >= 0
+  std::vector<float> proximity;                    // (S) share of full scale
+  std::vector<std::array<float, 3>> acceleration;  // (S, 3) m/s^2, cell frame
+  std::vector<std::array<float, 2>> temperature;   // (S, 2) degrees Celsius
+  std::vector<std::uint32_t> flags;                // (S) 1: an event, 2: a sensor's fault, 4: sent for freshness
+
+ private:
+  std::unordered_map<driver::CellKey, std::uint32_t> row_;
+  std::vector<std::array<float, 3>> zero_;  // (N + 1, 3); the last row is of cells outside the model
+};
+
+}  // namespace robotskin::record
