@@ -37,6 +37,7 @@ PYTHON_ORDER = [
     "errors",
     "laboratory",
     "whole_file",
+    "keys",
     "_core",
     "robots",
     "layout",

@@ -9,11 +9,12 @@ from robotskin.apps.live import LiveSession
 from robotskin.apps.network_watch import NetworkError, NetworkWatch
 from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import UnknownNameError
+from robotskin.keys import SkinKeys
 from robotskin.session import INTERFACES, Session, SessionError
 from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 
 LINK = "forearm_link"
-KEY = bytes(range(32))
+KEYS = SkinKeys(bytes(range(32)))
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +38,10 @@ def pushed_for_a_moment(session: Session) -> tuple[int, bytes]:
 
 
 def test_a_seed_repeats_a_run_to_the_byte_over_udp_and_in_process(ur5, skin, seed) -> None:
-    over_udp = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", key=KEY))
-    again = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", key=KEY))
-    in_process = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="in process", key=KEY))
-    other_seed = pushed_for_a_moment(Session(ur5, skin, seed=seed + 1, link="in process", key=KEY))
+    over_udp = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", keys=KEYS))
+    again = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="udp", keys=KEYS))
+    in_process = pushed_for_a_moment(Session(ur5, skin, seed=seed, link="in process", keys=KEYS))
+    other_seed = pushed_for_a_moment(Session(ur5, skin, seed=seed + 1, link="in process", keys=KEYS))
     assert over_udp == again == in_process
     assert other_seed[0] != in_process[0]
 
@@ -155,7 +156,7 @@ def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right
 
 @pytest.mark.parametrize("rate_hz", [63, 125])
 def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> None:
-    session = Session(ur5, skin, seed=seed, link="udp", key=KEY)
+    session = Session(ur5, skin, seed=seed, link="udp", keys=KEYS)
     session.boot()
     for group in sorted(set(skin.section_unit.tolist())):
         session.driver.command("clock_rate", rate_hz, section_unit=group)

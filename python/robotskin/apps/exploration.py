@@ -17,6 +17,7 @@ from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDy
 from robotskin._core.robot import Guard, GuardLimits, SafetyState
 from robotskin._core.skin import SkinModel, SkinReader, SkinState
 from robotskin.errors import RobotskinError
+from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling.joint_sine import JointSine
@@ -58,7 +59,7 @@ def wake_skin(world: World, seconds: float = 0.6, most_cells: int = 16000, quiet
     Raises:
         ExplorationError: no cell is heard.
     """
-    driver = Driver([], spare_cells=most_cells, spare_groups=64, session_seed=world.seed)
+    driver = Driver([], world.key, spare_cells=most_cells, spare_groups=64, session_seed=world.seed)
     known, since = 0, world.time_s
     begin = world.time_s
     while world.time_s - begin < seconds or world.time_s - since < quiet_s:
@@ -110,10 +111,19 @@ class Exploration:
         world: World | None = None,
     ) -> None:
         self.robot = robot
-        self.world = world or World(layout, robot, seed, posture=posture, hands=(), unasked=True, dead_cells=dead_cells)
+        self.world = world or World(
+            layout,
+            robot,
+            seed,
+            posture=posture,
+            hands=(),
+            unasked=True,
+            dead_cells=dead_cells,
+            key=SkinKeys.of_seed(seed).datagram_key,
+        )
         self.keys = wake_skin(self.world)
         model = unplaced(self.keys, robot.base_link)
-        self.driver = Driver(model, session_seed=seed + 1)
+        self.driver = Driver(model, self.world.key, session_seed=seed + 1)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.keys))
         self.joints = JointState(robot.joint_count)

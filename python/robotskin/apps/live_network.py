@@ -10,6 +10,7 @@ from collections.abc import Callable
 from robotskin._core import world as core
 from robotskin.apps.network_watch import NetworkError, NetworkWatch
 from robotskin.apps.watched_network import WatchedNetwork
+from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 
@@ -39,6 +40,7 @@ class LiveNetwork(WatchedNetwork):
         options = core.NetworkOptions()
         options.seed = seed
         options.unasked = True
+        options.set_cell_key(SkinKeys.of_seed(seed).cell_key)
         self._mailbox = core.Mailbox()
         units = CellNetwork.of_layout(layout).unit_descriptions()
         self._world = core.World(None, layout.neighbours, layout.id.tolist(), units, options, self._mailbox)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import signal
 import threading
 from collections.abc import Callable
@@ -74,7 +73,6 @@ def command(
     from rich.console import Console
 
     from robotskin import layout as layouts
-    from robotskin._core import firmware
     from robotskin.cli.run import tell_made
     from robotskin.layout.mounting import read_for
     from robotskin.robots.gains import robot_with_gains
@@ -100,7 +98,6 @@ def command(
         model,
         skin,
         seed=seed,
-        key=secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES),
         interface=interface,
         mode=mode,
         believed=believed_skin,

@@ -32,6 +32,7 @@ ORDER = (
     "run",
     "scenes",
     "view",
+    "keys",
     "record",
     "replay",
     "bench",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -95,7 +94,6 @@ def command(
 
     from robotskin import control
     from robotskin import layout as layouts
-    from robotskin._core import firmware
     from robotskin._core.control import Fusion
     from robotskin.apps.behaviour_script import set_goal
     from robotskin.control.body_limits import BodyLimits
@@ -122,13 +120,11 @@ def command(
         ready = robot_with_gains(robot, gains)
         model, chosen = ready.robot, ready.gains
         skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
-        key = secrets.token_bytes(firmware.DATAGRAM_KEY_BYTES)
         session = Session(
             model,
             skin,
             behaviour,
             seed=seed,
-            key=key,
             interface=interface,
             mode=mode,
             fusion=None if fusion is None else Fusion[fusion],

@@ -19,6 +19,7 @@ from robotskin._core.world import UdpTransport
 from robotskin.control import Behaviour, Controller
 from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
@@ -37,6 +38,7 @@ MODES: tuple[str, ...] = firmware.MODES
 """In the order of the numbers that cells know them by."""
 
 PERIOD_S = 0.001
+LOOPBACK = "127.0.0.1"
 TORQUE_STEP_BITS = 4
 """Steps of 0.0625 Nm up to 2048 Nm: a touch of 30 N asks for as much where a cell gives way on a short lever."""
 TOUCH_EVENT_MASK = 0b0000_01111
@@ -59,7 +61,8 @@ class Session:
         behaviour: to begin with, by name or made by hand.
         seed: repeats the run.
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
-        key: 32 bytes that section units and driver share; None: datagrams are not authenticated.
+        keys: of datagrams and cells. By default the cells' come from the seed; the datagrams' do so in process, and are
+            drawn fresh where they go through a socket.
         interface: "position", "velocity" or "torque"; mode: "clock" or "event".
         believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
             told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
@@ -88,7 +91,7 @@ class Session:
         *,
         seed: int = 1,
         link: Link = "udp",
-        key: bytes | None = None,
+        keys: SkinKeys | None = None,
         interface: str = "position",
         mode: str = "clock",
         believed: Layout | None = None,
@@ -113,9 +116,20 @@ class Session:
         self.home = self.gains.home
         model = self.layout.skin_model()
         self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None
-        self.world = World(layout, robot, seed, posture=self.home, key=key, transport=self.transport, scene=scene)
-        bind, units = (("127.0.0.1", 0), self.transport.addresses) if self.transport else (None, [])
-        self.driver = Driver(model, key, bind, units, session_seed=seed)
+        bind, units = ((LOOPBACK, 0), self.transport.addresses) if self.transport else (None, [])
+        drawn = SkinKeys.of_seed(seed)
+        key = (keys or (SkinKeys.fresh() if self.transport else drawn)).for_socket(LOOPBACK)
+        self.world = World(
+            layout,
+            robot,
+            seed,
+            posture=self.home,
+            key=key,
+            cell_key=(keys or drawn).cell_key,
+            transport=self.transport,
+            scene=scene,
+        )
+        self.driver = Driver(model, key, bind, units, session_seed=None if self.transport else seed)
         self.reader = SkinReader(self.driver, model)
         self.skin = SkinState(len(self.layout))
         known = control or robot

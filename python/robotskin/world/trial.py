@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from robotskin._core import world as core
 from robotskin.errors import InputError
+from robotskin.keys import SkinKeys
 
 
 class Skin(Protocol):
@@ -64,6 +65,7 @@ def run_trial(
     wiring = wiring_of(skin)
     options = core.NetworkOptions()
     options.seed, options.clock_rate_hz = seed, rate_hz
+    options.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     options.faults = core.parse_faults(faults, wiring, seed) if isinstance(faults, str) else list(faults)
     for fault in options.faults:
         if fault.time_ns >= 1e9 * seconds:

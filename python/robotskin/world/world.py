@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from robotskin._core import world as core
 from robotskin._core.driver import Driver
 from robotskin.errors import RobotskinError
+from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
@@ -46,7 +47,8 @@ class World:
         unasked: section units send even if no host has asked.
         powered: the section units' ports have power from the start; without, the cells sleep and only physics runs.
         key: 32 bytes that host and section units share, or None; with it datagrams are authenticated both ways.
-        cell_key: 16 bytes that section units and cells share, or None; with it ticks and commands are authenticated.
+        cell_key: 16 bytes that section units and cells share; by default they come from the seed. Ticks and commands
+            are authenticated with them.
         epoch_ns: what the section units' clocks show at virtual time 0; also the host time of joint states.
         transport: None for in process (`exchange`, or `take_datagrams` and `post`), or a `UdpTransport` with as many
             section units as `CellNetwork.of_layout(layout)` has.
@@ -126,8 +128,8 @@ class World:
         options.seed = seed
         if key is not None:
             options.set_key(key)
-        if cell_key is not None:
-            options.set_cell_key(cell_key)
+        options.set_cell_key(SkinKeys.of_seed(seed).cell_key if cell_key is None else cell_key)
+        self.key = key
         self.epoch_ns = epoch_ns
         self.transport = transport or core.Mailbox()
         self.units = CellNetwork.of_layout(layout).unit_descriptions()

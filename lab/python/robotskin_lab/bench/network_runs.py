@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from robotskin._core.world import NetworkOptions, NetworkTrial, TrialReport, Wiring
+from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 from robotskin_lab.bench.network_set import skins
@@ -37,6 +38,7 @@ def trial_of(network: CellNetwork, seed: int, **options: Any) -> NetworkTrial:
     """A measured run of a skin. options: attributes of `NetworkOptions`."""
     chosen = NetworkOptions()
     chosen.seed = seed + 1
+    chosen.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     for name, value in options.items():
         setattr(chosen, name, value)
     return NetworkTrial(wiring_of(network), chosen)

@@ -6,6 +6,7 @@ import time
 
 from robotskin._core import firmware
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, World
+from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 from robotskin_lab.bench.network_peers import run_plain, run_simpy, shortest_path_parents
@@ -25,6 +26,7 @@ def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None, st
     chosen = NetworkOptions()
     chosen.seed = seed + 1
     chosen.unasked = True
+    chosen.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     chosen.line = LineQuality()
     letters = Mailbox() if mailbox is None else mailbox
     return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, letters, step_s)

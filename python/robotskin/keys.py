@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The secret of a skin, and the keys that come from it: one for datagrams, one for section units and cells.
+
+A simulation draws its secret from its seed, so that the run repeats. Hardware has one of its own, which
+`robotskin keys` writes into a file. Everything is derived with keyed BLAKE2s (RFC 7693), so that no key tells another.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import ipaddress
+import json
+import secrets
+import stat
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from robotskin.errors import RobotskinError
+from robotskin.whole_file import whole_file
+
+SECRET_BYTES = 32
+FORMAT = "robotskin keys 1"
+
+
+class SkinKeysError(RobotskinError):
+    """A file that holds no keys, or that others may read; or keys that are no secret where one is needed."""
+
+
+def _derived(secret: bytes, use: bytes, count: int) -> bytes:
+    return hashlib.blake2s(b"", digest_size=count, key=secret, person=use).digest()
+
+
+@dataclass(frozen=True)
+class SkinKeys:
+    """The secret of one skin. `seeded`: it was drawn from a seed, so anybody who knows the seed knows it."""
+
+    secret: bytes = field(repr=False)
+    seeded: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.secret) != SECRET_BYTES:
+            raise SkinKeysError(f"a secret of {len(self.secret)} bytes: must be {SECRET_BYTES}")
+
+    @classmethod
+    def of_seed(cls, seed: int) -> SkinKeys:
+        """The keys of a simulated run: the same for the same seed."""
+        return cls(hashlib.blake2s(str(seed).encode(), digest_size=SECRET_BYTES, person=b"run").digest(), seeded=True)
+
+    @classmethod
+    def fresh(cls) -> SkinKeys:
+        """Keys from the system's random numbers."""
+        return cls(secrets.token_bytes(SECRET_BYTES))
+
+    @classmethod
+    def load(cls, path: str | Path) -> SkinKeys:
+        """Read what `save` wrote. Raises SkinKeysError: no such file, no keys in it, or others may read it."""
+        path = Path(path)
+        try:
+            mode = stat.S_IMODE(path.stat().st_mode)
+            held = json.loads(path.read_text(encoding="utf-8"))
+            if held["format"] != FORMAT:
+                raise ValueError(held["format"])
+            secret = bytes.fromhex(held["secret"])
+        except OSError as error:
+            raise SkinKeysError(f"keys {path}: {error.strerror}; make some with 'robotskin keys {path}'") from None
+        except (ValueError, KeyError, TypeError):
+            raise SkinKeysError(f"keys {path}: is no file of 'robotskin keys'") from None
+        if mode & 0o077:
+            raise SkinKeysError(f"keys {path}: mode {mode:04o} lets others read it; run 'chmod 600 {path}'")
+        return cls(secret)
+
+    def save(self, path: str | Path, *, replace: bool = False) -> None:
+        """Write a file that its owner alone may read (mode 0600). Raises SkinKeysError if there is one already."""
+        path = Path(path)
+        if path.exists() and not replace:
+            raise SkinKeysError(
+                f"keys {path}: there are some; cells that have them know no others. --replace makes new"
+            )
+        try:
+            with whole_file(path) as partial:
+                partial.touch(mode=0o600, exist_ok=False)
+                partial.write_text(json.dumps({"format": FORMAT, "secret": self.secret.hex()}), encoding="utf-8")
+        except OSError as error:
+            raise SkinKeysError(f"keys {path}: {error.strerror}") from None
+
+    @property
+    def datagram_key(self) -> bytes:
+        """32 bytes that host and section units share."""
+        return _derived(self.secret, b"datagram", 32)
+
+    @property
+    def cell_key(self) -> bytes:
+        """16 bytes that section units share; what cells know comes from it."""
+        return _derived(self.secret, b"cells", 16)
+
+    def for_socket(self, host: str) -> bytes:
+        """`datagram_key` for a socket at an address.
+
+        Raises SkinKeysError: the keys come from a seed, and the address is not of this machine alone.
+        """
+        if self.seeded and not _of_this_machine(host):
+            raise SkinKeysError(
+                f"keys of a seed on {host}, which others reach: make some with 'robotskin keys FILE' and give those"
+            )
+        return self.datagram_key
+
+
+def _of_this_machine(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
