@@ -73,7 +73,7 @@ def command(
     if console.width < TABLE_WIDTH:
         console = Console(width=TABLE_WIDTH)
     results = check_files([Path(file) for file in files], robot)
-    summary = Table(title=f"{len(results)} files")
+    summary = Table(title=f"{len(results)} file{'' if len(results) == 1 else 's'}")
     for heading in ("file", "format", "cells", "empty slots", "defects"):
         summary.add_column(heading, justify="right" if heading in ("cells", "empty slots") else "left", overflow="fold")
     for result in results:

@@ -1,12 +1,19 @@
 """Cover a robot with skin cells and write the layout."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+
+if TYPE_CHECKING:
+    from robotskin.layout import Layout
+    from robotskin.layout.places import LinkPlaces
 
 TABLE_WIDTH = 110
 """Columns below which the tables would be cut to pieces."""
@@ -15,9 +22,12 @@ TABLE_WIDTH = 110
 def command(
     robot: Annotated[str, typer.Argument(help="Name of a robot, or path of a URDF.")],
     links: Annotated[
-        str | None, typer.Option(help="Links to cover, with commas between; by default those of the robot's plan.")
+        str | None,
+        typer.Option(help="Links to cover, with commas between; by default the robot's plan, or all that move."),
     ] = None,
-    cells: Annotated[int | None, typer.Option(min=1, help="Cells in all; by default as the robot's plan says.")] = None,
+    cells: Annotated[
+        int | None, typer.Option(min=1, help="Cells in all; by default as the robot's plan says, or as many as fit.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Layout file, .json or .json.gz; ROBOT.json by default.")
     ] = None,
@@ -41,8 +51,7 @@ def command(
 
     from robotskin import robots
     from robotskin.apps.outputs import require_writable
-    from robotskin.layout.covering import cover
-    from robotskin.layout.errors import CoveringError
+    from robotskin.layout.covering import cover, moving_links
     from robotskin.layout.places import Rules
     from robotskin.layout.plans import PLANS
     from robotskin.layout.report import report
@@ -54,14 +63,9 @@ def command(
     require_writable("--picture", picture, (".png",))
     body = robots.load(robot)
     plan = PLANS.get(body.name)
-    chosen = tuple(links.split(",")) if links else plan.links if plan else None
-    count = cells or (plan.cells if plan else None)
-    if chosen is None or count is None:
-        surfaces = ", ".join(body.links_with("collision"))
-        raise CoveringError(
-            f"no plan for {body.name}: give --cells and --links; links with a surface are {surfaces}; "
-            f"there are plans for {', '.join(PLANS)}"
-        )
+    chosen = tuple(link.strip() for link in links.split(",")) if links else plan.links if plan else moving_links(body)
+    # The number of a plan is that of the links of the plan.
+    count = cells or (plan.cells if plan and not links else None)
     rules = plan.rules if plan else Rules()
     if foam_mm is not None:
         rules = replace(rules, foam=1e-3 * foam_mm)
@@ -81,6 +85,9 @@ def command(
             progress=lambda what, done, steps: bar.update(task, description=what, completed=done, total=steps),
         )
     target = output or Path(f"{body.name}.json")
+    # A robot with a name is found again by it; another one by its file.
+    named = body.name == robot and body.source is not None
+    layout = replace(layout, urdf="" if named or body.source is None else str(body.source))
     layout.save(target)
     table = Table(title=f"{body.name}: {len(layout)} cells")
     for heading in (
@@ -95,7 +102,9 @@ def command(
         "foam mm",
         "room mm",
     ):
-        table.add_column(heading, justify="left" if heading == "link" else "right")
+        table.add_column(
+            heading, justify="left" if heading == "link" else "right", overflow="fold", no_wrap=heading == "link"
+        )
     for row in report(layout, places):
         table.add_row(
             row.link,
@@ -122,10 +131,34 @@ def command(
             f"{100 * cable.worst_stretch:.1f}",
         )
     console.print(cables)
-    console.print(f"layout written to {target}")
+    for line in bare_links(chosen, layout, places):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    console.print(
+        f"layout written to {target}; next: robotskin check {target}, robotskin run {robot} --layout {target}",
+        markup=False,
+        highlight=False,
+        soft_wrap=True,
+    )
     if picture is not None:
         from robotskin.layout.picture import save_picture
 
         with console.status("drawing"):
             save_picture(layout, body, picture)
         console.print(f"picture written to {picture}")
+
+
+def bare_links(links: Sequence[str], layout: Layout, places: Mapping[str, LinkPlaces]) -> list[str]:
+    """A line for each link that was to be covered and got no cell, with what stood in the way."""
+    worn = {layout.links[index] for index in set(layout.link.tolist())}
+    lines = []
+    for link in links:
+        if link in worn:
+            continue
+        room = places[link].coverable.mean()
+        why = (
+            "its neighbours come too close over the joint range"
+            if room < 0.3
+            else "it is too narrow or too curved for three cells in a row, or its cells went to larger patches"
+        )
+        lines.append(f"no cell on {link}: {why}; --overhang 0.6 or more --cells may help")
+    return lines

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -81,8 +80,6 @@ def command(
     from robotskin.world import load_scene
 
     around = None if scene is None else load_scene(scene)
-    # Asked to end in either way, the demo first brings its robot to rest.
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     console = Console()
     with console.status(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)

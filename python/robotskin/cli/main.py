@@ -5,10 +5,14 @@ further subcommands. It is imported when its verb is called, so that `robotskin 
 the verbs are; their one-line summaries are read from their sources.
 """
 
+from __future__ import annotations
+
 import ast
 import importlib
 import importlib.util
 import pkgutil
+import signal
+import threading
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -38,6 +42,10 @@ ORDER = (
     "bench",
     "reproduce",
 )
+
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C or SIGTERM, as shells have it."""
 
 
 def verbs() -> list[str]:
@@ -76,6 +84,29 @@ def load(verb: str) -> Any:
     return typer.main.get_command(single)
 
 
+class Interruption:
+    """While it is entered, SIGTERM ends a verb as Ctrl-C does, also where a script has set SIGINT to be ignored."""
+
+    def __init__(self) -> None:
+        self.came = False
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> Interruption:
+        if threading.current_thread() is threading.main_thread():
+            for one in (signal.SIGINT, signal.SIGTERM):
+                if one is signal.SIGTERM or signal.getsignal(one) is not signal.SIG_IGN:
+                    self._before[one] = signal.signal(one, self._end)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for one, handler in self._before.items():
+            signal.signal(one, handler)
+
+    def _end(self, *_: object) -> None:
+        self.came = True
+        raise KeyboardInterrupt
+
+
 class Verbs(TyperGroup):
     """Loads the verb that is called, and turns the project's own errors into one line on stderr and exit status 2.
 
@@ -95,7 +126,8 @@ class Verbs(TyperGroup):
     def invoke(self, context: Any) -> Any:
         """Run the verb that `context` holds."""
         try:
-            return super().invoke(context)
+            with Interruption() as interruption:
+                return super().invoke(context)
         except RobotskinError as error:
             reason = str(error)
         except OSError as error:
@@ -103,6 +135,16 @@ class Verbs(TyperGroup):
             if error.filename is None:
                 raise
             reason = f"{error.filename}: {error.strerror}"
+        except KeyboardInterrupt:
+            reason = ""
+        except Exception as error:
+            # A signal in the middle of an import surfaces as whatever the import makes of it.
+            if not interruption.came or isinstance(error, typer.Exit):
+                raise
+            reason = ""
+        if not reason:
+            typer.echo("robotskin: interrupted", err=True)
+            raise typer.Exit(INTERRUPTED)
         typer.echo(f"robotskin: {' '.join(reason.split())}", err=True)
         raise typer.Exit(2)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -104,7 +103,6 @@ def command(
     from robotskin.viewer.session_view import SOURCES
     from robotskin.world import load_scene
 
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     control.behaviour(behaviour)
     names = [one.name for one in Fusion]
     if fusion is not None and fusion not in names:

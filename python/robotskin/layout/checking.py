@@ -82,9 +82,10 @@ def check_files(paths: Sequence[Path], robot: str | None = None) -> list[Checked
         meshes = named
         if meshes is None and skin.robot and skin.format == "robotskin JSON":
             try:
-                meshes = _Meshes(skin.robot)
+                meshes = _Meshes(skin.urdf or skin.robot)
             except RobotskinError as error:
-                checked.defects.append(Defect("unknown_robot", "/robot", skin.robot, str(error)))
+                why = f"{error}; name its URDF: --robot FILE"
+                checked.defects.append(Defect("unknown_robot", "/robot", skin.robot, why))
         sizes = meshes.sizes() if meshes else {}
         field_of = meshes.field_of if meshes else None
         checked.defects += defects(skin, elsewhere=elsewhere, field_of=field_of, link_size=sizes)

@@ -31,6 +31,8 @@ Progress = Callable[[str, int, int], None]
 """Called with what is being done, steps done and steps in all."""
 
 NO_RULES: Mapping[str, Rules] = MappingProxyType({})
+MOST_CELLS = 400
+"""As many as a robot is covered with that is asked for no number: what a simulation keeps up with."""
 SMALL_PATCH = 8
 """Patches with fewer cells are left out while larger ones suffice: each needs a cable of its own."""
 
@@ -114,6 +116,14 @@ def trim_to(patches: list[Sheet], cells: int, least_patch: int) -> list[Sheet]:
     return result
 
 
+def _worth_a_cable(patches: list[tuple[str, Sheet]]) -> list[tuple[str, Sheet]]:
+    """Patches that are not small, and of each link that has none of those its largest."""
+    largest: dict[str, int] = {}
+    for link, patch in patches:
+        largest[link] = max(largest.get(link, 0), len(patch.poses))
+    return [(link, patch) for link, patch in patches if len(patch.poses) >= min(SMALL_PATCH, largest[link])]
+
+
 def split(sheet: Sheet) -> list[Sheet]:
     """The connected patches of a sheet."""
     if len(sheet.poses) == 0:
@@ -122,10 +132,16 @@ def split(sheet: Sheet) -> list[Sheet]:
     return [sheet.keep(label == number) for number in range(count)]
 
 
+def moving_links(robot: Robot) -> tuple[str, ...]:
+    """The links that move and have a surface: those that can wear skin and feel it move."""
+    joints = robot.core.link_joints
+    return tuple(link for link in robot.links_with("collision") if joints[robot.link_index(link)] >= 0)
+
+
 def cover(
     robot: Robot,
     links: Sequence[str],
-    cells: int,
+    cells: int | None,
     *,
     rules: Rules | None = None,
     link_rules: Mapping[str, Rules] = NO_RULES,
@@ -142,7 +158,7 @@ def cover(
     Args:
         robot: whose collision meshes are covered.
         links: names of the links to cover.
-        cells: number of cells in all.
+        cells: number of cells in all; None: as many as fit, up to MOST_CELLS, and no small patch where a large one is.
         rules: of what a place must satisfy.
         link_rules: other rules for some of the links, by name.
         ports_per_section_unit: cables that one section unit takes.
@@ -155,7 +171,8 @@ def cover(
         UnknownNameError: a link that the robot does not have, or one without a mesh.
     """
     rules = rules or Rules()
-    if cells < 1:
+    wanted = cells
+    if cells is not None and cells < 1:
         raise CoveringError(f"cells: {cells}: at least one")
     fields: dict[str, DistanceField] = {}
     all_places: dict[str, LinkPlaces] = {}
@@ -176,14 +193,23 @@ def cover(
         if len(patch.poses) >= link_rules.get(link, rules).least_patch
     ]
     found = sum(len(patch.poses) for _, patch in patches)
-    if found < cells:
+    if cells is None:
+        patches = _worth_a_cable(patches)
+        cells = min(MOST_CELLS, sum(len(patch.poses) for _, patch in patches))
+        if cells == 0:
+            raise CoveringError(f"no cell fits on {', '.join(links)} of {robot.name}; allow more overhang")
+    elif found < cells:
         raise CoveringError(
             f"cells: {cells}: only {found} fit on {', '.join(links)} of {robot.name}; ask for fewer, name more links, "
             "or allow more overhang"
         )
     link_of = {id(patch): link for link, patch in patches}
     ordered = sorted((patch for _, patch in patches), key=lambda patch: -len(patch.poses))
-    while len(ordered[-1].poses) < SMALL_PATCH and sum(len(patch.poses) for patch in ordered[:-1]) >= cells:
+    while (
+        wanted is not None
+        and len(ordered[-1].poses) < SMALL_PATCH
+        and sum(len(patch.poses) for patch in ordered[:-1]) >= cells
+    ):
         ordered.pop()
     kept = [(link_of[id(patch)], patch) for patch in ordered]
     kept.sort(key=lambda entry: (list(links).index(entry[0]), -len(entry[1].poses)))

@@ -57,6 +57,8 @@ class FoundSkin:
     file: str
     format: str
     robot: str | None = None
+    urdf: str | None = None
+    """Of the robot, where the file names one that is there."""
     cells: list[FoundCell] = field(default_factory=list)
     defects: list[Defect] = field(default_factory=list)
     empty: int = 0

@@ -2,7 +2,8 @@
 
 import gzip
 import json
-from dataclasses import asdict
+import os
+from dataclasses import asdict, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -68,6 +69,7 @@ def to_document(layout: Layout) -> dict[str, Any]:
         "format": FORMAT,
         "version": VERSION,
         "robot": layout.robot,
+        **({"urdf": layout.urdf} if layout.urdf else {}),
         "patches": [asdict(patch) for patch in layout.patches],
         "section_unit_ports": [asdict(place) for place in layout.section_unit_ports],
         "studs": [asdict(stud) for stud in layout.studs],
@@ -94,6 +96,8 @@ def to_text(layout: Layout) -> str:
 
 def save(layout: Layout, path: Path) -> None:
     """Write a layout; the file appears whole or not at all."""
+    if layout.urdf:
+        layout = replace(layout, urdf=os.path.relpath(layout.urdf, path.absolute().parent))
     data = to_text(layout).encode()
     if path.suffix == ".gz":
         # Without a time stamp the same layout is the same file to the byte.
@@ -182,6 +186,7 @@ def from_document(document: Any, path: Path) -> Layout:
                 for cable in document.get("cables", [])
             ),
             source=str(path),
+            urdf=str(path.absolute().parent / document["urdf"]) if document.get("urdf") else "",
         )
     except LayoutFileError:
         raise

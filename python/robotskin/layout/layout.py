@@ -95,6 +95,13 @@ class Layout:
     cables: tuple[Cable, ...] = ()
     studs: tuple[Stud, ...] = ()
     source: str = field(default="", compare=False)
+    urdf: str = field(default="", compare=False)
+    """Path of the robot's URDF; empty for a robot that is known by its name."""
+
+    def __repr__(self) -> str:
+        links = ", ".join(self.links)
+        where = f" from {self.source}" if self.source else ""
+        return f"<Layout of {self.robot}: {len(self)} cells in {len(self.patches)} patches on {links}{where}>"
 
     def __post_init__(self) -> None:
         count = len(self.id)

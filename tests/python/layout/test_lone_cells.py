@@ -10,7 +10,7 @@ from robotskin.layout.lone_cells import one_cell_a_link
 
 
 def test_the_panda_wears_one_cell_a_link() -> None:
-    robot, skin = robots.load("panda"), finished("panda")
+    robot, skin = robots.load("panda"), finished("panda_single_cells")
     assert skin.links == tuple(f"panda_link{number}" for number in range(1, 8))
     assert skin.link.tolist() == list(range(7))
     assert np.all(skin.neighbours[:, :, 0] == -1)

@@ -95,7 +95,7 @@ def test_a_file_that_cannot_be_written_loses_nothing(page: PlacingPage) -> None:
 
 
 def test_history_is_bounded() -> None:
-    skin = layout.finished("panda")
+    skin = layout.finished("panda_single_cells")
     history = History(skin)
     for _ in range(MOST_STEPS + 50):
         history.do(skin)

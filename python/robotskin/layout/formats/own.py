@@ -17,6 +17,9 @@ def read(text: str, path: Path) -> FoundSkin:
     """Read what can be read; whatever breaks the schema becomes a defect."""
     document = json.loads(text)
     skin = FoundSkin(str(path), "robotskin JSON", robot=document.get("robot"))
+    urdf = document.get("urdf")
+    if isinstance(urdf, str) and (path.absolute().parent / urdf).is_file():
+        skin.urdf = str(path.absolute().parent / urdf)
     for error, _ in zip(validator().iter_errors(document), range(MOST_SCHEMA_DEFECTS), strict=False):
         skin.defects.append(
             Defect("schema", pointer(error.absolute_path), repr(error.instance)[:60], error.message[:160])

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin robots`: the robots that are known by name."""
+
+from __future__ import annotations
+
+
+def command() -> None:
+    """List the robots that are known by name, a line each, with what comes ready for them.
+
+    Any other robot is given by the path of its URDF. A robot without a layout is covered by robotskin cover.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from robotskin.layout.finished_layouts import finished_names
+    from robotskin.robots import robot_names
+    from robotskin.robots.gains import robots_with_gains
+
+    names, layouts, gains = robot_names(), set(finished_names()), set(robots_with_gains())
+    table = Table(title=f"{len(names)} robots by name")
+    for heading in ("robot", "skin", "gains", "try"):
+        table.add_column(heading)
+    for name in sorted(names, key=lambda one: (one not in layouts, one)):
+        skin = "finished layout" if name in layouts else "robotskin cover"
+        own = "of its own" if name in gains else "made when needed"
+        table.add_row(
+            name, skin, own, f"robotskin demo --robot {name}" if name in layouts else f"robotskin cover {name}"
+        )
+    console = Console()
+    console.print(table)

@@ -1,0 +1,41 @@
+"""SIGTERM ends a verb tidily, also where the shell of a script ignores SIGINT; nothing of it shows a traceback."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+VERB = """
+import signal, sys, time
+sys.argv = ["robotskin", "robots"]
+import robotskin.cli.robots as verb
+def wait() -> None:
+    print("waiting", flush=True)
+    {wait}
+verb.command = wait
+from robotskin.cli.main import app
+app()
+"""
+
+
+@pytest.mark.parametrize("wait", ["time.sleep(60)", "try: time.sleep(60)\n    finally: raise ImportError('halfway')"])
+@pytest.mark.parametrize("ignored", [True, False])
+def test_a_verb_ends_when_it_is_told_to(wait: str, ignored: bool) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.default_int_handler)
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-c", VERB.format(wait=wait)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "waiting\n"
+    began = time.monotonic()
+    process.send_signal(signal.SIGTERM if ignored else signal.SIGINT)
+    _, told = process.communicate(timeout=20)
+    assert time.monotonic() - began < 10
+    assert process.returncode == 130
+    assert told == "robotskin: interrupted\n"
