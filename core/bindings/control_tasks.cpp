@@ -292,6 +292,7 @@ void bind_force(nb::module_& module) {
 void bind_fusion(nb::module_& module) {
   using control::Damping;
   using control::Fusion;
+  using control::FusionReport;
   using control::Inverse;
   using control::LimitForm;
   using control::NullSpaceFusion;
@@ -327,7 +328,15 @@ void bind_fusion(nb::module_& module) {
       .def_rw("horizon_s", &QuadraticLimits::horizon_s)
       .def_rw("form", &QuadraticLimits::form)
       .def_rw("position_rate", &QuadraticLimits::position_rate)
-      .def_rw("velocity_rate", &QuadraticLimits::velocity_rate);
+      .def_rw("velocity_rate", &QuadraticLimits::velocity_rate)
+      .def_rw("steps", &QuadraticLimits::steps, "solver steps that one tick may take")
+      .def_rw("fade_s", &QuadraticLimits::fade_s);
+  nb::class_<FusionReport>(module, "FusionReport", "How the work of a tick's fusion ended.")
+      .def_ro("steps", &FusionReport::steps, "of the solver, in this tick")
+      .def_ro("fallback", &FusionReport::fallback, "the steps, or the time, ended before all levels were exact")
+      .def_ro("by_clock", &FusionReport::by_clock, "it was the time")
+      .def_ro("fade_limited", &FusionReport::fade_limited, "a limit forbade that the torque went on without a step")
+      .def_ro("finished", &FusionReport::finished, "levels that are exact, from the highest on");
   nb::class_<StackEntry>(module, "StackEntry", "A task, its level (0 the highest, -1 outside of levels) and weight.")
       .def(
           "__init__",
@@ -363,7 +372,8 @@ void bind_fusion(nb::module_& module) {
                        [&](const TaskInput& input) { self.start(input, nullptr); });
           },
           "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001)
-      .def_prop_ro("fusion", &TaskStack::fusion);
+      .def_prop_ro("fusion", &TaskStack::fusion)
+      .def_prop_ro("report", &TaskStack::report, "how a quadratic fusion ended the last compute");
 
   using Levels = std::vector<std::pair<Doubles, Rows>>;
   const auto spans = [](const Levels& levels, std::size_t joints) {
@@ -431,8 +441,8 @@ void bind_fusion(nb::module_& module) {
           "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "terms"_a,
           "(n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
           "acceleration (rows)).")
-      .def_prop_ro("constrained", &QuadraticFusion::constrained, "programmes of the last fuse that met a limit")
-      .def_prop_ro("unsolved", &QuadraticFusion::unsolved)
+      .def_prop_ro("constrained", &QuadraticFusion::constrained, "levels of the last fuse that met a limit")
+      .def_prop_ro("report", &QuadraticFusion::report)
       .def_prop_ro("claimed", &QuadraticFusion::claimed);
   module.attr("QUADRATIC_TOLERANCE") = QuadraticFusion::tolerance;
 }

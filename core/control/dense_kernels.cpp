@@ -131,6 +131,27 @@ void solve_lower_transposed(const double* factor, std::size_t stride, std::size_
 }
 
 ROBOTSKIN_INSTRUCTION_SETS
+void solve_upper(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept {
+  double* __restrict out = x;
+  for (std::size_t k = size; k-- > 0;) {
+    const double* __restrict column = factor + k * stride;
+    const double one = out[k] / column[k];
+    out[k] = one;
+    for (std::size_t i = 0; i < k; ++i) out[i] -= column[i] * one;
+  }
+}
+
+ROBOTSKIN_INSTRUCTION_SETS
+void solve_upper_transposed(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept {
+  for (std::size_t k = 0; k < size; ++k) {
+    const double* column = factor + k * stride;
+    double sum = 0;
+    for (std::size_t i = 0; i < k; ++i) sum += column[i] * x[i];
+    x[k] = (x[k] - sum) / column[k];
+  }
+}
+
+ROBOTSKIN_INSTRUCTION_SETS
 void divide_by_transposed(const double* factor, std::size_t stride, std::size_t size, double* matrix,
                           std::size_t matrix_stride, std::size_t rows) noexcept {
   for (std::size_t k = 0; k < size; ++k) {

@@ -24,6 +24,9 @@ void rotate_columns(double* a, double* b, std::size_t count, double cosine, doub
 // x (size) = L^-1 x and L^-T x; what stands above the diagonal is not read.
 void solve_lower(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept;
 void solve_lower_transposed(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept;
+// x (size) = R^-1 x and R^-T x; what stands below the diagonal of R is not read.
+void solve_upper(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept;
+void solve_upper_transposed(const double* factor, std::size_t stride, std::size_t size, double* x) noexcept;
 // A (rows, size) = A L^-T.
 void divide_by_transposed(const double* factor, std::size_t stride, std::size_t size, double* matrix,
                           std::size_t matrix_stride, std::size_t rows) noexcept;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "control/hierarchical_qp.hpp"
 #include "control/null_space_fusion.hpp"
 #include "control/task.hpp"
 #include "model/robot_model.hpp"
@@ -28,6 +29,8 @@ struct QuadraticLimits {
   LimitForm form = LimitForm::acceleration;
   double position_rate = 100;  // lambda of eq. 27, Nm/rad
   double velocity_rate = 100;  // mu of eq. 27, Nm s/rad
+  std::size_t steps = 400;     // solver steps that one tick may take
+  double fade_s = 0.25;        // how long a difference fades that the end of the steps made
 
   // The limits of the robot's model; every joint brakes with `braking` rad/s^2.
   static QuadraticLimits of(const RobotModel& robot, double braking = 10);
@@ -40,21 +43,32 @@ struct WeightedRows {
   double weight = 1;                     // of the squared error, 0 or more
 };
 
+// How the work of a tick ended.
+struct FusionReport {
+  std::size_t steps = 0;       // of the solver, in this tick
+  bool fallback = false;       // the steps, or the time, ended before all levels were exact
+  bool by_clock = false;       // it was the time
+  bool fade_limited = false;   // a limit forbade that the torque went on without a step
+  std::size_t finished = 0;    // levels that are exact, from the highest on
+};
+
 // Level k: the torque tau = M a + bias nearest to giving its motions the acceleration that the level's own torque would
-// give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits. Where no limit
-// is met this is the minimum of a quadratic without constraints, which one Cholesky factor finds. From there an active
-// set adds the limits that are met, beginning with those of the last tick; ProxSuite takes over a programme that it
-// does not finish, and may then allocate memory, which nothing else does.
+// give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits: a HierarchicalQp
+// in coordinates t = L^-1 tau, M = L L^T.
+//
+// Where the solver's steps end before its work does, the command still keeps all limits and the levels that are exact
+// (the fall-back). In the tick in which that begins or ends the torque stays what it was but for these; the difference
+// fades along a smoothstep. While it lasts, the torque follows what the fall-back allows as a low-pass of fade_s / 1.5.
 class QuadraticFusion {
  public:
-  // Throws ControlError for limits that do not fit the robot.
+  // Throws ControlError for limits that do not fit the robot. `largest_rows` bounds the rows of all levels together.
   QuadraticFusion(std::size_t joint_count, std::size_t largest_rows, std::size_t levels, QuadraticLimits limits);
   ~QuadraticFusion();
   QuadraticFusion(QuadraticFusion&&) noexcept;
   QuadraticFusion& operator=(QuadraticFusion&&) noexcept;
 
   // fused (n) Nm, `unprojected` (n) included. `mass` (n, n) is the inertia that answers to torques and `bias` (n) the
-  // torque of no acceleration. False if a size is wrong or there is no finite answer.
+  // torque of no acceleration. False if a size is wrong or there is no finite answer. Allocates nothing.
   [[nodiscard]] bool fuse(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
                           std::span<const double> unprojected, std::span<const FusionLevel> levels,
                           std::span<double> fused) noexcept;
@@ -65,14 +79,18 @@ class QuadraticFusion {
                                    std::span<const double> unprojected, std::span<const WeightedRows> terms,
                                    std::span<double> fused) noexcept;
 
-  // Of the last fuse: programmes that met a limit, and those among them that neither solver finished; such a level
-  // contributes nothing.
+  // After fuse: fused += share addition (n) Nm, with the largest share, 0 to 1, that keeps all limits.
+  double add_within_limits(std::span<const double> addition, std::span<double> fused) noexcept;
+  // The next tick has no tick before it: nothing fades.
+  void restart() noexcept;
+
+  const FusionReport& report() const noexcept;  // of the last fuse
+  // Levels of the last fuse that met a limit.
   std::size_t constrained() const noexcept;
-  std::size_t unsolved() const noexcept;
   // How many directions all levels but the last have claimed; where this changes, the torque may step.
   std::size_t claimed() const noexcept;
 
-  static constexpr double tolerance = 1e-6;  // by which limits may be missed; of ProxSuite's optimality, too
+  static constexpr double tolerance = HierarchicalQp::tolerance;  // by which limits may be missed, Nm and rad/s^2
 
  private:
   struct Workspace;

@@ -16,6 +16,7 @@ StackSwitch::StackSwitch(std::unique_ptr<TaskStack> first, double fade_s)
     throw ControlError("stack switch: fade " + std::to_string(fade_s) + " s must be finite and greater than 0");
   last_.resize(first->joint_count());
   offset_.resize(first->joint_count());
+  addition_.resize(first->joint_count());
   current_ = first.release();
 }
 
@@ -57,7 +58,8 @@ bool StackSwitch::compute(const TaskInput& input, std::span<const double> mass, 
   if (faded_s_ < fade_s_) {
     const double x = faded_s_ / fade_s_;
     const double left = 1 - x * x * (3 - 2 * x);
-    for (std::size_t i = 0; i < fused.size(); ++i) fused[i] += left * offset_[i];
+    for (std::size_t i = 0; i < fused.size(); ++i) addition_[i] = left * offset_[i];
+    (void)current_->add(addition_, fused);  // limits before smoothness
     faded_s_ += input.period_s;
   }
   std::ranges::copy(fused, last_.begin());

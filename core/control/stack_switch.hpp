@@ -12,7 +12,7 @@ namespace robotskin::control {
 
 // A new stack's torque differs from that of the old one by some offset; the offset is kept at first and then fades
 // along a smoothstep. So on a frozen state the torque does not change at the switch, and afterwards by at most 1.5
-// |offset| dt / fade_s a tick.
+// |offset| dt / fade_s a tick. A stack within limits keeps these: there the torque steps by what they forbid.
 class StackSwitch {
  public:
   // Throws ControlError if fade_s is not positive and finite.
@@ -43,7 +43,7 @@ class StackSwitch {
   std::size_t claimed_ = 0;
   bool running_ = false;        // last_ is of the tick before
   std::vector<double> last_;    // (n) Nm
-  std::vector<double> offset_;  // (n) Nm
+  std::vector<double> offset_, addition_;  // (n) Nm
 };
 
 }  // namespace robotskin::control

@@ -27,6 +27,8 @@ struct TaskInput {
   double skin_share = 1;  // 0 to 1, how much the skin counts at all; part of `share`
   // Another one every tick, so that what tasks share is computed once in it; 0: nothing is shared.
   std::uint64_t tick = 0;
+  // When the fusion has to have ended, of StepBudget's clock; 0: no clock ends it.
+  std::int64_t deadline_ns = 0;
 };
 
 // A task owns its results and has room for them from the start: update allocates, locks and throws nothing. A user's

@@ -56,6 +56,13 @@ bool TaskStack::holds(const Task* task) const noexcept {
 void TaskStack::start(const TaskInput& input, const TaskStack* before) noexcept {
   for (const StackEntry& entry : entries_)
     if (before == nullptr || !before->holds(entry.task.get())) entry.task->start(input);
+  if (quadratic_) quadratic_->restart();
+}
+
+double TaskStack::add(std::span<const double> addition, std::span<double> fused) noexcept {
+  if (quadratic_) return quadratic_->add_within_limits(addition, fused);
+  for (std::size_t i = 0; i < fused.size(); ++i) fused[i] += addition[i];
+  return 1;
 }
 
 bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,

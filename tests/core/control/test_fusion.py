@@ -186,7 +186,7 @@ def test_within_the_limits_each_level_gets_what_it_asks_for(robot, rng) -> None:
 
 def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
     """Every joint within its acceleration and torque bounds; what lower levels ask for moves no higher one."""
-    met = unsolved = 0
+    met = 0
     limits = QuadraticLimits.of(robot)
     n = robot.joint_count
     limits.torque = (0.5 * np.array(limits.torque)).tolist()
@@ -200,7 +200,7 @@ def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
         gravity = np.clip(dynamics.gravity_torque, -0.9 * np.array(limits.torque), 0.9 * np.array(limits.torque))
         whole = fusion.fuse(dynamics, q, v, gravity, levels)
         met += fusion.constrained > 0
-        unsolved += fusion.unsolved
+        assert not fusion.report.fallback
         torque = np.array(limits.torque)
         assert (np.abs(whole) <= torque + 1e-3).all()
         acceleration = dynamics.forward_dynamics(whole)
@@ -214,7 +214,6 @@ def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
         unprojected = levels[0][1] @ dynamics.solve_mass(levels[1][0] + levels[2][0])
         assert np.linalg.norm(caused) <= 10 * QUADRATIC_TOLERANCE * np.linalg.norm(unprojected)
     assert met > 20, "the test met no limit"
-    assert unsolved <= 4, "of some ninety programmes that meet many limits at once"
 
 
 def test_a_programme_is_the_best_of_what_is_allowed(rng) -> None:
