@@ -1,4 +1,4 @@
-# Libraries that come as Python wheels: Pinocchio with Coal, Eigen and Boost headers, ProxSuite, MuJoCo.
+# Libraries that come as Python wheels: Pinocchio with Coal, Eigen and Boost headers, MuJoCo.
 # They are searched on sys.path, because an isolated build puts them in an overlay that sysconfig does not know.
 if(ROBOTSKIN_PYTHON)
   find_package(Python 3.11 REQUIRED COMPONENTS Interpreter Development.Module)

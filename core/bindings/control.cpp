@@ -167,6 +167,7 @@ void bind_control(nb::module_ module) {
   bind_touch(module);
   bind_resolver(module);
   bind_control_tasks(module);
+  bind_control_fusion(module);
 }
 
 }  // namespace robotskin::bindings

@@ -1,4 +1,4 @@
-// Binds the task library, the fusions and the stack.
+// Binds the task library.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -10,6 +10,7 @@
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
 #include "bindings/python_task.hpp"
+#include "bindings/task_input.hpp"
 #include "control/cartesian_task.hpp"
 #include "control/contact_impedance_task.hpp"
 #include "control/control_error.hpp"
@@ -23,7 +24,6 @@
 #include "control/skin_reaction_task.hpp"
 #include "control/spline_cartesian_task.hpp"
 #include "control/spline_joint_task.hpp"
-#include "control/task_stack.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -33,22 +33,7 @@ namespace {
 
 using control::Task;
 using control::TaskInput;
-using Doubles = InputArray<double>;
-using Shares = InputArray<float>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Owned = nb::ndarray<nb::numpy, double>;
-
-void require(bool accepted, const char* what) {
-  if (!accepted) throw std::invalid_argument(what);
-}
-
-template <typename Call>
-auto with_input(const RobotDynamics& dynamics, Doubles position, Doubles velocity, const skin::SkinState& skin,
-                Shares share, double period_s, const Call& call) {
-  require(position.shape(0) == dynamics.joint_count() && velocity.shape(0) == dynamics.joint_count(),
-          "position and velocity must have one entry a joint");
-  return call(TaskInput{dynamics, span_of(position), span_of(velocity), skin, span_of(share), period_s});
-}
 
 Owned rows_of(const Task& task) {
   return copy_of(task.rows(), {task.row_count(), task.joint_count()});
@@ -289,164 +274,6 @@ void bind_force(nb::module_& module) {
           nb::rv_policy::move, "(3) newton, base frame: how the cells say that the limb presses");
 }
 
-void bind_fusion(nb::module_& module) {
-  using control::Damping;
-  using control::Fusion;
-  using control::FusionReport;
-  using control::Inverse;
-  using control::LimitForm;
-  using control::NullSpaceFusion;
-  using control::QuadraticFusion;
-  using control::QuadraticLimits;
-  using control::StackEntry;
-  using control::TaskStack;
-  nb::enum_<Fusion>(module, "Fusion", "How the tasks of a stack become one torque.")
-      .value("weighted_sum", Fusion::weighted_sum, "eq. 18")
-      .value("null_space", Fusion::null_space, "eq. 19 and 20, dynamically consistent")
-      .value("null_space_at_rest", Fusion::null_space_at_rest, "eq. 19 and 20 with Moore-Penrose inverses")
-      .value("quadratic", Fusion::quadratic, "a quadratic programme a level, within the limits");
-  nb::enum_<Inverse>(module, "Inverse")
-      .value("dynamically_consistent", Inverse::dynamically_consistent)
-      .value("moore_penrose", Inverse::moore_penrose);
-  nb::enum_<LimitForm>(module, "LimitForm")
-      .value("acceleration", LimitForm::acceleration)
-      .value("paper", LimitForm::paper, "eq. 27 as printed");
-  nb::class_<Damping>(module, "Damping", "Below the threshold directions are protected by s^2 / (s^2 + damping^2 ...).")
-      .def(
-          "__init__", [](Damping* self, double threshold, double damping) { new (self) Damping{threshold, damping}; },
-          "threshold"_a = 0.02, "damping"_a = 0.02)
-      .def_rw("threshold", &Damping::threshold)
-      .def_rw("damping", &Damping::damping);
-  nb::class_<QuadraticLimits>(module, "QuadraticLimits", "Position, velocity and torque limits of the programmes.")
-      .def_static("of", &QuadraticLimits::of, "robot"_a, "braking"_a = 10.0)
-      .def_rw("lower", &QuadraticLimits::lower)
-      .def_rw("upper", &QuadraticLimits::upper)
-      .def_rw("velocity", &QuadraticLimits::velocity)
-      .def_rw("torque", &QuadraticLimits::torque)
-      .def_rw("braking", &QuadraticLimits::braking)
-      .def_rw("margin_rad", &QuadraticLimits::margin_rad)
-      .def_rw("horizon_s", &QuadraticLimits::horizon_s)
-      .def_rw("form", &QuadraticLimits::form)
-      .def_rw("position_rate", &QuadraticLimits::position_rate)
-      .def_rw("velocity_rate", &QuadraticLimits::velocity_rate)
-      .def_rw("steps", &QuadraticLimits::steps, "solver steps that one tick may take")
-      .def_rw("fade_s", &QuadraticLimits::fade_s);
-  nb::class_<FusionReport>(module, "FusionReport", "How the work of a tick's fusion ended.")
-      .def_ro("steps", &FusionReport::steps, "of the solver, in this tick")
-      .def_ro("fallback", &FusionReport::fallback, "the steps, or the time, ended before all levels were exact")
-      .def_ro("by_clock", &FusionReport::by_clock, "it was the time")
-      .def_ro("fade_limited", &FusionReport::fade_limited, "a limit forbade that the torque went on without a step")
-      .def_ro("finished", &FusionReport::finished, "levels that are exact, from the highest on");
-  nb::class_<StackEntry>(module, "StackEntry", "A task, its level (0 the highest, -1 outside of levels) and weight.")
-      .def(
-          "__init__",
-          [](StackEntry* self, std::shared_ptr<Task> task, int level, double weight) {
-            new (self) StackEntry{std::move(task), level, weight};
-          },
-          "task"_a, "level"_a = 0, "weight"_a = 1.0)
-      .def_ro("task", &StackEntry::task)
-      .def_ro("level", &StackEntry::level)
-      .def_ro("weight", &StackEntry::weight);
-  module.attr("UNPROJECTED") = StackEntry::unprojected;
-  nb::class_<TaskStack>(module, "TaskStack", "Which tasks, on which levels, fused in which way.")
-      .def(nb::init<std::size_t, std::vector<StackEntry>, Fusion, Damping, std::optional<QuadraticLimits>>(),
-           "joint_count"_a, "entries"_a, "fusion"_a, "damping"_a = Damping{}, "limits"_a = nb::none())
-      .def(
-          "compute",
-          [](TaskStack& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-             const skin::SkinState& skin, Shares share, double period_s) {
-            std::vector<double> fused(self.joint_count());
-            with_input(dynamics, position, velocity, skin, share, period_s, [&](const TaskInput& input) {
-              require(self.compute(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(), fused),
-                      "the stack has no answer to this state");
-            });
-            return copy_of(std::span<const double>(fused));
-          },
-          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001,
-          "(n) Nm, for a robot without added inertia or friction.")
-      .def(
-          "start",
-          [](TaskStack& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-             const skin::SkinState& skin, Shares share, double period_s) {
-            with_input(dynamics, position, velocity, skin, share, period_s,
-                       [&](const TaskInput& input) { self.start(input, nullptr); });
-          },
-          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001)
-      .def_prop_ro("fusion", &TaskStack::fusion)
-      .def_prop_ro("report", &TaskStack::report, "how a quadratic fusion ended the last compute");
-
-  using Levels = std::vector<std::pair<Doubles, Rows>>;
-  const auto spans = [](const Levels& levels, std::size_t joints) {
-    std::vector<control::FusionLevel> result;
-    for (const auto& [torque, rows] : levels) {
-      require(torque.shape(0) == joints && rows.shape(1) == joints, "levels must have one column a joint");
-      result.push_back({span_of(torque), {rows.data(), rows.size()}});
-    }
-    return result;
-  };
-  nb::class_<NullSpaceFusion>(module, "NullSpaceFusion", "Strict hierarchy by recursive null spaces (eq. 19, 20).")
-      .def(nb::init<std::size_t, std::size_t, Inverse, Damping>(), "joint_count"_a, "largest_rows"_a, "inverse"_a,
-           "damping"_a = Damping{})
-      .def(
-          "fuse",
-          [spans](NullSpaceFusion& self, Rows mass, const Levels& levels) {
-            std::vector<double> fused(mass.shape(0));
-            require(self.fuse({mass.data(), mass.size()}, spans(levels, fused.size()), fused),
-                    "mass and levels must have one column a joint, mass must be positive definite");
-            return copy_of(std::span<const double>(fused));
-          },
-          "mass"_a, "levels"_a, "(n) Nm from mass (n, n) and levels [(torque (n), rows (s, n))], the highest first.");
-  // (n) Nm that `fuse`, told the input and where the torque goes, makes; false from it raises an error with the
-  // message.
-  const auto fused_by = [](const RobotDynamics& dynamics, Doubles position, Doubles velocity, Doubles unprojected,
-                           const char* otherwise, const auto& fuse) {
-    const std::size_t joints = dynamics.joint_count();
-    std::vector<double> fused(joints);
-    const skin::SkinState none;
-    require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
-            "arrays must have one entry a joint");
-    require(fuse(TaskInput{dynamics, span_of(position), span_of(velocity), none, {}, 0.001}, fused), otherwise);
-    return copy_of(std::span<const double>(fused));
-  };
-  nb::class_<QuadraticFusion>(module, "QuadraticFusion", "Strict hierarchy by quadratic programmes within the limits.")
-      .def(nb::init<std::size_t, std::size_t, std::size_t, QuadraticLimits>(), "joint_count"_a, "largest_rows"_a,
-           "levels"_a, "limits"_a)
-      .def(
-          "fuse",
-          [spans, fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-                            Doubles unprojected, const Levels& levels) {
-            return fused_by(dynamics, position, velocity, unprojected, "the programmes have no finite answer",
-                            [&](const TaskInput& input, std::vector<double>& fused) {
-                              return self.fuse(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
-                                               span_of(unprojected), spans(levels, fused.size()), fused);
-                            });
-          },
-          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "levels"_a,
-          "(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse.")
-      .def(
-          "fuse_weighted",
-          [fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-                     Doubles unprojected, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
-            std::vector<control::WeightedRows> all;
-            for (const auto& [weight, rows, acceleration] : terms)
-              all.push_back({{rows.data(), rows.size()}, span_of(acceleration), weight});
-            return fused_by(
-                dynamics, position, velocity, unprojected,
-                "rows must be (rows, n) and accelerations (rows), no more than the largest, weights not negative",
-                [&](const TaskInput& input, std::vector<double>& fused) {
-                  return self.fuse_weighted(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
-                                            span_of(unprojected), all, fused);
-                });
-          },
-          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "terms"_a,
-          "(n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
-          "acceleration (rows)).")
-      .def_prop_ro("constrained", &QuadraticFusion::constrained, "levels of the last fuse that met a limit")
-      .def_prop_ro("report", &QuadraticFusion::report)
-      .def_prop_ro("claimed", &QuadraticFusion::claimed);
-  module.attr("QUADRATIC_TOLERANCE") = QuadraticFusion::tolerance;
-}
-
 }  // namespace
 
 void bind_control_tasks(nb::module_& module) {
@@ -455,7 +282,6 @@ void bind_control_tasks(nb::module_& module) {
   bind_self_collision(module);
   bind_skin_tasks(module);
   bind_force(module);
-  bind_fusion(module);
 }
 
 }  // namespace robotskin::bindings

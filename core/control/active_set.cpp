@@ -18,6 +18,7 @@ constexpr double independent_guess = 1e-8;
 constexpr double shortest = 1e-10;
 // By how many tolerances a constraint that the active ones make up may be missed for its rounding.
 constexpr double rounding = 100;
+constexpr int most_refined = 4;  // attempts, before such a constraint is left out
 
 }  // namespace
 
@@ -71,6 +72,7 @@ ActiveSetOutcome ActiveSet::search(double tolerance, double least_length, StepBu
   std::fill_n(void_.begin(), constraints_, std::uint8_t{0});
   if (!start_from_guess(least_length, budget)) return ActiveSetOutcome::unfinished;
   bool exact = true;  // y_ is free of what many steps round
+  int refined = 0;
   for (;;) {
     product(normals_.data(), room_, constraints_, size_, y_.data(), value_.data());
     std::size_t worst = constraints_;
@@ -93,9 +95,9 @@ ActiveSetOutcome ActiveSet::search(double tolerance, double least_length, StepBu
     }
     const ActiveSetOutcome met = meet(worst, sign, miss, budget);
     if (met == ActiveSetOutcome::unfinished) return met;
-    if (met == ActiveSetOutcome::none) {
-      if (exact && miss > rounding * tolerance) return met;
-      if (exact) void_[worst] = 1;
+    if (met == ActiveSetOutcome::none) {  // the active ones make it up; what is missed may be what they round
+      if (miss > rounding * tolerance) return met;
+      if (exact || ++refined > most_refined) void_[worst] = 1;
       follow_bounds();
       exact = true;
       continue;
@@ -149,10 +151,10 @@ bool ActiveSet::start_from_guess(double least_length, StepBudget& budget) noexce
   }
   bool within = true;
   for (std::size_t i = 0; i < constraints_; ++i) {
-    if (side_[i] == 0) continue;
+    if (side_[i] == 0 || !within) continue;  // what is left of the guess when the budget ends stays one
     const double sign = side_[i] < 0 ? 1 : -1;
     side_[i] = 0;
-    if (active_ == size_ || length_[i] < least_length || !within) continue;
+    if (active_ == size_ || length_[i] < least_length) continue;
     const double along = turn(i, sign);
     if (along <= independent_guess * length_[i] * length_[i] || !(within = budget.take())) continue;
     product(&basis_[active_ * capacity_], capacity_, size_, size_ - active_, &turned_[active_], step_.data());

@@ -56,9 +56,9 @@ class ActiveSet {
   std::vector<double> basis_;       // (size, size) orthogonal; its first columns span the active normals
   std::vector<double> triangle_;    // (active, active) upper: the active normals are basis triangle
   std::vector<double> y_, multiplier_, bound_, normal_, turned_, step_, share_;
-  std::vector<std::size_t> row_;   // (active) constraint
-  std::vector<double> sign_;       // (active) 1: at its lower bound
-  std::vector<std::int8_t> side_;  // (constraints)
+  std::vector<std::size_t> row_;    // (active) constraint
+  std::vector<double> sign_;        // (active) 1: at its lower bound
+  std::vector<std::int8_t> side_;   // (constraints)
   std::vector<std::uint8_t> void_;  // (constraints) those that active ones make up, but for rounding
   std::size_t size_ = 0, constraints_ = 0, active_ = 0;
 };

@@ -173,9 +173,15 @@ bool HierarchicalQp::meet_limits(std::int8_t* side, StepBudget& budget) noexcept
     return true;
   }
   ++constrained_;
-  const ActiveSet::Problem problem{
-      size,    limits_,           factor_.data(),    width_,
-      column(claimed_), stride_, room_low_.data(), room_high_.data(), part_of_tolerance * tolerance};
+  const ActiveSet::Problem problem{size,
+                                   limits_,
+                                   factor_.data(),
+                                   width_,
+                                   column(claimed_),
+                                   stride_,
+                                   room_low_.data(),
+                                   room_high_.data(),
+                                   part_of_tolerance * tolerance};
   const ActiveSetOutcome outcome = active_set_.solve(problem, z_.data(), side, budget);
   if (outcome == ActiveSetOutcome::best) return true;
   if (outcome == ActiveSetOutcome::none) {

@@ -51,19 +51,19 @@ struct QuadraticFusion::Workspace {
 
   QuadraticLimits limits;
   std::size_t n, capacity;
-  std::vector<double> factor;                      // (n, n) L, zero above the diagonal
-  std::vector<double> matrix;                      // (2 n, n) acceleration and torque of t: L^-T, L
-  std::vector<double> low, high;                   // (2 n) their bounds, beside the unprojected torque
-  std::vector<double> rows, wanted;                // (rows of all levels, n) J L^-T, and what these are to be
+  std::vector<double> factor;        // (n, n) L, zero above the diagonal
+  std::vector<double> matrix;        // (2 n, n) acceleration and torque of t: L^-T, L
+  std::vector<double> low, high;     // (2 n) their bounds, beside the unprojected torque
+  std::vector<double> rows, wanted;  // (rows of all levels, n) J L^-T, and what these are to be
   std::vector<QpLevel> levels;
   HierarchicalQp solver;
-  std::vector<double> chosen;                      // (n) t
-  std::vector<double> at_rest;                     // (n) acceleration if the levels ask for no torque
+  std::vector<double> chosen;   // (n) t
+  std::vector<double> at_rest;  // (n) acceleration if the levels ask for no torque
   std::vector<double> asked, z, torque;
-  std::vector<double> last, offset;                // (n) Nm, of the tick before; what fades
-  double faded_s = 0;                              // since something began to
-  std::size_t kept = 0;                            // levels that what fades may not change
-  bool running = false, fades = false;             // there was a tick before; something fades
+  std::vector<double> last, offset;     // (n) Nm, of the tick before; what fades
+  double faded_s = 0;                   // since something began to
+  std::size_t kept = 0;                 // levels that what fades may not change
+  bool running = false, fades = false;  // there was a tick before; something fades
   FusionReport report;
 
   bool begin(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
@@ -277,8 +277,7 @@ bool QuadraticFusion::fuse_weighted(const TaskInput& input, std::span<const doub
   const std::size_t n = work.n;
   std::size_t count = 0;
   for (const WeightedRows& term : terms) count += term.acceleration.size();
-  if (fused.size() != n || work.levels.empty() || count > work.capacity ||
-      !work.begin(input, mass, bias, unprojected))
+  if (fused.size() != n || work.levels.empty() || count > work.capacity || !work.begin(input, mass, bias, unprojected))
     return false;
   std::size_t first = 0;
   double* wanted = work.wanted.data();

@@ -45,16 +45,16 @@ struct WeightedRows {
 
 // How the work of a tick ended.
 struct FusionReport {
-  std::size_t steps = 0;       // of the solver, in this tick
-  bool fallback = false;       // the steps, or the time, ended before all levels were exact
-  bool by_clock = false;       // it was the time
-  bool fade_limited = false;   // a limit forbade that the torque went on without a step
-  std::size_t finished = 0;    // levels that are exact, from the highest on
+  std::size_t steps = 0;      // of the solver, in this tick
+  bool fallback = false;      // the steps, or the time, ended before all levels were exact
+  bool by_clock = false;      // it was the time
+  bool fade_limited = false;  // a limit forbade that the torque went on without a step
+  std::size_t finished = 0;   // levels that are exact, from the highest on
 };
 
 // Level k: the torque tau = M a + bias nearest to giving its motions the acceleration that the level's own torque would
-// give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits: a HierarchicalQp
-// in coordinates t = L^-1 tau, M = L L^T.
+// give, J_k M^-1 tau = J_k M^-1 tau_k, without touching what higher levels have, and within the limits: a
+// HierarchicalQp in coordinates t = L^-1 tau, M = L L^T.
 //
 // Where the solver's steps end before its work does, the command still keeps all limits and the levels that are exact
 // (the fall-back). In the tick in which that begins or ends the torque stays what it was but for these; the difference

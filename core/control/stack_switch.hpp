@@ -41,8 +41,8 @@ class StackSwitch {
   double fade_s_;
   double faded_s_;  // since the last switch
   std::size_t claimed_ = 0;
-  bool running_ = false;        // last_ is of the tick before
-  std::vector<double> last_;    // (n) Nm
+  bool running_ = false;                   // last_ is of the tick before
+  std::vector<double> last_;               // (n) Nm
   std::vector<double> offset_, addition_;  // (n) Nm
 };
 

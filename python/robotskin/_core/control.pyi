@@ -635,6 +635,65 @@ class ForceTask(Task):
     def measured(self) -> NDArray[numpy.float64]:
         """(3) newton, base frame: how the cells say that the limb presses"""
 
+class QpAnswer:
+    """What HierarchicalQp.solve has found."""
+
+    @property
+    def x(self) -> NDArray[numpy.float64]:
+        """(n)"""
+
+    def missed(self, level: int) -> NDArray[numpy.float64]:
+        """(k) rows x less what the level wanted, 0 within a range."""
+
+    @property
+    def steps(self) -> int:
+        """limits added and dropped"""
+
+    @property
+    def finished(self) -> int:
+        """levels that are exact, from the highest on"""
+
+    @property
+    def constrained(self) -> int:
+        """levels that met a limit"""
+
+class HierarchicalQp:
+    """
+    Least squares in a strict hierarchy, within limits: each level does its best in what
+    higher ones have left. One object solves one kind of problem again and again, each time
+    beginning with the limits that were met the last time.
+    """
+
+    def __init__(self, variables: int, limits: int, largest_rows: int, levels: int, ranges: int = 0) -> None:
+        """
+        Room for n variables, m limits, so many rows a level and levels, and `ranges` rows that are no equations.
+        """
+
+    def solve(
+        self,
+        matrix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="F", device="cpu", writable=False)],
+        low: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        high: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        levels: Sequence[
+            tuple[
+                Annotated[NDArray[numpy.float64], dict(shape=(None, None), order="F", device="cpu", writable=False)],
+                Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+                Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+            ]
+        ],
+        start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+        | None = None,
+        steps: int = 400,
+    ) -> QpAnswer:
+        """
+        The x (n) with low <= matrix x <= high, (m, n) and (m), that is best for the levels, the highest first:
+        (rows (k, n), low (k), high (k)), where equal bounds make an equation. start (n) lies within the limits; it
+        is 0 if it is not given. Where `steps` end, x still keeps all limits and the levels that are finished.
+        """
+
+    def restart(self) -> None:
+        """Forgets which limits were met."""
+
 class Fusion(enum.Enum):
     """How the tasks of a stack become one torque."""
 
@@ -721,6 +780,39 @@ class QuadraticLimits:
     def velocity_rate(self) -> float: ...
     @velocity_rate.setter
     def velocity_rate(self, arg: float, /) -> None: ...
+    @property
+    def steps(self) -> int:
+        """solver steps that one tick may take"""
+
+    @steps.setter
+    def steps(self, arg: int, /) -> None: ...
+    @property
+    def fade_s(self) -> float: ...
+    @fade_s.setter
+    def fade_s(self, arg: float, /) -> None: ...
+
+class FusionReport:
+    """How the work of a tick's fusion ended."""
+
+    @property
+    def steps(self) -> int:
+        """of the solver, in this tick"""
+
+    @property
+    def fallback(self) -> bool:
+        """the steps, or the time, ended before all levels were exact"""
+
+    @property
+    def by_clock(self) -> bool:
+        """it was the time"""
+
+    @property
+    def fade_limited(self) -> bool:
+        """a limit forbade that the torque went on without a step"""
+
+    @property
+    def finished(self) -> int:
+        """levels that are exact, from the highest on"""
 
 class StackEntry:
     """A task, its level (0 the highest, -1 outside of levels) and weight."""
@@ -768,6 +860,9 @@ class TaskStack:
     ) -> None: ...
     @property
     def fusion(self) -> Fusion: ...
+    @property
+    def report(self) -> FusionReport:
+        """how a quadratic fusion ended the last compute"""
 
 class NullSpaceFusion:
     """Strict hierarchy by recursive null spaces (eq. 19, 20)."""
@@ -827,10 +922,10 @@ class QuadraticFusion:
 
     @property
     def constrained(self) -> int:
-        """programmes of the last fuse that met a limit"""
+        """levels of the last fuse that met a limit"""
 
     @property
-    def unsolved(self) -> int: ...
+    def report(self) -> FusionReport: ...
     @property
     def claimed(self) -> int: ...
 

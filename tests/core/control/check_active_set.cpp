@@ -1,5 +1,6 @@
 // Random programmes: the active set's answer keeps the limits and has multipliers that prove it best, whatever was
-// guessed; where limits exclude each other there is none. Usage: check_active_set SEED PROGRAMMES.
+// guessed; where limits exclude each other there is none, and no search takes more steps than its budget. Usage:
+// check_active_set SEED PROGRAMMES.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -60,11 +61,18 @@ struct Programme {
     return sum;
   }
 
-  bool solve(control::ActiveSet& solver, std::vector<double>& x, std::vector<std::int8_t>& side) const {
+  control::ActiveSetOutcome solve(control::ActiveSet& solver, std::vector<double>& x, std::vector<std::int8_t>& side,
+                                  control::StepBudget& budget) const {
     x = best;
     return solver.solve(
         {size, constraints, factor.data(), size, matrix.data(), constraints, low.data(), high.data(), tolerance},
-        x.data(), side.data());
+        x.data(), side.data(), budget);
+  }
+  // Steps that the best x took.
+  std::size_t solve(control::ActiveSet& solver, std::vector<double>& x, std::vector<std::int8_t>& side) const {
+    control::StepBudget budget{.most = 100'000};
+    CHECK(solve(solver, x, side, budget) == control::ActiveSetOutcome::best);
+    return budget.taken;
   }
 
   std::vector<double> gradient(const std::vector<double>& x) const {
@@ -137,17 +145,25 @@ int main(int count, char** arguments) {
     const Programme one(random);
     std::vector<double> x, again, otherwise;
     std::vector<std::int8_t> side(one.constraints, 0);
-    CHECK(one.solve(solver, x, side));
+    const std::size_t steps = one.solve(solver, x, side);
     check_best(one, x, side);
     limited += std::ranges::count(side, 0) < static_cast<std::ptrdiff_t>(one.constraints);
-    cold_steps += solver.steps();
+    cold_steps += steps;
 
     std::vector<std::int8_t> guess = side;
-    CHECK(one.solve(solver, again, guess));
-    guessed_steps += solver.steps();
+    guessed_steps += one.solve(solver, again, guess);
     for (std::int8_t& one_side : guess) one_side = static_cast<std::int8_t>(static_cast<int>(random.below(3)) - 1);
-    CHECK(one.solve(solver, otherwise, guess));
+    one.solve(solver, otherwise, guess);
     check_best(one, otherwise, guess);
+    if (steps > 0) {  // what a search has found when its budget ends is a better guess than none
+      std::vector<std::int8_t> found(one.constraints, 0);
+      std::vector<double> early;
+      control::StepBudget budget{.most = random.below(steps)};
+      CHECK(one.solve(solver, early, found, budget) == control::ActiveSetOutcome::unfinished);
+      CHECK(budget.taken == budget.most);
+      one.solve(solver, early, found);
+      check_best(one, early, found);
+    }
     for (std::size_t k = 0; k < one.size; ++k) {
       CHECK(std::abs(again[k] - x[k]) < 1e-5);
       CHECK(std::abs(otherwise[k] - x[k]) < 1e-5);
@@ -158,7 +174,8 @@ int main(int count, char** arguments) {
     none.low[1] = none.high[0] < 1e19 ? none.high[0] + 1 : none.low[0] + 1;
     none.high[1] = none.low[1] + 1;
     none.high[0] = none.low[1] - 1;
-    CHECK(!none.solve(solver, x, side));
+    control::StepBudget budget{.most = 100'000};
+    CHECK(none.solve(solver, x, side, budget) == control::ActiveSetOutcome::none);
   }
   CHECK(limited > programmes / 2);
   CHECK(guessed_steps < cold_steps);

@@ -190,6 +190,7 @@ def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
     limits = QuadraticLimits.of(robot)
     n = robot.joint_count
     limits.torque = (0.5 * np.array(limits.torque)).tolist()
+    limits.steps = 1000  # no state is like the one before
     fusion = quadratic(robot, limits)
     for _ in range(30):
         q = random_posture(robot, rng)[0]
