@@ -80,6 +80,7 @@ def command(
             count,
             rules=rules,
             link_rules=plan.link_rules if plan else {},
+            areas=plan.areas if plan and not links else (),
             seed=seed,
             tries=tries or (plan.tries if plan else 3),
             progress=lambda what, done, steps: bar.update(task, description=what, completed=done, total=steps),

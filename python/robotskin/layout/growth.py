@@ -17,7 +17,7 @@ from robotskin.layout.cell import (
     hinge_gaps,
 )
 from robotskin.layout.relax import close_pairs, overlapping_pairs, relax, tangent_poses, turn_to
-from robotskin.layout.surface import LinkSurface
+from robotskin.layout.surface import Surface
 
 Array = NDArray[np.float64]
 Acceptance = Callable[[Array], NDArray[np.bool_]]
@@ -99,7 +99,7 @@ def connect(poses: Array, edges: NDArray[np.int64], reach: float) -> NDArray[np.
     return np.concatenate([edges, np.array(added, dtype=np.int64).reshape(-1, 4)])
 
 
-def predict(poses: Array, ports: NDArray[np.int64], surface: LinkSurface) -> Array:
+def predict(poses: Array, ports: NDArray[np.int64], surface: Surface) -> Array:
     """Where the hinge rule t = a_p - R a_q puts the neighbour at a port (index) of each cell."""
     hinge = poses[:, :3, 3] + np.einsum("nij,nj->ni", poses[:, :3, :3], PORT_POINTS_M[ports])
     points, normals = surface.project(2 * hinge - poses[:, :3, 3])
@@ -124,7 +124,7 @@ def merge(poses: Array) -> tuple[Array, NDArray[np.int64]]:
     return tangent_poses(mean[:, :3, 3], normals, mean[:, :3, 0]), support
 
 
-def grow(surface: LinkSurface, accept: Acceptance, first: Array, limit: int = 4000) -> Sheet:
+def grow(surface: Surface, accept: Acceptance, first: Array, limit: int = 4000) -> Sheet:
     """Grow a sheet breadth first from one pose until no free port leads to an acceptable place.
 
     Args:
@@ -173,7 +173,7 @@ def grow(surface: LinkSurface, accept: Acceptance, first: Array, limit: int = 40
     return settle(Sheet(poses, edges), surface, accept)
 
 
-def settle(sheet: Sheet, surface: LinkSurface, accept: Acceptance) -> Sheet:
+def settle(sheet: Sheet, surface: Surface, accept: Acceptance) -> Sheet:
     """Relax to rest, then take out what breaks a law: too wide edges, overlapping cells, unallowed cells."""
     sheet = Sheet(relax(sheet.poses, sheet.edges, surface, iterations=15), sheet.edges)
     for _ in range(12):

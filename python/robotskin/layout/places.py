@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,8 @@ class Rules:
     foam: between the robot and the cell's back. clearance: between a cell and a neighbouring link at any joint
     position. least_foam: what compressed foam leaves between the mesh and a cell's back. overhang_distance: a point of
     the back that stands farther than foam plus this off the mesh hangs over. most_overhang: share of the back that may.
-    least_patch: patches with fewer cells are not mounted.
+    least_patch: patches with fewer cells are not mounted. facing, angle_deg: cells look along this direction of the
+    link frame, within the angle; None: anywhere.
     """
 
     foam: float = 0.003
@@ -30,6 +31,35 @@ class Rules:
     overhang_distance: float = 0.006
     most_overhang: float = 0.35
     least_patch: int = 3
+    facing: tuple[float, float, float] | None = None
+    angle_deg: float = 30.0
+
+    def faces(self, normals: Array) -> NDArray[np.bool_]:
+        """(N,) True for those of the unit normals (N, 3) along which a cell may look."""
+        if self.facing is None:
+            return np.ones(len(normals), dtype=bool)
+        wanted = np.asarray(self.facing, dtype=float) / np.linalg.norm(self.facing)
+        return normals @ wanted >= np.cos(np.radians(self.angle_deg)) - 1e-9
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of a link that gets its cells first, and exactly so many.
+
+    facing, angle_deg: where they look, in the link frame. at_m: the point of the link frame at which, on the surface,
+    the middle of the first cell lies; None: wherever most cells fit. rules: of these places, other than the link's.
+    """
+
+    link: str
+    cells: int
+    facing: tuple[float, float, float]
+    angle_deg: float = 30.0
+    at_m: tuple[float, float, float] | None = None
+    rules: Rules | None = None
+
+    def rules_on(self, rules: Rules) -> Rules:
+        """The rules of its places, where the link has these."""
+        return replace(self.rules or rules, facing=self.facing, angle_deg=self.angle_deg, least_patch=1)
 
 
 class LinkPlaces:
@@ -47,7 +77,7 @@ class LinkPlaces:
         least = np.full(len(self.points), np.inf)
         for depth in (0.0, 0.5 * CELL_THICKNESS_M, CELL_THICKNESS_M):
             least = np.minimum(least, self.room_near.at(self.points - depth * self.normals))
-        return least > self.rules.clearance
+        return (least > self.rules.clearance) & self.rules.faces(self.normals)
 
     def overhang(self, poses: Array) -> Array:
         """(N,) share of each cell's back that stands off the mesh by more than foam and the overhang distance."""
@@ -71,6 +101,7 @@ class LinkPlaces:
     def accept(self, poses: Array, exact: bool = False) -> NDArray[np.bool_]:
         """(N,) True where a cell is outside the mesh, rests on it well enough and is clear of its neighbours."""
         good = (self.least_foam(poses) >= self.rules.least_foam) & (self.overhang(poses) <= self.rules.most_overhang)
+        good &= self.rules.faces(poses[:, :3, 2])
         if good.any():
             good[good] = self.room(poses[good], exact) > self.rules.clearance
         return good

@@ -7,7 +7,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from robotskin.layout.cell import HEXAGON_SIDE_M, PORT_POINTS_M, prism_overlap
-from robotskin.layout.surface import LinkSurface
+from robotskin.layout.surface import Surface
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def overlapping_pairs(poses: Array, margin: float = 0.0) -> tuple[NDArray[np.int
 
 
 def relax(
-    poses: Array, edges: NDArray[np.int64], surface: LinkSurface, iterations: int = 8, pinned: int | None = None
+    poses: Array, edges: NDArray[np.int64], surface: Surface, iterations: int = 8, pinned: int | None = None
 ) -> Array:
     """Gauss-Newton over two shifts in the tangent plane and one turn about the normal of every cell.
 

@@ -38,6 +38,17 @@ def meetings(
     return found
 
 
+def clear_of(sheet: Sheet, places: LinkPlaces, others: dict[str, Sheet]) -> Sheet:
+    """The cells of a sheet that meet none of the other links' cells, which stay."""
+    met = {
+        cell
+        for name, _, transforms in places.clearance.neighbours
+        if name in others
+        for cell, _ in meetings(sheet.poses, others[name].poses, transforms)
+    }
+    return sheet.keep(~np.isin(np.arange(len(sheet.poses)), sorted(met))) if met else sheet
+
+
 def separate(sheets: dict[str, Sheet], places: dict[str, LinkPlaces]) -> dict[str, Sheet]:
     """Take out cells until none meets a cell of a neighbouring link; those that meet the most go first."""
     rivals: dict[tuple[str, int], set[tuple[str, int]]] = {}

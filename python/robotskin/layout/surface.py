@@ -5,6 +5,7 @@ cell are bridged) and smoothed over about half a cell gives every place one outw
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import trimesh
@@ -110,6 +111,13 @@ def distance_field(mesh: trimesh.Trimesh, step: float, margin: float, seed: int 
     along = np.einsum("ni,ni->n", offset, plane_normal) / np.maximum(flatness, 1e-9)
     value[near] = np.where(flatness > 0.8, along, value[near])
     return DistanceField(value, low, step)
+
+
+class Surface(Protocol):
+    """What a lattice grows on."""
+
+    def project(self, points: Array, iterations: int = 4) -> tuple[Array, Array]:
+        """Points (N, 3) moved to where cells lie, and their unit normals (N, 3)."""
 
 
 @dataclass(frozen=True)

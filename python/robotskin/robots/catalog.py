@@ -17,7 +17,7 @@ ALIASES = {
     "anymal_c": "anymal_c_simple_description/urdf/anymal.urdf",
     "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
 }
-COMPOSED = ("dual_arm",)
+COMPOSED = ("allegro_grasp", "dual_arm", "dual_arm_gripper", "panda_gripper", "ur5_gripper")
 
 
 def models_folder() -> Path | None:

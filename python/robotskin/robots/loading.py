@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from robotskin._core.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
-from robotskin.robots.dual_arm import compose_dual_arm
+from robotskin.robots.composed import COMPOSERS
 from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError
 from robotskin.robots.locking import lock
 from robotskin.robots.repair import repaired
@@ -36,7 +36,7 @@ def load(
         name, text, folder = path.stem, _text_of(path), path.parent
     elif name_or_path in COMPOSED:
         name, path = name_or_path, None
-        text, folder = compose_dual_arm()
+        text, folder = COMPOSERS[name]()
     else:
         name, path = name_or_path, named_urdf(name_or_path)
         text, folder = _text_of(path), path.parent

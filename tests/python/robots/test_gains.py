@@ -58,7 +58,7 @@ def test_a_home_beyond_a_joint_limit_and_a_file_that_is_no_text_are_refused(text
 
 
 def test_an_unknown_robot_is_refused_with_the_choices() -> None:
-    with pytest.raises(GainError, match="ur5; make some: robotskin gains ur6"):
+    with pytest.raises(GainError, match="ur5_gripper; make some: robotskin gains ur6"):
         GainSet.load("ur6")
 
 

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robots that this project composes, by name."""
+
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+from xml.etree import ElementTree
+
+from robotskin.robots.catalog import named_urdf
+from robotskin.robots.dual_arm import compose_dual_arm
+from robotskin.robots.gripper import compose_dual_arm_gripper, compose_panda_gripper, compose_ur5_gripper
+
+
+def compose_allegro_grasp() -> tuple[str, Path]:
+    """The right Allegro hand on a mount, as one holds a glass: the palm upright, its +y up, the fingers forward."""
+    file = named_urdf("allegro_right_hand")
+    robot = ElementTree.parse(file).getroot()
+    ElementTree.SubElement(robot, "link", name="mount")
+    joint = ElementTree.SubElement(robot, "joint", name="mount_joint", type="fixed")
+    ElementTree.SubElement(joint, "parent", link="mount")
+    ElementTree.SubElement(joint, "child", link="palm_link")
+    ElementTree.SubElement(joint, "origin", xyz="0 0 0", rpy=f"{pi / 2!r} 0 0")
+    return ElementTree.tostring(robot, encoding="unicode"), file.parent
+
+
+COMPOSERS: dict[str, Callable[[], tuple[str, Path]]] = {
+    "allegro_grasp": compose_allegro_grasp,
+    "dual_arm": compose_dual_arm,
+    "dual_arm_gripper": compose_dual_arm_gripper,
+    "panda_gripper": compose_panda_gripper,
+    "ur5_gripper": compose_ur5_gripper,
+}
+"""Each gives the text of a URDF and the folder that its mesh addresses are relative to."""
