@@ -60,6 +60,9 @@ nb::dict statistics_dict(const Statistics& statistics) {
   ROBOTSKIN_DATAGRAM_VERDICTS(ROBOTSKIN_COUNT)
   ROBOTSKIN_DRIVER_COUNTS(ROBOTSKIN_COUNT)
 #undef ROBOTSKIN_COUNT
+#define ROBOTSKIN_SENSOR_EVENTS(name, ...) dict["events_" #name] = statistics.events_##name.get();
+  RS_SENSORS(ROBOTSKIN_SENSOR_EVENTS)
+#undef ROBOTSKIN_SENSOR_EVENTS
   return dict;
 }
 
@@ -70,10 +73,10 @@ nb::dict samples_dict(SnapshotTable<Sample>& table) {
     dict[name] = filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
   };
   column("key", 1, std::uint32_t{}, [](const Sample& s, std::size_t) { return s.key; });
-  column("proximity", 1, std::uint16_t{}, [](const Sample& s, std::size_t) { return s.proximity; });
-  column("force", 3, std::uint16_t{}, [](const Sample& s, std::size_t c) { return s.force[c]; });
-  column("acceleration", 3, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.acceleration[c]; });
-  column("temperature", 2, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.temperature[c]; });
+#define ROBOTSKIN_COLUMN(name, is_signed, first, channels, ...) \
+  column(#name, channels, driver::Counts<(is_signed) != 0>{}, [](const Sample& s, std::size_t c) { return s.name[c]; });
+  RS_SENSORS(ROBOTSKIN_COLUMN)
+#undef ROBOTSKIN_COLUMN
   column("stamp_ns", 1, std::int64_t{}, [](const Sample& s, std::size_t) { return s.stamp_ns; });
   column("arrival_ns", 1, std::int64_t{}, [](const Sample& s, std::size_t) { return s.arrival_ns; });
   column("sequence", 1, std::uint8_t{}, [](const Sample& s, std::size_t) { return s.sequence; });

@@ -193,11 +193,12 @@ void bind_skin(nb::module_ module) {
                        "cells"_a)
                    .def("__len__", &SkinState::size)
                    .def_rw("time_ns", &SkinState::time_ns, "host clock of this snapshot");
-  bind_array<&SkinState::normal_force, float>(state, "normal_force", 3, "(N, 3) newton, >= 0");
-  bind_array<&SkinState::proximity, float>(state, "proximity", 0, "(N) 0 to 1");
+#define ROBOTSKIN_BIND_COLUMN(name, is_signed, first, channels, column, blank, unit)      \
+  bind_array<&SkinState::column, float>(state, #column, (channels) == 1 ? 0 : (channels), \
+                                        (channels) == 1 ? "(N) " unit : "(N, " #channels ") " unit);
+  RS_SENSORS(ROBOTSKIN_BIND_COLUMN)
+#undef ROBOTSKIN_BIND_COLUMN
   bind_array<&SkinState::distance, float>(state, "distance", 0, "(N) metres, inf where nothing is near");
-  bind_array<&SkinState::acceleration, float>(state, "acceleration", 3, "(N, 3) m/s^2, cell frame");
-  bind_array<&SkinState::temperature, float>(state, "temperature", 2, "(N, 2) degrees Celsius");
   bind_array<&SkinState::stamp_ns, std::int64_t>(state, "stamp_ns", 0, "(N) host clock at the sample");
   bind_array<&SkinState::health, std::uint8_t>(state, "health", 0, "(N) values of Health");
   bind_array<&SkinState::saturated, std::uint8_t>(state, "saturated", 0, "(N) 1 where a channel is at its end");

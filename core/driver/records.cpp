@@ -105,7 +105,7 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
     statistics_.clock_frames.add();
   }
   Sample& sample = samples_.change(static_cast<std::size_t>(row));
-  const std::array<std::int16_t, 3> acceleration = sample.acceleration;
+  const auto acceleration = sample.acceleration;
   take_channels(sample, frame);
   sample.key = CellKey{group.section_unit} << 16 | frame.source;
   sample.stamp_ns = arrival_ns - sample_age_ns(frame, unit_ns);
@@ -132,10 +132,10 @@ void Driver::count_events(const Sample& before, const rs_clock& frame) {
     for (std::size_t i = 0; i < a.size(); ++i) count += a[i] != b[i];
     return count;
   };
-  statistics_.events_proximity.add(before.proximity != now.proximity);
-  statistics_.events_force.add(changed(before.force, now.force));
-  statistics_.events_acceleration.add(changed(before.acceleration, now.acceleration));
-  statistics_.events_temperature.add(changed(before.temperature, now.temperature));
+#define ROBOTSKIN_CHANGED(name, is_signed, first, channels, column, blank, unit) \
+  statistics_.events_##name.add(changed(before.name, now.name));
+  RS_SENSORS(ROBOTSKIN_CHANGED)
+#undef ROBOTSKIN_CHANGED
 }
 
 void Driver::take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "robotskin/wire.h"
 
@@ -10,7 +11,10 @@ namespace robotskin::driver {
 
 using CellKey = std::uint32_t;  // section-unit group << 16 | id
 
-// One cache line.
+template <bool is_signed>
+using Counts = std::conditional_t<is_signed, std::int16_t, std::uint16_t>;
+
+// One cache line. The counts of each sensor are an array of its name (channels.h).
 struct alignas(64) Sample {
   std::int64_t stamp_ns = 0;    // host clock at the sample
   std::int64_t arrival_ns = 0;  // host clock when its frame reached the section unit
@@ -18,10 +22,10 @@ struct alignas(64) Sample {
   std::int64_t gone_ns = 0;  // host clock when the last neighbour stopped reporting the cell; 0: reported, or never was
   CellKey key = 0;           // 0: the row is not used yet
   std::uint32_t clock_frames = 0, event_frames = 0;
-  std::uint16_t proximity = 0;
-  std::array<std::uint16_t, 3> force{};
-  std::array<std::int16_t, 3> acceleration{};
-  std::array<std::int16_t, 2> temperature{};
+#define ROBOTSKIN_COUNTS(name, is_signed, first, channels, column, blank, unit) \
+  std::array<Counts<(is_signed) != 0>, channels> name{};
+  RS_SENSORS(ROBOTSKIN_COUNTS)
+#undef ROBOTSKIN_COUNTS
   std::uint8_t sequence = 0;
   bool seen : 1 = false;              // a sample has come
   bool event : 1 = false;             // in event mode
@@ -33,13 +37,14 @@ static_assert(sizeof(Sample) == 64);
 
 // Writes the channels of a sample frame.
 inline void take_channels(Sample& sample, const rs_clock& frame) {
-  sample.proximity = static_cast<std::uint16_t>(frame.proximity);
-  sample.force = {static_cast<std::uint16_t>(frame.force_1), static_cast<std::uint16_t>(frame.force_2),
-                  static_cast<std::uint16_t>(frame.force_3)};
-  sample.acceleration = {static_cast<std::int16_t>(frame.acceleration_x),
-                         static_cast<std::int16_t>(frame.acceleration_y),
-                         static_cast<std::int16_t>(frame.acceleration_z)};
-  sample.temperature = {static_cast<std::int16_t>(frame.temperature_1), static_cast<std::int16_t>(frame.temperature_2)};
+#define ROBOTSKIN_VALUE(name, is_signed, bits, numerator, denominator, unit) static_cast<std::int32_t>(frame.name),
+  const std::array<std::int32_t, RS_CHANNEL_COUNT> value{RS_CHANNELS(ROBOTSKIN_VALUE)};
+#undef ROBOTSKIN_VALUE
+#define ROBOTSKIN_TAKE(name, is_signed, first, channels, column, blank, unit) \
+  for (std::size_t i = 0; i < (channels); ++i)                                \
+    sample.name[i] = static_cast<Counts<(is_signed) != 0>>(value[RS_CHANNEL_##first + i]);
+  RS_SENSORS(ROBOTSKIN_TAKE)
+#undef ROBOTSKIN_TAKE
 }
 
 // How long before `arrival_ns` (section unit's clock) the sample was taken. A frame tells its sample's time only within

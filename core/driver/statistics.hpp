@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "robotskin/channels.h"
+
 namespace robotskin::driver {
 
 class Counter {
@@ -57,10 +59,6 @@ class Counter {
   X(frames_duplicated, "samples that had come before: sent again after a failure")                  \
   X(frames_missing, "gaps in the cells' sequences, less what came late")                            \
   X(frames_dropped_by_units, "that section units say they had to drop")                             \
-  X(events_proximity, "event frames in which proximity changed")                                    \
-  X(events_force, "event frames in which a force changed, counted per sensor")                      \
-  X(events_acceleration, "event frames in which an acceleration changed, counted per axis")         \
-  X(events_temperature, "event frames in which a temperature changed, counted per sensor")          \
   X(replies_dropped, "answers nobody fetched in time")                                              \
   X(sessions, "section units that started or restarted")                                            \
   X(publications, "snapshots handed out")                                                           \
@@ -94,6 +92,10 @@ struct Statistics {
 #define ROBOTSKIN_MEMBER(name, meaning) Counter name;
   ROBOTSKIN_DATAGRAM_VERDICTS(ROBOTSKIN_MEMBER)
   ROBOTSKIN_DRIVER_COUNTS(ROBOTSKIN_MEMBER)
+  // Event frames in which a sensor's counts changed, one for each of its channels.
+#define ROBOTSKIN_SENSOR_EVENTS(name, ...) Counter events_##name;
+  RS_SENSORS(ROBOTSKIN_SENSOR_EVENTS)
+#undef ROBOTSKIN_SENSOR_EVENTS
 #undef ROBOTSKIN_MEMBER
   LatencyHistogram latency;
 

@@ -14,7 +14,7 @@ namespace robotskin::robot {
 namespace {
 
 // From here a sensor may be at the end of its range: the zeros that host and cell take off have used up the rest.
-constexpr double end_of_range_n = 0.9 * skin::force_1_highest * skin::force_1_step;
+constexpr double end_of_range_n = 0.9 * skin::channel_scales[RS_CHANNEL_force_1].highest * skin::force_1_step;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 

@@ -1,6 +1,10 @@
 // From counts to SI: what one count of each channel means (channels.h), and the tare of the force sensors.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <string_view>
+
 #include "robotskin/channels.h"
 
 namespace robotskin::skin {
@@ -13,11 +17,16 @@ inline constexpr double standard_gravity = 9.80665;  // m/s^2
 RS_CHANNELS(ROBOTSKIN_STEP)
 #undef ROBOTSKIN_STEP
 
-// The ends of each channel's range, in counts.
-#define ROBOTSKIN_ENDS(name, is_signed, bits, numerator, denominator, unit)    \
-  inline constexpr int name##_lowest = (is_signed) ? -(1 << ((bits) - 1)) : 0; \
-  inline constexpr int name##_highest = (is_signed) ? (1 << ((bits) - 1)) - 1 : (1 << (bits)) - 1;
-RS_CHANNELS(ROBOTSKIN_ENDS)
-#undef ROBOTSKIN_ENDS
+struct ChannelScale {
+  std::int32_t lowest, highest;  // counts
+  float si_step;                 // one count in SI
+};
+
+// By rs_channel.
+#define ROBOTSKIN_SCALE(name, is_signed, bits, numerator, denominator, unit)                                      \
+  ChannelScale{(is_signed) ? -(1 << ((bits) - 1)) : 0, (is_signed) ? (1 << ((bits) - 1)) - 1 : (1 << (bits)) - 1, \
+               static_cast<float>(name##_step * (std::string_view(unit) == "g" ? standard_gravity : 1.0))},
+inline constexpr std::array<ChannelScale, RS_CHANNEL_COUNT> channel_scales{{RS_CHANNELS(ROBOTSKIN_SCALE)}};
+#undef ROBOTSKIN_SCALE
 
 }  // namespace robotskin::skin

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "skin/calibration.hpp"
 #include "skin/proximity_curve.hpp"
@@ -14,21 +15,35 @@ namespace {
 using driver::Sample;
 
 constexpr float force_step_n = static_cast<float>(force_1_step);
-constexpr float acceleration_step = static_cast<float>(acceleration_x_step * standard_gravity);
 
 // The thermometers' own ranges are narrower than their channels: beyond them a reading cannot be true.
 constexpr double temperature_lowest_c = -45, temperature_highest_c = 130;
 
 constexpr std::int64_t fresh_periods = 5;
 
+// A signed channel has two ends; the lower one of the others is where nothing is felt.
 bool saturated(const Sample& sample) {
-  const auto at_end = [](int value, int lowest, int highest) { return value <= lowest || value >= highest; };
-  bool any = sample.fault || sample.proximity >= proximity_highest;
-  for (const int force : sample.force) any |= force >= force_1_highest;
-  for (const int axis : sample.acceleration) any |= at_end(axis, acceleration_x_lowest, acceleration_x_highest);
-  any |= at_end(sample.temperature[0], temperature_1_lowest, temperature_1_highest);
-  any |= at_end(sample.temperature[1], temperature_2_lowest, temperature_2_highest);
+  bool any = sample.fault;
+  const auto look = [&any](const auto& counts, std::size_t first) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const ChannelScale& scale = channel_scales[first + i];
+      any |= counts[i] >= scale.highest || (scale.lowest < 0 && counts[i] <= scale.lowest);
+    }
+  };
+#define ROBOTSKIN_LOOK(name, is_signed, first, ...) look(sample.name, RS_CHANNEL_##first);
+  RS_SENSORS(ROBOTSKIN_LOOK)
+#undef ROBOTSKIN_LOOK
   return any;
+}
+
+// Of one sensor, from counts.
+template <class AllCounts, class Values>
+void to_si(const AllCounts& counts, std::size_t first, Values& values) {
+  if constexpr (std::is_same_v<Values, float>) {
+    values = counts[0] * channel_scales[first].si_step;
+  } else {
+    for (std::size_t i = 0; i < counts.size(); ++i) values[i] = counts[i] * channel_scales[first + i].si_step;
+  }
 }
 
 bool impossible(const Sample& sample) {
@@ -108,15 +123,15 @@ void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) 
 }
 
 void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& state) const {
+#define ROBOTSKIN_TO_SI(name, is_signed, first, channels, column, blank, unit) \
+  to_si(sample.name, RS_CHANNEL_##first, state.column[cell]);
+  RS_SENSORS(ROBOTSKIN_TO_SI)
+#undef ROBOTSKIN_TO_SI
   for (unsigned i = 0; i < 3; ++i) {
-    state.normal_force[cell][i] = std::max(0.0F, sample.force[i] * force_step_n - force_offset_[cell][i]);
-    state.acceleration[cell][i] = sample.acceleration[i] * acceleration_step;
+    float& force = state.normal_force[cell][i];
+    force = std::max(0.0F, force - force_offset_[cell][i]);
   }
-  const double proximity = sample.proximity * proximity_step;
-  state.proximity[cell] = static_cast<float>(proximity);
-  state.distance[cell] = static_cast<float>(distance_from_proximity(proximity));
-  state.temperature[cell] = {static_cast<float>(sample.temperature[0] * temperature_1_step),
-                             static_cast<float>(sample.temperature[1] * temperature_2_step)};
+  state.distance[cell] = static_cast<float>(distance_from_proximity(sample.proximity[0] * proximity_step));
   state.stamp_ns[cell] = sample.stamp_ns;
   state.saturated[cell] = saturated(sample);
 }

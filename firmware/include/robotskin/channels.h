@@ -22,6 +22,14 @@
   X(temperature_1, 1, 8, 1, 2, "degC")  \
   X(temperature_2, 1, 14, 1, 32, "degC")
 
+/* X(sensor, signed, first channel, channels, column, value before the first sample, unit there)
+ * A sensor has some channels in a row. In the host's arrays it is a column of SI values: (N) or (N, channels). */
+#define RS_SENSORS(X)                                                         \
+  X(proximity, 0, proximity, 1, proximity, 0, "0 to 1")                       \
+  X(force, 0, force_1, 3, normal_force, 0, "newton, >= 0")                    \
+  X(acceleration, 1, acceleration_x, 3, acceleration, 0, "m/s^2, cell frame") \
+  X(temperature, 1, temperature_1, 2, temperature, unknown, "degrees Celsius")
+
 #define RS_CHANNEL_INDEX(name, is_signed, bits, numerator, denominator, unit) RS_CHANNEL_##name,
 typedef enum { RS_CHANNELS(RS_CHANNEL_INDEX) RS_CHANNEL_COUNT } rs_channel;
 #undef RS_CHANNEL_INDEX
@@ -35,5 +43,9 @@ typedef struct {
 enum { RS_SAMPLE_BITS = 0 RS_CHANNELS(RS_CHANNEL_SUM) };
 #undef RS_CHANNEL_SUM
 RS_STATIC_ASSERT(RS_SAMPLE_BITS == 98, "the nine channels take 98 bits on the wire");
+
+#define RS_SENSOR_CHANNELS(name, is_signed, first, channels, column, blank, unit) +(channels)
+RS_STATIC_ASSERT(0 RS_SENSORS(RS_SENSOR_CHANNELS) == RS_CHANNEL_COUNT, "every channel is of one sensor");
+#undef RS_SENSOR_CHANNELS
 
 #endif

@@ -77,10 +77,10 @@ void bind_traffic(nb::module_ module) {
                   filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
             };
             using driver::Sample;
-            column("proximity", 1, std::uint16_t{}, [](const Sample& s, std::size_t) { return s.proximity; });
-            column("force", 3, std::uint16_t{}, [](const Sample& s, std::size_t c) { return s.force[c]; });
-            column("acceleration", 3, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.acceleration[c]; });
-            column("temperature", 2, std::int16_t{}, [](const Sample& s, std::size_t c) { return s.temperature[c]; });
+#define ROBOTSKIN_COLUMN(name, is_signed, first, channels, ...) \
+  column(#name, channels, driver::Counts<(is_signed) != 0>{}, [](const Sample& s, std::size_t c) { return s.name[c]; });
+            RS_SENSORS(ROBOTSKIN_COLUMN)
+#undef ROBOTSKIN_COLUMN
             column("sequence", 1, std::uint8_t{}, [](const Sample& s, std::size_t) { return s.sequence; });
             column("seen", 1, bool{}, [](const Sample& s, std::size_t) -> bool { return s.seen; });
             return dict;

@@ -125,16 +125,12 @@ class SkinState:
     @time_ns.setter
     def time_ns(self, arg: int, /) -> None: ...
     @property
-    def normal_force(self) -> NDArray[numpy.float32]:
-        """(N, 3) newton, >= 0"""
-
-    @property
     def proximity(self) -> NDArray[numpy.float32]:
         """(N) 0 to 1"""
 
     @property
-    def distance(self) -> NDArray[numpy.float32]:
-        """(N) metres, inf where nothing is near"""
+    def normal_force(self) -> NDArray[numpy.float32]:
+        """(N, 3) newton, >= 0"""
 
     @property
     def acceleration(self) -> NDArray[numpy.float32]:
@@ -143,6 +139,10 @@ class SkinState:
     @property
     def temperature(self) -> NDArray[numpy.float32]:
         """(N, 2) degrees Celsius"""
+
+    @property
+    def distance(self) -> NDArray[numpy.float32]:
+        """(N) metres, inf where nothing is near"""
 
     @property
     def stamp_ns(self) -> NDArray[numpy.int64]:
