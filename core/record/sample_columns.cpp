@@ -41,7 +41,7 @@ void SampleColumns::add(const driver::Sample& sample) {
     force[i] = std::max(0.0F, static_cast<float>(sample.force[i]) * force_step - zero[i]);
     specific_force[i] = static_cast<float>(sample.acceleration[i]) * acceleration_step;
   }
-  proximity.push_back(static_cast<float>(sample.proximity * skin::proximity_step));
+  proximity.push_back(static_cast<float>(sample.proximity[0] * skin::proximity_step));
   temperature.push_back({static_cast<float>(sample.temperature[0] * skin::temperature_1_step),
                          static_cast<float>(sample.temperature[1] * skin::temperature_2_step)});
   flags.push_back((sample.event ? 1U : 0U) | (sample.fault ? 2U : 0U) | (sample.refresh ? 4U : 0U));
