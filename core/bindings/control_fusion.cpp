@@ -249,6 +249,7 @@ void bind_control_fusion(nb::module_& module) {
           "acceleration (rows)).")
       .def_prop_ro("constrained", &QuadraticFusion::constrained, "levels of the last fuse that met a limit")
       .def_prop_ro("report", &QuadraticFusion::report)
+      .def("set_steps", &QuadraticFusion::set_steps, "steps"_a, "How many solver steps a tick may take from now on.")
       .def_prop_ro("claimed", &QuadraticFusion::claimed);
   module.attr("QUADRATIC_TOLERANCE") = QuadraticFusion::tolerance;
 }

@@ -69,7 +69,16 @@ void bind_task_cycle(nb::module_& module) {
       .def_rw("touch", &TaskCycleGains::touch)
       .def_rw("resolver", &TaskCycleGains::resolver)
       .def_rw("touch_bandwidth_hz", &TaskCycleGains::touch_bandwidth_hz)
-      .def_rw("fade_s", &TaskCycleGains::fade_s);
+      .def_rw("fade_s", &TaskCycleGains::fade_s)
+      .def_rw("fusion_ends_s", &TaskCycleGains::fusion_ends_s,
+              "after which a clock ends the fusion of a period, on a real robot's ports alone; 0: none does");
+  nb::class_<robot::FusionCounts>(module, "FusionCounts", "How the ticks of quadratic programmes ended so far.")
+      .def_ro("fallback_ticks", &robot::FusionCounts::fallback_ticks,
+              "their solver steps, or their time, ended before all levels were exact")
+      .def_ro("clock_ticks", &robot::FusionCounts::clock_ticks, "those that the clock ended")
+      .def_ro("fade_limited_ticks", &robot::FusionCounts::fade_limited_ticks,
+              "a limit forbade that the torque went on without a step")
+      .def_ro("most_steps", &robot::FusionCounts::most_steps, "of one tick");
   nb::class_<TaskCycle>(
       module, "TaskCycle",
       "Any behaviour: joint state and skin state in, the tasks of a stack fused, joint command out.\n\n"
@@ -154,6 +163,7 @@ void bind_task_cycle(nb::module_& module) {
       .def_prop_ro(
           "intervention_counts", [](const TaskCycle& self) { return counts_of(self.guard()); }, nb::rv_policy::move,
           "(5, n) cycles in which each `Limit` of each joint changed a running command")
+      .def_prop_ro("fusion_counts", &TaskCycle::fusion_counts, nb::rv_policy::reference_internal)
       .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal);
 }
 

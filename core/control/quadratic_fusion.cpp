@@ -218,6 +218,10 @@ const FusionReport& QuadraticFusion::report() const noexcept {
   return workspace_->report;
 }
 
+void QuadraticFusion::set_steps(std::size_t steps) noexcept {
+  workspace_->limits.steps = steps;
+}
+
 void QuadraticFusion::restart() noexcept {
   workspace_->running = workspace_->fades = false;
 }

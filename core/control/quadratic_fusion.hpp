@@ -83,6 +83,8 @@ class QuadraticFusion {
   double add_within_limits(std::span<const double> addition, std::span<double> fused) noexcept;
   // The next tick has no tick before it: nothing fades.
   void restart() noexcept;
+  // How many solver steps a tick may take from now on.
+  void set_steps(std::size_t steps) noexcept;
 
   const FusionReport& report() const noexcept;  // of the last fuse
   // Levels of the last fuse that met a limit.

@@ -40,6 +40,9 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
 const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
                                    JointCommand& command, const skin::SkinTorque* own_torque) noexcept {
   const double period = gains_.resolver.period_s;
+  const std::int64_t deadline_ns =
+      gains_.fusion_ends_s > 0 ? control::StepBudget::now_ns() + static_cast<std::int64_t>(1e9 * gains_.fusion_ends_s)
+                               : 0;
   const std::size_t count = joint_count();
   const auto fits = [count](const std::vector<double>& values) {
     return values.size() == count && std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
@@ -81,10 +84,16 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .own_torque = own_torque,
         .source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole()),
         .skin_share = skin_share,
-        .tick = ++tick_};
+        .tick = ++tick_,
+        .deadline_ns = deadline_ns};
     if (!moves) stack_.restart(input);
-    valid = stack_.compute(input, mass_, bias_, fused_torque_) &&  // (18) or (19), (20)
-            resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);
+    valid = stack_.compute(input, mass_, bias_, fused_torque_);  // (18) or (19), (20)
+    const control::FusionReport fusion = stack_.stack().report();
+    fusion_counts_.fallback_ticks += fusion.fallback ? 1 : 0;
+    fusion_counts_.clock_ticks += fusion.by_clock ? 1 : 0;
+    fusion_counts_.fade_limited_ticks += fusion.fade_limited ? 1 : 0;
+    fusion_counts_.most_steps = std::max<std::uint64_t>(fusion_counts_.most_steps, fusion.steps);
+    valid = valid && resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);
   }
 
   // SAFETY: the guard has the last word; nothing after it changes the command.

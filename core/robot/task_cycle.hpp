@@ -27,6 +27,17 @@ struct TaskCycleGains {
   control::ResolverGains resolver;  // its period is the cycle's
   double touch_bandwidth_hz = 0;    // of the measured touch, 0: unfiltered
   double fade_s = 0.25;             // how long switching the stack, the skin or a patch takes
+  // After which a clock ends the fusion of a period: for the ports of a real robot alone, since no run that it ends
+  // can be repeated; 0: none does.
+  double fusion_ends_s = 0;
+};
+
+// How the ticks of quadratic programmes ended, of a cycle so far.
+struct FusionCounts {
+  std::uint64_t fallback_ticks = 0;      // their solver steps, or their time, ended before all levels were exact
+  std::uint64_t clock_ticks = 0;         // those that the clock ended
+  std::uint64_t fade_limited_ticks = 0;  // a limit forbade that the torque went on without a step
+  std::uint64_t most_steps = 0;          // of one tick
 };
 
 // Any behaviour: a stack of tasks, fused (18) or (19), through the torque resolver and past the guard. Requests may
@@ -63,6 +74,7 @@ class TaskCycle {
   std::span<const double> fused_torque() const noexcept { return fused_torque_; }    // (n) Nm
   const control::TaskStack& stack() const noexcept { return stack_.stack(); }
   const GuardReport& report() const noexcept { return guard_.report(); }
+  const FusionCounts& fusion_counts() const noexcept { return fusion_counts_; }
   const Guard& guard() const noexcept { return guard_; }
   // The last second before now, or before the robot stopped by a fault.
   const StateLog& log() const noexcept { return log_; }
@@ -77,6 +89,7 @@ class TaskCycle {
   control::StackSwitch stack_;
   control::TorqueResolver resolver_;
   Guard guard_;
+  FusionCounts fusion_counts_;
   StateLog log_;
   std::vector<float> share_;          // (N)
   std::vector<double> fused_torque_;  // (n)

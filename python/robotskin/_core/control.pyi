@@ -926,6 +926,9 @@ class QuadraticFusion:
 
     @property
     def report(self) -> FusionReport: ...
+    def set_steps(self, steps: int) -> None:
+        """How many solver steps a tick may take from now on."""
+
     @property
     def claimed(self) -> int: ...
 

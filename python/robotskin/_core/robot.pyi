@@ -313,6 +313,33 @@ class TaskCycleGains:
     def fade_s(self) -> float: ...
     @fade_s.setter
     def fade_s(self, arg: float, /) -> None: ...
+    @property
+    def fusion_ends_s(self) -> float:
+        """
+        after which a clock ends the fusion of a period, on a real robot's ports alone; 0: none does
+        """
+
+    @fusion_ends_s.setter
+    def fusion_ends_s(self, arg: float, /) -> None: ...
+
+class FusionCounts:
+    """How the ticks of quadratic programmes ended so far."""
+
+    @property
+    def fallback_ticks(self) -> int:
+        """their solver steps, or their time, ended before all levels were exact"""
+
+    @property
+    def clock_ticks(self) -> int:
+        """those that the clock ended"""
+
+    @property
+    def fade_limited_ticks(self) -> int:
+        """a limit forbade that the torque went on without a step"""
+
+    @property
+    def most_steps(self) -> int:
+        """of one tick"""
 
 class TaskCycle:
     """
@@ -408,5 +435,7 @@ class TaskCycle:
         (5, n) cycles in which each `Limit` of each joint changed a running command
         """
 
+    @property
+    def fusion_counts(self) -> FusionCounts: ...
     @property
     def report(self) -> GuardReport: ...

@@ -90,7 +90,8 @@ def run(
 
     Figures: `largest_move_m` of the pushed cells, `peak_contact_n`, `joint_error_rad` or `hand_error_m` at the end
     where the behaviour has a reference, of a spline its present point; `goal_error_rad` or `goal_error_m`: how far it
-    still is to a goal that was given; `limit_violations`, `interventions`, `running` (1: it never stopped).
+    still is to a goal that was given; `limit_violations`, `interventions`, `fallback_ticks` (the solver's
+    steps ended before all levels were exact), `running` (1: it never stopped).
     """
     progress("boot")
     figures: dict[str, float] = {"boot_s": session.boot()}
@@ -129,6 +130,7 @@ def run(
     figures |= {
         "limit_violations": report.violations,
         "interventions": report.interventions,
+        "fallback_ticks": session.controller.cycle.fusion_counts.fallback_ticks,
         "intervention_share": report.interventions / max(1, round(session.world.time_s / PERIOD_S)),
         "running": float(running),
         "simulated_s": session.world.time_s,

@@ -233,6 +233,7 @@ class LiveSession:
             "datagrams_per_s": gone["datagrams"] / virtual_s,
             "driver_cpu_percent": 100.0 * gone["driver_s"] / virtual_s,
             "frames_lost": float(self.session.frames_lost),
+            "fallback_ticks": float(self.session.controller.cycle.fusion_counts.fallback_ticks),
         }
 
     def _take(self) -> Snapshot:

@@ -24,6 +24,7 @@ TILES = (
     ("datagrams_per_s", "datagrams/s", "{:,.0f}"),
     ("driver_cpu_percent", "driver CPU", "{:.1f} %"),
     ("frames_lost", "frames lost", "{:,.0f}"),
+    ("fallback_ticks", "ticks that fell back", "{:,.0f}"),
 )
 TILE_STYLE = "background:rgba(128,140,160,.13);border-radius:6px;padding:4px 8px"
 

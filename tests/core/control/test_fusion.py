@@ -217,6 +217,34 @@ def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
     assert met > 20, "the test met no limit"
 
 
+def test_where_steps_end_and_come_back_the_torque_of_a_frozen_state_stays(robot, rng) -> None:
+    """Within the limits all along: no step where the fall-back begins and ends, and only a slow one between."""
+    n = robot.joint_count
+    limits = QuadraticLimits.of(robot)
+    limits.torque = (0.5 * np.array(limits.torque)).tolist()
+    fell = 0
+    for _ in range(15):
+        q, v = random_posture(robot, rng)[0], np.zeros(n)
+        dynamics = RobotDynamics(robot)
+        dynamics.update(q, v)
+        levels = [(300 * torque, rows) for torque, rows in random_levels(robot, dynamics, rng)]
+        gravity = np.clip(dynamics.gravity_torque, -0.9 * np.array(limits.torque), 0.9 * np.array(limits.torque))
+        fusion = quadratic(robot, limits)
+        torques = []
+        for steps in (1000, 1000, 3, 3, 3, 1000, 1000):
+            fusion.set_steps(steps)
+            torques.append(fusion.fuse(dynamics, q, v, gravity, levels))
+            assert fusion.report.steps <= steps
+            assert (np.abs(torques[-1]) <= np.array(limits.torque) + 1e-4).all()
+            fell += fusion.report.fallback
+            assert not fusion.report.fade_limited
+        steps_nm = np.abs(np.diff(torques, axis=0)).max(axis=1)
+        assert steps_nm[1] <= 1e-3, "where the fall-back begins"
+        assert steps_nm[4] <= 1e-3, "where it ends"
+        assert steps_nm[2:4].max() <= 2 * 0.001 / limits.fade_s * 2 * np.max(limits.torque)
+    assert fell > 20
+
+
 def test_a_programme_is_the_best_of_what_is_allowed(rng) -> None:
     """On one level: nothing within the limits comes nearer to what is asked for."""
     robot = robots.load("ur5").core
