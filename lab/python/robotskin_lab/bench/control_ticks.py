@@ -139,7 +139,12 @@ class Rig:
         measured = cycle.time_steps(self.states, self.touch, start_ns, command, ticks) / 1e3
         if cycle.report.state != SafetyState.running:
             raise RuntimeError(f"{key}: the robot stopped while it was timed: {cycle.report.text}")
-        return time_figures(key, measured)
+        figures: Figures = time_figures(key, measured)
+        if fusion is Fusion.quadratic:
+            counts = cycle.fusion_counts
+            figures[f"{key}_fallback_ticks_share"] = counts.fallback_ticks / (warm_up + ticks)
+            figures[f"{key}_most_steps"] = float(counts.most_steps)
+        return figures
 
 
 def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
