@@ -9,6 +9,7 @@ from robotskin._core.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.composed import COMPOSERS
 from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError
+from robotskin.robots.joint_dynamics import apply_dynamics, dynamics_file
 from robotskin.robots.locking import lock
 from robotskin.robots.repair import repaired
 from robotskin.robots.robot import Robot
@@ -33,14 +34,24 @@ def load(
     path: Path | None
     if isinstance(name_or_path, Path) or "/" in name_or_path or name_or_path.endswith(".urdf"):
         path = Path(name_or_path).expanduser().resolve()
-        name, text, folder = path.stem, _text_of(path), path.parent
+        name, text, folder, dynamics = path.stem, _text_of(path), path.parent, None
     elif name_or_path in COMPOSED:
         name, path = name_or_path, None
         text, folder = COMPOSERS[name]()
+        dynamics = dynamics_file(name)
     else:
         name, path = name_or_path, named_urdf(name_or_path)
         text, folder = _text_of(path), path.parent
-    return from_text(text, name=name, source=path, folder=folder, package_folders=package_folders, locked=locked)
+        dynamics = dynamics_file(name)
+    return from_text(
+        text,
+        name=name,
+        source=path,
+        folder=folder,
+        package_folders=package_folders,
+        locked=locked,
+        dynamics=dynamics,
+    )
 
 
 def from_text(
@@ -51,8 +62,13 @@ def from_text(
     source: Path | None = None,
     package_folders: Sequence[str | Path] = (),
     locked: Mapping[str, float] = NO_LOCKS,
+    dynamics: str | None = None,
 ) -> Robot:
-    """A robot from the text of a URDF whose relative paths begin in `folder`. Raises as `load` does."""
+    """A robot from the text of a URDF whose relative paths begin in `folder`.
+
+    `dynamics`: TOML text that replaces joints' dynamics (`robotskin.robots.joint_dynamics`). Raises as `load` does, or
+    JointDynamicsError.
+    """
     described_by = str(source or name)
     folders = [Path(entry).expanduser().resolve() for entry in package_folders]
     installed = models_folder()
@@ -60,6 +76,7 @@ def from_text(
         folders += [installed.parent, *sorted(entry for entry in installed.iterdir() if entry.is_dir())]
     result = repaired(text, described_by, folder, folders)
     result.root.set("name", name)
+    friction = {} if dynamics is None else apply_dynamics(result.root, dynamics, f"dynamics of {name}")
     lock(result.root, locked)
     # The first reading tells the order of the joints, the second has links and joints in that order.
     unordered = RobotModel(ElementTree.tostring(result.root, encoding="unicode"))
@@ -69,7 +86,14 @@ def from_text(
         raise MalformedUrdfError(described_by, "the order of its joints depends on the order of its text")
     mimics = tuple(one for one in result.mimics if one.joint not in locked and one.source not in locked)
     return Robot(
-        name=name, urdf=urdf, source=source, repairs=result.repairs, mimics=mimics, core=core, locked=dict(locked)
+        name=name,
+        urdf=urdf,
+        source=source,
+        repairs=result.repairs,
+        mimics=mimics,
+        core=core,
+        locked=dict(locked),
+        stated_friction=friction,
     )
 
 

@@ -36,6 +36,8 @@ class Robot:
     core: RobotModel = field(repr=False)
     locked: dict[str, float] = field(default_factory=dict)
     """Joints that were fixed on loading, rad or m by name; they are none of `joint_names`."""
+    stated_friction: dict[str, float] = field(default_factory=dict)
+    """Coulomb friction, Nm or N by name of the joint, where a file of dynamics states it; a URDF's is not used."""
 
     def __repr__(self) -> str:
         locked = f", {len(self.locked)} locked" if self.locked else ""

@@ -42,7 +42,8 @@ class World:
         line: quality of wires and clocks.
         servo: inner loops of the position and velocity interface.
         dead_cells: indices of cells without life from the start.
-        joint_friction: Coulomb friction of each joint, Nm or N; scalar or (n).
+        joint_friction: Coulomb friction of each joint, Nm or N; scalar or (n); by default what the robot's file of
+            dynamics states, else none.
         batch_us: how long a frame waits for its datagram to fill; 0 for one frame a datagram.
         unasked: section units send even if no host has asked.
         powered: the section units' ports have power from the start; without, the cells sleep and only physics runs.
@@ -68,7 +69,7 @@ class World:
         line: core.LineQuality | None = None,
         servo: core.ServoGains | None = None,
         dead_cells: Sequence[int] = (),
-        joint_friction: ArrayLike = 0.0,
+        joint_friction: ArrayLike | None = None,
         batch_us: int = 1000,
         unasked: bool = False,
         powered: bool = True,
@@ -85,6 +86,8 @@ class World:
         posture = robot.neutral if posture is None else posture
         self.scene = build(robot, layout, posture, hands, scene)
         dofs = self.scene.model.jnt_dofadr[self.scene.robot_joints]
+        if joint_friction is None:
+            joint_friction = [robot.stated_friction.get(name, 0.0) for name in robot.joint_names]
         self.scene.model.dof_frictionloss[dofs] = joint_friction
         soft_geom, soft_stiffness, soft_local = bodies.materials(self.scene.model, self.scene.spec)
         self._carrier, carriers = bodies.carriers(self.scene.model, self.scene.spec)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dynamics of joints as files, in place of what a URDF says: damping, friction, effort.
+
+They are written into the robot's text before any model is built from it, so that MuJoCo, guard and core have the same.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from importlib import resources
+from typing import Annotated
+from xml.etree import ElementTree
+
+import msgspec
+from msgspec import Meta
+
+from robotskin.errors import RobotskinError, UnknownNameError
+
+FOLDER = "dynamics"
+ALL = "all"
+
+
+class JointDynamicsError(RobotskinError):
+    """A file of dynamics that cannot be used; the message names file, joint, field, value and what would be valid."""
+
+
+class JointDynamics(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What replaces a joint's own values; what is left out stays. For prismatic joints read N and m."""
+
+    damping: Annotated[float, Meta(ge=0, lt=1e9)] | None = None
+    """Nm s/rad."""
+    friction: Annotated[float, Meta(ge=0, lt=1e9)] | None = None
+    """Nm, Coulomb's."""
+    effort: Annotated[float, Meta(gt=0, lt=1e9)] | None = None
+    """Nm, the most that the joint gives."""
+
+
+def dynamics_file(robot: str) -> str | None:
+    """The text of the file that comes with the project for a robot of this name, or None."""
+    file = resources.files("robotskin.robots").joinpath(FOLDER, f"{robot}.toml")
+    return file.read_text(encoding="utf-8") if file.is_file() else None
+
+
+def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> dict[str, float]:
+    """Write the dynamics of a TOML text into a URDF, in place.
+
+    Args:
+        root: the `<robot>` element.
+        text: `[all]` for every movable joint, and sections by name of a joint, which count before it.
+        source: names the text in errors.
+
+    Returns:
+        The friction that the text states, Nm or N by name of the joint.
+
+    Raises:
+        JointDynamicsError: a text that cannot be used. UnknownNameError: a joint that the robot does not have.
+    """
+    try:
+        sections = msgspec.convert(tomllib.loads(text), dict[str, JointDynamics])
+    except tomllib.TOMLDecodeError as error:
+        raise JointDynamicsError(f"{source}: no TOML: {error}") from None
+    except msgspec.ValidationError as error:
+        fields = ", ".join(JointDynamics.__struct_fields__)
+        raise JointDynamicsError(f"{source}: {error}; a joint has {fields}") from None
+    movable = {joint.get("name", ""): joint for joint in root.findall("joint") if joint.get("type") != "fixed"}
+    for name in sections:
+        if name != ALL and name not in movable:
+            raise UnknownNameError(f"movable joint of {source}", name, [*movable, ALL])
+    usual = sections.get(ALL, JointDynamics())
+    friction: dict[str, float] = {}
+    for name, joint in movable.items():
+        own = sections.get(name, JointDynamics())
+        for field, tag in (("damping", "dynamics"), ("friction", "dynamics"), ("effort", "limit")):
+            value = getattr(own, field) if getattr(own, field) is not None else getattr(usual, field)
+            if value is None:
+                continue
+            element = joint.find(tag)
+            if element is None:
+                element = ElementTree.SubElement(joint, tag)
+            element.set(field, repr(value))
+            if field == "friction":
+                friction[name] = value
+    return friction
