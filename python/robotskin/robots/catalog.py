@@ -18,6 +18,7 @@ ALIASES = {
     "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
 }
 COMPOSED = ("allegro_grasp", "dual_arm", "dual_arm_gripper", "panda_gripper", "ur5_gripper")
+"""A name of these stands before one of the package, whose `ur5_gripper` has pads too small for a cell."""
 
 
 def models_folder() -> Path | None:
@@ -45,7 +46,7 @@ def _named_files(folder: Path) -> dict[str, Path]:
 def robot_names() -> tuple[str, ...]:
     """All names that `load` takes, sorted; only the composed ones where example-robot-data is not installed."""
     folder = models_folder()
-    return tuple(sorted([*COMPOSED, *(_named_files(folder) if folder else ())]))
+    return tuple(sorted({*COMPOSED, *(_named_files(folder) if folder else ())}))
 
 
 def named_urdf(name: str) -> Path:
