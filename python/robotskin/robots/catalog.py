@@ -18,7 +18,7 @@ ALIASES = {
     "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
 }
 COMPOSED = ("allegro_grasp", "dual_arm", "dual_arm_gripper", "panda_gripper", "ur5_gripper")
-"""A name of these stands before one of the package, whose `ur5_gripper` has pads too small for a cell."""
+"""A name of these stands before the same name of the package, such as `ur5_gripper`."""
 
 
 def models_folder() -> Path | None:
