@@ -17,8 +17,9 @@ CORE_KNOWS = {
     "record": {"skin", "driver"},
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
+    "loop": {"robot", "control", "skin", "driver", "model"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "record", "control", "robot", "world"},
+    "bindings": {"model", "driver", "skin", "record", "control", "robot", "loop", "world"},
 }
 
 # Rooms of the laboratory may include these rooms of the product, and their own headers.

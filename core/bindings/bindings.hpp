@@ -9,12 +9,14 @@ void bind_model(nanobind::module_ module);
 void bind_firmware(nanobind::module_ module);
 void bind_driver(nanobind::module_ module);
 void bind_skin(nanobind::module_ module);
+void bind_skin_input(nanobind::module_& module);
 void bind_record(nanobind::module_ module);
 void bind_control(nanobind::module_ module);
 void bind_control_tasks(nanobind::module_& module);
 void bind_control_fusion(nanobind::module_& module);
 void bind_robot(nanobind::module_ module);
 void bind_task_cycle(nanobind::module_& module);
+void bind_loop(nanobind::module_ module);
 void bind_world(nanobind::module_ module);
 
 inline void bind_all(nanobind::module_& module) {
@@ -25,6 +27,7 @@ inline void bind_all(nanobind::module_& module) {
   bind_record(module.def_submodule("record", "Recording and replay: what happened on the way from datagram to state."));
   bind_control(module.def_submodule("control", "Stage 7: tasks, fusion and the torque resolver."));
   bind_robot(module.def_submodule("robot", "Stage 8: limits, watchdog and the last check before the robot."));
+  bind_loop(module.def_submodule("loop", "The loop that runs on a robot, from samples to command."));
   bind_world(module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body."));
 }
 

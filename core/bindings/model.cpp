@@ -1,6 +1,7 @@
 // Binds the model stage. Results come as copies, because a view would change with the next update.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
@@ -8,8 +9,10 @@
 #include <algorithm>
 #include <initializer_list>
 #include <stdexcept>
+#include <string>
 
 #include "bindings/bindings.hpp"
+#include "bindings/python_port.hpp"
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
 #include "model/robot_dynamics.hpp"
@@ -55,7 +58,9 @@ void bind_vector(nb::class_<Owner>& owner, const char* name, const char* doc) {
       },
       [](Owner& self, InputVector values) {
         std::vector<double>& vector = self.*member;
-        require(values.shape(0) == vector.size(), "the array must have one entry a joint");
+        if (values.shape(0) != vector.size())
+          throw std::invalid_argument(std::to_string(values.shape(0)) + " entries given, there are " +
+                                      std::to_string(vector.size()) + " joints");
         std::copy_n(values.data(), vector.size(), vector.data());
       },
       doc, nb::for_getter(nb::rv_policy::automatic));
@@ -89,7 +94,74 @@ void bind_states(nb::module_& module) {
 }
 
 void bind_robot_port(nb::module_& module) {
-  nb::class_<RobotPort>(module, "RobotPort", "The one interface through which anything moves a robot.")
+  nb::class_<SensorPlace>(module, "SensorPlace", "Where a sensor is: its name, and the link that carries it.")
+      .def(
+          "__init__",
+          [](SensorPlace* self, std::string name, std::string link) {
+            new (self) SensorPlace{.name = std::move(name), .link = std::move(link)};
+          },
+          "name"_a, "link"_a)
+      .def_ro("name", &SensorPlace::name)
+      .def_ro("link", &SensorPlace::link)
+      .def_prop_rw(
+          "link_from_sensor",
+          [](const SensorPlace& self) { return copied(std::span<const double>(self.link_from_sensor), {4, 4}); },
+          [](SensorPlace& self, nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu> pose) {
+            std::copy_n(pose.data(), 16, self.link_from_sensor.begin());
+          },
+          "(4, 4) metres", nb::for_getter(nb::rv_policy::move));
+  nb::class_<PortSensors>(module, "PortSensors", "Which sensors a robot has beside its joints; constant.")
+      .def(
+          "__init__",
+          [](PortSensors* self, std::vector<SensorPlace> imus, std::vector<SensorPlace> forces) {
+            new (self) PortSensors{std::move(imus), std::move(forces)};
+          },
+          "imus"_a = std::vector<SensorPlace>{}, "forces"_a = std::vector<SensorPlace>{})
+      .def_ro("imus", &PortSensors::imus)
+      .def_ro("forces", &PortSensors::forces);
+  nb::class_<ImuReading>(module, "ImuReading", "What is not measured is NaN, with a stamp of NEVER_NS, and never zero.")
+      .def_rw("acceleration", &ImuReading::acceleration, "(3) m/s^2, specific force, sensor frame")
+      .def_rw("angular_velocity", &ImuReading::angular_velocity, "(3) rad/s, sensor frame")
+      .def_rw("up_from_sensor", &ImuReading::up_from_sensor, "(9) row-major, from the sensor's frame to one with z up")
+      .def_rw("stamp_ns", &ImuReading::stamp_ns, "host clock when measured");
+  nb::class_<ForceReading>(module, "ForceReading",
+                           "What acts on the robot at a sensor. What is not measured is NaN, with a stamp of NEVER_NS.")
+      .def_rw("force", &ForceReading::force, "(3) newton, sensor frame")
+      .def_rw("moment", &ForceReading::moment, "(3) Nm about the sensor's origin")
+      .def_rw("stamp_ns", &ForceReading::stamp_ns, "host clock when measured");
+  nb::class_<SensorReadings>(module, "SensorReadings", "One entry a sensor, in the order of PortSensors.")
+      .def(nb::init<const PortSensors&>(), "sensors"_a)
+      .def_prop_ro(
+          "imus",
+          [](nb::handle_t<SensorReadings> self) {
+            nb::list readings;
+            for (ImuReading& one : nb::cast<SensorReadings&>(self).imus)
+              readings.append(nb::cast(&one, nb::rv_policy::reference_internal, self));
+            return readings;
+          },
+          nb::sig("def imus(self) -> list[ImuReading]"))
+      .def_prop_ro(
+          "forces",
+          [](nb::handle_t<SensorReadings> self) {
+            nb::list readings;
+            for (ForceReading& one : nb::cast<SensorReadings&>(self).forces)
+              readings.append(nb::cast(&one, nb::rv_policy::reference_internal, self));
+            return readings;
+          },
+          nb::sig("def forces(self) -> list[ForceReading]"));
+
+  nb::class_<RobotPort, PythonPort>(
+      module, "RobotPort",
+      R"(The one interface through which anything moves a robot; derive from it for your own.
+
+Override `read(state) -> PortStatus`: fill `position`, `velocity`, `effort` and `stamp_ns` of the JointState, (n) each;
+`write(command) -> PortStatus`: give the JointCommand to the robot, which holds it for 20 ms at most; `stop()`: bring the
+robot to rest and keep it there against gravity, whatever was commanded before; and, with `sensors`,
+`read_sensors(readings) -> PortStatus`. A port that raises counts as disconnected: the robot is told to stop.)")
+      .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors>(), "joint_count"_a, "modes"_a,
+           "sensors"_a = PortSensors{}, "modes: the interfaces that the robot offers.")
+      .def_prop_ro("sensors", &RobotPort::sensors, "which sensors the robot has beside its joints")
+      .def("read_sensors", &RobotPort::read_sensors, "readings"_a, "Fills what is new; `no_new_state`: nothing is.")
       .def_prop_ro("joint_count", &RobotPort::joint_count)
       .def("offers", &RobotPort::offers, "mode"_a)
       .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")

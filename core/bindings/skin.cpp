@@ -138,6 +138,7 @@ Raises ValueError for a joint that there is not.)")
 
 void bind_skin(nb::module_ module) {
   bind_own_torque(module);
+  bind_skin_input(module);
   module.attr("STANDARD_GRAVITY_MPS2") = skin::standard_gravity;
   module.attr("ACCELERATION_STEP_MPS2") = skin::acceleration_x_step * skin::standard_gravity;
   nb::enum_<Health>(module, "Health", nb::is_arithmetic(), "How far a cell's values can be believed.")

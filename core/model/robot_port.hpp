@@ -6,6 +6,7 @@
 
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
+#include "model/sensor_readings.hpp"
 
 namespace robotskin {
 
@@ -28,8 +29,13 @@ class RobotPort {
   virtual std::size_t joint_count() const noexcept = 0;
   virtual bool offers(CommandMode mode) const noexcept = 0;
 
+  // What the robot measures beside its joints; asked once, before the first read, so it may allocate and throw.
+  virtual PortSensors sensors() const { return {}; }
+
   // Fills a state of joint_count() joints, which the caller has sized; its stamp tells when it was measured.
   [[nodiscard]] virtual PortStatus read(JointState& state) noexcept = 0;
+  // Fills what is new in readings made for sensors(); a sensor that has not measured anything is left as it was.
+  [[nodiscard]] virtual PortStatus read_sensors(SensorReadings&) noexcept { return PortStatus::no_new_state; }
   // Holds until the next write or stop, at most for command_life_s; then the robot is stopped.
   [[nodiscard]] virtual PortStatus write(const JointCommand& command) noexcept = 0;
   // Brings the robot to rest and keeps it there against gravity, whatever was commanded before.

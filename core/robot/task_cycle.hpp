@@ -56,6 +56,7 @@ class TaskCycle {
                           JointCommand& command, const skin::SkinTorque* own_torque = nullptr) noexcept;
 
   void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
+  bool run_requested() const noexcept { return run_.load(std::memory_order_relaxed); }
   void request_mode(CommandMode mode) noexcept { mode_.store(mode, std::memory_order_relaxed); }
   // Whose torque skin tasks contribute; masks of patches hold for the host's alone.
   void request_skin_source(control::SkinSource source) noexcept { source_.store(source, std::memory_order_relaxed); }

@@ -1,6 +1,7 @@
 // Fills the SkinState of a control cycle from the driver's newest samples: SI units, tare, health.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -34,6 +35,10 @@ class SkinReader {
   // The cycle: no allocation, no waiting. `state` must have the model's size (std::invalid_argument); `now_ns` is the
   // host clock. Always the same state object: values of cells that have nothing new are left as they stand in it.
   void read(std::int64_t now_ns, SkinState& state);
+
+  std::size_t cell_count() const noexcept { return cells_; }
+  // No living cell's sample is older, in any mode.
+  std::int64_t longest_fresh_ns() const noexcept { return std::max(options_.clock_fresh_ns, options_.event_fresh_ns); }
 
   // From the next `read` on and for `duration_ns`, averages the forces of every cell; then subtracts the average.
   // Nothing may touch the skin meanwhile.

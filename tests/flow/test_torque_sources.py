@@ -46,17 +46,14 @@ def test_a_skin_that_says_nothing_new_moves_nothing(session: Session) -> None:
     session.set_source("skin")
     session.run(0.5)
     assert controller.skin_source_share == 1.0
-    told, reader = session.torques, session._torque_reader
-    session.torques = None  # the skin is told no more how the joints stand
-    for _ in range(STALE_MS):
-        session.step()
-        reader.read(session.world.now_ns, session.own_torque)
+    session.input.tell(False)  # the skin is told no more how the joints stand
+    session.run(1e-3 * STALE_MS)
     assert not session.own_torque.fresh
     assert not np.any(session.own_torque.joint)
     session.step()
     assert controller.skin_source_share == 0.0
     assert np.array_equal(controller.skin_torque, controller.host_skin_torque)
-    session.torques = told
+    session.input.tell(True)
     session.run(0.5)
     assert controller.skin_source_share == 1.0
 

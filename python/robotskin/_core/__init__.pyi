@@ -6,6 +6,7 @@ from robotskin._core import (
     control as control,
     driver as driver,
     firmware as firmware,
+    loop as loop,
     model as model,
     record as record,
     robot as robot,

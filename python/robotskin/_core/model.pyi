@@ -1,5 +1,6 @@
 """Stage 0: the robot's kinematics and dynamics, states and commands."""
 
+from collections.abc import Sequence
 import enum
 from typing import Annotated
 
@@ -86,8 +87,112 @@ class PortStatus(enum.Enum):
 
     disconnected = 3
 
+class SensorPlace:
+    """Where a sensor is: its name, and the link that carries it."""
+
+    def __init__(self, name: str, link: str) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def link(self) -> str: ...
+    @property
+    def link_from_sensor(self) -> NDArray[numpy.float64]:
+        """(4, 4) metres"""
+
+    @link_from_sensor.setter
+    def link_from_sensor(
+        self, arg: Annotated[NDArray[numpy.float64], dict(shape=(4, 4), order="C", device="cpu", writable=False)], /
+    ) -> None: ...
+
+class PortSensors:
+    """Which sensors a robot has beside its joints; constant."""
+
+    def __init__(self, imus: Sequence[SensorPlace] = [], forces: Sequence[SensorPlace] = []) -> None: ...
+    @property
+    def imus(self) -> list[SensorPlace]: ...
+    @property
+    def forces(self) -> list[SensorPlace]: ...
+
+class ImuReading:
+    """What is not measured is NaN, with a stamp of NEVER_NS, and never zero."""
+
+    @property
+    def acceleration(self) -> list[float]:
+        """(3) m/s^2, specific force, sensor frame"""
+
+    @acceleration.setter
+    def acceleration(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def angular_velocity(self) -> list[float]:
+        """(3) rad/s, sensor frame"""
+
+    @angular_velocity.setter
+    def angular_velocity(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def up_from_sensor(self) -> list[float]:
+        """(9) row-major, from the sensor's frame to one with z up"""
+
+    @up_from_sensor.setter
+    def up_from_sensor(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def stamp_ns(self) -> int:
+        """host clock when measured"""
+
+    @stamp_ns.setter
+    def stamp_ns(self, arg: int, /) -> None: ...
+
+class ForceReading:
+    """
+    What acts on the robot at a sensor. What is not measured is NaN, with a stamp of NEVER_NS.
+    """
+
+    @property
+    def force(self) -> list[float]:
+        """(3) newton, sensor frame"""
+
+    @force.setter
+    def force(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def moment(self) -> list[float]:
+        """(3) Nm about the sensor's origin"""
+
+    @moment.setter
+    def moment(self, arg: Sequence[float], /) -> None: ...
+    @property
+    def stamp_ns(self) -> int:
+        """host clock when measured"""
+
+    @stamp_ns.setter
+    def stamp_ns(self, arg: int, /) -> None: ...
+
+class SensorReadings:
+    """One entry a sensor, in the order of PortSensors."""
+
+    def __init__(self, sensors: PortSensors) -> None: ...
+    @property
+    def imus(self) -> list[ImuReading]: ...
+    @property
+    def forces(self) -> list[ForceReading]: ...
+
 class RobotPort:
-    """The one interface through which anything moves a robot."""
+    """
+    The one interface through which anything moves a robot; derive from it for your own.
+
+    Override `read(state) -> PortStatus`: fill `position`, `velocity`, `effort` and `stamp_ns` of the JointState, (n) each;
+    `write(command) -> PortStatus`: give the JointCommand to the robot, which holds it for 20 ms at most; `stop()`: bring the
+    robot to rest and keep it there against gravity, whatever was commanded before; and, with `sensors`,
+    `read_sensors(readings) -> PortStatus`. A port that raises counts as disconnected: the robot is told to stop.
+    """
+
+    def __init__(self, joint_count: int, modes: Sequence[CommandMode], sensors: PortSensors = ...) -> None:
+        """modes: the interfaces that the robot offers."""
+
+    @property
+    def sensors(self) -> PortSensors:
+        """which sensors the robot has beside its joints"""
+
+    def read_sensors(self, readings: SensorReadings) -> PortStatus:
+        """Fills what is new; `no_new_state`: nothing is."""
 
     @property
     def joint_count(self) -> int: ...

@@ -58,6 +58,70 @@ class TorqueReader:
     def read(self, now_ns: int, torque: SkinTorque) -> None:
         """Fills `torque` as of host time `now_ns`; never waits."""
 
+class InputStatus(enum.Enum):
+    """How a skin answered a read."""
+
+    ok = 0
+
+    nothing_new = 1
+
+    disconnected = 2
+
+class SkinInput:
+    """
+    Where a skin's samples come from; derive from it for a skin of your own.
+
+    Override `read(now_ns, state) -> InputStatus`: fill what is new in the state (a SkinState, always the same one), in the
+    order of the skin model. Of each such cell set the values, `stamp_ns` and `health`; set `state.time_ns` to the host clock
+    of the newest of it. A cell older than `fresh_s` is stale whatever `health` says. `tell_joints(now_ns, position)` may be
+    overridden, too: position (n) rad or m of the robot's joints. An input that raises counts as disconnected.
+    """
+
+    def __init__(self, cell_count: int, fresh_s: float = 0.05) -> None:
+        """Raises ValueError unless fresh_s is greater than 0."""
+
+    @property
+    def cell_count(self) -> int: ...
+    @property
+    def fresh_ns(self) -> int:
+        """how old a sample of a living cell may be"""
+
+    def tell_joints(
+        self,
+        now_ns: int,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """
+        Where the robot's joints are, (n) rad or m, for a skin that computes with it.
+        """
+
+    def read(self, now_ns: int, state: SkinState) -> InputStatus:
+        """Fills what is new in the state."""
+
+class DatagramInput(SkinInput):
+    """The samples of our own cells, as the driver has them."""
+
+    def __init__(self, reader: SkinReader) -> None: ...
+    def take_own_torque(
+        self,
+        driver: robotskin._core.driver.Driver,
+        torques: TorqueReader,
+        limbs: Sequence[tuple[int, int, Sequence[tuple[int, str]]]],
+        joint_count: int,
+    ) -> None:
+        """
+        From then on the cells hear where the joints are. limbs: [(section unit group, limb, [(joint, 't' turns, 's' slides or 'n' not needed)])].
+        """
+
+    def tell(self, on: bool) -> None:
+        """False: the cells hear no more where the joints are."""
+
+    @property
+    def own_torque(self) -> SkinTorque:
+        """
+        What the skin has computed itself (SkinTorque); None where it computes nothing.
+        """
+
 STANDARD_GRAVITY_MPS2: float = 9.80665
 
 ACCELERATION_STEP_MPS2: float = 0.0383072265625

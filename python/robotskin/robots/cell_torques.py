@@ -36,10 +36,6 @@ class Limb:
         """(n,) indices of the robot's joints."""
         return self.chain.joints
 
-    def codes(self, q: ArrayLike) -> list[int]:
-        """(n,) the positions of the limb's joints as they are broadcast, from all of the robot, rad or m."""
-        return self.chain.codes(q)
-
 
 @dataclass(frozen=True)
 class CellTorques:
@@ -107,6 +103,11 @@ class CellTorques:
     def places(self) -> list[tuple[int, int, tuple[int, ...]]]:
         """(section-unit group, limb, indices of the robot's joints) of each limb."""
         return [(limb.section_unit, limb.number, limb.joints) for limb in self.limbs]
+
+    @property
+    def codes(self) -> list[tuple[int, int, list[tuple[int, str]]]]:
+        """How the joints of each limb are told to its cells, as `DatagramInput.take_own_torque` takes it."""
+        return [(limb.section_unit, limb.number, limb.chain.code_kinds) for limb in self.limbs]
 
     def newton_metres(self, limb: Limb, vector: ArrayLike) -> NDArray[np.float64]:
         """(n,) Nm, or N where a joint slides, from a limb's vector as the driver hands it out."""

@@ -81,6 +81,13 @@ class Chain:
         wrapped = (turns + firmware.TURN // 2) % firmware.TURN - firmware.TURN // 2
         return [int(code) for code in np.where(self.prismatic, np.clip(slides, -32768, 32767), wrapped)]
 
+    @property
+    def code_kinds(self) -> list[tuple[int, str]]:
+        """(n,) joint of the robot and how its position is told: "t" turns, "s" slides, "n" not needed."""
+        unneeded = _first_slides(self.prismatic)
+        kinds = np.where(unneeded, "n", np.where(self.prismatic, "s", "t"))
+        return [(joint, str(kind)) for joint, kind in zip(self.joints, kinds, strict=True)]
+
     def of_cell(self, link_from_cell: ArrayLike) -> firmware.Chain:
         """The chain of the cell at `link_from_cell` (4, 4), in the smallest unit of length that holds every posture.
 

@@ -1,5 +1,37 @@
-"""A skinned robot in one object: driver, skin and controller, with a simulated world at both ends."""
+"""A skinned robot in one object: between two ends of any kind, or those of a simulated world.
 
-from robotskin.session.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
+A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput`; `SkinnedRobot` runs between them.
+"""
 
-__all__ = ["INTERFACES", "MODES", "PERIOD_S", "SOURCES", "Session", "SessionError"]
+from robotskin._core.loop import LoopError, LoopReport, SkinLoop
+from robotskin._core.model import (
+    CommandMode,
+    PortSensors,
+    PortStatus,
+    RobotPort,
+    SensorPlace,
+)
+from robotskin._core.skin import Health, InputStatus, SkinInput
+from robotskin.session.session import MODES, Session
+from robotskin.session.skinned_robot import INTERFACES, PERIOD_S, SOURCES, SessionError, SkinnedRobot
+
+__all__ = [
+    "INTERFACES",
+    "MODES",
+    "PERIOD_S",
+    "SOURCES",
+    "CommandMode",
+    "Health",
+    "InputStatus",
+    "LoopError",
+    "LoopReport",
+    "PortSensors",
+    "PortStatus",
+    "RobotPort",
+    "SensorPlace",
+    "Session",
+    "SessionError",
+    "SkinInput",
+    "SkinLoop",
+    "SkinnedRobot",
+]

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from robotskin._core import firmware
 from robotskin._core.control import Fusion
 from robotskin._core.driver import Driver
-from robotskin._core.model import CommandMode, JointCommand, JointState
-from robotskin._core.robot import Condition, SafetyState, SkinSource, safety_table
-from robotskin._core.skin import Health, SkinReader, SkinState, SkinTorque, TorqueReader
+from robotskin._core.robot import SafetyState
+from robotskin._core.skin import DatagramInput, Health, SkinModel, SkinReader, SkinTorque, TorqueReader
 from robotskin._core.world import UdpTransport
-from robotskin.control import Behaviour, Controller
+from robotskin.control import Behaviour
 from robotskin.control.body_limits import BodyLimits
-from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
@@ -27,17 +26,14 @@ from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-from robotskin.session.fault_file import FaultFile
+from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
 from robotskin.world import SceneSpec, World
 
-INTERFACES = tuple(str(one.name) for one in CommandMode)
-SOURCES = tuple(str(one.name) for one in SkinSource)
 MODES: tuple[str, ...] = firmware.MODES
 """In the order of the numbers that cells know them by."""
 
-PERIOD_S = 0.001
 LOOPBACK = "127.0.0.1"
 TORQUE_STEP_BITS = 4
 """Steps of 0.0625 Nm up to 2048 Nm: a touch of 30 N asks for as much where a cell gives way on a short lever."""
@@ -48,12 +44,8 @@ whose accelerometers would otherwise all speak at once."""
 Link = Literal["udp", "in process"]
 
 
-class SessionError(RobotskinError):
-    """A session that cannot go on; the message says at which step and why."""
-
-
-class Session:
-    """World, driver, skin and controller of one robot.
+class Session(SkinnedRobot):
+    """A skinned robot between the two ends of a simulated world; driver, skin and controller between them are real.
 
     Args:
         robot: the robot.
@@ -107,14 +99,15 @@ class Session:
     ) -> None:
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
-        self.fault_file = FaultFile(fault_file)
-        self.robot, self.layout, self.seed = robot, believed or layout, seed
-        self.world_cells = cells_in(layout, self.layout)
+        if mode not in MODES:
+            raise UnknownNameError("mode", mode, MODES)
+        known, believed = control or robot, believed or layout
+        self.seed, self.mode = seed, mode
+        self.world_cells = cells_in(layout, believed)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
-        self.gains = gains or gains_of(robot)
-        self.gains.require_fit(robot.core)
-        self.home = self.gains.home
-        model = self.layout.skin_model()
+        gains = gains or gains_of(robot)
+        gains.require_fit(robot.core)
+        model = believed.skin_model()
         self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None
         bind, units = ((LOOPBACK, 0), self.transport.addresses) if self.transport else (None, [])
         drawn = SkinKeys.of_seed(seed)
@@ -123,7 +116,7 @@ class Session:
             layout,
             robot,
             seed,
-            posture=self.home,
+            posture=gains.home,
             key=key,
             cell_key=(keys or drawn).cell_key,
             transport=self.transport,
@@ -131,75 +124,48 @@ class Session:
         )
         self.driver = Driver(model, key, bind, units, session_seed=None if self.transport else seed)
         self.reader = SkinReader(self.driver, model)
-        self.skin = SkinState(len(self.layout))
-        known = control or robot
-        limits = None
-        if body_limits is not None:
-            limits = body_limits.for_skin(self.layout, self.gains.values["skin"]["force_silent_n"])
-        self.controller = Controller(
-            known.core,
-            model,
-            self.gains,
-            behaviour,
-            fusion=fusion,
-            body=robot if self_collision else None,
-            skin_map=skin_map,
-            body_limits=limits,
-        )
-        self.torques: CellTorques | None = None
-        """What the cells are told, if they are."""
-        self.own_torque = SkinTorque(robot.joint_count)
-        """What the skin has computed itself."""
-        if own_torques is not False:
-            skin_gains = self.gains.skin_gains(known.core, model)
-            try:
-                self.torques = CellTorques.of(known, model, skin_gains, TORQUE_STEP_BITS)
-            except ChainError:
-                if own_torques:
-                    raise
-        if self.torques is not None:
-            self._torque_reader = TorqueReader(
-                self.driver, self.torques.places, robot.joint_count, step=self.torques.step
-            )
-        self.joints = JointState(robot.joint_count)
-        self.command = JointCommand(CommandMode.position, robot.joint_count)
+        self.input = DatagramInput(self.reader)
         self._received = 0
         self.driver_seconds = 0.0
         """Processor time of the driver so far."""
-        self.interface = interface
-        self.mode = mode
-        self.source = "host"
-        self.skin_on = True
-        self.set_interface(interface)
-        if mode not in MODES:
-            raise UnknownNameError("mode", mode, MODES)
+        self.torques = _own_torques(known, model, gains, own_torques)
+        """What the cells are told, if they are."""
+        if self.torques is not None:
+            reader = TorqueReader(self.driver, self.torques.places, robot.joint_count, step=self.torques.step)
+            self.input.take_own_torque(self.driver, reader, self.torques.codes, robot.joint_count)
+        super().__init__(
+            robot,
+            believed,
+            self.world.port,
+            self.input,
+            behaviour,
+            interface=interface,
+            control=control,
+            gains=gains,
+            fusion=fusion,
+            self_collision=self_collision,
+            skin_map=skin_map,
+            body_limits=body_limits,
+            fault_file=fault_file,
+        )
 
     # ---- The flow ----
 
     def step(self) -> None:
-        """One control period: from contact to motor command, a call a stage."""
+        """One control period: the world, the datagrams, the loop."""
         self.world.step(PERIOD_S)  # body, cells, network and section units
         self._carry_datagrams()
-        now_ns = self.world.now_ns
-        self.reader.read(now_ns, self.skin)
-        self.world.port.read(self.joints)
-        self._exchange_torques(now_ns)
-        report = self.controller.step(self.joints, self.skin, now_ns, self.command, self.own_torque)
-        if report.send:
-            self.world.port.write(self.command)
-        elif report.stop_port:
-            self.world.port.stop()
-        self.fault_file.watch(report, self.controller.task_error)
-        self.fault_file.write_at_rest(report, self.controller.cycle, self.robot.joint_names)
+        self.tick(self.world.now_ns)
 
-    def _exchange_torques(self, now_ns: int) -> None:
-        """Tell the skin how the joints stand, and take what it makes of that."""
-        if self.torques is None:
-            return
-        self._torque_reader.read(now_ns, self.own_torque)
-        for limb in self.torques.limbs:
-            codes = limb.codes(self.joints.position)
-            self.driver.set_joints(limb.number, codes, section_unit=limb.section_unit, now_ns=now_ns)
+    @property
+    def own_torque(self) -> SkinTorque:
+        """What the skin has computed itself."""
+        return self.input.own_torque or SkinTorque(self.robot.joint_count)
+
+    @property
+    def computes_torques(self) -> bool:
+        """Whether the cells have been told how to compute their torques."""
+        return self.torques is not None
 
     def _carry_datagrams(self) -> None:
         began = time.thread_time()
@@ -240,20 +206,11 @@ class Session:
         self.run(0.25)
         if self.torques is not None:
             self._tell_cells(self.torques)
-        self.controller.request_run(True)
+        self.start()
         self.run(0.05)
         if self.state is not SafetyState.running:
-            raise SessionError(f"the controller did not start: {self.state.name}, {self._why_not_running()}")
+            raise SessionError(f"the controller did not start: {self.state.name}, {self.why_not_running()}")
         return self.world.time_s - started
-
-    def _why_not_running(self) -> str:
-        report = self.controller.report
-        if report.state is not SafetyState.ready:
-            return "; ".join(part for part in (report.text, self.controller.task_error) if part)
-        needed = next(row[1] for row in safety_table() if row[0] is SafetyState.ready and row[3] is SafetyState.running)
-        absent = [str(one.name) for one in Condition if needed & one.value & ~report.conditions]
-        missing = f"for want of {', '.join(absent)}"
-        return "; ".join(part for part in (missing, self.controller.task_error) if part)
 
     def _tell_cells(self, torques: CellTorques) -> None:
         """Write offsets and torque parameters into the cells' flash, and take the zero that is left."""
@@ -271,20 +228,13 @@ class Session:
         try:
             self.fault_file.write(self.controller.cycle, self.robot.joint_names)
         finally:
-            self.controller.request_run(False)
+            self.stop()
             try:
                 self.run(0.5)
             finally:
                 self.world.port.stop()
 
     # ---- What may be asked of it ----
-
-    def set_interface(self, interface: str) -> None:
-        """Command the robot by position, velocity or torque from the next step on."""
-        if interface not in INTERFACES:
-            raise UnknownNameError("interface", interface, INTERFACES)
-        self.controller.request_mode(CommandMode[interface])
-        self.interface = interface
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send at the clock rate, or when something changes."""
@@ -294,72 +244,6 @@ class Session:
             self.driver.command("event_mask", TOUCH_EVENT_MASK, section_unit=section_unit)
             self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
         self.mode = mode
-
-    def set_source(self, source: str) -> None:
-        """Let the host or the skin itself compute the torque of the skin task, from the next step on.
-
-        Raises SessionError for "skin" where the cells have not been told how.
-        """
-        if source not in SOURCES:
-            raise UnknownNameError("source", source, SOURCES)
-        if source == "skin" and self.torques is None:
-            raise SessionError(f"{self.source_refused}: give own_torques")
-        self.controller.request_skin_source(SkinSource[source])
-        self.source = source
-
-    @property
-    def source_refused(self) -> str:
-        """Why `set_source` refuses "skin" at present; empty where it does not."""
-        if self.torques is None:
-            return "the cells have not been told how to compute torques"
-        return self.controller.own_torque_refused
-
-    def set_skin(self, on: bool) -> None:
-        """Let touch move the robot, or not."""
-        self.controller.request_skin(on)
-        self.skin_on = on
-
-    @property
-    def behaviour(self) -> str:
-        """What the robot does, by name."""
-        return self.controller.behaviour.name
-
-    @property
-    def behaviours(self) -> dict[str, str]:
-        """What `set_behaviour` takes, and what each means."""
-        return {name: one.meaning for name, one in self.controller.behaviours.items()}
-
-    def set_behaviour(self, name: str) -> None:
-        """Do something else from the next step on; the torque does not jump. Raises UnknownNameError."""
-        self.controller.use(name)
-        if not self.controller.takes_own_torque:
-            self.set_source("host")
-
-    def mask_patch(self, patch: int, masked: bool) -> None:
-        """Let the cells of a patch contribute nothing to the skin task."""
-        self.controller.request_patch_mask(patch, masked)
-
-    # ---- What is known of it ----
-
-    @property
-    def state(self) -> SafetyState:
-        """Of the controller."""
-        return self.controller.report.state
-
-    @property
-    def fault(self) -> str:
-        """Why a fault stopped the robot last; empty where none did."""
-        return self.fault_file.fault
-
-    @property
-    def fault_told(self) -> str:
-        """The last fault in one sentence and where its last second is, for people; empty where there was none."""
-        return self.fault_file.told
-
-    @property
-    def alive(self) -> int:
-        """Cells alive."""
-        return int((np.asarray(self.skin.health) == int(Health.alive)).sum())
 
     def cell_position(self, cell: int) -> NDArray[np.float64]:
         """(3,) metres, base frame: where the simulated cell truly is."""
@@ -371,13 +255,19 @@ class Session:
             raise SessionError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
         return int(self.world_cells[cell])
 
-    def felt_force_n(self, threshold_n: float = 0.1) -> float:
-        """Newton at the driver: the sum over the cells that feel more than the threshold."""
-        force = np.asarray(self.skin.normal_force).sum(axis=1)
-        alive = np.asarray(self.skin.health) == int(Health.alive)
-        return float(force[alive & (force > threshold_n)].sum())
-
     @property
     def frames_lost(self) -> int:
         """Sample frames that left a cell and did not reach the driver: gaps in the cells' own numbering."""
         return int(self.driver.statistics()["frames_missing"])
+
+
+def _own_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None) -> CellTorques | None:
+    """What the cells of a skin are told so that they compute their torques; None where they are not to, or cannot."""
+    if wanted is False:
+        return None
+    try:
+        return CellTorques.of(robot, skin, gains.skin_gains(robot.core, skin), TORQUE_STEP_BITS)
+    except ChainError:
+        if wanted:
+            raise
+        return None

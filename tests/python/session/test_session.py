@@ -208,7 +208,7 @@ def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, 
 
 
 def test_a_robot_that_does_not_start_says_for_want_of_what(session: Session, monkeypatch) -> None:
-    monkeypatch.setattr(session.controller, "request_run", lambda run: None)
+    monkeypatch.setattr(session, "start", lambda: None)
     with pytest.raises(SessionError, match="ready, for want of wanted"):
         session.boot()
 

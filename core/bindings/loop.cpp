@@ -1,0 +1,71 @@
+// Binds the loop.
+#include <string>
+
+#include "bindings/bindings.hpp"
+#include "bindings/python_part.hpp"
+#include "loop/loop_error.hpp"
+#include "loop/skin_loop.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace robotskin::bindings {
+namespace {
+
+using loop::LoopError;
+using loop::LoopReport;
+using loop::SkinLoop;
+
+// After the tick, in which the robot was stopped: what its Python parts did amiss.
+void raise_error_of(SkinLoop& self) {
+  for (PythonPart* part : {dynamic_cast<PythonPart*>(&self.port()), dynamic_cast<PythonPart*>(&self.input())}) {
+    const std::string error = part == nullptr ? std::string() : part->take_error();
+    if (!error.empty()) throw LoopError(error);
+  }
+}
+
+}  // namespace
+
+void bind_loop(nb::module_ module) {
+  nb::exception<LoopError>(module, "LoopError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  nb::class_<LoopReport>(module, "LoopReport", "What became of the last tick, and of all before it.")
+      .def_ro("input", &LoopReport::input, "InputStatus of the skin")
+      .def_ro("read", &LoopReport::read, "PortStatus of the joints")
+      .def_ro("sensors", &LoopReport::sensors, "PortStatus of what the robot measures beside its joints")
+      .def_ro("write", &LoopReport::write, "PortStatus of the command; no_new_state: none was sent")
+      .def_ro("offline", &LoopReport::offline, "the robot did not answer, or did not take its command")
+      .def_ro("latched", &LoopReport::latched, "it was lost while it was to run: it stands until asked to run anew")
+      .def_ro("ticks", &LoopReport::ticks)
+      .def_ro("sent", &LoopReport::sent, "commands that the robot took")
+      .def_ro("lost", &LoopReport::lost, "ticks in which it was offline");
+  nb::class_<SkinLoop>(module, "SkinLoop",
+                       "Samples of a skin in, commands to the robot out: the loop that runs on a robot, real or "
+                       "simulated. It belongs to one thread.")
+      .def(nb::init<RobotPort&, skin::SkinInput&, robot::TaskCycle&>(), "port"_a, "input"_a, "cycle"_a,
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
+           "Raises LoopError, with the counts, for parts that do not fit together.")
+      .def(
+          "step",
+          [](SkinLoop& self, std::int64_t now_ns) -> const LoopReport& {
+            const LoopReport* report = nullptr;
+            {
+              const nb::gil_scoped_release unlocked;
+              report = &self.step(now_ns);
+            }
+            raise_error_of(self);
+            return *report;
+          },
+          "now_ns"_a, nb::rv_policy::reference_internal,
+          "One tick at host time `now_ns`, which grows. Raises LoopError for what a port or an input written in Python "
+          "raised or answered amiss; the robot was told to stop before.")
+      .def("request_run", &SkinLoop::request_run, "run"_a, "To run, or to stop smoothly. Ends a latched stop.")
+      .def("request_mode", &SkinLoop::request_mode, "mode"_a, "Raises LoopError for one that the port does not offer.")
+      .def_prop_ro("report", &SkinLoop::report, nb::rv_policy::reference_internal)
+      .def_prop_ro("guard", &SkinLoop::guard, nb::rv_policy::reference_internal, "GuardReport of the last tick")
+      .def_prop_ro("skin", &SkinLoop::skin, nb::rv_policy::reference_internal, "SkinState of the last tick")
+      .def_prop_ro("joints", &SkinLoop::joints, nb::rv_policy::reference_internal, "JointState of the last tick")
+      .def_prop_ro("sensors", &SkinLoop::sensors, nb::rv_policy::reference_internal, "SensorReadings of the last tick")
+      .def_prop_ro("command", &SkinLoop::command, nb::rv_policy::reference_internal, "JointCommand of the last tick");
+}
+
+}  // namespace robotskin::bindings

@@ -1,0 +1,92 @@
+"""The loop that runs on a robot, from samples to command."""
+
+import robotskin._core.model
+import robotskin._core.robot
+import robotskin._core.skin
+import robotskin.errors
+
+class LoopError(robotskin.errors.RobotskinError):
+    pass
+
+class LoopReport:
+    """What became of the last tick, and of all before it."""
+
+    @property
+    def input(self) -> robotskin._core.skin.InputStatus:
+        """InputStatus of the skin"""
+
+    @property
+    def read(self) -> robotskin._core.model.PortStatus:
+        """PortStatus of the joints"""
+
+    @property
+    def sensors(self) -> robotskin._core.model.PortStatus:
+        """PortStatus of what the robot measures beside its joints"""
+
+    @property
+    def write(self) -> robotskin._core.model.PortStatus:
+        """PortStatus of the command; no_new_state: none was sent"""
+
+    @property
+    def offline(self) -> bool:
+        """the robot did not answer, or did not take its command"""
+
+    @property
+    def latched(self) -> bool:
+        """it was lost while it was to run: it stands until asked to run anew"""
+
+    @property
+    def ticks(self) -> int: ...
+    @property
+    def sent(self) -> int:
+        """commands that the robot took"""
+
+    @property
+    def lost(self) -> int:
+        """ticks in which it was offline"""
+
+class SkinLoop:
+    """
+    Samples of a skin in, commands to the robot out: the loop that runs on a robot, real or simulated. It belongs to one thread.
+    """
+
+    def __init__(
+        self,
+        port: robotskin._core.model.RobotPort,
+        input: robotskin._core.skin.SkinInput,
+        cycle: robotskin._core.robot.TaskCycle,
+    ) -> None:
+        """Raises LoopError, with the counts, for parts that do not fit together."""
+
+    def step(self, now_ns: int) -> LoopReport:
+        """
+        One tick at host time `now_ns`, which grows. Raises LoopError for what a port or an input written in Python raised or answered amiss; the robot was told to stop before.
+        """
+
+    def request_run(self, run: bool) -> None:
+        """To run, or to stop smoothly. Ends a latched stop."""
+
+    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None:
+        """Raises LoopError for one that the port does not offer."""
+
+    @property
+    def report(self) -> LoopReport: ...
+    @property
+    def guard(self) -> robotskin._core.robot.GuardReport:
+        """GuardReport of the last tick"""
+
+    @property
+    def skin(self) -> robotskin._core.skin.SkinState:
+        """SkinState of the last tick"""
+
+    @property
+    def joints(self) -> robotskin._core.model.JointState:
+        """JointState of the last tick"""
+
+    @property
+    def sensors(self) -> robotskin._core.model.SensorReadings:
+        """SensorReadings of the last tick"""
+
+    @property
+    def command(self) -> robotskin._core.model.JointCommand:
+        """JointCommand of the last tick"""

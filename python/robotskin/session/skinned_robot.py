@@ -1,0 +1,244 @@
+"""A robot in its skin between two ends of any kind: a robot port and a skin input, real, replayed or simulated."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from robotskin._core.control import Fusion
+from robotskin._core.loop import LoopReport, SkinLoop
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotPort
+from robotskin._core.robot import Condition, SafetyState, SkinSource, safety_table
+from robotskin._core.skin import Health, SkinInput, SkinState
+from robotskin.control import Behaviour, Controller
+from robotskin.control.body_limits import BodyLimits
+from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.layout import Layout
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet, gains_of
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.session.fault_file import FaultFile
+
+INTERFACES = tuple(str(one.name) for one in CommandMode)
+SOURCES = tuple(str(one.name) for one in SkinSource)
+PERIOD_S = 0.001
+
+
+class SessionError(RobotskinError):
+    """A session that cannot go on; the message says at which step and why."""
+
+
+class SkinnedRobot:
+    """Controller and loop of one robot (`SkinLoop`), and what may be asked of them.
+
+    Args:
+        robot: n joints.
+        layout: its skin, N cells, as far as it is known.
+        port: what moves the robot: n joints. Derive from `RobotPort` for a robot of your own.
+        skin: where the N cells' samples come from. Derive from `SkinInput` for a skin of your own.
+        behaviour: to begin with, by name or made by hand.
+        interface: "position", "velocity" or "torque"; one that the port offers.
+        control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
+        gains: of this robot; by default those of its name that come with the project, else made.
+        fusion: how tasks are fused, instead of the behaviours' own way.
+        self_collision: behaviours by name keep bodies apart and joints off their limits, too.
+        skin_map: reactions to touch are recalled from this map, without a kinematic model.
+        body_limits: limits of contact, at which the guard stops the robot.
+        fault_file: where the last second before a fault is written (CSV); None: nowhere.
+
+    Raises:
+        LoopError: port, input and robot of different counts, an interface that the port does not offer.
+        UnknownNameError: no gains of that name, no such behaviour or interface. InputError, BodyLimitsError, GainError,
+            ModelError, ControlError: what does not fit the robot and its skin.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        port: RobotPort,
+        skin: SkinInput,
+        behaviour: str | Behaviour = "skin_compliance",
+        *,
+        interface: str = "position",
+        control: Robot | None = None,
+        gains: GainSet | None = None,
+        fusion: Fusion | None = None,
+        self_collision: bool = False,
+        skin_map: SensoryMotorMap | None = None,
+        body_limits: BodyLimits | None = None,
+        fault_file: str | Path | None = None,
+    ) -> None:
+        self.fault_file = FaultFile(fault_file)
+        self.robot, self.layout, self.port = robot, layout, port
+        self.gains = gains or gains_of(robot)
+        self.gains.require_fit(robot.core)
+        self.home = self.gains.home
+        limits = None
+        if body_limits is not None:
+            limits = body_limits.for_skin(layout, self.gains.values["skin"]["force_silent_n"])
+        self.controller = Controller(
+            (control or robot).core,
+            layout.skin_model(),
+            self.gains,
+            behaviour,
+            fusion=fusion,
+            body=robot if self_collision else None,
+            skin_map=skin_map,
+            body_limits=limits,
+        )
+        self.loop = SkinLoop(port, skin, self.controller.cycle)
+        self.interface = interface
+        self.source = "host"
+        self.skin_on = True
+        self.set_interface(interface)
+
+    # ---- The loop ----
+
+    def tick(self, now_ns: int) -> LoopReport:
+        """One control period at host time `now_ns`, from samples to command; see `SkinLoop.step`.
+
+        Raises LoopError for what a port or an input written in Python did amiss; the robot was told to stop before.
+        """
+        report = self.loop.step(now_ns)
+        guard = self.loop.guard
+        self.fault_file.watch(guard, self.controller.task_error)
+        self.fault_file.write_at_rest(guard, self.controller.cycle, self.robot.joint_names)
+        return report
+
+    def tick_for(self, seconds: float) -> LoopReport:
+        """Tick in real time, once a period on the host's monotonic clock. What is late is not caught up with."""
+        due = time.monotonic()
+        ends = due + seconds
+        report = self.loop.report
+        while time.monotonic() < ends:
+            report = self.tick(time.monotonic_ns())
+            due = max(due + PERIOD_S, time.monotonic())
+            time.sleep(max(due - time.monotonic(), 0.0))
+        return report
+
+    def start(self) -> None:
+        """Let the controller move the robot as soon as all its conditions hold (`why_not_running`)."""
+        self.loop.request_run(True)
+
+    def stop(self) -> None:
+        """Stop smoothly, then hold."""
+        self.loop.request_run(False)
+
+    def why_not_running(self) -> str:
+        """What the controller waits for, or why it stopped; empty while it runs."""
+        if self.state in (SafetyState.running, SafetyState.degraded):
+            return ""
+        report = self.controller.report
+        if report.state is not SafetyState.ready:
+            return "; ".join(part for part in (report.text, self.controller.task_error) if part)
+        needed = next(row[1] for row in safety_table() if row[0] is SafetyState.ready and row[3] is SafetyState.running)
+        absent = [str(one.name) for one in Condition if needed & one.value & ~report.conditions]
+        missing = f"for want of {', '.join(absent)}"
+        return "; ".join(part for part in (missing, self.controller.task_error) if part)
+
+    # ---- What may be asked of it ----
+
+    def set_interface(self, interface: str) -> None:
+        """Command the robot by position, velocity or torque from the next step on.
+
+        Raises UnknownNameError, and LoopError for one that the port does not offer.
+        """
+        if interface not in INTERFACES:
+            raise UnknownNameError("interface", interface, INTERFACES)
+        self.loop.request_mode(CommandMode[interface])
+        self.interface = interface
+
+    def set_source(self, source: str) -> None:
+        """Let the host or the skin itself compute the torque of the skin task, from the next step on.
+
+        Raises SessionError for "skin" where the cells compute none.
+        """
+        if source not in SOURCES:
+            raise UnknownNameError("source", source, SOURCES)
+        if source == "skin" and not self.computes_torques:
+            raise SessionError(f"{self.source_refused}: give own_torques")
+        self.controller.request_skin_source(SkinSource[source])
+        self.source = source
+
+    @property
+    def computes_torques(self) -> bool:
+        """Whether the cells have been told how to compute their torques."""
+        return False
+
+    @property
+    def source_refused(self) -> str:
+        """Why `set_source` refuses "skin" at present; empty where it does not."""
+        if not self.computes_torques:
+            return "the cells have not been told how to compute torques"
+        return self.controller.own_torque_refused
+
+    def set_skin(self, on: bool) -> None:
+        """Let touch move the robot, or not."""
+        self.controller.request_skin(on)
+        self.skin_on = on
+
+    @property
+    def behaviour(self) -> str:
+        """What the robot does, by name."""
+        return self.controller.behaviour.name
+
+    @property
+    def behaviours(self) -> dict[str, str]:
+        """What `set_behaviour` takes, and what each means."""
+        return {name: one.meaning for name, one in self.controller.behaviours.items()}
+
+    def set_behaviour(self, name: str) -> None:
+        """Do something else from the next step on; the torque does not jump. Raises UnknownNameError."""
+        self.controller.use(name)
+        if not self.controller.takes_own_torque:
+            self.set_source("host")
+
+    def mask_patch(self, patch: int, masked: bool) -> None:
+        """Let the cells of a patch contribute nothing to the skin task."""
+        self.controller.request_patch_mask(patch, masked)
+
+    # ---- What is known of it ----
+
+    @property
+    def state(self) -> SafetyState:
+        """Of the controller."""
+        return self.controller.report.state
+
+    @property
+    def fault(self) -> str:
+        """Why a fault stopped the robot last; empty where none did."""
+        return self.fault_file.fault
+
+    @property
+    def fault_told(self) -> str:
+        """The last fault in one sentence and where its last second is, for people; empty where there was none."""
+        return self.fault_file.told
+
+    @property
+    def alive(self) -> int:
+        """Cells alive."""
+        return int((np.asarray(self.skin.health) == int(Health.alive)).sum())
+
+    @property
+    def skin(self) -> SkinState:
+        """What the skin felt in the last tick; the arrays share its memory."""
+        return self.loop.skin
+
+    @property
+    def joints(self) -> JointState:
+        """Measured in the last tick."""
+        return self.loop.joints
+
+    @property
+    def command(self) -> JointCommand:
+        """Of the last tick."""
+        return self.loop.command
+
+    def felt_force_n(self, threshold_n: float = 0.1) -> float:
+        """Newton at the driver: the sum over the cells that feel more than the threshold."""
+        force = np.asarray(self.skin.normal_force).sum(axis=1)
+        alive = np.asarray(self.skin.health) == int(Health.alive)
+        return float(force[alive & (force > threshold_n)].sum())
