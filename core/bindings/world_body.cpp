@@ -24,6 +24,7 @@ using world::Imperfections;
 using world::ServoGains;
 using world::SimulatedRobot;
 using world::Waypoint;
+using Neighbours = std::vector<std::array<int, 4>>;
 using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 
 template <typename Row>
@@ -37,18 +38,24 @@ auto rows(const std::vector<Row>& values) {
 }
 
 world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector<int>& cell_geom,
-                            const Poses& body_from_cell, const std::vector<int>& object_body,
-                            const std::vector<double>& object_temperature, double ambient_temperature,
-                            const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
-                            const std::vector<bool>& material_local, double skin_stiffness) {
+                            const Poses& body_from_cell, const Neighbours& cell_neighbours,
+                            const std::vector<int>& object_body, const std::vector<double>& object_temperature,
+                            double ambient_temperature, const std::vector<int>& material_geom,
+                            const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
+                            double skin_stiffness) {
   const std::size_t cells = cell_body.size();
-  if (cell_geom.size() != cells || body_from_cell.shape(0) != cells || object_body.size() != object_temperature.size())
+  if (cell_geom.size() != cells || body_from_cell.shape(0) != cells ||
+      object_body.size() != object_temperature.size() || (!cell_neighbours.empty() && cell_neighbours.size() != cells))
     throw std::invalid_argument("Body: one geom and pose a cell, one temperature an object");
   if (material_geom.size() != material_stiffness.size() || material_geom.size() != material_local.size())
     throw std::invalid_argument("Body: one stiffness a soft geom");
   world::Mounting mounting;
   mounting.cell_body = cell_body;
   mounting.cell_geom = cell_geom;
+  mounting.cell_neighbours = cell_neighbours;
+  for (const auto& neighbours : cell_neighbours)
+    for (const int neighbour : neighbours)
+      if (neighbour >= static_cast<int>(cells)) throw std::invalid_argument("Body: a neighbour that is no cell");
   mounting.object_body = object_body;
   mounting.object_temperature = object_temperature;
   mounting.ambient_temperature = ambient_temperature;
@@ -65,26 +72,24 @@ world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector
 }
 
 void bind_parts(nb::module_& module) {
-  nb::class_<Imperfections>(module, "Imperfections",
-                            "How far simulated sensors are from ideal ones; offsets and scales are drawn within +-.")
-      .def(nb::init<>())
+  auto imperfections = nb::class_<Imperfections>(
+      module, "Imperfections",
+      "How far robot, sensors and camera are from what estimators assume; 0 switches one off.");
+  imperfections.def(nb::init<>())
+      .def_static("ideal", &Imperfections::ideal, "Noise, offset, scale and drift of sensors; all else as modelled.")
       .def_static("none", &Imperfections::none, "Ideal sensors: quantised and limited, nothing else.")
-      .def_rw("proximity_noise_counts", &Imperfections::proximity_noise_counts)
-      .def_rw("proximity_offset_counts", &Imperfections::proximity_offset_counts)
-      .def_rw("proximity_scale", &Imperfections::proximity_scale)
-      .def_rw("force_noise_counts", &Imperfections::force_noise_counts)
-      .def_rw("force_offset_counts", &Imperfections::force_offset_counts)
-      .def_rw("force_scale", &Imperfections::force_scale)
-      .def_rw("acceleration_noise_g", &Imperfections::acceleration_noise_g)
-      .def_rw("acceleration_offset_g", &Imperfections::acceleration_offset_g)
-      .def_rw("acceleration_scale", &Imperfections::acceleration_scale)
-      .def_rw("temperature_noise_c", &Imperfections::temperature_noise_c)
-      .def_rw("temperature_offset_c", &Imperfections::temperature_offset_c)
-      .def_rw("drift_counts", &Imperfections::drift_counts)
-      .def_rw("drift_period_s", &Imperfections::drift_period_s)
-      .def_rw("proximity_period_s", &Imperfections::proximity_period_s)
-      .def_rw("acceleration_period_s", &Imperfections::acceleration_period_s)
-      .def_rw("temperature_period_s", &Imperfections::temperature_period_s);
+      .def_static(
+          "table",
+          [] {
+            nb::list rows;
+            for (const auto& row : world::imperfection_table)
+              rows.append(nb::make_tuple(row.name, row.unit, row.meaning, row.source));
+            return rows;
+          },
+          "(name, unit, what it is, source) of each.");
+#define ROW(name, value, ideal, unit, meaning, source) imperfections.def_rw(#name, &Imperfections::name, meaning);
+  ROBOTSKIN_IMPERFECTIONS(ROW)
+#undef ROW
 
   nb::class_<ServoGains>(module, "ServoGains", "Inner position loop: C v + g + M (kp e + kd de/dt + ki integral e).")
       .def(nb::init<>())
@@ -132,24 +137,25 @@ void bind_world_body(nb::module_& module) {
           "__init__",
           [](Body* self, std::uintptr_t model, std::uintptr_t data, const nb::object& /*owner*/,
              const std::vector<int>& cell_body, const std::vector<int>& cell_geom, Poses body_from_cell,
-             const std::vector<int>& object_body, const std::vector<double>& object_temperature,
-             double ambient_temperature, const std::vector<int>& material_geom,
-             const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
-             double skin_stiffness, const std::vector<HandDescription>& hands, const std::vector<Carrier>& carriers,
-             const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
-             const Imperfections& imperfections, std::uint64_t seed) {
+             const Neighbours& cell_neighbours, const std::vector<int>& object_body,
+             const std::vector<double>& object_temperature, double ambient_temperature,
+             const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
+             const std::vector<bool>& material_local, double skin_stiffness, const std::vector<HandDescription>& hands,
+             const std::vector<Carrier>& carriers, const std::vector<int>& robot_joints,
+             const std::vector<double>& effort_limit, const ServoGains& gains, const Imperfections& imperfections,
+             std::uint64_t seed) {
             if (robot_joints.size() != effort_limit.size())
               throw std::invalid_argument("Body: one effort limit a joint");
             new (self) Body(
                 reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
-                mounting_of(cell_body, cell_geom, body_from_cell, object_body, object_temperature, ambient_temperature,
-                            material_geom, material_stiffness, material_local, skin_stiffness),
+                mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body, object_temperature,
+                            ambient_temperature, material_geom, material_stiffness, material_local, skin_stiffness),
                 hands, carriers, robot_joints, effort_limit, gains, imperfections, seed);
           },
           nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
-          "body_from_cell"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a, "material_geom"_a,
-          "material_stiffness"_a, "material_local"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a, "robot_joints"_a,
-          "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
+          "body_from_cell"_a, "cell_neighbours"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a,
+          "material_geom"_a, "material_stiffness"_a, "material_local"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a,
+          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
       .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal)
       .def_prop_ro(
@@ -173,7 +179,7 @@ void bind_world_body(nb::module_& module) {
             for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back({self.truth(i, 0).distance_m});
             return rows(all);
           },
-          nb::rv_policy::move, "(N, 1) metres to the nearest object, inf where there is none within reach")
+          nb::rv_policy::move, "(N, 1) metres to what reflects most, inf where nothing within reach does")
       .def(
           "temperature",
           [](const Body& self, std::int64_t time_ns) {

@@ -54,6 +54,17 @@ constexpr Matrix3 load9(const double* p) noexcept {
   return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]};
 }
 
+// Turns by the length of `turn`, rad, about its direction (Rodrigues).
+inline Matrix3 rotation_about(const Vector3& turn) noexcept {
+  const double angle = norm(turn);
+  if (angle == 0) return {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const Vector3 k = (1 / angle) * turn;
+  const double c = std::cos(angle), s = std::sin(angle), v = 1 - c;
+  return {c + v * k[0] * k[0],        v * k[0] * k[1] - s * k[2], v * k[0] * k[2] + s * k[1],
+          v * k[0] * k[1] + s * k[2], c + v * k[1] * k[1],        v * k[1] * k[2] - s * k[0],
+          v * k[0] * k[2] - s * k[1], v * k[1] * k[2] + s * k[0], c + v * k[2] * k[2]};
+}
+
 // The upper left of a row-major 4 x 4 placement times v.
 inline Vector3 rotate(const double* placement, const Vector3& v) noexcept {
   Vector3 out;

@@ -49,6 +49,8 @@ class Body {
   std::vector<Carrier>& carriers() { return carriers_; }
 
  private:
+  Truth truth(std::size_t cell, double time_s, const Seen& seen) const;
+
   mjModel_* model_;
   mjData_* data_;
   Mounting mounting_;

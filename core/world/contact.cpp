@@ -32,21 +32,31 @@ std::array<double, 3> sensor_shares(double x_m, double y_m) {
   return share;
 }
 
-Contacts::Contacts(const mjModel& model, const Mounting& mounting)
+Contacts::Contacts(const mjModel& model, const Mounting& mounting, const Imperfections& imperfections)
     : mounting_(mounting),
+      projection_(imperfections.force_projection > 0),
+      crosstalk_(mounting.cell_neighbours.empty() ? 0 : imperfections.force_crosstalk),
       cell_of_geom_(model.ngeom, -1),
       object_of_body_(model.nbody, -1),
       sensor_force_(mounting.cell_count()),
       toucher_depth_m_(mounting.cell_count()),
       toucher_(mounting.cell_count(), -1),
       marked_(mounting.cell_count()),
-      object_force_(mounting.object_count()) {
+      object_force_(mounting.object_count()),
+      pressed_(mounting.cell_count()) {
   for (std::size_t i = 0; i < mounting.cell_count(); ++i) cell_of_geom_[mounting.cell_geom[i]] = static_cast<int>(i);
   for (std::size_t i = 0; i < mounting.object_count(); ++i)
     object_of_body_[mounting.object_body[i]] = static_cast<int>(i);
   presses_.reserve(presses_max);
   touched_.reserve(mounting.cell_count());
   changed_.reserve(mounting.cell_count());
+  beside_.reserve(4 * mounting.cell_count());
+}
+
+void Contacts::change(int cell) {
+  if (marked_[cell] != 0) return;
+  marked_[cell] = 1;
+  changed_.push_back(cell);
 }
 
 void Contacts::update(const mjModel& model, const mjData& data) {
@@ -56,10 +66,14 @@ void Contacts::update(const mjModel& model, const mjData& data) {
     sensor_force_[cell] = {0, 0, 0};
     toucher_[cell] = -1;
     toucher_depth_m_[cell] = 0;
-    marked_[cell] = 1;
-    changed_.push_back(cell);
+    change(cell);
+  }
+  for (const int cell : beside_) {
+    sensor_force_[cell] = {0, 0, 0};
+    change(cell);
   }
   touched_.clear();
+  beside_.clear();
   presses_.clear();
   std::fill(object_force_.begin(), object_force_.end(), 0.0);
 
@@ -77,8 +91,19 @@ void Contacts::update(const mjModel& model, const mjData& data) {
     mjtNum wrench[6];
     mj_contactForce(&model, &data, i, wrench);
     object_force_[object] += wrench[0];
+    double felt = 1;
+    if (projection_ && wrench[0] > 0) {
+      // The force on the second geom, world frame; rows of `frame` are normal and tangents.
+      const Vector3 force = wrench[0] * load3(contact.frame) + wrench[1] * load3(contact.frame + 3) +
+                            wrench[2] * load3(contact.frame + 6);
+      const Matrix3& body_from_cell = mounting_.body_from_cell_rotation[cell];
+      const Vector3 normal = apply(load9(data.xmat + 9 * mounting_.cell_body[cell]),
+                                   {body_from_cell[2], body_from_cell[5], body_from_cell[8]});
+      const double inwards = cell_of_geom_[contact.geom[1]] == cell ? -dot(force, normal) : dot(force, normal);
+      felt = std::max(inwards, 0.0) / wrench[0];
+    }
     presses_.push_back({cell, object * static_cast<int>(model.nbody) + mounting_.cell_body[cell],
-                        std::max(-contact.dist, 1e-9), wrench[0], load3(contact.pos)});
+                        std::max(-contact.dist, 1e-9), wrench[0], felt, load3(contact.pos)});
   }
 
   for (const Press& press : presses_) {
@@ -88,7 +113,7 @@ void Contacts::update(const mjModel& model, const mjData& data) {
       depth_sum_m += other.depth_m;
       force_sum_n += other.force_n;
     }
-    const double force_n = force_sum_n * press.depth_m / depth_sum_m;
+    const double force_n = press.felt * force_sum_n * press.depth_m / depth_sum_m;
     const int cell = press.cell, body = mounting_.cell_body[cell];
     const Vector3 in_body = apply_transposed(load9(data.xmat + 9 * body), press.point - load3(data.xpos + 3 * body));
     const Vector3 in_cell =
@@ -100,9 +125,26 @@ void Contacts::update(const mjModel& model, const mjData& data) {
       toucher_depth_m_[cell] = press.depth_m;
       toucher_[cell] = press.pair / static_cast<int>(model.nbody);
     }
-    if (marked_[cell] == 0) {
-      marked_[cell] = 1;
-      changed_.push_back(cell);
+    change(cell);
+  }
+  if (crosstalk_ > 0) spread();
+}
+
+// Each neighbour takes its share of what presses a cell, evenly on its sensors; the cell keeps the rest.
+void Contacts::spread() {
+  for (const int cell : touched_) pressed_[cell] = sensor_force_[cell];
+  for (const int cell : touched_) {
+    const auto& force = pressed_[cell];
+    const double carried_n = crosstalk_ * (force[0] + force[1] + force[2]);
+    for (const int neighbour : mounting_.cell_neighbours[cell]) {
+      if (neighbour < 0) continue;
+      for (int s = 0; s < 3; ++s) {
+        sensor_force_[cell][s] -= crosstalk_ * force[s];
+        sensor_force_[neighbour][s] += carried_n / 3;
+      }
+      if (toucher_[neighbour] >= 0) continue;
+      beside_.push_back(neighbour);
+      change(neighbour);
     }
   }
 }

@@ -6,19 +6,23 @@
 // a touch over the face: the sensors' shares are barycentric coordinates of a centre of pressure that lies so far
 // inwards that a touch at a corner gives 2/3 to the nearest sensor. So 15 N anywhere on one cell are within its range
 // of 10 N.
+//
+// A sensor measures along its own normal: of a contact force that comes aslant it feels the projection, friction
+// included. The soft layer carries a share of a cell's force over to each neighbour, so that the sum stays.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "world/imperfections.hpp"
 #include "world/mounting.hpp"
 
 namespace robotskin::world {
 
 class Contacts {
  public:
-  Contacts(const mjModel_& model, const Mounting& mounting);
+  Contacts(const mjModel_& model, const Mounting& mounting, const Imperfections& imperfections);
 
   // Reads the contacts of the last physics step. Allocates nothing.
   void update(const mjModel_& model, const mjData_& data);
@@ -37,11 +41,17 @@ class Contacts {
     int cell;
     int pair;  // object times link
     double depth_m;
-    double force_n;
-    Vector3 point;  // world frame
+    double force_n;  // normal to the contact
+    double felt;     // share of it that acts along the cell's normal
+    Vector3 point;   // world frame
   };
 
+  void spread();
+  void change(int cell);
+
   const Mounting& mounting_;
+  bool projection_;
+  double crosstalk_;
   std::vector<int> cell_of_geom_;    // (ngeom)
   std::vector<int> object_of_body_;  // (nbody)
   std::vector<Press> presses_;
@@ -52,6 +62,8 @@ class Contacts {
   std::vector<int> changed_;
   std::vector<std::uint8_t> marked_;
   std::vector<double> object_force_;
+  std::vector<std::array<double, 3>> pressed_;  // (N) before the soft layer spreads it
+  std::vector<int> beside_;                     // cells that feel their neighbours alone
 };
 
 // How a force of 1 at (x, y) metres on a cell's face is shared by its three sensors: >= 0, sum 1.

@@ -1,6 +1,7 @@
 // Which parts of a MuJoCo model are skin cells and which are things that touch them.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "model/spatial.hpp"
@@ -16,6 +17,7 @@ struct Mounting {
   std::vector<int> cell_geom;                       // (N) its hexagonal prism
   std::vector<Matrix3> body_from_cell_rotation;     // (N) z column is the outward normal
   std::vector<Vector3> body_from_cell_translation;  // (N) metres, centre of the outer face
+  std::vector<std::array<int, 4>> cell_neighbours;  // (N) cell at each port, -1: none; empty: no cell has any
   std::vector<int> object_body;                     // (O) hands first, then the bodies of things
   std::vector<double> object_temperature;           // (O) degrees Celsius
   double ambient_temperature = 30;                  // degrees Celsius

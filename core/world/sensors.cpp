@@ -24,7 +24,13 @@ struct Channel {
 constexpr Channel channels[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL)};
 #undef CHANNEL
 
-enum Purpose : std::uint64_t { purpose_individual = 1, purpose_noise = 2, purpose_phase = 3 };
+enum Purpose : std::uint64_t { purpose_individual = 1, purpose_noise = 2, purpose_phase = 3, purpose_strange = 4 };
+
+constexpr double full_scale_g = 2;
+constexpr double reference_c = 25;  // of the accelerometer's zero
+// Creep follows the load with this time constant; of its final size 1 - exp(-100 s / 40 s) is reached in 100 s.
+constexpr double creep_lag_s = 40;
+constexpr double creep_final_per_100_s = 1.0894;
 
 bool is_force(int channel) {
   return channel >= RS_CHANNEL_force_1 && channel <= RS_CHANNEL_force_3;
@@ -44,7 +50,11 @@ Sensors::Part Sensors::part_of(int channel) {
 Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uint64_t seed)
     : period_s_{imperfections.proximity_period_s, 0, imperfections.acceleration_period_s,
                 imperfections.temperature_period_s},
-      individuals_(cells) {
+      individuals_(cells),
+      hysteresis_(imperfections.force_hysteresis),
+      creep_(imperfections.force_creep * creep_final_per_100_s),
+      strange_(cells) {
+  draw_strangeness(imperfections, seed);
   for (int c = 0; c < RS_CHANNEL_COUNT; ++c) {
     double noise = imperfections.temperature_noise_c * channels[c].counts_per_unit;
     if (c == RS_CHANNEL_proximity) noise = imperfections.proximity_noise_counts;
@@ -89,6 +99,61 @@ Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uin
   }
 }
 
+void Sensors::draw_strangeness(const Imperfections& imperfections, std::uint64_t seed) {
+  const double turn_rad = imperfections.acceleration_turn_deg * std::numbers::pi / 180;
+  for (std::size_t i = 0; i < strange_.size(); ++i) {
+    Strangeness& strange = strange_[i];
+    const std::uint64_t key = stream_key(seed, purpose_strange, i);
+    Vector3 turn;
+    for (int a = 0; a < 3; ++a) {
+      turn[a] = turn_rad * normal_quantiles()[random_bits(key, a) >> (64 - normal_bits)];
+      strange.nonlinearity[a] = random_symmetric(key, 10 + a, imperfections.acceleration_nonlinearity);
+      strange.per_kelvin_g[a] = random_symmetric(key, 20 + a, imperfections.acceleration_per_kelvin_g);
+      // The skin was put on long ago: its pre-load has crept.
+      strange.preload_n[a] = random_unit(key, 30 + a) * imperfections.force_preload_n;
+      strange.shown_n[a] = strange.preload_n[a];
+      strange.crept[a] = creep_ * strange.preload_n[a];
+    }
+    strange.proximity_power = 2 * (1 + random_symmetric(key, 40, imperfections.proximity_exponent));
+    // The cell's axes as the turned part sees them, then what each axis takes from the other two.
+    const Matrix3 seen = rotation_about(-1 * turn);
+    Matrix3 cross_axis{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    for (int k = 0; k < 9; ++k)
+      if (k % 4 != 0) cross_axis[k] = random_symmetric(key, 50 + k, imperfections.acceleration_cross_axis);
+    strange.acceleration = multiply(cross_axis, seen);
+  }
+}
+
+double Sensors::proximity(const Strangeness& strange, const Truth& truth) const {
+  if (truth.reflectance == 1 && strange.proximity_power == 2) return skin::proximity_from_distance(truth.distance_m);
+  if (!(truth.distance_m <= skin::proximity_reach_m)) return 0;
+  const double ratio = skin::proximity_cover_m / (skin::proximity_cover_m + std::max(truth.distance_m, 0.0));
+  return truth.reflectance * std::pow(ratio, strange.proximity_power);
+}
+
+Vector3 Sensors::force(Strangeness& strange, const Truth& truth, double time_s) const {
+  Vector3 felt;
+  const double share = std::min((time_s - strange.force_time_s) / creep_lag_s, 1.0);
+  strange.force_time_s = time_s;
+  for (int s = 0; s < 3; ++s) {
+    const double load_n = truth.force_n[s] + strange.preload_n[s];
+    // What is shown lags behind the load by half the width between the branches, either way.
+    const double width_n = 0.5 * hysteresis_ * load_n;
+    strange.shown_n[s] = std::clamp(strange.shown_n[s], load_n - width_n, load_n + width_n);
+    strange.crept[s] += share * (creep_ * load_n - strange.crept[s]);
+    felt[s] = strange.shown_n[s] + strange.crept[s];
+  }
+  return felt;
+}
+
+Vector3 Sensors::acceleration(const Strangeness& strange, const Truth& truth) const {
+  Vector3 felt = apply(strange.acceleration, 1 / standard_gravity * truth.specific_force);
+  for (int a = 0; a < 3; ++a)
+    felt[a] += strange.nonlinearity[a] / full_scale_g * felt[a] * felt[a] +
+               strange.per_kelvin_g[a] * (truth.board_temperature_c - reference_c);
+  return felt;
+}
+
 // Which of its periods a part is in, counted from the start; `never` if it has none.
 std::int64_t Sensors::period(const Individual& individual, Part part, double time_s) const {
   if (!(period_s_[part] > 0)) return never;
@@ -115,10 +180,12 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
   Individual& individual = individuals_[cell];
   drift(individual, time_s);
   std::array<double, RS_CHANNEL_COUNT> value;  // in the channel's unit
-  value[RS_CHANNEL_proximity] = skin::proximity_from_distance(truth.distance_m);
+  Strangeness& strange = strange_[cell];
+  const Vector3 force_n = force(strange, truth, time_s), acceleration_g = acceleration(strange, truth);
+  value[RS_CHANNEL_proximity] = proximity(strange, truth);
   for (int s = 0; s < 3; ++s) {
-    value[RS_CHANNEL_force_1 + s] = truth.force_n[s];
-    value[RS_CHANNEL_acceleration_x + s] = truth.specific_force[s] / standard_gravity;
+    value[RS_CHANNEL_force_1 + s] = force_n[s];
+    value[RS_CHANNEL_acceleration_x + s] = acceleration_g[s];
   }
   value[RS_CHANNEL_temperature_1] = truth.board_temperature_c;
   value[RS_CHANNEL_temperature_2] = truth.surface_temperature_c;

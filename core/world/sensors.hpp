@@ -15,7 +15,8 @@ namespace robotskin::world {
 // What is true at one cell at one instant.
 struct Truth {
   std::array<double, 3> force_n;  // what each force sensor feels
-  double distance_m;              // to the nearest object, +infinity: none
+  double distance_m;              // to what reflects most, +infinity: nothing
+  double reflectance;             // of that
   Vector3 specific_force;         // m/s^2, cell frame
   double surface_temperature_c, board_temperature_c;
 };
@@ -51,12 +52,28 @@ class Sensors {
     std::array<std::int32_t, RS_CHANNEL_COUNT> held;   // counts
   };
 
+  // What differs by its kind from the models of the estimators, not only in its numbers; drawn if it is switched on.
+  struct Strangeness {
+    Matrix3 acceleration;                                 // what an axis shows of the cell's three
+    Vector3 nonlinearity, per_kelvin_g;                   // of each axis
+    double proximity_power;                               // 2 for the curve that the host inverts
+    std::array<double, 3> preload_n, shown_n{}, crept{};  // of each force sensor; the last two are its memory
+    double force_time_s = 0;                              // of the memory
+  };
+
+  void draw_strangeness(const Imperfections& imperfections, std::uint64_t seed);
+  // What the parts make of the truth before noise, offset and scale; newton, g and share of full scale.
+  double proximity(const Strangeness& strange, const Truth& truth) const;
+  Vector3 force(Strangeness& strange, const Truth& truth, double time_s) const;
+  Vector3 acceleration(const Strangeness& strange, const Truth& truth) const;
   std::int64_t period(const Individual& individual, Part part, double time_s) const;
   void drift(Individual& individual, double time_s) const;
 
   std::array<float, RS_CHANNEL_COUNT> noise_counts_;
   std::array<double, part_count> period_s_;  // 0: measures at each reading
   std::vector<Individual> individuals_;
+  double hysteresis_, creep_;
+  std::vector<Strangeness> strange_;
   std::uint64_t samples_ = 0, saturated_ = 0;
 };
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 namespace robotskin::world {
 namespace {
@@ -18,20 +20,28 @@ constexpr double brake_max_s = 0.3;
 }  // namespace
 
 SimulatedRobot::SimulatedRobot(const mjModel& model, const mjData& data, const std::vector<int>& joints,
-                               std::vector<double> effort_limit, const ServoGains& gains)
+                               std::vector<double> effort_limit, const ServoGains& gains,
+                               const Imperfections& imperfections)
     : effort_limit_(std::move(effort_limit)),
       gains_(gains),
       command_(CommandMode::position, joints.size()),
       error_sum_(joints.size()),
       wanted_(model.nv),
       torque_(model.nv),
-      measured_(joints.size()) {
+      measured_(joints.size()),
+      encoder_step_(imperfections.encoder_bits > 0 ? 2 * std::numbers::pi / std::exp2(imperfections.encoder_bits) : 0),
+      delay_(static_cast<std::size_t>(std::llround(imperfections.encoder_delay_s / model.opt.timestep))) {
   for (const int joint : joints) {
     position_address_.push_back(model.jnt_qposadr[joint]);
     velocity_address_.push_back(model.jnt_dofadr[joint]);
     goal_.push_back(data.qpos[position_address_.back()]);
   }
   command_.value = goal_;
+  // Before the start it stood where it starts.
+  for (std::size_t row = 0; row < delay_; ++row) {
+    for (const int address : position_address_) late_.push_back(data.qpos[address]);
+    for (const int address : velocity_address_) late_.push_back(data.qvel[address]);
+  }
   measure(data, 0);
 }
 
@@ -116,10 +126,18 @@ void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
 }
 
 void SimulatedRobot::measure(const mjData& data, std::int64_t stamp_ns) noexcept {
-  for (std::size_t i = 0; i < joint_count(); ++i) {
-    measured_.position[i] = data.qpos[position_address_[i]];
-    measured_.velocity[i] = data.qvel[velocity_address_[i]];
+  const std::size_t n = joint_count();
+  for (std::size_t i = 0; i < n; ++i) {
+    double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
+    if (encoder_step_ > 0) position = encoder_step_ * std::round(position / encoder_step_);
+    if (delay_ > 0) {
+      std::swap(position, late_[2 * n * oldest_ + i]);
+      std::swap(velocity, late_[2 * n * oldest_ + n + i]);
+    }
+    measured_.position[i] = position;
+    measured_.velocity[i] = velocity;
   }
+  if (delay_ > 0) oldest_ = (oldest_ + 1) % delay_;
   measured_.stamp_ns = stamp_ns;
   unread_ = true;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "model/robot_port.hpp"
+#include "world/imperfections.hpp"
 
 struct mjModel_;
 struct mjData_;
@@ -23,7 +24,7 @@ class SimulatedRobot : public RobotPort {
  public:
   // `joints`: MuJoCo joint of each of the n robot joints; effort_limit (n) Nm or N.
   SimulatedRobot(const mjModel_& model, const mjData_& data, const std::vector<int>& joints,
-                 std::vector<double> effort_limit, const ServoGains& gains);
+                 std::vector<double> effort_limit, const ServoGains& gains, const Imperfections& imperfections);
 
   std::size_t joint_count() const noexcept override { return position_address_.size(); }
   bool offers(CommandMode mode) const noexcept override;
@@ -33,8 +34,12 @@ class SimulatedRobot : public RobotPort {
 
   // Between the two halves of a physics step: sets the joints' torques.
   void drive(const mjModel_& model, mjData_& data) noexcept;
-  // After a physics step: `stamp_ns` becomes the stamp of the next state read.
+  // After a physics step: `stamp_ns` becomes the stamp of the next state read, which is as old as the encoders are
+  // late.
   void measure(const mjData_& data, std::int64_t stamp_ns) noexcept;
+
+  // (n) where each joint's position stands in qpos.
+  const std::vector<int>& position_address() const { return position_address_; }
 
  private:
   void brake(const mjData_& data, double step_s) noexcept;
@@ -47,8 +52,12 @@ class SimulatedRobot : public RobotPort {
   std::vector<double> error_sum_;        // (n) integral of the position error
   std::vector<double> wanted_, torque_;  // (nv) of the whole MuJoCo model
   JointState measured_;
-  double braking_s_ = 0;        // left of the time in which a stop may brake
-  double command_left_s_ = -1;  // of the life of the last command; negative: stopped
+  // Encoders: position in steps; velocity comes from the motors' side of the gears, a hundred times finer.
+  double encoder_step_ = 0;             // rad or m, 0: none
+  std::vector<double> late_;            // (delay, 2 n) positions and velocities not yet told, as a ring
+  std::size_t delay_ = 0, oldest_ = 0;  // in physics steps; row of the ring
+  double braking_s_ = 0;                // left of the time in which a stop may brake
+  double command_left_s_ = -1;          // of the life of the last command; negative: stopped
   bool unread_ = false;
 };
 

@@ -19,6 +19,7 @@ from rich.table import Table
 import robotskin
 import robotskin_lab.bench
 from robotskin.apps.figures import write_figures
+from robotskin.cli._ideal import Ideal
 
 app = typer.Typer(no_args_is_help=True, help="Measure; each benchmark prints a table and writes flat JSON.")
 console = Console()
@@ -56,16 +57,19 @@ def register(name: str, run: Callable[..., Figures]) -> None:
     """Make the benchmark a subcommand whose options are the arguments of `run`, and `--json`."""
 
     @functools.wraps(run)
-    def command(json_file: Json = None, **options: Any) -> None:
+    def command(json_file: Json = None, ideal: bool = False, **options: Any) -> None:
+        del ideal  # its option has made the world ideal already
         measure(name, run, json_file, **options)
 
     signature = inspect.signature(run, eval_str=True)
     file = inspect.Parameter("json_file", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Json)
+    world = inspect.Parameter("ideal", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Ideal)
     command.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=[*signature.parameters.values(), file], return_annotation=None
+        parameters=[*signature.parameters.values(), file, world], return_annotation=None
     )
     command.__annotations__ = {key: value.annotation for key, value in signature.parameters.items()} | {
-        "json_file": Json
+        "json_file": Json,
+        "ideal": Ideal,
     }
     app.command(name)(command)
 
@@ -78,6 +82,7 @@ for _name, _run in benchmarks().items():
 def run_all(
     directory: Annotated[Path, typer.Option(help="Where the JSON files go, one a benchmark.")] = Path("out/bench"),
     seed: Annotated[int, typer.Option(help="Seed of every benchmark.")] = 1,
+    ideal: Ideal = False,
 ) -> None:
     """Run every benchmark."""
     for name, run in benchmarks().items():

@@ -12,78 +12,272 @@ import robotskin.errors
 
 class Imperfections:
     """
-    How far simulated sensors are from ideal ones; offsets and scales are drawn within +-.
+    How far robot, sensors and camera are from what estimators assume; 0 switches one off.
     """
 
     def __init__(self) -> None: ...
     @staticmethod
+    def ideal() -> Imperfections:
+        """Noise, offset, scale and drift of sensors; all else as modelled."""
+
+    @staticmethod
     def none() -> Imperfections:
         """Ideal sensors: quantised and limited, nothing else."""
 
+    @staticmethod
+    def table() -> list:
+        """(name, unit, what it is, source) of each."""
+
     @property
-    def proximity_noise_counts(self) -> float: ...
+    def proximity_noise_counts(self) -> float:
+        """noise of a sample, standard deviation"""
+
     @proximity_noise_counts.setter
     def proximity_noise_counts(self, arg: float, /) -> None: ...
     @property
-    def proximity_offset_counts(self) -> float: ...
+    def proximity_offset_counts(self) -> float:
+        """offset left over after the cell's own correction, within ±"""
+
     @proximity_offset_counts.setter
     def proximity_offset_counts(self, arg: float, /) -> None: ...
     @property
-    def proximity_scale(self) -> float: ...
+    def proximity_scale(self) -> float:
+        """scale error of the emitter, within ±"""
+
     @proximity_scale.setter
     def proximity_scale(self, arg: float, /) -> None: ...
     @property
-    def force_noise_counts(self) -> float: ...
-    @force_noise_counts.setter
-    def force_noise_counts(self, arg: float, /) -> None: ...
-    @property
-    def force_offset_counts(self) -> float: ...
-    @force_offset_counts.setter
-    def force_offset_counts(self, arg: float, /) -> None: ...
-    @property
-    def force_scale(self) -> float: ...
-    @force_scale.setter
-    def force_scale(self, arg: float, /) -> None: ...
-    @property
-    def acceleration_noise_g(self) -> float: ...
-    @acceleration_noise_g.setter
-    def acceleration_noise_g(self, arg: float, /) -> None: ...
-    @property
-    def acceleration_offset_g(self) -> float: ...
-    @acceleration_offset_g.setter
-    def acceleration_offset_g(self, arg: float, /) -> None: ...
-    @property
-    def acceleration_scale(self) -> float: ...
-    @acceleration_scale.setter
-    def acceleration_scale(self, arg: float, /) -> None: ...
-    @property
-    def temperature_noise_c(self) -> float: ...
-    @temperature_noise_c.setter
-    def temperature_noise_c(self, arg: float, /) -> None: ...
-    @property
-    def temperature_offset_c(self) -> float: ...
-    @temperature_offset_c.setter
-    def temperature_offset_c(self, arg: float, /) -> None: ...
-    @property
-    def drift_counts(self) -> float: ...
-    @drift_counts.setter
-    def drift_counts(self, arg: float, /) -> None: ...
-    @property
-    def drift_period_s(self) -> float: ...
-    @drift_period_s.setter
-    def drift_period_s(self, arg: float, /) -> None: ...
-    @property
-    def proximity_period_s(self) -> float: ...
+    def proximity_period_s(self) -> float:
+        """between two measurements of a sensor"""
+
     @proximity_period_s.setter
     def proximity_period_s(self, arg: float, /) -> None: ...
     @property
-    def acceleration_period_s(self) -> float: ...
+    def proximity_exponent(self) -> float:
+        """
+        the reading falls with a power of the distance that is off by this share, within ±
+        """
+
+    @proximity_exponent.setter
+    def proximity_exponent(self, arg: float, /) -> None: ...
+    @property
+    def reflectance_least(self) -> float:
+        """
+        least reflectance of a surface; 1 is the surface that the curve was measured on
+        """
+
+    @reflectance_least.setter
+    def reflectance_least(self, arg: float, /) -> None: ...
+    @property
+    def reflectance_most(self) -> float:
+        """largest reflectance of a surface"""
+
+    @reflectance_most.setter
+    def reflectance_most(self, arg: float, /) -> None: ...
+    @property
+    def proximity_sees_robot(self) -> float:
+        """the robot's own links and the floor reflect, too"""
+
+    @proximity_sees_robot.setter
+    def proximity_sees_robot(self, arg: float, /) -> None: ...
+    @property
+    def force_noise_counts(self) -> float:
+        """noise of a sample, standard deviation"""
+
+    @force_noise_counts.setter
+    def force_noise_counts(self, arg: float, /) -> None: ...
+    @property
+    def force_offset_counts(self) -> float:
+        """offset at rest, between 0 and twice this"""
+
+    @force_offset_counts.setter
+    def force_offset_counts(self, arg: float, /) -> None: ...
+    @property
+    def force_scale(self) -> float:
+        """scale error, within ±"""
+
+    @force_scale.setter
+    def force_scale(self, arg: float, /) -> None: ...
+    @property
+    def force_projection(self) -> float:
+        """
+        a sensor feels the part of the contact force along its own normal, friction included
+        """
+
+    @force_projection.setter
+    def force_projection(self, arg: float, /) -> None: ...
+    @property
+    def force_hysteresis(self) -> float:
+        """between the loading and the unloading branch, share of the load"""
+
+    @force_hysteresis.setter
+    def force_hysteresis(self, arg: float, /) -> None: ...
+    @property
+    def force_creep(self) -> float:
+        """what a constant load grows by in 100 s"""
+
+    @force_creep.setter
+    def force_creep(self, arg: float, /) -> None: ...
+    @property
+    def force_crosstalk(self) -> float:
+        """
+        share of a cell's force that the soft layer carries to each neighbouring cell
+        """
+
+    @force_crosstalk.setter
+    def force_crosstalk(self, arg: float, /) -> None: ...
+    @property
+    def force_preload_n(self) -> float:
+        """pre-load of a sensor by the bending of the skin, between 0 and this"""
+
+    @force_preload_n.setter
+    def force_preload_n(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_noise_g(self) -> float:
+        """noise of a sample, standard deviation"""
+
+    @acceleration_noise_g.setter
+    def acceleration_noise_g(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_offset_g(self) -> float:
+        """offset of an axis, within ±"""
+
+    @acceleration_offset_g.setter
+    def acceleration_offset_g(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_scale(self) -> float:
+        """scale error of an axis, within ±"""
+
+    @acceleration_scale.setter
+    def acceleration_scale(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_period_s(self) -> float:
+        """between two measurements of a sensor"""
+
     @acceleration_period_s.setter
     def acceleration_period_s(self, arg: float, /) -> None: ...
     @property
-    def temperature_period_s(self) -> float: ...
+    def acceleration_turn_deg(self) -> float:
+        """
+        turn of the accelerometer in its cell about each axis, standard deviation
+        """
+
+    @acceleration_turn_deg.setter
+    def acceleration_turn_deg(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_cross_axis(self) -> float:
+        """share of each axis that shows on another, within ±"""
+
+    @acceleration_cross_axis.setter
+    def acceleration_cross_axis(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_nonlinearity(self) -> float:
+        """deviation from a line, share of the full scale of 2 g, within ±"""
+
+    @acceleration_nonlinearity.setter
+    def acceleration_nonlinearity(self, arg: float, /) -> None: ...
+    @property
+    def acceleration_per_kelvin_g(self) -> float:
+        """
+        change of the offset with the board's temperature from 25 degrees, within ±
+        """
+
+    @acceleration_per_kelvin_g.setter
+    def acceleration_per_kelvin_g(self, arg: float, /) -> None: ...
+    @property
+    def temperature_noise_c(self) -> float:
+        """noise of a sample, standard deviation"""
+
+    @temperature_noise_c.setter
+    def temperature_noise_c(self, arg: float, /) -> None: ...
+    @property
+    def temperature_offset_c(self) -> float:
+        """offset, within ±"""
+
+    @temperature_offset_c.setter
+    def temperature_offset_c(self, arg: float, /) -> None: ...
+    @property
+    def temperature_period_s(self) -> float:
+        """between two measurements of a sensor"""
+
     @temperature_period_s.setter
     def temperature_period_s(self, arg: float, /) -> None: ...
+    @property
+    def drift_counts(self) -> float:
+        """slow wave of proximity, force and fine temperature, amplitude"""
+
+    @drift_counts.setter
+    def drift_counts(self, arg: float, /) -> None: ...
+    @property
+    def drift_period_s(self) -> float:
+        """of that wave; each cell within a factor of two of it"""
+
+    @drift_period_s.setter
+    def drift_period_s(self, arg: float, /) -> None: ...
+    @property
+    def encoder_bits(self) -> float:
+        """
+        steps of a joint's encoder: one turn over two to this power; 0: no steps
+        """
+
+    @encoder_bits.setter
+    def encoder_bits(self, arg: float, /) -> None: ...
+    @property
+    def encoder_delay_s(self) -> float:
+        """
+        age of position and velocity when the controller reads them; whole physics steps
+        """
+
+    @encoder_delay_s.setter
+    def encoder_delay_s(self, arg: float, /) -> None: ...
+    @property
+    def joint_friction(self) -> float:
+        """Coulomb friction of a joint, share of its effort limit"""
+
+    @joint_friction.setter
+    def joint_friction(self, arg: float, /) -> None: ...
+    @property
+    def link_shift_mm(self) -> float:
+        """how far a joint sits from where the model has it, in a drawn direction"""
+
+    @link_shift_mm.setter
+    def link_shift_mm(self, arg: float, /) -> None: ...
+    @property
+    def link_turn_deg(self) -> float:
+        """
+        how far a joint is turned from where the model has it, about a drawn axis
+        """
+
+    @link_turn_deg.setter
+    def link_turn_deg(self, arg: float, /) -> None: ...
+    @property
+    def link_mass(self) -> float:
+        """a link's mass and inertia are this share more or less than the model's"""
+
+    @link_mass.setter
+    def link_mass(self, arg: float, /) -> None: ...
+    @property
+    def camera_distortion(self) -> float:
+        """
+        first radial coefficient of the lens that its calibration left over, within ±
+        """
+
+    @camera_distortion.setter
+    def camera_distortion(self, arg: float, /) -> None: ...
+    @property
+    def camera_shift_mm(self) -> float:
+        """
+        how far the camera stands from where it is told to, in a drawn direction
+        """
+
+    @camera_shift_mm.setter
+    def camera_shift_mm(self, arg: float, /) -> None: ...
+    @property
+    def camera_turn_deg(self) -> float:
+        """how far the camera is turned from what is told, about a drawn axis"""
+
+    @camera_turn_deg.setter
+    def camera_turn_deg(self, arg: float, /) -> None: ...
 
 class ServoGains:
     """Inner position loop: C v + g + M (kp e + kd de/dt + ki integral e)."""
@@ -156,6 +350,7 @@ class Body:
         body_from_cell: Annotated[
             NDArray[numpy.float64], dict(shape=(None, 4, 4), order="C", device="cpu", writable=False)
         ],
+        cell_neighbours: Sequence[Sequence[int]],
         object_body: Sequence[int],
         object_temperature: Sequence[float],
         ambient_temperature: float,
@@ -190,7 +385,7 @@ class Body:
 
     def distance(self) -> NDArray[numpy.float64]:
         """
-        (N, 1) metres to the nearest object, inf where there is none within reach
+        (N, 1) metres to what reflects most, inf where nothing within reach does
         """
 
     def temperature(self, time_ns: int) -> NDArray[numpy.float64]:

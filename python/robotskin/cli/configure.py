@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from robotskin.cli._ideal import Ideal
+
 
 def command(
     robot: Annotated[str, typer.Argument(help="A robot by name, or the path of its URDF.")] = "ur5",
@@ -60,6 +62,7 @@ def command(
     postures: Annotated[int, typer.Option(help="To rest in.", min=2)] = 8,
     swing_postures: Annotated[int, typer.Option(help="In how many of them every joint swings.", min=1)] = 3,
     floor_m: Annotated[float | None, typer.Option(help="Height of the floor under the base; none by default.")] = None,
+    ideal: Ideal = False,
 ) -> None:
     """Let an unconfigured skin find itself, and write the layout that it found.
 

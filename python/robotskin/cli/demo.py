@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._ideal import Ideal
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -64,6 +66,7 @@ def command(
             "takes a minute), or a layout file such as robotskin configure writes.",
         ),
     ] = "true",
+    ideal: Ideal = False,
 ) -> None:
     """Run a skinned robot: cells, network, UDP, driver and controller are the real ones, links and body simulated.
 

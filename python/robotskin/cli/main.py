@@ -50,7 +50,11 @@ INTERRUPTED = 130
 
 def verbs() -> list[str]:
     """The names of all verbs, in the order in which the help lists them."""
-    found = [module.name for module in pkgutil.iter_modules(robotskin.cli.__path__) if module.name != "main"]
+    found = [
+        module.name
+        for module in pkgutil.iter_modules(robotskin.cli.__path__)
+        if module.name != "main" and module.name[0] != "_"
+    ]
     return sorted(found, key=lambda verb: (ORDER.index(verb) if verb in ORDER else len(ORDER), verb))
 
 

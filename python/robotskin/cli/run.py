@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._ideal import Ideal
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -84,6 +86,7 @@ def command(
         str | None, typer.Option(help="Things around the robot: a name of `robotskin scenes`, or a TOML file.")
     ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    ideal: Ideal = False,
 ) -> None:
     """Run a behaviour on a skinned robot: everything between contact and motor command is real, the two ends simulated.
 

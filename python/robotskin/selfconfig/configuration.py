@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout, Patch, SectionUnitPort
+from robotskin.selfconfig.common.rotations import cross_matrix
 from robotskin.selfconfig.kinematics.activity import KinematicTree
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
 from robotskin.selfconfig.localisation.localisation import Localisation
@@ -49,6 +50,24 @@ class ConfiguredPatch:
         if self.reconstruction is None or self.localisation is None:
             raise ConfigurationError(f"patch of {len(self.cells)} cells: {self.problem}")
         return self.localisation.link_from_patch @ self.reconstruction.root_from_cell
+
+    def covariance(self) -> Array:
+        """(n, 6, 6) of an error (w, d) of each cell of a placed patch: true rotation = R exp(w), rad; true place = p + d, m.
+
+        w counts in the cell's frame and d in the link's. It is the patch's own error as every cell has it, and what the
+        cell errs by beside its patch. Raises ConfigurationError for a patch that is not placed.
+        """
+        if self.reconstruction is None or self.localisation is None:
+            raise ConfigurationError(f"patch of {len(self.cells)} cells: {self.problem}")
+        shape, link_from_root = self.reconstruction.root_from_cell, self.localisation.link_from_patch[:3, :3]
+        carried = np.zeros((len(shape), 6, 6))
+        carried[:, :3, :3] = np.swapaxes(shape[:, :3, :3], 1, 2)
+        carried[:, 3:, :3] = -link_from_root @ cross_matrix(shape[:, :3, 3])
+        carried[:, 3:, 3:] = np.eye(3)
+        beside = np.eye(6)
+        beside[3:, 3:] = link_from_root
+        whole = carried @ self.localisation.patch_covariance @ np.swapaxes(carried, 1, 2)
+        return np.asarray(whole + beside @ self.reconstruction.inner_covariance @ beside.T, dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)

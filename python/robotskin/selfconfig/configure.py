@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from robotskin.robots import Robot
 from robotskin.selfconfig.common.one_thread import one_thread
 from robotskin.selfconfig.configuration import Configuration, ConfigurationError, ConfiguredPatch
 from robotskin.selfconfig.kinematics.activity import kinematic_tree
-from robotskin.selfconfig.kinematics.configured_kinematics import kinematics_from, refined
+from robotskin.selfconfig.kinematics.configured_kinematics import kinematics_from
 from robotskin.selfconfig.kinematics.kinematics import KinematicsError
 from robotskin.selfconfig.patch_steps import Progress, localise_patches, reconstruct_patches
 from robotskin.selfconfig.readings.recording import BabblingRecording
@@ -89,12 +88,6 @@ def configure(
                 topology,
                 shapes,
                 activity,
-            )
-            patches = tuple(
-                replace(patch, reconstruction=refined(patch.reconstruction, kinematics))
-                if patch.reconstruction is not None
-                else patch
-                for patch in patches
             )
         except (KinematicsError, ValueError) as error:
             trouble = str(error)

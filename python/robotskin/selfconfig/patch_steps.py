@@ -16,6 +16,7 @@ from robotskin.selfconfig.configuration import Configuration, ConfiguredPatch
 from robotskin.selfconfig.localisation.led_pictures import LedPictures
 from robotskin.selfconfig.localisation.led_shape import shape_and_place_by_leds
 from robotskin.selfconfig.localisation.localisation import LocalisationError
+from robotskin.selfconfig.localisation.model_errors import placed_together
 from robotskin.selfconfig.localisation.motion_localisation import MotionSignals, localise_by_motion, motion_signals
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.recording import BabblingRecording
@@ -64,7 +65,7 @@ def localise_patches(
     swung: NDArray[np.bool_],
     progress: Progress | None = None,
 ) -> tuple[ConfiguredPatch, ...]:
-    """The place of every patch whose shape is known, from motion alone.
+    """The place of every patch whose shape is known, from motion alone: one by one, then by what all say of the robot.
 
     Args:
         robot: kinematic model.
@@ -94,7 +95,7 @@ def localise_patches(
                 recording.swings,
                 patch.reconstruction.root_from_cell,
                 cells=order[patch.cells],
-                shape_covariance=patch.reconstruction.covariance,
+                shape_covariance=patch.reconstruction.inner_covariance,
                 rest_posture=recording.rest_posture,
                 rest=samples,
                 signals=_only(signals, carriers[number]),
@@ -104,7 +105,11 @@ def localise_patches(
         open_ = ", ".join(direction.name for direction in place.open)
         return replace(patch, localisation=place, problem=f"motion leaves open: {open_}" if open_ else "")
 
-    return _told("localisation", one, range(len(patches)), progress)
+    found = _told("localisation", one, range(len(patches)), progress)
+    placed = [number for number, patch in enumerate(found) if patch.placed]
+    together = placed_together(robot, [place for n in placed if (place := found[n].localisation) is not None])
+    better = dict(zip(placed, together, strict=True))
+    return tuple(replace(patch, localisation=better.get(n, patch.localisation)) for n, patch in enumerate(found))
 
 
 @one_thread
@@ -193,4 +198,6 @@ def _only(signals: MotionSignals, links: Sequence[str]) -> MotionSignals:
         {joint: signals.links[joint] for joint in joints},
         {joint: signals.of_joint[joint] for joint in joints},
         signals.rests,
+        {joint: signals.wrong[joint] for joint in joints},
+        {joint: signals.ways[joint] for joint in joints},
     )

@@ -7,6 +7,7 @@ simulated. What can go wrong: a layout whose links the robot lacks, a cell that 
 
 from robotskin._core.world import HandTask, Imperfections, LineQuality, Mailbox, ServoGains, UdpTransport
 from robotskin.world.hand import Hand
+from robotskin.world.ideal import ideal_world
 from robotskin.world.scene import HandSpec
 from robotskin.world.scene_files import SceneError, load_scene, read_scene, scene_names
 from robotskin.world.thing import Thing
@@ -31,6 +32,7 @@ __all__ = [
     "WorldError",
     "load_scene",
     "read_scene",
+    "ideal_world",
     "run_trial",
     "scene_names",
 ]

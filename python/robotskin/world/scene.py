@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -82,6 +82,7 @@ def build(
     hands: Sequence[HandSpec] = (HandSpec(), HandSpec()),
     scene: SceneSpec | None = None,
     timestep_s: float = 0.001,
+    differ: Callable[[mujoco.MjSpec], None] = lambda _spec: None,
 ) -> Scene:
     """Put cells, hands and things into the robot's MuJoCo model and compile it.
 
@@ -96,6 +97,7 @@ def build(
         hands: the balls that push.
         scene: the things around the robot; by default none.
         timestep_s: seconds of one physics step.
+        differ: changes the robot's spec before cells and objects are added.
 
     Raises:
         UnknownNameError: a link of the layout that the robot does not have.
@@ -105,6 +107,7 @@ def build(
     if chosen.robots and robot.name not in chosen.robots:
         raise SceneError(f"scene for {', '.join(chosen.robots)}: the robot is {robot.name}")
     spec = robot.mujoco_spec()
+    differ(spec)
     spec.option.timestep = timestep_s
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,8 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.world import bodies
 from robotskin.world.hand import Hand
+from robotskin.world.ideal import default_imperfections
+from robotskin.world.robot_as_built import build_differently
 from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M, HandSpec, build, parking_m
 from robotskin.world.thing import Thing
 from robotskin.world.things import SceneSpec
@@ -38,12 +41,14 @@ class World:
         posture: (n) rad or m; where the robot starts, by default its neutral one.
         hands: balls that push cells.
         scene: the things around the robot; by default none.
-        imperfections: of the sensors; `Imperfections.none()` for ideal ones.
+        imperfections: of robot, sensors and world; `Imperfections.ideal()` for a world that is as its models say,
+            but for noise, offset, scale and drift; `Imperfections.none()` without those, too. By default
+            `Imperfections()`, or within `ideal_world` the ideal ones.
         line: quality of wires and clocks.
         servo: inner loops of the position and velocity interface.
         dead_cells: indices of cells without life from the start.
         joint_friction: Coulomb friction of each joint, Nm or N; scalar or (n); by default what the robot's file of
-            dynamics states, else none.
+            dynamics states, else the share of the effort limit that `imperfections` says.
         batch_us: how long a frame waits for its datagram to fill; 0 for one frame a datagram.
         unasked: section units send even if no host has asked.
         powered: the section units' ports have power from the start; without, the cells sleep and only physics runs.
@@ -84,10 +89,14 @@ class World:
         self.seed = seed
         self._lock = threading.RLock()
         posture = robot.neutral if posture is None else posture
-        self.scene = build(robot, layout, posture, hands, scene)
+        self.imperfections = imperfections or default_imperfections()
+        as_built = partial(build_differently, imperfections=self.imperfections, seed=seed)
+        self.scene = build(robot, layout, posture, hands, scene, differ=as_built)
         dofs = self.scene.model.jnt_dofadr[self.scene.robot_joints]
         if joint_friction is None:
-            joint_friction = [robot.stated_friction.get(name, 0.0) for name in robot.joint_names]
+            share = self.imperfections.joint_friction * robot.effort_limit
+            stated = robot.stated_friction
+            joint_friction = [stated.get(name, share[n]) for n, name in enumerate(robot.joint_names)]
         self.scene.model.dof_frictionloss[dofs] = joint_friction
         soft_geom, soft_stiffness, soft_local = bodies.materials(self.scene.model, self.scene.spec)
         self._carrier, carriers = bodies.carriers(self.scene.model, self.scene.spec)
@@ -98,6 +107,7 @@ class World:
             cell_body=self.scene.cell_body.tolist(),
             cell_geom=self.scene.cell_geom.tolist(),
             body_from_cell=self.scene.body_from_cell,
+            cell_neighbours=layout.neighbours[:, :, 0].tolist(),
             object_body=self.scene.object_body.tolist(),
             object_temperature=self.scene.object_temperature,
             ambient_temperature=ambient_temperature,
@@ -119,7 +129,7 @@ class World:
             robot_joints=self.scene.robot_joints.tolist(),
             effort_limit=robot.effort_limit.tolist(),
             gains=servo or core.ServoGains(),
-            imperfections=imperfections or core.Imperfections(),
+            imperfections=self.imperfections,
             seed=seed,
         )
         options = core.NetworkOptions()
@@ -244,7 +254,7 @@ class World:
             return self.body.sensor_force
 
     def cell_true_distance(self) -> NDArray[np.float64]:
-        """(N,) metres to the nearest object in the cone about the normal, inf where there is none within reach."""
+        """(N,) metres to what reflects most in the cone about the normal, inf where nothing within reach does."""
         with self._lock:
             return self.body.distance()[:, 0]
 

@@ -1,4 +1,4 @@
-"""A skinned UR5 in its world, made anew for each test."""
+"""A skinned UR5 in its world, made anew for each test; just as its models say, unless a test asks for more."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ import pytest
 from robotskin import robots
 from robotskin.layout import Layout, finished
 from robotskin.robots import Robot
-from robotskin.world import World
+from robotskin.world import Imperfections, World
 
 POSTURE = [0.0, -1.2, 1.4, -1.5, -1.5, 0.0]
 
@@ -26,7 +26,8 @@ def skin() -> Layout:
 @pytest.fixture
 def make_world(ur5: Robot, skin: Layout, seed: int) -> Callable[..., World]:
     def make(**options: object) -> World:
-        return World(skin, ur5, **{"seed": seed, "posture": POSTURE, **options})
+        defaults = {"seed": seed, "posture": POSTURE, "imperfections": Imperfections.ideal()}
+        return World(skin, ur5, **{**defaults, **options})
 
     return make
 

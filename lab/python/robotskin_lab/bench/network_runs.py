@@ -15,6 +15,7 @@ from robotskin._core.world import NetworkOptions, NetworkTrial, TrialReport, Wir
 from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
+from robotskin.world.ideal import is_ideal, make_ideal
 from robotskin_lab.bench.network_set import skins
 
 STEP_S = 0.01
@@ -226,7 +227,8 @@ def spread(run: Callable[..., Any], jobs: Iterable[tuple], processes: int, tell:
             yield run(*job)
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    world = {"initializer": make_ideal, "initargs": (is_ideal(),)}
+    with ProcessPoolExecutor(processes, mp_context=context, **world) as pool:
         results = pool.map(run, *zip(*listed, strict=True), chunksize=max(1, min(8, len(listed) // (4 * processes))))
         for number, result in enumerate(results):
             tell(f"{what} {number + 1}/{len(listed)}")

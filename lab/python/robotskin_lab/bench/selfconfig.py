@@ -49,6 +49,7 @@ from robotskin.selfconfig.topology.neighbours import NeighbourLists
 from robotskin.selfconfig.topology.topology import Topology, explore
 from robotskin_lab.bench.network_runs import spread
 from robotskin_lab.bench.progress import tell_step
+from robotskin_lab.bench.selfconfig_cells import cell_figures
 from robotskin_lab.bench.selfconfig_configure import configure_figures, displacement_figures
 from robotskin_lab.bench.selfconfig_kinematics import kinematic_figures
 from robotskin_lab.bench.selfconfig_localise import localisation_figures
@@ -61,6 +62,7 @@ POSE_SEED = 2019
 
 
 PARTS = (
+    "cells",
     "localisation",
     "displacement",
     "kinematics",
@@ -118,6 +120,8 @@ def figures_of(part: str, seed: int, seeds: int, data: Path | None) -> Figures:
     """
     chosen, start = range(seed, seed + seeds), time.process_time()
     match part:
+        case "cells":
+            figures = cell_figures(chosen)
         case "localisation":
             figures = localisation_figures(chosen)
         case "displacement":
@@ -331,7 +335,7 @@ def reconstruction_figures(seeds: range) -> Figures:
         "baseline_paper_hard_position_mm": hard["paper_position_mm"],
         "baseline_centred_hard_rotation_deg": hard["centred_rotation_deg"],
         "baseline_centred_hard_position_mm": hard["centred_position_mm"],
-        "nees_within_95": float(np.mean(inside)),
+        "shape_nees_within_95": float(np.mean(inside)),
         "reconstruct_66_cells_s": float(np.median([one["seconds"] for one in by_set.values()])),
     }
 

@@ -49,7 +49,7 @@ def _map_once(seed: int) -> Figures:
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])[order]
     pose = layout.link_from_cell[order]
     true = np.array([normal_jacobian(robot, link, pose, posture) for posture in ours.posture])
-    own = AccelerometerFaults(faults.offset[order], faults.scale[order])
+    own = AccelerometerFaults(faults.offset[order], faults.scale[order], faults.slant[order])
     sines = [swing_readings(robot, link, pose, _papers(one.swing), own, random) for one in recording.swings]
     papers = build_map(
         robot.name, robot.joint_names, ours.cell, sines, found.activity, sign="first extremum", suppression=0.0,

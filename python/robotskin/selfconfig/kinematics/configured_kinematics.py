@@ -1,13 +1,13 @@
 """The kinematics step of the self-configuration: from patches and swings to axes, and what that says of the patches.
 
-In: a recording and the reconstructed patches. Out: the kinematic estimate, patches with their rotations refined by
-motion, and how far the axes lie from those of a nominal model.
+In: a recording and the reconstructed patches. Out: the kinematic estimate, and how far its axes lie from those of a
+nominal model.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,16 +69,6 @@ def kinematics_from(
         offset=offset,
         scale=scale,
     )
-
-
-def refined(shape: Reconstruction, estimate: KinematicEstimate) -> Reconstruction:
-    """The shape with the rotations and accelerometer faults that motion and gravity together tell."""
-    pose = shape.root_from_cell.copy()
-    rotation = estimate.rotation[shape.cells]
-    pose[:, :3, :3] = rotation[shape.root].T @ rotation
-    # The root's frame turns with its rotation; the places are told in it.
-    pose[:, :3, 3] = shape.root_from_cell[:, :3, 3] @ rotation[shape.root]
-    return replace(shape, root_from_cell=pose, offset=estimate.offset[shape.cells], scale=estimate.scale[shape.cells])
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from robotskin.selfconfig.localisation.localisation import (
     moving_joints,
     segments,
 )
-from robotskin.selfconfig.localisation.motion_fit import FitState, MotionFit, Readings, Reduced, rest_signals
+from robotskin.selfconfig.localisation.motion_fit import NUISANCES, FitState, MotionFit, Readings, Reduced, rest_signals
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 
 Array = NDArray[np.float64]
@@ -116,7 +116,9 @@ def localise_by_leds(
     pose, information = best.placed()
     misfit = best.misfit
     covariance, observed, unknown = covariance_of(information / max(misfit, 1.0) ** 2, robot, best.names[0], pose)
-    return Localisation(best.names[0], pose, covariance, observed, unknown, best.names[1:], best.seen.used(), misfit)
+    return Localisation(
+        best.names[0], pose, covariance, covariance, observed, unknown, best.names[1:], best.seen.used(), misfit
+    )
 
 
 class _LedFit:
@@ -145,7 +147,7 @@ class _LedFit:
             if miss < self.start_px:
                 self.start_px, self.pose = miss, pose
         self.shape_factor, self.cost, self.misfit = 1.0, np.inf, np.inf
-        self.state = FitState(self.pose, np.zeros((len(shape), 12)))
+        self.state = FitState(self.pose, np.zeros((len(shape), NUISANCES)))
 
     def settle_roughly(self, passes: int = 8) -> None:
         """A few steps with all blobs, the far ones softly weighted."""

@@ -99,7 +99,9 @@ def shape_and_place_by_leds(
         np.linalg.inv(whole[at_root, at_root]), robot, first.link, state.pose[root]
     )
     used = evidence.used()
-    place = Localisation(first.link, state.pose[root], covariance, observed, open_, first.same_link, used, misfit)
+    place = Localisation(
+        first.link, state.pose[root], covariance, covariance, observed, open_, first.same_link, used, misfit
+    )
     jacobian = hinge_jacobian(state.pose, edges)
     both = 6 * edges[:, [0, 2]][:, :, None] + np.arange(6)
     pairs = whole[both.reshape(-1, 12, 1), both.reshape(-1, 1, 12)]
@@ -110,6 +112,7 @@ def shape_and_place_by_leds(
         root=root,
         root_from_cell=np.linalg.inv(state.pose[root]) @ state.pose,
         covariance=_about_root(state.pose, root, whole),
+        inner_covariance=_about_root(state.pose, root, whole),
         offset=state.offset,
         scale=state.scale,
         up=(up / np.linalg.norm(up, axis=1, keepdims=True)) @ state.pose[root, :3, :3],

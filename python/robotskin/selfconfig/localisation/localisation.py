@@ -38,28 +38,49 @@ class OpenDirection:
 
 
 @dataclass(frozen=True, eq=False)
+class ModelEvidence:
+    """What one patch says of M of the ways in which a robot may differ from its model, each in standard deviations.
+
+    ways: (M,) which; information: (M, M), best: (M,) its product with the values that fit best.
+    answers: (M, 6) by how much (w, d) of the patch is wrong for one standard deviation of each that is left out.
+    known: (6, 6) information on (w, d) were the model exact; root_error: (6, 6) of the root cell beside its patch.
+    """
+
+    ways: NDArray[np.int64]
+    information: Array
+    best: Array
+    answers: Array
+    known: Array
+    root_error: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Localisation:
     """A patch placed on a link.
 
     link: its name; link_from_patch: (4, 4) metres, pose of the patch's root cell.
     covariance: (6, 6) of an error (w, d): true rotation = R exp(w), w in the root cell's frame, rad; true position =
         p + d, in the link's frame, m. What is open has infinite variance.
+    patch_covariance: (6, 6) the same of the patch as a whole: without what the root cell errs by beside its patch.
     observed: (6, 6) the same along what is not open, zero along the rest.
     open: what the data leaves open, by name; empty where everything is known.
     same_link: other links that move as one with `link`.
     used: (n,) rows of the cells whose data went in, a mask over the patch's cells; the others gave none, or such as no
         place of the patch explains.
+    model: what the patch says of how the robot differs from its model, where that was asked for.
     misfit: root mean square of the residuals over their stated deviation; 1 where all is as modelled.
     """
 
     link: str
     link_from_patch: Array
     covariance: Array
+    patch_covariance: Array
     observed: Array
     open: tuple[OpenDirection, ...]
     same_link: tuple[str, ...]
     used: NDArray[np.bool_]
     misfit: float
+    model: ModelEvidence | None = None
 
     def deviation(self) -> tuple[float, float]:
         """Root of the summed variances of rotation, rad, and of position, m; infinite where something is open."""

@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 
 SIGNALS = 13
 """f (3), Ω row by row (9), and one."""
+NUISANCES = 15
+"""Of a cell: turn and shift off its place in the shape (6), scale - 1 (3), offset (3) and shear (3) of its accelerometer."""
+SHEARED = ((0, 1), (0, 2), (1, 2))
+"""Pairs of axes of a shear."""
 
 
 def rest_signals(robot: Robot, link: str, rest_posture: Array) -> Array:
@@ -42,22 +46,38 @@ class Reduced:
     factor: (n, 13, 13) and target: (n, 13, 3): the squared residual of coefficients θ (13, 3) is
         |factor @ θ - target|² + floor.
     floor: (n,) what no coefficients explain; readings: (n,) numbers of scalar readings.
+    others: (n, M, 13, 13): readings that followed M other signals with coefficients θ add others @ θ to the target.
+    beyond: (n, M, 13, 3), beyond_gram: (M, 13, M, 13): what the readings say of the other signals beyond what these
+        signals can follow: coefficients x of the others (times θ) lower `floor` by 2 x·beyond - x·beyond_gram·x.
     """
 
     factor: Array
     target: Array
     floor: Array
     readings: NDArray[np.int64]
+    others: Array
+    beyond: Array
+    beyond_gram: Array
 
     def of(self, cells: NDArray[np.bool_]) -> Reduced:
         """Those of some cells, a mask (n,)."""
-        return Reduced(self.factor[cells], self.target[cells], self.floor[cells], self.readings[cells])
+        return Reduced(
+            self.factor[cells],
+            self.target[cells],
+            self.floor[cells],
+            self.readings[cells],
+            self.others[cells],
+            self.beyond[cells],
+            self.beyond_gram,
+        )
 
     @classmethod
     def nothing(cls, count: int) -> Reduced:
         """What `count` cells say that were never read."""
-        empty = np.zeros(count)
-        return cls(np.zeros((count, SIGNALS, SIGNALS)), np.zeros((count, SIGNALS, 3)), empty, empty.astype(np.int64))
+        empty, others = np.zeros(count), np.zeros((count, 0, SIGNALS, SIGNALS))
+        factor, target = np.zeros((count, SIGNALS, SIGNALS)), np.zeros((count, SIGNALS, 3))
+        gram = np.zeros((0, SIGNALS, 0, SIGNALS))
+        return cls(factor, target, empty, empty.astype(np.int64), others, others[..., :3], gram)
 
 
 class Readings:
@@ -85,9 +105,14 @@ class Readings:
             keys.setdefault(row.tobytes(), []).append(cell)
         self.groups = [(valid[cells[0]], np.array(cells)) for cells in keys.values()]
 
-    def reduced(self, signals: Array) -> Reduced:
-        """The readings reduced to signals (K, 13)."""
+    def reduced(self, signals: Array, others: Array | None = None) -> Reduced:
+        """The readings reduced to signals (K, 13); others: (M, K, 13) that may be in the readings, too."""
         cells = len(self.felt)
+        if others is None:
+            others = np.zeros((0, *signals.shape))
+        mixed = np.zeros((cells, len(others), SIGNALS, SIGNALS))
+        beyond = np.zeros((cells, len(others), SIGNALS, 3))
+        gram, largest = np.zeros((len(others), SIGNALS, len(others), SIGNALS)), 0
         factor, target = np.zeros((cells, SIGNALS, SIGNALS)), np.zeros((cells, SIGNALS, 3))
         for valid, group in self.groups:
             known = signals * (self.weight * valid)[:, None]
@@ -98,13 +123,25 @@ class Readings:
             felt = self.felt if len(group) == cells else self.felt[group]
             projected = (felt.reshape(-1, felt.shape[2]) @ known).reshape(len(group), 3, SIGNALS)
             target[group] = (inverse[:, None] * vector.T) @ np.swapaxes(projected, 1, 2)
+            if not len(others):
+                continue
+            # (K, 13 M): the other signals as these cells' readings weigh them.
+            flat = np.swapaxes(others, 0, 1).reshape(len(known), -1) * (self.weight * valid)[:, None]
+            inside = (inverse[:, None] * vector.T) @ (known.T @ flat)
+            mixed[group] = np.swapaxes(inside.reshape(SIGNALS, len(others), SIGNALS), 0, 1)
+            flat -= (known @ (vector * inverse)) @ inside
+            said = (felt.reshape(-1, felt.shape[2]) @ flat).reshape(len(group), 3, len(others), SIGNALS)
+            beyond[group] = np.moveaxis(said, 1, 3)
+            # The few readings that some cells miss change what the others could say by next to nothing.
+            if len(group) > largest:
+                gram, largest = (flat.T @ flat).reshape(gram.shape), len(group)
         floor = np.maximum(self.squares - (target**2).sum(axis=(1, 2)), 0.0)
-        return Reduced(factor, target, floor, self.count)
+        return Reduced(factor, target, floor, self.count, mixed, beyond, gram)
 
 
 @dataclass(frozen=True, eq=False)
 class FitState:
-    """A patch on a link: pose (4, 4) link_from_root; nuisance (n, 12): shape (w, d), scale - 1, offset of each cell."""
+    """A patch on a link: pose (4, 4) link_from_root; nuisance (n, 15): see `NUISANCES`."""
 
     pose: Array
     nuisance: Array
@@ -122,7 +159,7 @@ class OtherEvidence(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class _Normal:
-    """Normal equations of a pose (6) and n cells' nuisances (12): blocks, gradients, and how cells move by both."""
+    """Normal equations of a pose (6) and n cells' nuisances (15): blocks, gradients, and how cells move by both."""
 
     own: Array
     cross: Array
@@ -148,11 +185,12 @@ class MotionFit:
         self.reduced, self.noise, self.root_from_cell, self.other = reduced, noise, root_from_cell, other
         self.factor = reduced.factor / noise[:, None, None]
         self.target = reduced.target / noise[:, None, None]
-        # The root's own shape is exact by definition; this much keeps its covariance invertible.
-        floor = np.diag([1e-5**2] * 3 + [1e-6**2] * 3)
-        self.known = np.zeros((len(noise), 12, 12))
+        # An accelerometer's turn in its cell looks like the cell's own. A place may be exact; this much keeps its
+        # covariance invertible.
+        floor = np.diag([prior.turn_rad**2] * 3 + [1e-6**2] * 3)
+        self.known = np.zeros((len(noise), NUISANCES, NUISANCES))
         self.known[:, :6, :6] = np.linalg.inv(shape_covariance + floor)
-        self.known[:, 6:, 6:] = np.diag([prior.scale**-2] * 3 + [prior.offset_mps2**-2] * 3)
+        self.known[:, 6:, 6:] = np.diag(np.repeat([prior.scale, prior.offset_mps2, prior.shear], 3) ** -2.0)
 
     def start(self) -> FitState:
         """The best of a few turns about gravity, each with the place that fits it best."""
@@ -166,7 +204,7 @@ class MotionFit:
         for turn in np.arange(12) * np.pi / 6:
             pose = np.eye(4)
             pose[:3, :3] = Rotation.from_rotvec(turn * gravity).as_matrix() @ first
-            state = FitState(pose, np.zeros((len(self.noise), 12)))
+            state = FitState(pose, np.zeros((len(self.noise), NUISANCES)))
             for _ in range(3):
                 step, _ = self._step(state, 1e-9, frozen_rotation=True)
                 state = self._moved(state, step)
@@ -195,6 +233,48 @@ class MotionFit:
                     break
         return state, self._step(state, 0.0)[1]
 
+    def of_model(self, state: FitState) -> tuple[Array, Array]:
+        """(M, M) and (M,): information on the shares of the M other signals, and its product with their best values.
+
+        Pose and nuisances are eliminated.
+        """
+        theta = self._coefficients(state)[0]
+        normal = self._normal(state)
+        jacobian = -np.moveaxis(self.reduced.others @ theta[:, None], 1, 3) / self.noise[:, None, None, None]
+        by_model = jacobian.reshape(len(theta), 3 * SIGNALS, -1)
+        j_own, j_root, residual, _, _ = self._linear(state)
+        inside = 3 * SIGNALS
+        residual = residual[:, :inside]
+        own_model = np.swapaxes(j_own[:, :inside], 1, 2) @ by_model
+        pose_model = np.einsum("nri,nrm->im", j_root[:, :inside], by_model)
+        scaled = theta / self.noise[:, None, None]
+        beyond = np.einsum("nsa,nta->st", scaled, scaled)
+        information = np.einsum("msqt,st->mq", self.reduced.beyond_gram, beyond, optimize=True)
+        best = np.einsum("nmsa,nsa->m", self.reduced.beyond, theta / self.noise[:, None, None] ** 2)
+        information += np.einsum("nrm,nrq->mq", by_model, by_model)
+        best -= np.einsum("nrm,nr->m", by_model, residual)
+        solved = np.linalg.solve(normal.own, np.concatenate([normal.cross, own_model], axis=2))
+        gradient = np.linalg.solve(normal.own, normal.own_gradient[..., None])[..., 0]
+        information -= np.einsum("nam,naq->mq", own_model, solved[..., 6:])
+        best += np.einsum("nam,na->m", own_model, gradient)
+        pose = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[..., :6])
+        mixed = pose_model - np.einsum("nai,nam->im", normal.cross, solved[..., 6:])
+        left = normal.pose_gradient - np.einsum("nai,na->i", normal.cross, gradient)
+        information -= mixed.T @ np.linalg.solve(pose, mixed)
+        best += mixed.T @ np.linalg.solve(pose, left)
+        return 0.5 * (information + information.T), best
+
+    def answers(self, state: FitState) -> Array:
+        """(M, 6) how the pose's (w, d) would differ, had the readings followed each of M other signals, too."""
+        theta = self._coefficients(state)[0]
+        kept, found = self.target, []
+        at_rest = self._step(state, 0.0)[0][0]
+        for other in range(self.reduced.others.shape[1]):
+            self.target = kept + self.reduced.others[:, other] @ theta / self.noise[:, None, None]
+            found.append(self._step(state, 0.0)[0][0] - at_rest)
+        self.target = kept
+        return np.array(found).reshape(-1, 6)
+
     def cost(self, state: FitState) -> float:
         """Squares of all residuals and of departures from what was known, less the floor."""
         return float(self.cell_costs(state).sum())
@@ -219,14 +299,14 @@ class MotionFit:
         joint = np.block([[left, normal.cross[cell].T], [normal.cross[cell], normal.own[cell]]])
         # The cell's own motion takes the place of the patch's: dx_cell = M dx_patch + B dn.
         back = np.linalg.inv(normal.cell_by_pose[cell, :6])
-        change = np.eye(18)
+        change = np.eye(6 + NUISANCES)
         change[:6, :6], change[:6, 6:] = back, -back @ normal.cell_by_own[cell, :6]
         joint = change.T @ joint @ change
         information = joint[:6, :6] - joint[:6, 6:] @ np.linalg.solve(joint[6:, 6:], joint[6:, :6])
         return pose, np.asarray(0.5 * (information + information.T), dtype=np.float64)
 
     def nuisance_covariance(self, state: FitState) -> Array:
-        """(n, 12, 12) of each cell's nuisance, were the patch's pose known."""
+        """(n, 15, 15) of each cell's nuisance, were the patch's pose known."""
         return np.asarray(np.linalg.inv(self._normal(state).own), dtype=np.float64)
 
     def cells(self, state: FitState) -> tuple[Array, Array]:
@@ -240,15 +320,16 @@ class MotionFit:
         turned, place = self.cells(state)
         scale = 1.0 + state.nuisance[:, 6:9]
         theta = np.empty((len(place), SIGNALS, 3))
-        theta[:, :3] = turned * scale[:, None]
-        theta[:, 3:12] = np.einsum("nak,nb,nk->nabk", turned, place, scale).reshape(-1, 9, 3)
-        theta[:, 12] = state.nuisance[:, 9:]
+        theta[:, :3] = turned
+        theta[:, 3:12] = np.einsum("nak,nb->nabk", turned, place).reshape(-1, 9, 3)
+        theta[:, :12] = (theta[:, :12] @ _shears(state)) * scale[:, None]
+        theta[:, 12] = state.nuisance[:, 9:12]
         return theta, turned, place
 
     def _step(
         self, state: FitState, damping: float, frozen_rotation: bool = False
     ) -> tuple[tuple[Array, Array], Array]:
-        """Gauss-Newton step (6,), (n, 12), and the information on the pose with all nuisances eliminated."""
+        """Gauss-Newton step (6,), (n, 15), and the information on the pose with all nuisances eliminated."""
         normal = self._normal(state, frozen_rotation)
         solved = np.linalg.solve(normal.own, np.concatenate([normal.cross, normal.own_gradient[:, :, None]], axis=2))
         information = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[:, :, :6])
@@ -259,35 +340,7 @@ class MotionFit:
         return (pose_step, own_step), 0.5 * (information + information.T)
 
     def _normal(self, state: FitState, frozen_rotation: bool = False) -> _Normal:
-        theta, turned, place = self._coefficients(state)
-        count = len(place)
-        scale = 1.0 + state.nuisance[:, 6:9]
-        # Derivative of θ's column k by the cell's own turn (right), place, scale and offset.
-        slope = np.zeros((count, SIGNALS, 3, 12))
-        for axis in range(3):
-            by_turn = -turned @ cross_matrix(np.eye(3)[[axis]])[0] * scale[:, axis, None, None]
-            slope[:, :3, axis, :3] = by_turn
-            slope[:, 3:12, axis, :3] = np.einsum("nai,nb->nabi", by_turn, place).reshape(count, 9, 3)
-            by_place = np.einsum("na,bj->nabj", turned[:, :, axis] * scale[:, axis, None], np.eye(3))
-            slope[:, 3:12, axis, 3:6] = by_place.reshape(count, 9, 3)
-            slope[:, :12, axis, 6 + axis] = theta[:, :12, axis] / scale[:, axis, None]
-            slope[:, 12, axis, 9 + axis] = 1.0
-        jacobian = np.einsum("nst,ntax->nsax", self.factor, slope).reshape(count, 3 * SIGNALS, 12)
-        residual = (self.factor @ theta - self.target).reshape(count, -1)
-        if self.other is not None:
-            slope_seen = self.other.slope(turned, place)
-            padded = np.concatenate([slope_seen, np.zeros((*slope_seen.shape[:2], 6))], axis=2)
-            jacobian = np.concatenate([jacobian, padded], axis=1)
-            residual = np.concatenate([residual, self.other.residual(turned, place)], axis=1)
-        # By the nuisances: the shape's shift counts in the root's frame; by the pose: all cells move with the root.
-        own = np.tile(np.eye(12), (count, 1, 1))
-        own[:, 3:6, 3:6] = state.pose[:3, :3]
-        shape = self.root_from_cell
-        by_root = np.zeros((count, 12, 6))
-        by_root[:, :3, :3] = np.swapaxes(state.pose[:3, :3].T @ turned, 1, 2)
-        by_root[:, 3:6, :3] = -state.pose[:3, :3] @ cross_matrix(shape[:, :3, 3] + state.nuisance[:, 3:6])
-        by_root[:, 3:6, 3:] = np.eye(3)
-        j_own, j_root = jacobian @ own, jacobian @ by_root
+        j_own, j_root, residual, own, by_root = self._linear(state)
         if frozen_rotation:
             j_root = j_root.copy()
             j_root[:, :, :3] = 0.0
@@ -303,6 +356,45 @@ class MotionFit:
             cell_by_pose=by_root,
         )
 
+    def _linear(self, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
+        """Jacobians (n, R, 15) and (n, R, 6) of the residual (n, R) by nuisances and pose, and how cells move by both."""
+        theta, turned, place = self._coefficients(state)
+        count = len(place)
+        scale = 1.0 + state.nuisance[:, 6:9]
+        # Derivative of θ's column k by the cell's own turn (right), place, scale and offset.
+        slope = np.zeros((count, SIGNALS, 3, NUISANCES))
+        for axis in range(3):
+            by_turn = -turned @ cross_matrix(np.eye(3)[[axis]])[0]
+            slope[:, :3, axis, :3] = by_turn
+            slope[:, 3:12, axis, :3] = np.einsum("nai,nb->nabi", by_turn, place).reshape(count, 9, 3)
+            by_place = np.einsum("na,bj->nabj", turned[:, :, axis], np.eye(3))
+            slope[:, 3:12, axis, 3:6] = by_place.reshape(count, 9, 3)
+        slope[..., :6] = np.einsum("nji,nsjx->nsix", _shears(state) * scale[:, None], slope[..., :6])
+        for axis in range(3):
+            slope[:, :12, axis, 6 + axis] = theta[:, :12, axis] / scale[:, axis, None]
+            slope[:, 12, axis, 9 + axis] = 1.0
+        plain = np.concatenate([turned, np.einsum("nak,nb->nabk", turned, place).reshape(-1, 9, 3)], axis=1)
+        for pair, (one, other) in enumerate(SHEARED):
+            slope[:, :12, one, 12 + pair] = plain[..., other] * scale[:, None, one]
+            slope[:, :12, other, 12 + pair] = plain[..., one] * scale[:, None, other]
+        jacobian = np.einsum("nst,ntax->nsax", self.factor, slope).reshape(count, 3 * SIGNALS, NUISANCES)
+        residual = (self.factor @ theta - self.target).reshape(count, -1)
+        if self.other is not None:
+            slope_seen = self.other.slope(turned, place)
+            padded = np.concatenate([slope_seen, np.zeros((*slope_seen.shape[:2], NUISANCES - 6))], axis=2)
+            jacobian = np.concatenate([jacobian, padded], axis=1)
+            residual = np.concatenate([residual, self.other.residual(turned, place)], axis=1)
+        # By the nuisances: the shape's shift counts in the root's frame; by the pose: all cells move with the root.
+        own = np.tile(np.eye(NUISANCES), (count, 1, 1))
+        own[:, 3:6, 3:6] = state.pose[:3, :3]
+        shape = self.root_from_cell
+        by_root = np.zeros((count, NUISANCES, 6))
+        by_root[:, :3, :3] = np.swapaxes(state.pose[:3, :3].T @ turned, 1, 2)
+        by_root[:, 3:6, :3] = -state.pose[:3, :3] @ cross_matrix(shape[:, :3, 3] + state.nuisance[:, 3:6])
+        by_root[:, 3:6, 3:] = np.eye(3)
+        j_own, j_root = jacobian @ own, jacobian @ by_root
+        return j_own, j_root, residual, own, by_root
+
     def _moved(self, state: FitState, step: tuple[Array, Array]) -> FitState:
         pose = state.pose.copy()
         pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(step[0][:3]).as_matrix()
@@ -310,6 +402,14 @@ class MotionFit:
         nuisance = state.nuisance + step[1]
         # Small turns add up, to second order; they are a fraction of a degree.
         return FitState(pose, nuisance)
+
+
+def _shears(state: FitState) -> Array:
+    """(n, 3, 3) by which rows of what the axes feel become what they show, but for scales."""
+    shears = np.tile(np.eye(3), (len(state.nuisance), 1, 1))
+    for pair, (one, other) in enumerate(SHEARED):
+        shears[:, one, other] = shears[:, other, one] = state.nuisance[:, 12 + pair]
+    return shears
 
 
 def _eliminated(own: Array, cross: Array) -> Array:

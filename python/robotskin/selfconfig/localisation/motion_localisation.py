@@ -19,10 +19,12 @@ from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.localisation.localisation import (
     Localisation,
     LocalisationError,
+    ModelEvidence,
     covariance_of,
     moving_joints,
     segments,
 )
+from robotskin.selfconfig.localisation.model_errors import wrong_models
 from robotskin.selfconfig.localisation.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced, rest_signals
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.link_motion import link_motions
@@ -39,11 +41,15 @@ class MotionSignals:
     """The known signals (K, 13) of every segment in the same K instants: all swings, one after another, then rests.
 
     links: candidates by the joint that moves them; of_joint: their signals; rests: how many of the rows are rests.
+    wrong: (M, K, 13) by the same joint, what they change by if the robot differs from its model by one standard
+        deviation in each of M ways; ways: (M,) their numbers, in the order of `wrong_models`.
     """
 
     links: dict[int, tuple[str, ...]]
     of_joint: dict[int, Array]
     rests: int
+    wrong: dict[int, Array]
+    ways: dict[int, NDArray[np.int64]]
 
 
 def motion_signals(
@@ -51,6 +57,7 @@ def motion_signals(
     recordings: Sequence[MotionRecording],
     rest_posture: Array | None = None,
     links: Sequence[str] | None = None,
+    prior: PriorKnowledge = PriorKnowledge(),  # noqa: B008 - frozen
 ) -> MotionSignals:
     """The signals that `localise_by_motion` needs; the same for all patches, so computed once.
 
@@ -59,6 +66,7 @@ def motion_signals(
         recordings: swings; only their motion is used.
         rest_posture: (K, n) of rests, or None.
         links: candidates; by default all that some swing moves.
+        prior: how far the robot may differ from its model.
 
     Raises:
         LocalisationError: no swings, or none moves any candidate.
@@ -79,6 +87,36 @@ def motion_signals(
     if not candidates:
         named = ", ".join(sorted(robot.joint_names[recording.swing.joint] for recording in recordings))
         raise LocalisationError(f"none of the links {', '.join(links or robot.link_names)} moves with {named}")
+    found = _signals(robot, recordings, rest_posture, candidates)
+    wrong: dict[int, list[Array]] = {joint: [] for joint in candidates}
+    ways: dict[int, list[int]] = {joint: [] for joint in candidates}
+    for way, (joint, other) in enumerate(wrong_models(robot, prior)):
+        behind = {one: names for one, names in candidates.items() if joint in _path(robot, one)}
+        for one, signals in _signals(other, recordings, rest_posture, behind).items():
+            wrong[one].append(signals - found[one])
+            ways[one].append(way)
+    rests = 0 if rest_posture is None else len(rest_posture)
+    stacked = {joint: np.array(changes).reshape(-1, *found[joint].shape) for joint, changes in wrong.items()}
+    numbered = {joint: np.array(numbers, dtype=np.int64) for joint, numbers in ways.items()}
+    return MotionSignals(candidates, found, rests, stacked, numbered)
+
+
+def _path(robot: Robot, joint: int) -> set[int]:
+    """The joints between the base and a link that `joint` carries."""
+    found = set()
+    while joint >= 0:
+        found.add(joint)
+        joint = int(robot.core.joint_parents[joint])
+    return found
+
+
+def _signals(
+    robot: Robot,
+    recordings: Sequence[MotionRecording],
+    rest_posture: Array | None,
+    candidates: dict[int, tuple[str, ...]],
+) -> dict[int, Array]:
+    """(K, 13) by joint, of the first of the links that it carries."""
     rows: dict[int, list[Array]] = {joint: [] for joint in candidates}
     for recording in recordings:
         first = [names[0] for names in candidates.values()]
@@ -87,11 +125,10 @@ def motion_signals(
             motion = motions[names[0]]
             tidal = motion.tidal().reshape(-1, 9)
             rows[joint].append(np.hstack([motion.specific_force, tidal, np.ones((len(tidal), 1))]))
-    rests = 0 if rest_posture is None else len(rest_posture)
     if rest_posture is not None:
         for joint, names in candidates.items():
             rows[joint].append(rest_signals(robot, names[0], rest_posture))
-    return MotionSignals(candidates, {joint: np.concatenate(parts) for joint, parts in rows.items()}, rests)
+    return {joint: np.concatenate(parts) for joint, parts in rows.items()}
 
 
 def localise_by_motion(
@@ -118,7 +155,7 @@ def localise_by_motion(
             apart.
         root_from_cell: (n, 4, 4) metres, shape of the patch as `reconstruct` gives it; (1, 4, 4) for a lone cell.
         cells: (n,) rows of the patch's cells in the recordings (`Reconstruction.cells`); by default all N.
-        shape_covariance: (n, 6, 6) as `Reconstruction.covariance`; by default the shape is exact.
+        shape_covariance: (n, 6, 6) as `Reconstruction.inner_covariance`; by default the shape is exact.
         rest_posture: (K, n) rad or m, of rests; rest: what all N cells felt in them.
         rest: see rest_posture.
         links: candidates; by default all that some swing moves.
@@ -138,7 +175,7 @@ def localise_by_motion(
     count = len(rows)
     if count != len(root_from_cell):
         raise LocalisationError(f"a shape of {len(root_from_cell)} cells for {count} cells of the recordings")
-    signals = signals or motion_signals(robot, recordings, rest_posture, links)
+    signals = signals or motion_signals(robot, recordings, rest_posture, links, prior)
     readings = np.concatenate(
         [recording.acceleration[rows] for recording in recordings] + ([] if rest is None else [rest.mean[rows]]), axis=1
     )
@@ -154,7 +191,9 @@ def localise_by_motion(
     _require_moved(heard.spread[enough].max(axis=1), noise[enough])
     shape = np.zeros((count, 6, 6)) if shape_covariance is None else np.asarray(shape_covariance, dtype=float)
     fits: dict[int, tuple[float, MotionFit, FitState, Array, NDArray[np.bool_], Reduced]] = {}
-    reduced = {joint: heard.reduced(known).of(enough) for joint, known in signals.of_joint.items()}
+    reduced = {
+        joint: heard.reduced(known, signals.wrong[joint]).of(enough) for joint, known in signals.of_joint.items()
+    }
     floors = {joint: float((of.floor / noise[enough] ** 2).sum()) for joint, of in reduced.items()}
     best = np.inf
     for joint in sorted(floors, key=lambda joint: floors[joint]):
@@ -176,11 +215,17 @@ def localise_by_motion(
     freedom = of.readings[kept].sum() - 6 - 6 * kept.sum()
     squares = (of.floor / noise[enough] ** 2)[kept].sum() + fit.cost(state)
     misfit = float(np.sqrt(squares / freedom))
-    common = _common_shape_error(root_from_cell[enough][kept], shape[enough][kept], state.pose)
-    covariance, observed, unknown = covariance_of(information / max(misfit, 1.0) ** 2, robot, link, state.pose, common)
+    answers = fit.answers(state)
+    by_model = answers.T @ answers
+    known = information / max(misfit, 1.0) ** 2
+    root_error = _root_error(root_from_cell, shape, state.pose)
+    common = by_model + root_error
+    evidence = ModelEvidence(signals.ways[order[0]], *fit.of_model(state), answers, known, root_error)
+    covariance, observed, unknown = covariance_of(known, robot, link, state.pose, common)
     used = np.zeros(count, dtype=bool)
     used[np.flatnonzero(enough)[kept]] = True
-    return Localisation(link, state.pose, covariance, observed, unknown, tuple(same), used, misfit)
+    whole = covariance_of(known, robot, link, state.pose, by_model)[0]
+    return Localisation(link, state.pose, covariance, whole, observed, unknown, tuple(same), used, misfit, evidence)
 
 
 def _fit(
@@ -235,14 +280,11 @@ def _require_moved(spread: Array, noise: Array) -> None:
         )
 
 
-def _common_shape_error(root_from_cell: Array, shape: Array, pose: Array) -> Array | None:
-    """(6, 6) what all cells err by together, because their shape is told from a root that errs itself.
-
-    The covariance of a cell about the root holds both their errors; half of its mean is the root's.
-    """
+def _root_error(root_from_cell: Array, shape: Array, pose: Array) -> Array:
+    """(6, 6) what the root cell errs by beside its patch; its pose stands for the patch's."""
     if len(root_from_cell) < 2:
-        return None
-    turned = np.zeros_like(shape)
-    turned[:, :3, :3] = root_from_cell[:, :3, :3]
-    turned[:, 3:, 3:] = pose[:3, :3]
-    return 0.5 * np.mean(turned @ shape @ np.swapaxes(turned, 1, 2), axis=0)
+        return np.zeros((6, 6))
+    turned = np.eye(6)
+    turned[3:, 3:] = pose[:3, :3]
+    root = int(np.argmin(np.abs(root_from_cell - np.eye(4)).max(axis=(1, 2))))
+    return np.asarray(turned @ shape[root] @ turned.T, dtype=np.float64)

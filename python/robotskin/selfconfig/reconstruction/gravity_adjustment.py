@@ -1,6 +1,7 @@
 """Least squares over a whole patch: every hinge, every gravity reading and every accelerometer's faults at once.
 
-Unknown per cell: rotation, position, offset (3) and scale (3) of its accelerometer; per pose: the direction of gravity.
+Unknown per cell: rotation, position; offset (3), scale (3), turn in the cell (3) and shear (3) of its accelerometer; per
+pose: the direction of gravity.
 The model, its derivatives and its weights; `reconstruction.py` runs it. Equations in docs/selfconfig.md.
 """
 
@@ -34,12 +35,27 @@ class PatchState:
     """Estimate of N cells in K poses.
 
     pose: (N, 4, 4) root_from_cell; offset: (N, 3) m/s²; scale: (N, 3); up: (K, 3) unit vectors in the root frame.
+    turn: (N, 3) rad, cell_from_accelerometer; shear: (N, 3) of the axis pairs xy, xz and yz.
     """
 
     pose: Array
     offset: Array
     scale: Array
     up: Array
+    turn: Array
+    shear: Array
+
+    def ideal(self) -> Array:
+        """(N, K, 3) m/s², what a flawless accelerometer feels along the axes of its cell."""
+        return GRAVITY_MPS2 * np.einsum("nji,kj->nki", self.pose[:, :3, :3], self.up)
+
+    def reported(self) -> Array:
+        """(N, K, 3) m/s², what the accelerometers make of that; turns and shears are small, so they add up."""
+        return (self.ideal() @ np.swapaxes(self.slant(), 1, 2)) * self.scale[:, None] + self.offset[:, None]
+
+    def slant(self) -> Array:
+        """(N, 3, 3) what the axes of the accelerometers show of those of their cells, but for scales."""
+        return np.eye(3) - cross_matrix(self.turn) + shear_matrix(self.shear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +68,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A Gauss-Newton step: rotation (N, 3), position (N, 3), calibration (N, 6), up (K, 3); largest: rad or m."""
+    """A Gauss-Newton step: rotation (N, 3), position (N, 3), calibration (N, 12), up (K, 3); largest: rad or m."""
 
     rotation: Array
     position: Array
@@ -82,9 +98,8 @@ class GravityAdjustment:
         self.column[free] = np.arange(len(free))
 
     def reading_residual(self, state: PatchState) -> Array:
-        """(N, K, 3) m/s², modelled less measured: diag(s) Rᵀ g + b − a; 0 where missing."""
-        ideal = GRAVITY_MPS2 * np.einsum("nji,kj->nki", state.pose[:, :3, :3], state.up)
-        residual = ideal * state.scale[:, None] + state.offset[:, None] - self.measured
+        """(N, K, 3) m/s², modelled less measured: diag(s) (1 + H) (1 − [t]×) Rᵀ g + b − a; 0 where missing."""
+        residual = state.reported() - self.measured
         return np.where(self.present[..., None], residual, 0.0)
 
     def bend(self, state: PatchState) -> Array:
@@ -132,6 +147,7 @@ class GravityAdjustment:
         """Half the weighted sum of squares, knowledge before measuring included."""
         reading, hinge = self.distances(state)
         prior = (state.offset / self.prior.offset_mps2) ** 2 + ((state.scale - 1) / self.prior.scale) ** 2
+        prior += (state.turn / self.prior.turn_rad) ** 2 + (state.shear / self.prior.shear) ** 2
         bend = ((self.bend(state) - self.bend_mean) / self.bend_deviation) ** 2
         squares = (weights.reading * reading**2).sum() + (weights.hinge * hinge**2).sum() + prior.sum() + bend.sum()
         return 0.5 * float(squares)
@@ -150,7 +166,9 @@ class GravityAdjustment:
             state,
             pose=pose,
             scale=state.scale + step.calibration[:, :3],
-            offset=state.offset + step.calibration[:, 3:],
+            offset=state.offset + step.calibration[:, 3:6],
+            turn=state.turn + step.calibration[:, 6:9],
+            shear=state.shear + step.calibration[:, 9:],
             up=up / np.linalg.norm(up, axis=1, keepdims=True),
         )
 
@@ -163,25 +181,40 @@ class Normal:
         cells, poses = problem.cells, problem.poses
         weight = weights.reading / problem.reading_deviation[:, None] ** 2
         residual = problem.reading_residual(state)
-        ideal = GRAVITY_MPS2 * np.einsum("nji,kj->nki", state.pose[:, :3, :3], state.up)
-        turn = state.scale[:, None, :, None] * cross_matrix(ideal)
+        ideal = state.ideal()
+        faulty = state.scale[:, :, None] * state.slant()
+        turn = faulty[:, None] @ cross_matrix(ideal)
         self.tangent = tangents(state.up)
-        tilt = GRAVITY_MPS2 * np.einsum("ni,nji,kjt->nkit", state.scale, state.pose[:, :3, :3], self.tangent)
+        tilt = GRAVITY_MPS2 * np.einsum("nil,njl,kjt->nkit", faulty, state.pose[:, :3, :3], self.tangent)
         # Columns of one cell's readings: its rotation (3) and the tilt of gravity in each pose (2 K).
         own = np.zeros((cells, poses, 3, 3 + 2 * poses))
         own[..., :3] = turn
         for pose in range(poses):
             own[:, pose, :, 3 + 2 * pose : 5 + 2 * pose] = tilt[:, pose]
-        calibration = np.zeros((cells, poses, 3, 6))
-        calibration[..., :3] = ideal[..., None] * np.eye(3)
-        calibration[..., 3:] = np.eye(3)
+        calibration = np.zeros((cells, poses, 3, 12))
+        calibration[..., :3] = (ideal @ np.swapaxes(state.slant(), 1, 2))[..., None] * np.eye(3)
+        calibration[..., 3:6] = np.eye(3)
+        calibration[..., 6:9] = state.scale[:, None, :, None] * cross_matrix(ideal)
+        calibration[..., 9:] = state.scale[:, None, :, None] * by_shears(ideal)
         weighted = (own * weight[:, :, None, None]).reshape(cells, 3 * poses, -1).swapaxes(1, 2)
         shared = weighted @ own.reshape(cells, 3 * poses, -1)
         shared_right = np.einsum("nai,ni->na", weighted, residual.reshape(cells, -1))
-        prior = np.array([problem.prior.scale] * 3 + [problem.prior.offset_mps2] * 3) ** -2.0
-        deviation = np.concatenate([state.scale - 1, state.offset], axis=1)
-        known = (calibration * weight[:, :, None, None]).reshape(cells, 3 * poses, 6).swapaxes(1, 2)
-        inner = known @ calibration.reshape(cells, 3 * poses, 6) + np.diag(prior)
+        known_beforehand = problem.prior
+        prior = (
+            np.repeat(
+                [
+                    known_beforehand.scale,
+                    known_beforehand.offset_mps2,
+                    known_beforehand.turn_rad,
+                    known_beforehand.shear,
+                ],
+                3,
+            )
+            ** -2.0
+        )
+        deviation = np.concatenate([state.scale - 1, state.offset, state.turn, state.shear], axis=1)
+        known = (calibration * weight[:, :, None, None]).reshape(cells, 3 * poses, 12).swapaxes(1, 2)
+        inner = known @ calibration.reshape(cells, 3 * poses, 12) + np.diag(prior)
         inner_right = np.einsum("nai,ni->na", known, residual.reshape(cells, -1)) + prior * deviation
         self.coupling = known @ own.reshape(cells, 3 * poses, -1)
         self.inner_inverse = np.linalg.inv(inner)
@@ -244,6 +277,7 @@ class Normal:
             np.einsum("eia,ei->ea", weighted, problem.bend(state) - problem.bend_mean),
         )
         self.both_at, self.right, self.size = both_at, right, size
+        self.with_middle = carried(state.pose)
         self.matrix = sparse.csc_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(size, size)
         )
@@ -273,11 +307,15 @@ class Normal:
             largest=float(np.abs(solution).max(initial=0.0)),
         )
 
-    def covariance(self) -> tuple[Array, Array, Array, float]:
+    def covariance(self, middle: Array) -> tuple[Array, Array, Array, Array, float]:
         """Inverse of the normal matrix where it is of use.
+
+        Args:
+            middle: (6, unknowns) as `middle_of`.
 
         Returns:
             cells (N, 6, 6): rotation (cell frame, right of R), then position (root frame); the root's is zero.
+            inner (N, 6, 6): the same once the patch as a whole sits best.
             edges (E, 12, 12): joint covariance of the two cells of each edge.
             gravity (K, 2, 2): tilt of gravity in each pose.
             hinge_redundancy: how many of the 3 E hinge equations check the others.
@@ -289,11 +327,13 @@ class Normal:
         pairs = np.zeros((len(at), 12, 12))
         pose = np.zeros((cells, 6, 6))
         tilt = np.zeros((poses, 2, 2))
+        by_middle = np.zeros((free, 6))
         pose_at = 6 * np.arange(cells - 1)[:, None] + np.arange(6)
         tilt_at = free + np.arange(2 * poses).reshape(poses, 2)
         moving = np.flatnonzero(problem.column >= 0)
         for start, inverse in self._inverse_columns():
             stop = start + inverse.shape[1]
+            by_middle += inverse[:free] @ middle[:, start:stop].T
             for index, into, row in ((at, pairs, None), (pose_at, pose, moving), (tilt_at, tilt, None)):
                 which, column = np.nonzero((index >= start) & (index < stop))
                 rows = index[which]
@@ -301,7 +341,16 @@ class Normal:
                 into[which if row is None else row[which], :, column] = np.where(rows >= 0, values, 0.0)
         explained = np.einsum("e,eia,eab,eib->", self.hinge_weight, self.hinge_jacobian, pairs, self.hinge_jacobian)
         redundancy = 3.0 * float(self.weights.hinge.sum()) - float(explained)
-        return pose, pairs, tilt, redundancy
+        inner = pose + self._less_middle(by_middle, middle[:, :free] @ by_middle)
+        return pose, inner, pairs, tilt, redundancy
+
+    def _less_middle(self, by_middle: Array, of_middle: Array) -> Array:
+        """(N, 6, 6) what a cell's covariance changes by when the patch's own error, `middle` of all, is taken off."""
+        cells = self.problem.cells
+        own = np.zeros((cells, 6, 6))
+        own[self.problem.column >= 0] = by_middle.reshape(-1, 6, 6)
+        shared = own @ np.swapaxes(self.with_middle, 1, 2)
+        return self.with_middle @ of_middle @ np.swapaxes(self.with_middle, 1, 2) - shared - np.swapaxes(shared, 1, 2)
 
     def _inverse_columns(self, batch: int = 600) -> Iterator[tuple[int, Array]]:
         """Columns of the inverse: all at once while a dense matrix fits, else in batches from the sparse factors."""
@@ -328,9 +377,47 @@ def hinge_jacobian(pose: Array, edges: NDArray[np.integer]) -> Array:
     return jacobian
 
 
+def carried(pose: Array) -> Array:
+    """(N, 6, 6) how each cell's (w, d) moves with a turn and a shift of the whole patch, both in the root's frame."""
+    carry = np.zeros((len(pose), 6, 6))
+    carry[:, :3, :3] = np.swapaxes(pose[:, :3, :3], 1, 2)
+    carry[:, 3:, :3] = -cross_matrix(pose[:, :3, 3] - pose[:, :3, 3].mean(axis=0))
+    carry[:, 3:, 3:] = np.eye(3)
+    return carry
+
+
+def middle_of(problem: GravityAdjustment, pose: Array) -> Array:
+    """(6, unknowns) turn and shift of the whole patch: the means of its cells', both in the root's frame."""
+    size = 6 * (problem.cells - 1) + 2 * problem.poses
+    middle = np.zeros((6, size))
+    at = 6 * problem.column
+    for cell in np.flatnonzero(problem.column >= 0):
+        middle[:3, at[cell] : at[cell] + 3] = pose[cell, :3, :3] / problem.cells
+        middle[3:, at[cell] + 3 : at[cell] + 6] = np.eye(3) / problem.cells
+    return middle
+
+
 def tangents(direction: Array) -> Array:
     """(K, 3, 2) two unit vectors across each direction (K, 3)."""
     helper = np.where(np.abs(direction[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = np.cross(direction, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(direction, first)], axis=2)
+
+
+def by_shears(felt: Array) -> Array:
+    """(..., 3, 3) what shears of the axis pairs xy, xz and yz add to felt (..., 3), a column a pair."""
+    x, y, z = np.moveaxis(felt, -1, 0)
+    nothing = np.zeros_like(x)
+    return np.stack(
+        [np.stack([y, z, nothing], axis=-1), np.stack([x, nothing, z], axis=-1), np.stack([nothing, x, y], axis=-1)],
+        axis=-2,
+    )
+
+
+def shear_matrix(shear: Array) -> Array:
+    """(N, 3, 3) symmetric, without a diagonal, of shears (N, 3) of the axis pairs xy, xz and yz."""
+    matrix = np.zeros((len(shear), 3, 3))
+    for pair, (one, other) in enumerate(((0, 1), (0, 2), (1, 2))):
+        matrix[:, one, other] = matrix[:, other, one] = shear[:, pair]
+    return matrix

@@ -15,7 +15,7 @@ from robotskin.errors import RobotskinError
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.common.rotations import rotation_between
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
-from robotskin.selfconfig.reconstruction.gravity_adjustment import GravityAdjustment, PatchState
+from robotskin.selfconfig.reconstruction.gravity_adjustment import GravityAdjustment, PatchState, middle_of
 from robotskin.selfconfig.reconstruction.hinge import chain, flat_rotations, gap_vectors
 from robotskin.selfconfig.reconstruction.observability import require_observable
 from robotskin.selfconfig.reconstruction.strain import smooth_strain
@@ -36,6 +36,8 @@ class Reconstruction:
     root_from_cell: (N, 4, 4) metres.
     covariance: (N, 6, 6) of an error (w, d): true rotation = R exp(w), w in the cell's frame, rad; true position =
         p + d, in the root's frame, m. The root's is zero: it is the frame.
+    inner_covariance: (N, 6, 6) the same of what is left of the error once the patch as a whole sits best, which is what
+        a placed cell errs by beside its patch.
     offset: (N, 3) m/s²; scale: (N, 3); up: (K, 3) opposite to gravity, root frame.
     edges: (E, 4) in the order of the topology's, by row of these arrays, the lower port first.
     gap: (E, 3) metres, hinge point of the first cell less that of the second, root frame.
@@ -51,6 +53,7 @@ class Reconstruction:
     root: int
     root_from_cell: Array
     covariance: Array
+    inner_covariance: Array
     offset: Array
     scale: Array
     up: Array
@@ -104,7 +107,7 @@ def reconstruct(
         iterations += passes
         weights = problem.weights(state)
         normal = problem.linearise(state, weights)
-        covariance, pairs, _, redundancy = normal.covariance()
+        covariance, inner, pairs, _, redundancy = normal.covariance(middle_of(problem, state.pose))
         reading, hinge = problem.distances(state)
         hinge_m = problem.hinge_m
         if estimate_hinge and redundancy > 3.0:
@@ -125,6 +128,7 @@ def reconstruct(
         root=root,
         root_from_cell=state.pose,
         covariance=covariance + strain.cells,
+        inner_covariance=inner + strain.inner,
         offset=state.offset,
         scale=state.scale,
         up=state.up,
@@ -190,7 +194,8 @@ def _start(
     relative = np.tile(np.eye(3), (count, 1, 1))
     relative[parent >= 0] = np.swapaxes(rotation[parent >= 0], 1, 2) @ rotation[parent[parent >= 0]]
     pose = chain(relative, parent, order, problem.edges, parent_edge)
-    return PatchState(pose, np.zeros((count, 3)), np.ones((count, 3)), up @ rotation[problem.root])
+    nothing = np.zeros((count, 3))
+    return PatchState(pose, nothing, np.ones((count, 3)), up @ rotation[problem.root], nothing, nothing)
 
 
 def _lay_silent_flat(rotation: Array, loud: NDArray[np.bool_], problem: GravityAdjustment) -> None:

@@ -7,7 +7,7 @@ variance beside independent gaps (Koch, Parameter Estimation and Hypothesis Test
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 CORRELATION_M = 4.0 * LATTICE_PITCH_M
 """Distance over which the correlation of two strains falls by e; on finished layouts it is two to five cells."""
 LEAST_CHECKS = 12.0
-"""Fewer hinge equations than this that check the others tell nothing of a second component."""
+"""Fewer hinge equations than this that check the others tell nothing of a second component; it is taken for as large as
+the hinge tolerance then, as it is on patches that tell."""
 MOST_RATIO = 2.0
 """Strain is not believed to be larger than this many times the hinge tolerance."""
 
@@ -34,12 +35,13 @@ class Strain:
 
     deviation_m: of a gap along its edge, and of one across it in the skin's plane; 0 where loops show none, NaN for a
         patch of more cells than the estimation takes.
-    cells: (N, 6, 6) added covariance, rotation and position as `Reconstruction.covariance`; edges: (E, 12, 12) of both
-        cells of each edge.
+    cells: (N, 6, 6) added covariance, rotation and position as `Reconstruction.covariance`; inner: (N, 6, 6) that of
+        `inner_covariance`; edges: (E, 12, 12) of both cells of each edge.
     """
 
     deviation_m: float
     cells: Array
+    inner: Array
     edges: Array
 
 
@@ -53,11 +55,10 @@ def smooth_strain(normal: Normal, state: PatchState, checks: float) -> Strain:
     """
     problem = normal.problem
     edges, at = problem.edges, normal.both_at
-    none = Strain(0.0, np.zeros((problem.cells, 6, 6)), np.zeros((len(edges), 12, 12)))
-    if checks < LEAST_CHECKS:
-        return none
+    nothing = np.zeros((problem.cells, 6, 6))
+    none = Strain(0.0, nothing, nothing, np.zeros((len(edges), 12, 12)))
     if normal.size > DENSE_LIMIT:
-        return Strain(np.nan, none.cells, none.edges)
+        return replace(none, deviation_m=np.nan)
     jacobian = _sparse_jacobian(normal)
     weight = np.repeat(normal.hinge_weight, 3)
     # Columns: how every unknown answers to a gap of each hinge, along x, y and z.
@@ -73,17 +74,27 @@ def smooth_strain(normal: Normal, state: PatchState, checks: float) -> Strain:
             [(check * product.T).sum(), (product * product.T).sum()],
         ]
     )
+    # Loops show the slow strains least, which move places most: two standard deviations are added.
+    uncertain = float(np.sqrt(2.0 * np.linalg.inv(traces)[1, 1]))
     variance = float(np.linalg.solve(traces, squares)[1])
-    if variance <= 0.0:
+    if checks < LEAST_CHECKS:
+        variance, uncertain = problem.hinge_m**2, 0.0
+    if variance + 2.0 * uncertain <= 0.0:
         return none
+    variance += 2.0 * uncertain
     variance = min(variance, (MOST_RATIO * problem.hinge_m) ** 2)
     spread = variance * (answer @ alike)
     cells, moving = np.zeros((problem.cells, 6, 6)), problem.column >= 0
     own = 6 * problem.column[moving, None] + np.arange(6)
     cells[moving] = np.einsum("nik,njk->nij", spread[own], answer[own])
+    moved = np.zeros((problem.cells, 6, answer.shape[1]))
+    moved[moving] = answer[own]
+    turned = np.einsum("nij,njk->ik", state.pose[:, :3, :3], moved[:, :3]) / problem.cells
+    moved -= normal.with_middle @ np.concatenate([turned, moved[:, 3:].mean(axis=0)])
+    inner = variance * np.stack([one @ alike @ one.T for one in moved])
     free = np.where((at >= 0)[:, :, None], spread[at], 0.0)
     pairs = np.einsum("eik,ejk->eij", free, np.where((at >= 0)[:, :, None], answer[at], 0.0))
-    return Strain(float(np.sqrt(variance)), cells, pairs)
+    return Strain(float(np.sqrt(variance)), cells, inner, pairs)
 
 
 def _sparse_jacobian(normal: Normal) -> sparse.csr_array:

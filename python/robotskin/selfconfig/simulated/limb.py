@@ -23,12 +23,32 @@ class AccelerometerImperfections:
     """How far an accelerometer is from ideal (facts: offsets seen up to 66 mg, BMA250-class parts).
 
     offset_mps2, scale: largest magnitude an axis, drawn uniformly; noise_mps2: rms a sample; step_mps2: quantisation.
+    turn_rad: of the part in its cell about each axis, standard deviation; cross_axis: largest share of each axis that
+        shows on another. Both are those of the simulated world (docs/imperfections.md).
     """
 
     offset_mps2: float = 0.066 * GRAVITY_MPS2
     scale: float = 0.03
     noise_mps2: float = 0.010 * GRAVITY_MPS2
     step_mps2: float = ACCELERATION_STEP_MPS2
+    turn_rad: float = np.radians(0.5)
+    cross_axis: float = 0.01
+
+    @classmethod
+    def ideal(cls) -> AccelerometerImperfections:
+        """Those of the ideal world: offset, scale, noise and steps alone."""
+        return cls(turn_rad=0.0, cross_axis=0.0)
+
+    @classmethod
+    def none(cls) -> AccelerometerImperfections:
+        """A flawless accelerometer, of hardly visible steps."""
+        return cls(0.0, 0.0, 0.0, 1e-9, 0.0, 0.0)
+
+    def slants(self, random: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """(count, 3, 3) what the axes of `count` accelerometers show of those of their cells."""
+        seen = Rotation.from_rotvec(-self.turn_rad * random.standard_normal((count, 3))).as_matrix()
+        cross = random.uniform(-1, 1, (count, 3, 3)) * self.cross_axis * (1 - np.eye(3))
+        return (np.eye(3) + cross) @ seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +180,8 @@ def gravity_readings(
     offset = random.uniform(-1, 1, (count, 3)) * imperfections.offset_mps2
     scale = 1 + random.uniform(-1, 1, (count, 3)) * imperfections.scale
     ideal = GRAVITY_MPS2 * np.einsum("nji,kj->nki", patch_from_cell[:, :3, :3], up)
-    biased = (ideal * scale[:, None] + offset[:, None])[:, :, None]
+    seen = np.einsum("nij,nkj->nki", imperfections.slants(random, count), ideal)
+    biased = (seen * scale[:, None] + offset[:, None])[:, :, None]
     noise = random.standard_normal((count, len(up), samples, 3)) * imperfections.noise_mps2
     return np.round((biased + noise) / imperfections.step_mps2) * imperfections.step_mps2
 

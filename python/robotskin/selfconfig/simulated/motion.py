@@ -19,10 +19,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class AccelerometerFaults:
-    """The constant faults of N accelerometers: offset (N, 3) m/s², scale (N, 3)."""
+    """The constant faults of N accelerometers.
+
+    offset: (N, 3) m/s²; scale: (N, 3); slant: (N, 3, 3) what its axes show of those of its cell.
+    """
 
     offset: Array
     scale: Array
+    slant: Array
 
     @classmethod
     def draw(
@@ -32,6 +36,7 @@ class AccelerometerFaults:
         return cls(
             random.uniform(-1, 1, (count, 3)) * imperfections.offset_mps2,
             1 + random.uniform(-1, 1, (count, 3)) * imperfections.scale,
+            imperfections.slants(random, count),
         )
 
 
@@ -102,5 +107,6 @@ def _reported(
     """(N, ..., 3) m/s², what faulty, noisy and stepped accelerometers make of what is felt, of the same shape."""
     of_cell = (len(felt), *[1] * (felt.ndim - 2), 3)
     noise = random.standard_normal(felt.shape) * imperfections.noise_mps2
-    read = felt * faults.scale.reshape(of_cell) + faults.offset.reshape(of_cell) + noise
+    seen = np.einsum("nij,n...j->n...i", faults.slant, felt, optimize=True)
+    read = seen * faults.scale.reshape(of_cell) + faults.offset.reshape(of_cell) + noise
     return np.round(read / imperfections.step_mps2) * imperfections.step_mps2

@@ -10,7 +10,7 @@ from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults, swing_readings
 
 IMPERFECT = AccelerometerImperfections()
-IDEAL = AccelerometerImperfections(0.0, 0.0, 0.0, 1e-9)
+IDEAL = AccelerometerImperfections.none()
 
 
 def cells_on(robot: Robot, links: list[str], random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.skin import SimulatedSkin
 
 IMPERFECT = AccelerometerImperfections()
-IDEAL = AccelerometerImperfections(0.0, 0.0, 0.0, 1e-9)
+IDEAL = AccelerometerImperfections.none()
 UR5_LINKS = ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link"]
 
 

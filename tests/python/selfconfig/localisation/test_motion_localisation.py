@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from robotskin.robots import Robot, load
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
+from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.localisation.localisation import Localisation, LocalisationError, pose_error
 from robotskin.selfconfig.localisation.motion_localisation import localise_by_motion, motion_signals
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
@@ -57,7 +58,7 @@ def test_a_lone_cell_is_found_where_it_sits(robot: Robot, link: str, seed: int) 
     assert found.open == ()
     error = pose_error(found.link_from_patch, true)
     assert error @ np.linalg.solve(found.covariance, error) < 33.0  # chi-square of six, one false alarm in 10⁵
-    assert found.deviation()[0] < np.radians(0.5)
+    assert found.deviation()[0] < np.radians(1.2)
     assert found.deviation()[1] < 5e-3
     assert found.misfit == pytest.approx(1.0, abs=0.03)
 
@@ -69,12 +70,16 @@ def test_links_that_move_as_one_are_named_together(robot: Robot, seed: int) -> N
     assert {found.link, *found.same_link} >= {"wrist_3_link", "ee_link", "tool0"}
 
 
+EXACT_ROBOT = PriorKnowledge(link_shift_m=0.0, link_turn_rad=0.0)
+"""What the model gets wrong is common to a patch and to its cells, and would hide what they differ by."""
+
+
 def test_a_rigid_patch_is_found_better_than_its_cells(robot: Robot, seed: int) -> None:
     random = np.random.default_rng(seed)
     patch = forearm_patch(random, columns=3, rows=3)
     true, shape = random_pose(random), patch.root_from_cell(4)
     recordings = record(robot, "forearm_link", true @ shape, swings(robot, random, list(range(6))), random)
-    signals = motion_signals(robot, recordings)
+    signals = motion_signals(robot, recordings, prior=EXACT_ROBOT)
     whole = localise_by_motion(robot, recordings, shape, signals=signals)
     lone = localise_by_motion(robot, recordings, LONE, cells=np.array([4]), signals=signals)
     assert whole.used.all()

@@ -88,7 +88,7 @@ def test_where_nothing_changed_alarms_are_as_rare_as_stated(arm, seed) -> None:
 def test_an_exchanged_cell_is_named_and_alone_made_new(arm, seed) -> None:
     worn = arm.worn
     cell = int(np.flatnonzero(worn.link == worn.links.index("forearm_link"))[40])
-    faults = AccelerometerFaults(arm.faults.offset.copy(), arm.faults.scale.copy())
+    faults = AccelerometerFaults(arm.faults.offset.copy(), arm.faults.scale.copy(), arm.faults.slant.copy())
     faults.offset[cell] += [0.4, -0.3, 0.35]
     live = arm.later(seed, faults=faults)
     found = arm.found(live)
@@ -163,7 +163,7 @@ def test_a_slipped_link_is_named_with_its_joint_and_angle(arm, seed, joint) -> N
 
 def test_several_changes_at_once_are_told_apart(arm, seed) -> None:
     pose, _ = arm.moved_patch()
-    faults = AccelerometerFaults(arm.faults.offset.copy(), arm.faults.scale.copy())
+    faults = AccelerometerFaults(arm.faults.offset.copy(), arm.faults.scale.copy(), arm.faults.slant.copy())
     cell = int(np.flatnonzero(arm.worn.link == arm.worn.links.index("upper_arm_link"))[30])
     faults.offset[cell] -= 0.5
     slip = np.zeros(6)
