@@ -24,7 +24,8 @@ from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.robustness.change import Change, changes, place_changes
 from robotskin.selfconfig.robustness.gravity_baseline import GravityBaseline
 from robotskin.selfconfig.robustness.reconfiguration import Reconfiguration, reconfigure
-from robotskin.selfconfig.simulated.pictures import photograph
+from robotskin.selfconfig.simulated.pictures import CameraErrors, photograph
+from robotskin.world.ideal import default_imperfections
 
 Array = NDArray[np.float64]
 
@@ -107,7 +108,13 @@ def placed_by_camera(
         for patch in configuration.patches
         if not patch.placed
     ]
-    pictures = photograph(robot, layout, open_, recording.rest_posture[:CAMERA_POSTURES], np.random.default_rng(seed))
+    world = default_imperfections()
+    errors = CameraErrors(
+        world.camera_distortion, 1e-3 * world.camera_shift_mm, float(np.radians(world.camera_turn_deg))
+    )
+    pictures = photograph(
+        robot, layout, open_, recording.rest_posture[:CAMERA_POSTURES], np.random.default_rng(seed), errors=errors
+    )
     return place_by_pictures(robot, recording, configuration, pictures)
 
 

@@ -52,10 +52,10 @@ class ConfiguredPatch:
         return self.localisation.link_from_patch @ self.reconstruction.root_from_cell
 
     def covariance(self) -> Array:
-        """(n, 6, 6) of an error (w, d) of each cell of a placed patch: true rotation = R exp(w), rad; true place = p + d, m.
+        """(n, 6, 6) of an error (w, d) of each cell of a placed patch: true rotation = R exp(w), true place = p + d.
 
-        w counts in the cell's frame and d in the link's. It is the patch's own error as every cell has it, and what the
-        cell errs by beside its patch. Raises ConfigurationError for a patch that is not placed.
+        w counts in the cell's frame, rad, and d in the link's, m: the patch's own error as every cell has it, and what
+        the cell errs by beside its patch. Raises ConfigurationError for a patch that is not placed.
         """
         if self.reconstruction is None or self.localisation is None:
             raise ConfigurationError(f"patch of {len(self.cells)} cells: {self.problem}")

@@ -30,9 +30,9 @@ __all__ = [
     "UdpTransport",
     "World",
     "WorldError",
+    "ideal_world",
     "load_scene",
     "read_scene",
-    "ideal_world",
     "run_trial",
     "scene_names",
 ]

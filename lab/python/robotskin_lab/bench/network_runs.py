@@ -227,8 +227,8 @@ def spread(run: Callable[..., Any], jobs: Iterable[tuple], processes: int, tell:
             yield run(*job)
         return
     context = multiprocessing.get_context("spawn")
-    world = {"initializer": make_ideal, "initargs": (is_ideal(),)}
-    with ProcessPoolExecutor(processes, mp_context=context, **world) as pool:
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=make_ideal, initargs=(is_ideal(),))
+    with pool:
         results = pool.map(run, *zip(*listed, strict=True), chunksize=max(1, min(8, len(listed) // (4 * processes))))
         for number, result in enumerate(results):
             tell(f"{what} {number + 1}/{len(listed)}")

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from robotskin.apps.session import cells_in
 from scipy.stats import chi2
 
 from robotskin.apps.configuring import babble
-from robotskin.apps.session import cells_in
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import load

@@ -173,7 +173,7 @@ def localise_once(case: Case, seed: int) -> Figures:
                 recordings,
                 shape.root_from_cell,
                 cells=shape.cells,
-                shape_covariance=shape.inner_covariance,
+                shape_covariance=shape.covariance,
                 rest_posture=postures,
                 rest=rest,
                 signals=signals,
@@ -281,7 +281,7 @@ def _by_leds(
                 CAMERA,
                 sightings,
                 shape.root_from_cell,
-                shape_covariance=shape.inner_covariance,
+                shape_covariance=shape.covariance,
                 rest_posture=rest_posture if several else None,
                 rest=felt if several else None,
             )

@@ -23,7 +23,8 @@ from robotskin.selfconfig.localisation.localisation import (
     moving_joints,
     segments,
 )
-from robotskin.selfconfig.localisation.motion_fit import NUISANCES, FitState, MotionFit, Readings, Reduced, rest_signals
+from robotskin.selfconfig.localisation.motion_fit import NUISANCES, FitState, MotionFit, rest_signals
+from robotskin.selfconfig.localisation.reduced_readings import Readings, Reduced
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 
 Array = NDArray[np.float64]

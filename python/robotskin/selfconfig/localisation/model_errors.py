@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the robot differs from its kinematic model: what that would do to the known signals, and what all patches say of it.
+"""How the robot differs from its kinematic model: what that would do to known signals, and what all patches say of it.
 
 In: the model, patches placed by it one by one. Out: the same patches, placed by what they say together of every joint's
 shift and turn. Once a robot.
@@ -78,8 +78,8 @@ def placed_together(robot: Robot, places: Sequence[Localisation]) -> tuple[Local
             at, trust = place.model.ways, TRUST / max(place.misfit, 1.0) ** 2
             information[np.ix_(at, at)] += trust * place.model.information
             best[at] += trust * place.model.best
-    left = np.linalg.inv(information)
-    amount = left @ best
+    left = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    amount: Array = left @ best
     return tuple(_corrected(robot, place, amount, left) for place in places)
 
 

@@ -25,7 +25,8 @@ from robotskin.selfconfig.localisation.localisation import (
     segments,
 )
 from robotskin.selfconfig.localisation.model_errors import wrong_models
-from robotskin.selfconfig.localisation.motion_fit import SIGNALS, FitState, MotionFit, Readings, Reduced, rest_signals
+from robotskin.selfconfig.localisation.motion_fit import FitState, MotionFit, rest_signals
+from robotskin.selfconfig.localisation.reduced_readings import SIGNALS, Readings, Reduced
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.link_motion import link_motions
 from robotskin.selfconfig.readings.motion_recording import MotionRecording

@@ -1,7 +1,7 @@
 """Least squares over a whole patch: every hinge, every gravity reading and every accelerometer's faults at once.
 
-Unknown per cell: rotation, position; offset (3), scale (3), turn in the cell (3) and shear (3) of its accelerometer; per
-pose: the direction of gravity.
+Unknown per cell: rotation, position; offset, scale, turn in the cell and shear of its accelerometer (3 each). Unknown
+per pose: the direction of gravity.
 The model, its derivatives and its weights; `reconstruction.py` runs it. Equations in docs/selfconfig.md.
 """
 
@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from robotskin.layout.cell import PORT_POINTS_M
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
-from robotskin.selfconfig.common.rotations import cross_matrix
+from robotskin.selfconfig.common.rotations import by_shears, cross_matrix, shear_matrix, tangents
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.reconstruction.hinge import flat_rotations, gap_vectors
 
@@ -395,29 +395,3 @@ def middle_of(problem: GravityAdjustment, pose: Array) -> Array:
         middle[:3, at[cell] : at[cell] + 3] = pose[cell, :3, :3] / problem.cells
         middle[3:, at[cell] + 3 : at[cell] + 6] = np.eye(3) / problem.cells
     return middle
-
-
-def tangents(direction: Array) -> Array:
-    """(K, 3, 2) two unit vectors across each direction (K, 3)."""
-    helper = np.where(np.abs(direction[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    first = np.cross(direction, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(direction, first)], axis=2)
-
-
-def by_shears(felt: Array) -> Array:
-    """(..., 3, 3) what shears of the axis pairs xy, xz and yz add to felt (..., 3), a column a pair."""
-    x, y, z = np.moveaxis(felt, -1, 0)
-    nothing = np.zeros_like(x)
-    return np.stack(
-        [np.stack([y, z, nothing], axis=-1), np.stack([x, nothing, z], axis=-1), np.stack([nothing, x, y], axis=-1)],
-        axis=-2,
-    )
-
-
-def shear_matrix(shear: Array) -> Array:
-    """(N, 3, 3) symmetric, without a diagonal, of shears (N, 3) of the axis pairs xy, xz and yz."""
-    matrix = np.zeros((len(shear), 3, 3))
-    for pair, (one, other) in enumerate(((0, 1), (0, 2), (1, 2))):
-        matrix[:, one, other] = matrix[:, other, one] = shear[:, pair]
-    return matrix

@@ -129,7 +129,8 @@ def place_changes(
         if before is None or after is None or after.open:
             continue
         error = pose_error(before.link_from_patch, after.link_from_patch)
-        distance = float(error @ np.linalg.solve(before.covariance + after.covariance, error))
+        # Both were placed by one shape, so that what the root cell errs by beside its patch is in neither.
+        distance = float(error @ np.linalg.solve(before.patch_covariance + after.patch_covariance, error))
         if before.link != after.link or distance > limit:
             turn, way = np.degrees(np.linalg.norm(error[:3])), 1e3 * np.linalg.norm(error[3:])
             name = f"patch {number} of {len(patch.cells)} cells on {after.link} moved by {way:.1f} mm and {turn:.2f}°"

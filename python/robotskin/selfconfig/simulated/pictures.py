@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from robotskin.layout import Layout
 from robotskin.robots import Robot
@@ -21,6 +23,31 @@ TRIES = 6
 """Directions from which a person looks before deciding where to stand."""
 
 
+@dataclass(frozen=True)
+class CameraErrors:
+    """How far a camera is from what its pictures are read by; each view draws its own.
+
+    distortion: of the first radial coefficient, at most; shift_m, turn_rad: of its place, in a drawn direction.
+    """
+
+    distortion: float = 0.0
+    shift_m: float = 0.0
+    turn_rad: float = 0.0
+
+    def lens(self, camera: Camera, random: np.random.Generator) -> Camera:
+        """The camera as it truly is."""
+        first, *rest = camera.distortion
+        return replace(camera, distortion=(first + self.distortion * random.uniform(-1, 1), *rest))
+
+    def stands(self, view: CameraView, random: np.random.Generator) -> CameraView:
+        """The view from where the camera truly stands."""
+        shift, turn = (vector / np.linalg.norm(vector) for vector in random.standard_normal((2, 3)))
+        pose = view.base_from_camera.copy()
+        pose[:3, 3] += self.shift_m * shift
+        pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(self.turn_rad * turn).as_matrix()
+        return replace(view, base_from_camera=pose)
+
+
 def photograph(
     robot: Robot,
     layout: Layout,
@@ -28,6 +55,7 @@ def photograph(
     postures: Array,
     random: np.random.Generator,
     camera: Camera = Camera(),  # noqa: B008 - frozen
+    errors: CameraErrors = CameraErrors(),  # noqa: B008 - frozen
 ) -> LedPictures:
     """One period of frames of each group of cells in each posture, from 0.8 m in front of where most of it is seen.
 
@@ -37,9 +65,10 @@ def photograph(
         groups: rows of the cells that each picture is of.
         postures: (K, n) rad or m in which the robot stands still.
         random: draws where the camera stands, and its noise.
-        camera: calibrated.
+        camera: as it was calibrated.
+        errors: how far it is from that, and from where it is told to stand; which the pictures do not tell.
     """
-    scene = RobotScene(robot)
+    scene, lens = RobotScene(robot), errors.lens(camera, random)
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])
     key = layout.section_unit.astype(np.int64) << 16 | layout.id
     views = []
@@ -49,13 +78,14 @@ def photograph(
         for posture in postures:
             poses = base_from_cells(robot, link[blinking], layout.link_from_cell[blinking], posture)
             view = _in_front(scene, camera, poses, mine, posture, random)
-            pixel, light = visible(scene, camera, view, poses)
+            true = errors.stands(view, random)
+            pixel, light = visible(scene, lens, true, poses)
             seen = mine & (light > 0)
             if not seen.any():
                 continue
-            window, corner = camera.window_around(pixel[seen])
+            window, corner = lens.window_around(pixel[seen])
             ids = layout.id[blinking]
-            frames = draw_period(scene, window, view, poses, ids, random, first_frame=int(random.integers(31)))
+            frames = draw_period(scene, window, true, poses, ids, random, first_frame=int(random.integers(31)))
             cell, place, deviation = detect(frames, ids).named()
             views.append(LedView(view, key[blinking[cell]], place + corner, deviation))
     return LedPictures(camera, tuple(views))

@@ -19,7 +19,7 @@ from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.skin import SimulatedSkin
 
-IMPERFECT = AccelerometerImperfections()
+IMPERFECT = AccelerometerImperfections.ideal()
 IDEAL = AccelerometerImperfections.none()
 UR5_LINKS = ["shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link"]
 

@@ -134,7 +134,7 @@ def test_pictures_and_gravity_mend_the_shape_of_a_small_patch(
         )
         covariance = np.where(others[:, None, None], np.diag([turn**2] * 3 + [gap**2] * 3), 0.0)
         postures = START + bench.random.uniform(-1.0, 1.0, (6, 6))
-        faults = AccelerometerFaults.draw(bench.random, count, AccelerometerImperfections())
+        faults = AccelerometerFaults.draw(bench.random, count, AccelerometerImperfections.ideal())
         raw = rest_readings(
             robot, bench.link[bench.cells], skin.link_from_cell[bench.cells], postures, faults, bench.random
         )

@@ -128,7 +128,7 @@ def test_a_moved_patch_is_named_and_alone_placed_again(arm, seed) -> None:
     rows = [int(np.flatnonzero(arm.configuration.topology.cell == key)[0]) for key in keys]
     order = [int(np.flatnonzero(patch.cells == row)[0]) for row in rows]
     rotation_deg, position_mm = mean_errors(patch.link_from_cell()[order], pose[cells])
-    assert rotation_deg < 1.0
+    assert rotation_deg < 2.0
     assert position_mm < 3.0
     for number, other in enumerate(again.configuration.patches):
         assert number in again.redone or other is arm.configuration.patches[number]
