@@ -55,7 +55,7 @@ def photograph(
     postures: Array,
     random: np.random.Generator,
     camera: Camera = Camera(),  # noqa: B008 - frozen
-    errors: CameraErrors = CameraErrors(),  # noqa: B008 - frozen
+    errors: CameraErrors = CameraErrors(),
 ) -> LedPictures:
     """One period of frames of each group of cells in each posture, from 0.8 m in front of where most of it is seen.
 
