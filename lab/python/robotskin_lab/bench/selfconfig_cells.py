@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from robotskin.apps.session import cells_in
 from scipy.stats import chi2
 
 from robotskin.apps.configuring import babble
@@ -20,6 +19,7 @@ from robotskin.robots import load
 from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.reconstruction.accuracy import pose_errors
+from robotskin.session.worn_cells import cells_in
 from robotskin.world.ideal import ideal_world
 
 Figures = dict[str, float]
