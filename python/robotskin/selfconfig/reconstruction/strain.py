@@ -57,6 +57,8 @@ def smooth_strain(normal: Normal, state: PatchState, checks: float) -> Strain:
     edges, at = problem.edges, normal.both_at
     nothing = np.zeros((problem.cells, 6, 6))
     none = Strain(0.0, nothing, nothing, np.zeros((len(edges), 12, 12)))
+    if len(edges) == 0:
+        return none
     if normal.size > DENSE_LIMIT:
         return replace(none, deviation_m=np.nan)
     jacobian = _sparse_jacobian(normal)

@@ -49,7 +49,7 @@ def test_independent_gaps_are_not_taken_for_strain(seed: int) -> None:
         felt = gravity_readings(patch.patch_from_cell, random_directions(random, 8), random)
         shape = reconstruct(explore(patch.lists), GravitySamples.from_raw(felt))
         ratios.append((shape.strain_m / shape.hinge_m) ** 2)
-    assert np.median(ratios) < 0.3
+    assert np.median(ratios) < 0.5
 
 
 def test_hinges_that_close_leave_nothing_to_strain(seed: int) -> None:
