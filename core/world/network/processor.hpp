@@ -13,6 +13,7 @@
 namespace robotskin::world {
 
 enum class Processor : std::uint8_t { none, zero_wait_states, one_wait_state };  // none: it takes no time
+inline constexpr std::array<std::string_view, 3> processor_names{"none", "zero_wait_states", "one_wait_state"};
 
 inline constexpr std::int64_t processor_hz = 48'000'000;
 

@@ -127,6 +127,12 @@ void read_line(Line& line, FaultCase& read, std::string& faults) {
     while (at < qualities.size() && qualities[at].name != quality) ++at;
     if (at == qualities.size()) line.refuse("no quality '" + quality + "'");
     read.options.line.*qualities[at].member = line.number<double>();
+  } else if (name == "processor") {
+    const std::string processor = line.word();
+    std::size_t at = 0;
+    while (at < world::processor_names.size() && world::processor_names[at] != processor) ++at;
+    if (at == world::processor_names.size()) line.refuse("no processor '" + processor + "'");
+    read.options.processor = static_cast<world::Processor>(at);
   } else if (name == "epoch_ns") {
     read.options.epoch_ns = line.number<std::int64_t>();
   } else if (name == "events") {
@@ -171,6 +177,9 @@ std::string text_of(const FaultCase& drawn) {
   if (drawn.options.cell_key) text += "key " + hex_of(*drawn.options.cell_key) + "\n";
   for (const Quality& quality : qualities)
     text += "line " + std::string(quality.name) + " " + text_of(drawn.options.line.*quality.member) + "\n";
+  if (drawn.options.processor != world::Processor::none)
+    text += "processor " +
+            std::string(world::processor_names[static_cast<std::size_t>(drawn.options.processor)]) + "\n";
   text += "epoch_ns " + std::to_string(drawn.options.epoch_ns) + "\n";
   if (drawn.traffic.events) text += "events " + std::to_string(drawn.traffic.touched_percent) + "\n";
   text += "limbs " + std::to_string(drawn.traffic.limbs) + "\n";
