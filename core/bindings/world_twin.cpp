@@ -65,6 +65,9 @@ TwinOutput output_of(const nb::tuple& answer) {
 }  // namespace
 
 void bind_world_twin(nb::module_& module) {
+  nb::list kinds;
+  for (const std::string_view name : world::input_kind_names) kinds.append(nb::str(name.data(), name.size()));
+  module.attr("INPUT_KINDS") = kinds;
   nb::class_<Twin>(module, "Twin", "A cell run elsewhere in place of one of the network's own, and compared with it.")
       .def(
           "__init__",
@@ -79,6 +82,13 @@ void bind_world_twin(nb::module_& module) {
           "`step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, "
           "key), a frame, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, "
           "waiting, led_rgb or None, flash or None, restart).")
+      .def_prop_ro(
+          "input_kind",
+          [](const Twin& self) {
+            const std::string_view name = world::input_kind_names[static_cast<std::size_t>(self.kind())];
+            return nb::str(name.data(), name.size());
+          },
+          "of the input that it has now, as processing time tells them apart")
       .def_prop_ro("steps", &Twin::steps)
       .def_prop_ro("samples", &Twin::samples)
       .def_prop_ro("frames", &Twin::frames, "that the twin sent")

@@ -53,7 +53,8 @@ static bool could_be_parent(const rs_route* route, const rs_neighbour* neighbour
 }
 
 /* A tick of a neighbour that is not the parent, about a wave that is known to be a root's. */
-static RS_APART bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
+static RS_APART RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked,
+                                      uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;

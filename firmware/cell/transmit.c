@@ -38,7 +38,7 @@ static RS_APART void pack_advert(const rs_cell* cell, uint32_t now_us, uint8_t* 
 }
 
 /* Such an advert for one port. */
-static RS_APART void address_advert(rs_cell* cell, unsigned port, const uint8_t* base, uint32_t now_us) {
+static RS_APART RS_HOT void address_advert(rs_cell* cell, unsigned port, const uint8_t* base, uint32_t now_us) {
   const rs_neighbour* neighbour = &cell->route.neighbour[port];
   uint32_t words[5] = {0};
   rs_bits_put(words, RS_tick_sender_port_AT, 2, port);
@@ -65,7 +65,7 @@ static RS_APART void address_advert(rs_cell* cell, unsigned port, const uint8_t*
 }
 
 /* Starts an advert on each of these ports that may have one already; on which it did. */
-static RS_APART unsigned start_adverts(rs_cell* cell, unsigned due, uint32_t now_us) {
+static RS_APART RS_HOT unsigned start_adverts(rs_cell* cell, unsigned due, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   RS_WORDS uint8_t base[RS_FRAME_BYTES];
   unsigned started = 0;

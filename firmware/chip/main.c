@@ -45,7 +45,7 @@ RS_INLINE void pass_on(unsigned ready, uint32_t now_us) {
     start_all(send_anything(&cell, ready, now_us));
   }
 }
-static RS_APART void pass_on_apart(unsigned ready, uint32_t now_us) {
+static RS_APART RS_HOT void pass_on_apart(unsigned ready, uint32_t now_us) {
   pass_on(ready, now_us);
   rs_board_wanted(cell.queues.waiting);
 }
@@ -66,7 +66,7 @@ static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool
 
 /* Which frames are out the board says once, and the first input after that fills those ports anew. So the events of a
  * word that came with others may be stale, and only ask. */
-static RS_APART void take_sent(void) {
+static RS_APART RS_HOT void take_sent(void) {
   const uint32_t sent = rs_board_sent();
   if (sent == 0U) return;
   const uint32_t now_us = rs_board_now_us();
@@ -102,7 +102,7 @@ static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t
 
 /* Takes what has come together; if more has, the board says so again. Nearly always that is a whole frame, right, at
  * the beginning of a word. */
-static RS_APART void receive(unsigned port) {
+static RS_APART RS_HOT void receive(unsigned port) {
   const uint8_t* bytes;
   bool idle;
   const uint32_t count = rs_board_receive(port, &bytes, &idle);
@@ -132,7 +132,7 @@ static void sample(void) {
   take(RS_INPUT_SAMPLE);
 }
 
-int main(void) {
+RS_HOT int main(void) {
   rs_boot boot;
   rs_board_start(&boot);
   input.boot = &boot;

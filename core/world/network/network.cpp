@@ -50,7 +50,7 @@ void Network::step_cell(std::size_t index, rs_input input, std::int64_t begin_ns
   const BeforeInput before(cell.state);
   const std::uint32_t now_us = cell.clock_us(now_ns_);
   rs_cell_step(&cell.state, &input, now_us, &output);
-  if (twin_ != nullptr && index == twin_cell_) twin_->step(input, now_us, output);
+  if (twin_ != nullptr && index == twin_cell_) twin_->step(input, kind_of(input, before, cell.state), now_us, output);
   ++counts_.cell_steps;
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;

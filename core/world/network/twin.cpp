@@ -27,7 +27,8 @@ std::string difference(const rs_output& own, const TwinOutput& twin) {
 
 }  // namespace
 
-void Twin::step(const rs_input& input, std::uint32_t now_us, rs_output& output) {
+void Twin::step(const rs_input& input, InputKind kind, std::uint32_t now_us, rs_output& output) {
+  kind_ = kind;
   const TwinOutput twin = step_(input, now_us);
   ++steps_;
   samples_ += input.kind == RS_INPUT_SAMPLE;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "robotskin/cell.h"
+#include "world/network/processor.hpp"
 
 namespace robotskin::world {
 
@@ -31,8 +32,9 @@ class Twin {
   explicit Twin(Step step) : step_(std::move(step)) {}
 
   // Takes the input that the network's own cell has answered with `output`, whose frames become the twin's.
-  void step(const rs_input& input, std::uint32_t now_us, rs_output& output);
+  void step(const rs_input& input, InputKind kind, std::uint32_t now_us, rs_output& output);
 
+  InputKind kind() const { return kind_; }  // of the input that the twin has now
   std::uint64_t steps() const { return steps_; }
   std::uint64_t samples() const { return samples_; }
   std::uint64_t frames() const { return frames_; }            // that the twin sent
@@ -42,6 +44,7 @@ class Twin {
  private:
   Step step_;
   std::array<std::array<std::uint8_t, RS_FRAME_BYTES>, RS_PORTS> sending_{};
+  InputKind kind_ = InputKind::boot;
   std::uint64_t steps_ = 0, samples_ = 0, frames_ = 0, differences_ = 0;
   std::string first_difference_;
 };

@@ -1,6 +1,8 @@
 /* Chaskey (Mouha et al. 2014), the message authentication code of ticks and orders. */
 #include "robotskin/chaskey.h"
 
+#include "robotskin/portable.h"
+
 static uint32_t rotated_left(uint32_t word, unsigned by) {
   return (word << by) | (word >> (32U - by));
 }
@@ -41,7 +43,7 @@ void rs_chaskey_key_expand(rs_chaskey_key* key, const uint8_t bytes[RS_CHASKEY_K
 }
 
 /* Absorbs the last block under the subkey that says whether it was padded. */
-static void finish(const uint32_t subkey[4], const uint8_t block[RS_CHASKEY_BLOCK_BYTES], uint32_t v[4]) {
+static RS_HOT void finish(const uint32_t subkey[4], const uint8_t block[RS_CHASKEY_BLOCK_BYTES], uint32_t v[4]) {
   for (unsigned i = 0; i < 4U; ++i) v[i] ^= load_little(block + 4U * i) ^ subkey[i];
   permute(v);
   for (unsigned i = 0; i < 4U; ++i) v[i] ^= subkey[i];

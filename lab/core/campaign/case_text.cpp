@@ -178,8 +178,8 @@ std::string text_of(const FaultCase& drawn) {
   for (const Quality& quality : qualities)
     text += "line " + std::string(quality.name) + " " + text_of(drawn.options.line.*quality.member) + "\n";
   if (drawn.options.processor != world::Processor::none)
-    text += "processor " +
-            std::string(world::processor_names[static_cast<std::size_t>(drawn.options.processor)]) + "\n";
+    text +=
+        "processor " + std::string(world::processor_names[static_cast<std::size_t>(drawn.options.processor)]) + "\n";
   text += "epoch_ns " + std::to_string(drawn.options.epoch_ns) + "\n";
   if (drawn.traffic.events) text += "events " + std::to_string(drawn.traffic.touched_percent) + "\n";
   text += "limbs " + std::to_string(drawn.traffic.limbs) + "\n";

@@ -92,7 +92,6 @@ FaultCase draw_case(std::uint64_t seed) {
   world::NetworkOptions& options = drawn.options;
   options.seed = seed;
   options.unasked = true;
-  options.processor = world::Processor::one_wait_state;
   options.settings = settings_of(drawn.traffic);
   drawn.keyed = draw.below(2) == 0;
   options.line.jitter_us = static_cast<double>(jitters_us[draw.below(jitters_us.size())]);

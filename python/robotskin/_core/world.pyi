@@ -624,6 +624,8 @@ class NetworkOptions:
         16 bytes that section units and cells share: ticks and commands are authenticated.
         """
 
+INPUT_KINDS: list = ...
+
 class Twin:
     """
     A cell run elsewhere in place of one of the network's own, and compared with it.
@@ -633,6 +635,10 @@ class Twin:
         """
         `step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, key), a frame, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, waiting, led_rgb or None, flash or None, restart).
         """
+
+    @property
+    def input_kind(self) -> str:
+        """of the input that it has now, as processing time tells them apart"""
 
     @property
     def steps(self) -> int: ...

@@ -43,7 +43,7 @@ class EmulatedCell:
         self.machine = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self.machine.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M0)
         self.machine.mem_map(FLASH_START, FLASH_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
-        self.machine.mem_map(RAM_START, RAM_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_WRITE)
+        self.machine.mem_map(RAM_START, RAM_BYTES, unicorn.UC_PROT_ALL)
         self.machine.mem_map(_INWARD, 2 * _PAGE, unicorn.UC_PROT_READ | unicorn.UC_PROT_WRITE)
         self.machine.mem_write(FLASH_START, image.flash)
         self._asleep = image.symbols["rs_board_asleep"] & ~1

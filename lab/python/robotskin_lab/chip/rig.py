@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from robotskin._core import firmware
 from robotskin._core.driver import Driver
 from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
-from robotskin_lab.chip.emulated_cell import EmulatedCell
+from robotskin_lab.chip.emulated_cell import Answer, EmulatedCell
 from robotskin_lab.chip.image import ChipImage
 
 MS = 1_000_000
@@ -71,8 +71,15 @@ class ChipRig:
             self.network.set_torque_image(cell, told.image)
         self.driver = Driver([], spare_cells=cells, spare_groups=1, session_seed=seed)
         self.chip = EmulatedCell(image)
-        self.twin = Twin(self.chip)
+        self.answered: Callable[[Answer], object] = lambda answer: None
+        """Is given what the chip has answered to each input."""
+        self.twin = Twin(self._step)
         self.network.put(chip_cell, self.twin)
+
+    def _step(self, kind: int, port: int, sent: int, fault: bool, content: object, now_us: int) -> Answer:
+        answer = self.chip(kind, port, sent, fault, content, now_us)
+        self.answered(answer)
+        return answer
 
     def run_ms(self, milliseconds: int, each: Callable[[], object] = lambda: None) -> None:
         """Let virtual time pass, in which the driver does its part every millisecond."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from robotskin_lab.chip.image import FLASH_BYTES, FLASH_START
+
 SLOW_MULTIPLIER_CYCLES = 32
 """Of the smaller of the two multipliers a chip may be made with; the other takes one."""
 
@@ -19,7 +21,7 @@ class Cost:
     fall_through: int
     """Address behind the stretch if a conditional jump ends it, which saves a cycle when it is not taken; else -1."""
     fetches: int
-    """Words of flash that hold it: each costs a cycle more with one wait state, and no cache or prefetch."""
+    """Words of flash that hold it, none if it runs in RAM: each costs a cycle more with one wait state, and no cache or prefetch."""
 
 
 def cost_of(code: bytes, address: int) -> Cost:
@@ -35,7 +37,8 @@ def cost_of(code: bytes, address: int) -> Cost:
         at += 4 if wide else 2
         instructions += 1
         fall_through = address + at if _is_conditional_jump(half) else -1
-    words = (address + len(code) - 1) // 4 - address // 4 + 1
+    in_flash = address < FLASH_START + FLASH_BYTES
+    words = (address + len(code) - 1) // 4 - address // 4 + 1 if in_flash else 0
     return Cost(instructions, cycles, multiplications, fall_through, words)
 
 
