@@ -109,6 +109,19 @@ void bind_options(nb::module_& module) {
       .value("zero_wait_states", world::Processor::zero_wait_states)
       .value("one_wait_state", world::Processor::one_wait_state, "for each word that is read from flash");
 
+  module.def(
+      "processing_ns",
+      [](world::Processor processor, const std::string& kind, std::uint32_t frames) {
+        const auto* const found = std::ranges::find(world::input_kind_names, std::string_view(kind));
+        if (found == world::input_kind_names.end() || frames > RS_PORTS)
+          throw std::invalid_argument("no input '" + kind + "' that starts " + std::to_string(frames) +
+                                      " frames: one of INPUT_KINDS, 0 to 4");
+        return world::processing_ns(processor, static_cast<world::InputKind>(found - world::input_kind_names.begin()),
+                                    frames);
+      },
+      "processor"_a, "kind"_a, "frames"_a,
+      "What an input of this kind (INPUT_KINDS) takes that starts so many frames.");
+
   nb::class_<NetworkOptions>(module, "NetworkOptions", "How a network is run.")
       .def(nb::init<>())
       .def_rw("processor", &NetworkOptions::processor, "of the cells")

@@ -560,6 +560,11 @@ class Processor(enum.Enum):
     one_wait_state = 2
     """for each word that is read from flash"""
 
+def processing_ns(processor: Processor, kind: str, frames: int) -> int:
+    """
+    What an input of this kind (INPUT_KINDS) takes that starts so many frames.
+    """
+
 class NetworkOptions:
     """How a network is run."""
 

@@ -22,7 +22,7 @@ from robotskin_lab.chip.rig import ChipRig
 TABLE = SOURCES.parent / "core" / "world" / "network" / "input_cycles.hpp"
 COLUMNS = firmware.PORTS + 1
 _HEAD = """\
-// Cycles of the emulated chip by kind of input and by frames that it starts, 0 to 4: means of what the meter has counted.
+// Cycles of the emulated chip by kind of input and frames started, 0 to 4: means of what the meter has counted.
 // Written by `robotskin bench input_cycles --write`, not by hand.
 #pragma once
 
