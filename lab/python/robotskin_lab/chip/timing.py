@@ -21,7 +21,7 @@ class Cost:
     fall_through: int
     """Address behind the stretch if a conditional jump ends it, which saves a cycle when it is not taken; else -1."""
     fetches: int
-    """Words of flash that hold it, none if it runs in RAM; with one wait state each costs a cycle more, without cache."""
+    """Words of flash that hold it, none if it runs in RAM: each costs a cycle more with one wait state and no cache."""
 
 
 def cost_of(code: bytes, address: int) -> Cost:
