@@ -148,7 +148,7 @@ def filled(counts: Counts) -> dict[str, tuple[Row, Row]]:
 
 def _row(met: dict[int, float], of_frame: float) -> Row:
     """All columns; what a frame takes is added to the nearest one that was met, or taken away."""
-    nearest = [min(met, key=lambda known, at=at: abs(known - at)) for at in range(COLUMNS)]
+    nearest = [min((abs(known - at), known) for known in met)[1] for at in range(COLUMNS)]
     return [max(met[known] + (at - known) * of_frame, 0.0) for at, known in enumerate(nearest)]
 
 
