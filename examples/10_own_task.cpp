@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "control/gravity_task.hpp"
-#include "control/joint_stack_task.hpp"
+#include "control/joint_task.hpp"
 #include "robot/task_cycle.hpp"
 
 using namespace robotskin;
