@@ -23,8 +23,8 @@ def bounds() -> list[Bound]:
     found = [Bound("realtime_factor", least=1.0), Bound("force_balance_error", most=0.05)]
     for interface in INTERFACES:
         found += [
-            Bound(f"{interface}_displacement_m", 0.03, 0.15),
-            Bound(f"{interface}_event_displacement_m", 0.03, 0.15),
+            Bound(f"{interface}_displacement_error", most=0.10),
+            Bound(f"{interface}_event_displacement_error", most=0.10),
             Bound(f"{interface}_displacement_skin_off_m", most=0.005),
             Bound(f"{interface}_displacement_masked_m", most=0.005),
             Bound(f"{interface}_return_error_rad", most=0.02),
@@ -94,6 +94,8 @@ def _interface_figures(
     _touch_at_random(session, began + seconds)
     return {
         f"{interface}_displacement_m": on.displacement_m,
+        f"{interface}_displacement_error": abs(on.displacement_m / on.expected_m - 1),
+        f"{interface}_event_displacement_error": abs(event.displacement_m / event.expected_m - 1),
         f"{interface}_peak_displacement_m": on.peak_m,
         f"{interface}_event_displacement_m": event.displacement_m,
         f"{interface}_displacement_skin_off_m": off.peak_m,

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin._core.firmware import PORT_POINTS_M
 from robotskin.errors import UnknownNameError
@@ -20,10 +21,12 @@ Watch = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Push:
-    """What a push of a cell did. displacement_m: of the cell at the end of the hold; peak_m: at most;
+    """What a push of a cell did. displacement_m: of the cell at the end of the hold; expected_m: what the gains say for
+    what the skin felt then; peak_m: at most;
     return_error_rad: of the worst joint, some time after the release."""
 
     displacement_m: float
+    expected_m: float
     peak_m: float
     return_error_rad: float
 
@@ -62,9 +65,35 @@ def push_and_release(
         session.step()
         peak = max(peak, float(np.linalg.norm(session.cell_position(cell) - start)))
     displacement = float(np.linalg.norm(session.cell_position(cell) - start))
+    expected = expected_displacement(session, cell)
     session.world.release()
     session.run(rest_s)
-    return Push(displacement, peak, float(np.abs(np.array(session.joints.position) - joints).max()))
+    return Push(displacement, expected, peak, float(np.abs(np.array(session.joints.position) - joints).max()))
+
+
+def expected_displacement(session: Session, cell: int) -> float:
+    """Metres that the gains say a cell has moved for the forces and nearness that the skin feels now, at rest.
+
+    Joints give way by K⁻¹ τ, where τ sums over all cells (1 + w) times force and nearness on their levers  [Cheng19
+    eq. 14, 16], as they are where the robot stands.
+    """
+    gains, robot = session.gains, session.robot.core
+    values, model = gains.values["skin"], session.layout.skin_model()
+    now = np.array(session.joints.position)
+    _, lever = gains.levers(robot, model, now)
+    force = np.asarray(session.skin.normal_force, dtype=float).sum(axis=1)
+    near = np.asarray(session.skin.proximity, dtype=float).ravel()
+    felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
+    felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
+    weight = 1 + gains.force_weights(robot, model)
+    turn = (weight * felt) @ lever / np.array(gains.values["joint"]["stiffness"])
+    jacobian, _ = gains.levers(robot, model, now - turn / 2)
+    return float(np.linalg.norm(jacobian[cell] @ turn))
+
+
+def _active(value: NDArray[np.float64], silent: float, full: float) -> NDArray[np.float64]:
+    share = np.clip((value - silent) / (full - silent), 0.0, 1.0)
+    return np.asarray(share * share * (3 - 2 * share))
 
 
 def press(session: Session, cell: int, force_n: float, at_m: tuple[float, float], seconds: float = 0.5) -> Press:
@@ -97,24 +126,36 @@ def require_cells_on(layout: Layout, link: str) -> None:
 
 
 def link_to_push(robot: Robot, gains: GainSet, layout: Layout) -> str:
-    """The link whose cells give way best, at home; of several, that with most cells whose neighbours surround them.
-
-    A push there must be able to move the robot: cells whose normals pass close by the joint axes move it little.
-    """
-    weight = 1 + gains.force_weights(robot.core, layout.skin_model())
-    give = weight * gains.stiff_compliance(robot.core, layout.skin_model())
-    joined = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
-    good = (give >= 0.7 * give.max()) & (joined >= joined.max() - 1)
+    """The outermost link with many cells that give way well, at home: a push there moves the robot as its gains say."""
+    good = _gives_way(robot, gains, layout)
     count = np.bincount(layout.link[good], minlength=len(layout.links))
-    return str(layout.links[int(np.argmax(count))])
+    joints = [int(robot.core.link_joints[robot.link_index(link)]) for link in layout.links]
+    depth = [np.count_nonzero(robot.model.supports[joint + 1].tolist()) for joint in joints]
+    many = count >= 0.4 * count.max()
+    return str(layout.links[int(np.argmax(np.where(many, depth, -1)))])
+
+
+def _gives_way(robot: Robot, gains: GainSet, layout: Layout) -> NDArray[np.bool_]:
+    """(N,) cells that a newton moves by nearly what the gains state; others lack a lever or reach a bound."""
+    model = layout.skin_model()
+    jacobian, lever = gains.levers(robot.core, model)
+    turn = lever / np.array(gains.values["joint"]["stiffness"])
+    moved = np.linalg.norm(np.einsum("cij,cj->ci", jacobian, turn), axis=1)
+    give = (1 + gains.force_weights(robot.core, model)) * moved
+    aside = np.einsum("cj,cj->c", lever, turn) / np.maximum(moved, 1e-12)
+    # A cell that moves aside rather than away from the hand lets it slip to another lever.
+    score = give * aside
+    return np.asarray(score >= 0.8 * score.max())
 
 
 def pushed_cell(session: Session, link: str) -> int:
-    """The cell of a link that a person would push: inside its patch, and facing the most sideways."""
+    """The cell of a link that a person would push: it gives way, lies inside its patch, and faces the most sideways."""
     layout = session.layout
     require_cells_on(layout, link)
     on_link = layout.link == layout.links.index(link)
     neighbours = (layout.neighbours[:, :, 0] >= 0).sum(axis=1)
+    good = on_link & _gives_way(session.robot, session.gains, layout)
+    on_link = good if good.any() else on_link
     inside = neighbours == neighbours[on_link].max()
     sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
     return int(np.argmax(np.where(on_link & inside, sideways, -1.0)))

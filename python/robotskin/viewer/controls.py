@@ -113,7 +113,7 @@ class Controls:
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
         self._offer_source(snapshot)
-        meaning = _small(f"The robot {self.session.behaviours.get(snapshot.behaviour, 'does as it was told')}.")
+        meaning = _small(_sentence(self.session.behaviours.get(snapshot.behaviour, "does as it was told")))
         if self._meaning.content != meaning:
             self._meaning.content = meaning
 
@@ -197,3 +197,8 @@ def _hint(tool: str) -> str:
 
 def _small(text: str) -> str:
     return f"<sub>{text}</sub>"
+
+
+def _sentence(meaning: str) -> str:
+    """What a behaviour means as a sentence: of the robot, unless it names its own subject."""
+    return f"{meaning[0].upper()}{meaning[1:]}." if meaning.startswith("its ") else f"The robot {meaning}."

@@ -15,7 +15,7 @@ from robotskin.robots.gains.made import SETTLED_N_M, _Body, heading
 from robotskin.robots.gains.stability import radius
 
 OWN_ARM = Path(__file__).parents[3] / "examples" / "own_arm" / "arm4.urdf"
-ROBOTS = ["panda", str(OWN_ARM), "xarm7"]
+ROBOTS = ["so100", str(OWN_ARM)]
 
 
 @pytest.mark.parametrize("name", ROBOTS)

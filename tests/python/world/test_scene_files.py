@@ -76,9 +76,9 @@ def test_finished_scenes_begin_at_rest(name, seed):
     assert scene.about
     known = set(finished_names()) & set(robots_with_gains())
     for robot in known & set(scene.robots):
-        world = World(
-            finished(robot), robots.load(robot), seed, posture=GainSet.load(robot).home, scene=scene, powered=False
-        )
+        gains = GainSet.load(robot)
+        body = robots.load(robot, locked=gains.locked)
+        world = World(finished(robot), body, seed, posture=gains.home, scene=scene, powered=False)
         before = [thing.position_m for thing in world.things]
         world.step(0.5)
         for thing, start in zip(world.things, before, strict=True):

@@ -76,6 +76,15 @@ class GainSet:
         _, lever = _jacobians(robot, skin, self.home if posture is None else posture)
         return np.einsum("cj,j,cj->c", lever, 1 / np.array(self.values["joint"]["stiffness"]), lever)
 
+    def levers(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Of each cell, base frame: (N, 3, n) velocity by joint velocity, (N, n) torque of an inward newton.
+
+        posture: (n) rad; default: home.
+        """
+        return _jacobians(robot, skin, self.home if posture is None else posture)
+
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:

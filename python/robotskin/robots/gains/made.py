@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 PUSH_N, YIELD_M = 15.0, 0.005
 QUICK_S = 0.0035
 EVEN_S = 0.0045
+SLOW_RAD_S = 1.5
 SETTLED_N_M = 2e4
 SLOWEST_S = 2.0
 """Above this friction_s a robot is given up: it would answer a touch after seconds."""
@@ -75,7 +76,9 @@ def made_gains(robot: Robot, home: Array | None = None) -> MadeGains:
         for section, (_, fields) in SECTIONS.items()
     }
     values["posture"]["home"] = np.round(home, 4).tolist()
-    friction_s = float(values["virtual_robot"]["friction_s"])
+    # Joints that are slow by themselves get more time to answer.
+    slow = float(np.clip(SLOW_RAD_S / robot.velocity_limit.min(), 1.0, 3.0))
+    friction_s = round(slow * float(values["virtual_robot"]["friction_s"]), 3)
     while True:
         _fill(values, robot, body, friction_s)
         gains = GainSet(robot.name, values)
@@ -98,7 +101,7 @@ def _usual(kind: str, usual: float | None, joints: int) -> Any:
 
 def _fill(values: dict[str, dict[str, Any]], robot: Robot, body: _Body, friction_s: float) -> None:
     """All fields that the robot decides."""
-    shared = PUSH_N / YIELD_M * body.lever**2 * body.limb / 2
+    shared = PUSH_N / YIELD_M * body.lever**2 * body.limb
     stiffness = _round(np.maximum(shared, body.inertia / (QUICK_S * friction_s)))
     friction = friction_s * stiffness
     values["joint"]["stiffness"] = stiffness.tolist()

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a newcomer does with a robot: cover, check, gains, demo, run, configure, each by its command."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robotskin.errors import RobotskinError
+from robotskin.layout import Layout
+from robotskin.robots import Robot
+from robotskin.robots.gains import robot_with_gains
+
+OWN_ARM = Path(__file__).parents[4] / "examples" / "own_arm" / "arm4.urdf"
+POSTURES = 100
+LEAST_SPREAD = 0.02
+"""Of gravity in a link's frame, over random postures: less of it tells nothing about a rotation."""
+
+
+class NewcomerError(RobotskinError):
+    """A command that a newcomer types and that fails; the message has what it said last."""
+
+
+def run(
+    *, seed: int = 1, seeds: int = 1, robots: str = "own,panda,g1", demo: bool = True, cells: int = 150
+) -> dict[str, Any]:
+    """The whole first session with each robot; of all seeds the worst figure.
+
+    Args:
+        seed: the first one.
+        seeds: how many, for the own arm; robots by name take the first alone.
+        robots: with commas between; own: the arm of examples/own_arm.
+        demo: with the scripted demonstration, by far the longest step.
+        cells: to cover each with.
+    """
+    figures: dict[str, Any] = {}
+    for name in robots.split(","):
+        worst: dict[str, float] = {}
+        for one in range(seed, seed + (seeds if name == "own" else 1)):
+            for figure, value in session(str(OWN_ARM) if name == "own" else name, one, demo, cells).items():
+                least = figure.endswith("placed_share")
+                worst[figure] = min(worst.get(figure, value), value) if least else max(worst.get(figure, value), value)
+        figures |= {f"{name}_{figure}": value for figure, value in worst.items()}
+    return figures
+
+
+def session(robot: str, seed: int, demo: bool, cells: int) -> dict[str, float]:
+    """One robot, one seed: all commands in a folder of their own. Raises NewcomerError for one that fails."""
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _type(folder, "cover", robot, "-o", "skin.json", "--cells", str(cells), "--tries", "1", "--seed", str(seed))
+        _type(folder, "check", "skin.json", "--strict")
+        _type(folder, "gains", robot, "-o", "own.toml")
+        ready = robot_with_gains(robot, folder / "own.toml")
+        worn = ("--layout", "skin.json", "--seed", str(seed))
+        figures: dict[str, float] = {}
+        if demo:
+            # The pace of a machine that others share is no fault of the robot's.
+            pushed = ("demo", "--robot", robot, "--gains", "own.toml", *worn, "--headless", "--json", "demo.json")
+            _type(folder, *pushed, allowed=("realtime_factor",))
+            told = json.loads((folder / "demo.json").read_text())
+            figures["displacement_error"] = max(v for k, v in told.items() if k.endswith("displacement_error"))
+        _type(folder, "run", robot, "--gains", "own.toml", *worn, "--headless", "--json", "run.json")
+        told = json.loads((folder / "run.json").read_text())
+        figures["intervention_share"] = told["intervention_share"]
+        _type(folder, "configure", robot, *worn, "-o", "found.json")
+        found = Layout.load(folder / "found.json")
+        figures["placed_share"] = placed_share(ready.robot, Layout.load(folder / "skin.json"), found)
+    return figures | {"wall_s": time.monotonic() - began}
+
+
+def placed_share(robot: Robot, worn: Layout, found: Layout) -> float:
+    """Of the cells on links in whose frame gravity turns, the share that were placed, on the right link."""
+    random = np.random.default_rng(0)
+    up = np.array([robot.base_from_link(robot.random_posture(random))[:, 2, :3] for _ in range(POSTURES)])
+    tells = {
+        link
+        for row, link in enumerate(robot.link_names)
+        if np.linalg.eigvalsh(np.cov(up[:, row].T)).sum() > LEAST_SPREAD
+    }
+    link_of = {
+        (int(unit), int(cell)): found.links[link]
+        for unit, cell, link in zip(found.section_unit, found.id, found.link, strict=True)
+    }
+    right = [
+        link_of.get((int(unit), int(cell))) == worn.links[link]
+        for unit, cell, link in zip(worn.section_unit, worn.id, worn.link, strict=True)
+        if worn.links[link] in tells
+    ]
+    return float(np.mean(right))
+
+
+def _type(folder: Path, *arguments: str, allowed: tuple[str, ...] = ()) -> None:
+    program = "from robotskin.cli.main import app; app()"
+    answer = subprocess.run(
+        [sys.executable, "-c", program, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "COLUMNS": "200"},
+        check=False,
+    )
+    broken = [line for line in answer.stdout.splitlines() if "BROKEN" in line]
+    if answer.returncode == 1 and broken and all(any(name in line for name in allowed) for line in broken):
+        return
+    if answer.returncode != 0:
+        said = (answer.stdout + answer.stderr).strip().splitlines()[-12:]
+        raise NewcomerError(f"robotskin {' '.join(arguments)}: exit {answer.returncode}: {' / '.join(said)}")
