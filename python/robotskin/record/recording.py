@@ -40,6 +40,8 @@ class Frame:
     effort: NDArray[np.float64]
     command: NDArray[np.float64]
     command_mode: int
+    gaps: int
+    """Entries that the recorder had dropped so far."""
 
 
 class Recording:
@@ -129,7 +131,8 @@ class Recording:
                         return
                     if time_ns >= begin_ns:
                         position, velocity, effort = player.joints
-                        yield Frame(time_ns, state, position, velocity, effort, player.command, player.command_mode)
+                        mode, gaps = player.command_mode, player.gaps
+                        yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps)
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin replay FILE`: what a recording holds, through the shipping driver and skin reader."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    file: Annotated[Path, typer.Argument(help="A recording (MCAP) that `--record` or `robotskin record` has made.")],
+    start: Annotated[float, typer.Option("--from", help="Begin so many seconds into it.", min=0)] = 0.0,
+    end: Annotated[float | None, typer.Option("--to", help="End so many seconds into it; default: all of it.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", help="Write the samples here, a row a sample, SI units.", dir_okay=False)
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+) -> None:
+    """Play a recording through the shipping driver and skin reader, and tell what was felt.
+
+    Every skin state comes back to the byte. Exit status 2: the file is cut, damaged or foreign.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+    from rich.table import Table
+
+    from robotskin.apps.outputs import write_json
+    from robotskin.record import Recording
+    from robotskin.record.summary import summarise
+
+    recording = Recording(file)
+    console = Console()
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("replay", total=recording.seconds)
+        found = summarise(
+            recording, start, float("inf") if end is None else end, lambda done: progress.update(task, completed=done)
+        )
+    about = recording.about
+    console.print(
+        f"{file}: {about['robot']}, {about['cells']} cells, {recording.seconds:.1f} s, recorded {about['started']} "
+        f"by robotskin {about['robotskin']}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    table = Table("link", "cells touched", "largest force of a cell", "felt for")
+    for row in found.links:
+        table.add_row(row.link, str(row.cells), f"{row.largest_n:.1f} N", f"{row.seconds:.2f} s")
+    if found.links:
+        console.print(table)
+    else:
+        console.print("no cell felt more than 0.5 N")
+    if found.gaps:
+        console.print(f"{found.gaps} entries were dropped while it was recorded: the replay passes over that time")
+    console.print(f"{found.frames} skin states, {found.speed:.1f} x real time", highlight=False)
+    if csv is not None:
+        recording.to_pandas(start, float("inf") if end is None else end).to_csv(csv, index=False)
+        console.print(f"samples written to {csv}", highlight=False, soft_wrap=True)
+    if json_file is not None:
+        write_json(json_file, found.figures())
