@@ -8,8 +8,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/bytes.hpp"
 #include "bindings/driver.hpp"
-#include "model/joint_command.hpp"
-#include "model/joint_state.hpp"
+#include "loop/skin_loop.hpp"
 #include "record/player.hpp"
 #include "record/recorder.hpp"
 #include "record/sample_columns.hpp"
@@ -25,9 +24,16 @@ nb::bytes bytes_from(const std::vector<std::uint8_t>& data) {
   return nb::bytes(reinterpret_cast<const char*>(data.data()), data.size());
 }
 
-struct Recorder {
+struct Recorder final : loop::LoopWitness {
   Recorder(const std::vector<driver::CellKey>& keys, std::size_t driver_bytes, std::size_t control_bytes)
       : driver(driver_bytes), control(control_bytes, driver), samples(keys) {}
+
+  void ticked(std::int64_t now_ns, const loop::SkinLoop& loop) noexcept override {
+    const JointState& joints = loop.joints();
+    if (joints.stamp_ns != never_ns) control.joints(joints.stamp_ns, joints.position, joints.velocity, joints.effort);
+    if (loop.report().write != PortStatus::ok) return;
+    control.command(now_ns, static_cast<std::uint64_t>(loop.command().mode), loop.command().value);
+  }
 
   record::DriverTape driver;
   record::ControlTape control;
@@ -77,31 +83,22 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
           "model"_a, "driver_mib"_a = 64.0, "control_mib"_a = 16.0)
       .def(
           "attach",
-          [](Recorder& self, HostDriver& host, skin::SkinReader& reader) {
+          [](Recorder& self, HostDriver& host, skin::SkinReader& reader, loop::SkinLoop* loop) {
             host.driver.set_witness(&self.driver);
             reader.set_witness(&self.control);
+            if (loop != nullptr) loop->set_witness(&self);
           },
-          "driver"_a, "reader"_a, nb::keep_alive<2, 1>(), nb::keep_alive<3, 1>(),
-          "Takes down what this driver and this skin reader do from now on. Call it in the control thread.")
+          "driver"_a, "reader"_a, "loop"_a.none() = nb::none(), nb::keep_alive<2, 1>(), nb::keep_alive<3, 1>(),
+          nb::keep_alive<4, 1>(),
+          "Takes down what driver, skin reader and loop do from now on. Call it in the control thread.")
       .def(
           "detach",
-          [](Recorder&, HostDriver& host, skin::SkinReader& reader) {
+          [](Recorder&, HostDriver& host, skin::SkinReader& reader, loop::SkinLoop* loop) {
             host.driver.set_witness(nullptr);
             reader.set_witness(nullptr);
+            if (loop != nullptr) loop->set_witness(nullptr);
           },
-          "driver"_a, "reader"_a, "Ends that. Call it in the control thread.")
-      .def(
-          "joints",
-          [](Recorder& self, const JointState& state) {
-            self.control.joints(state.stamp_ns, state.position, state.velocity, state.effort);
-          },
-          "state"_a, "Takes down a joint state.")
-      .def(
-          "command",
-          [](Recorder& self, std::int64_t now_ns, const JointCommand& command) {
-            self.control.command(now_ns, static_cast<std::uint64_t>(command.mode), command.value);
-          },
-          "now_ns"_a, "command"_a, "Takes down what was sent to the robot.")
+          "driver"_a, "reader"_a, "loop"_a.none() = nb::none(), "Ends that. Call it in the control thread.")
       .def(
           "ask_for_keyframe", [](Recorder& self) { self.driver.ask_for_keyframe(); },
           "The next publication is followed by a keyframe, at which a replay can begin.")

@@ -71,6 +71,7 @@ const LoopReport& SkinLoop::step(std::int64_t now_ns) noexcept {
   } else if (cycle_.run_requested()) {
     report_.latched = false;
   }
+  if (witness_ != nullptr) witness_->ticked(now_ns, *this);
   return report_;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "loop/loop_witness.hpp"
 #include "model/robot_port.hpp"
 #include "robot/task_cycle.hpp"
 #include "skin/skin_input.hpp"
@@ -38,6 +39,9 @@ class SkinLoop {
   // Throws LoopError for a mode that the port does not offer.
   void request_mode(CommandMode mode);
 
+  // Lets `witness` look on from the next tick on, or none (null). It must outlive the loop. From the loop's thread.
+  void set_witness(LoopWitness* witness) noexcept { witness_ = witness; }
+
   const LoopReport& report() const noexcept { return report_; }
   const robot::GuardReport& guard() const noexcept { return cycle_.report(); }
   const skin::SkinState& skin() const noexcept { return skin_; }
@@ -57,6 +61,7 @@ class SkinLoop {
   SensorReadings sensors_;
   JointCommand command_;
   LoopReport report_;
+  LoopWitness* witness_ = nullptr;
 };
 
 }  // namespace robotskin::loop

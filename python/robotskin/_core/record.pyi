@@ -5,7 +5,7 @@ import enum
 import numpy
 
 import robotskin._core.driver
-import robotskin._core.model
+import robotskin._core.loop
 import robotskin._core.skin
 
 class Entry(enum.Enum):
@@ -63,19 +63,23 @@ class Recorder:
     def __init__(
         self, model: robotskin._core.skin.SkinModel, driver_mib: float = 64.0, control_mib: float = 16.0
     ) -> None: ...
-    def attach(self, driver: robotskin._core.driver.Driver, reader: robotskin._core.skin.SkinReader) -> None:
+    def attach(
+        self,
+        driver: robotskin._core.driver.Driver,
+        reader: robotskin._core.skin.SkinReader,
+        loop: robotskin._core.loop.SkinLoop | None = None,
+    ) -> None:
         """
-        Takes down what this driver and this skin reader do from now on. Call it in the control thread.
+        Takes down what driver, skin reader and loop do from now on. Call it in the control thread.
         """
 
-    def detach(self, driver: robotskin._core.driver.Driver, reader: robotskin._core.skin.SkinReader) -> None:
+    def detach(
+        self,
+        driver: robotskin._core.driver.Driver,
+        reader: robotskin._core.skin.SkinReader,
+        loop: robotskin._core.loop.SkinLoop | None = None,
+    ) -> None:
         """Ends that. Call it in the control thread."""
-
-    def joints(self, state: robotskin._core.model.JointState) -> None:
-        """Takes down a joint state."""
-
-    def command(self, now_ns: int, command: robotskin._core.model.JointCommand) -> None:
-        """Takes down what was sent to the robot."""
 
     def ask_for_keyframe(self) -> None:
         """

@@ -57,6 +57,10 @@ def command(
     scene: Annotated[
         str | None, typer.Option(help="Things around the robot: a name of `robotskin scenes`, or a TOML file.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
+    ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     believed: Annotated[
         str,
@@ -77,6 +81,7 @@ def command(
     from robotskin import layout as layouts
     from robotskin.cli.run import tell_made
     from robotskin.layout.mounting import read_for
+    from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
     from robotskin.session.touches import link_to_push, require_cells_on
@@ -106,9 +111,10 @@ def command(
         scene=around,
         gains=ready.gains,
     )
-    if headless:
-        raise typer.Exit(run_script(session, pushed, seconds, json_file))
-    show(session, port)
+    with recorded(session, record):
+        if headless:
+            raise typer.Exit(run_script(session, pushed, seconds, json_file))
+        show(session, port)
 
 
 def believed_model(

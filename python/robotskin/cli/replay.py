@@ -26,7 +26,7 @@ def command(
     from rich.progress import Progress
     from rich.table import Table
 
-    from robotskin.apps.outputs import write_json
+    from robotskin.apps.figures import write_figures
     from robotskin.record import Recording
     from robotskin.record.summary import summarise
 
@@ -58,4 +58,4 @@ def command(
         recording.to_pandas(start, float("inf") if end is None else end).to_csv(csv, index=False)
         console.print(f"samples written to {csv}", highlight=False, soft_wrap=True)
     if json_file is not None:
-        write_json(json_file, found.figures())
+        write_figures(json_file, int(about.get("seed", 0)), found.figures())

@@ -85,6 +85,10 @@ def command(
     scene: Annotated[
         str | None, typer.Option(help="Things around the robot: a name of `robotskin scenes`, or a TOML file.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
+    ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
 ) -> None:
@@ -100,6 +104,7 @@ def command(
     from robotskin.apps.behaviour_script import set_goal
     from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import UnknownNameError
+    from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import Session
@@ -139,11 +144,12 @@ def command(
         )
         session.set_source(skin_source)
     tell_made(console, ready)
-    if headless:
-        raise typer.Exit(run_script(session, seconds, target, json_file))
-    from robotskin.cli.demo import show
+    with recorded(session, record):
+        if headless:
+            raise typer.Exit(run_script(session, seconds, target, json_file))
+        from robotskin.cli.demo import show
 
-    show(session, port, lambda: set_goal(session, target) if target is not None else None)
+        show(session, port, lambda: set_goal(session, target) if target is not None else None)
     if session.fault:
         console.print(session.fault_told)
 

@@ -7,6 +7,7 @@ of its own, so that a process that is killed loses no more than that and what is
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 import threading
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 import robotskin
 from robotskin._core.driver import Driver
-from robotskin._core.model import JointCommand, JointState
+from robotskin._core.loop import SkinLoop
 from robotskin._core.record import Entry
 from robotskin._core.record import Recorder as Tapes
 from robotskin._core.skin import SkinReader
@@ -48,6 +49,7 @@ class Recorded(Protocol):
     driver: Driver
     reader: SkinReader
     layout: Layout
+    loop: SkinLoop
 
 
 class Recorder:
@@ -82,25 +84,17 @@ class Recorder:
         self._file.flush()
         self._ending = threading.Event()
         self._notes: list[str] = []
-        self._tapes.attach(session.driver, session.reader)
+        self._tapes.attach(session.driver, session.reader, session.loop)
         self._thread = threading.Thread(target=self._work, name="skin recorder", daemon=True)
         self._thread.start()
 
     # ---- The control thread ----
 
-    def joints(self, state: JointState) -> None:
-        """Take down a joint state."""
-        self._tapes.joints(state)
-
-    def command(self, now_ns: int, command: JointCommand) -> None:
-        """Take down what was sent to the robot."""
-        self._tapes.command(now_ns, command)
-
     def close(self) -> None:
         """Write what is left and end the file. Raises RecordError if the file is not whole."""
         if self._ending.is_set():
             return
-        self._tapes.detach(self._session.driver, self._session.reader)
+        self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
         self._ending.set()
         self._thread.join()
         if self.error:
@@ -184,6 +178,11 @@ class Recorder:
             sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
             values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
             self._file.log("/robot/commands", values, int(times[0]))
+
+
+def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:
+    """A recorder of the session while a `with` block lasts; nothing where no path is given."""
+    return contextlib.nullcontext() if path is None else Recorder(path, session)
 
 
 class _McapFile:

@@ -5,10 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.records import Attachment, Message
 
 from robotskin import layout, robots
 from robotskin._core.skin import SkinState
+from robotskin.keys import SkinKeys
 from robotskin.record import Recorder, Recording, RecordingFileError, repair
+from robotskin.record.mcap_file import records
 from robotskin.session import Session
 
 COLUMNS = ("normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated")
@@ -34,7 +37,6 @@ class Made:
                     session.world.push(cell=40, force_n=6.0)
                     recorder.note("push cell 40")
                 session.step()
-                recorder.joints(session.joints)
                 self.states[session.world.now_ns] = bytes_of(session.skin)
                 self.positions[session.world.now_ns] = np.array(session.joints.position)
         assert recorder.dropped == 0
@@ -125,13 +127,13 @@ def test_a_damaged_file_is_refused_by_name_or_read_in_part(made: Made, seed: int
 
 
 def test_a_recording_holds_no_key(tmp_path: Path) -> None:
-    key = bytes(range(7, 39))
-    session = Session(
-        robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=1, key=key
-    )  # fmt: skip
+    keys = SkinKeys.fresh()
+    session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=1, keys=keys)
     session.boot()
     path = tmp_path / "keyed.mcap"
     with Recorder(path, session):
         session.run(0.1)
     assert sum(1 for _ in Recording(path).frames()) == 100
-    assert key not in path.read_bytes()
+    held = b"".join(record.data for record in records(path) if isinstance(record, Message | Attachment))
+    for key in (keys.secret, keys.datagram_key, keys.cell_key):
+        assert key not in held
