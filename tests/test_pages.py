@@ -22,11 +22,11 @@ def test_links_and_pictures_exist(page: Path) -> None:
     assert not missing
 
 
-def run_program(page: str) -> str:
+def run_program(page: str, folder: Path | None = None) -> str:
     """What the Python on a page prints when its blocks run one after the other."""
     program = "\n".join(re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL))
     assert program
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -34,6 +34,12 @@ def run_program(page: str) -> str:
 @pytest.mark.parametrize("page", ["docs/control.md", "docs/network.md"])
 def test_the_programs_of_a_page_run(page: str) -> None:
     run_program(page)
+
+
+def test_the_program_of_the_page_on_recordings_runs(tmp_path: Path) -> None:
+    told = run_program("docs/recording.md", tmp_path)
+    assert float(told.split()[0]) == pytest.approx(1.0, abs=0.05)
+    assert float(told.split()[2]) > 3.0
 
 
 def test_the_readmes_program_runs() -> None:
