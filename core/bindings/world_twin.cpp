@@ -24,7 +24,7 @@ nb::object content_of(const rs_input& input) {
   switch (input.kind) {
     case RS_INPUT_BOOT:
       return nb::make_tuple(input.boot->uid, input.boot->random, bytes_or_none(input.boot->flash, RS_FLASH_BYTES),
-                            bytes_or_none(input.boot->key, RS_CELL_KEY_BYTES));
+                            bytes_or_none(input.boot->keys, RS_CELL_KEYS_BYTES));
     case RS_INPUT_FRAME:
       return bytes_or_none(input.frame, RS_FRAME_BYTES);
     case RS_INPUT_SAMPLE:

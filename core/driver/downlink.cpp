@@ -141,7 +141,6 @@ void Driver::send_joints(std::int64_t now_ns, const Sink& sink) {
                               .joint_4 = position[3],
                               .joint_5 = position[4],
                               .joint_6 = position[5],
-                              .spare = 0,
                               .tag = 0};
         rs_joints_pack(record, &frame);
         rs_record_arrival_pack(record, 0, 0);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cell/memory/integrity.h"
+#include "cell/memory/turn.h"
 #include "cell/routing/identity.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/tick_time.h"
@@ -18,19 +19,17 @@
 
 enum {
   TICK_TIME_MASK = (1 << RS_TICK_TIME_BITS) - 1,
-  COUNTER_LIFE_MS = 2 * 65536, /* after this no recorded command passes its tag any more, whatever its counter */
-  ERA_EDGE_MS = 1000           /* a command may have been tagged in the era before, if that ended just now */
+  COUNTER_LIFE_MS = 2 * 65536 /* after this no recorded command passes its tag any more, whatever its counter */
 };
 
-static bool authentic(const rs_cell* cell, const uint8_t* frame, uint32_t tag, uint32_t now_us) {
+static bool authentic(const rs_cell* cell, const uint8_t* key, const uint8_t* frame, uint32_t tag, uint32_t now_us) {
   if (!cell->keyed) return true;
   const uint32_t time = rs_tick_time(cell, now_us);
-  const uint32_t era = time >> 16;
-  if (rs_tags_equal(rs_command_tag(&cell->key, frame, era), tag)) return true;
-  const uint32_t edge = (time & 0xFFFFU) < ERA_EDGE_MS            ? era - 1U
-                        : (time & 0xFFFFU) > 65536U - ERA_EDGE_MS ? era + 1U
-                                                                  : era;
-  return edge != era && rs_tags_equal(rs_command_tag(&cell->key, frame, edge & (TICK_TIME_MASK >> 16)), tag);
+  if (rs_tags_equal(rs_command_tag(key, frame, time), tag)) return true;
+  /* It may have come from the second before, or the own time may be behind. */
+  const uint32_t second = 1U << RS_TAG_SECOND_BITS;
+  const uint32_t beside = (time & (second - 1U)) < second / 2U ? time - second : time + second;
+  return rs_tags_equal(rs_command_tag(key, frame, beside), tag);
 }
 
 /* How many settings an operation has. */
@@ -184,9 +183,17 @@ static uint32_t sum_of(const rs_commanding* commanding) {
   return rs_sum_of(counted, sizeof counted);
 }
 
+static void count(rs_commanding* commanding, uint32_t counter, uint32_t time) {
+  commanding->counted = true;
+  commanding->counter = (uint16_t)counter;
+  commanding->time = time;
+  commanding->sum = sum_of(commanding);
+  commanding->replied = false;
+}
+
 static void receive_counted(rs_cell* cell, const rs_command* command, const uint8_t* frame, uint32_t now_us) {
   rs_commanding* commanding = &cell->commanding;
-  const bool for_us = cell->id != RS_ID_NONE && (command->target == cell->id || command->target == RS_ID_ALL);
+  const bool for_us = cell->id != RS_ID_NONE;
   const uint32_t time = rs_tick_time(cell, now_us);
   const bool expired = ((time - commanding->time) & TICK_TIME_MASK) > COUNTER_LIFE_MS;
   if (commanding->counted && !expired && commanding->sum == sum_of(commanding)) {
@@ -202,31 +209,52 @@ static void receive_counted(rs_cell* cell, const rs_command* command, const uint
     }
   }
   rs_queue_down(cell, frame);
-  commanding->counted = true;
-  commanding->counter = (uint16_t)command->counter;
-  commanding->time = time;
-  commanding->sum = sum_of(commanding);
-  commanding->replied = false;
+  count(commanding, command->counter, time);
   if (for_us) answer(cell, command, now_us);
+}
+
+/* A cell that knows no counter yet takes the one that comes with its name: what was recorded before has an older one.
+ */
+static void learn_counter(rs_cell* cell, uint32_t counter, uint32_t now_us) {
+  if (cell->commanding.counted || !cell->keyed) return;
+  count(&cell->commanding, counter, rs_tick_time(cell, now_us));
 }
 
 void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
   (void)port;
   rs_command command;
   rs_command_unpack(&command, frame);
-  if (!authentic(cell, frame, command.tag, now_us)) {
+  const bool by_uid = command.operation == RS_OPERATION_assign || command.operation == RS_OPERATION_rejoin;
+  const bool to_all = !by_uid && command.target == RS_ID_ALL;
+  const bool to_us = by_uid ? command.value_low == cell->uid : cell->id != RS_ID_NONE && command.target == cell->id;
+  if (!to_all && !to_us) {
+    rs_queue_down(cell, frame); /* under the key of another cell, which alone can tell whether it is right */
+    rs_timer_set(cell, now_us);
+    return;
+  }
+  const bool naming = command.operation == RS_OPERATION_assign;
+  if (naming && command.value_high != cell->challenge) return;
+  if (cell->keyed && cell->turn == RS_TURN_NONE && !naming) {
+    /* It cannot tell yet, and does nothing; those below can. */
+    if (to_all) rs_queue_down(cell, frame);
+    rs_timer_set(cell, now_us);
+    return;
+  }
+  const uint32_t turn = naming ? command.target | command.spare << RS_TURN_LOW_BITS : cell->turn;
+  uint8_t own_key[RS_CELL_KEY_BYTES] = {0};
+  if (cell->keyed && !to_all) rs_key_of_turn(cell->keys + RS_CELL_KEY_BYTES, turn, own_key);
+  if (!authentic(cell, to_all ? cell->turn_key : own_key, frame, command.tag, now_us)) {
     ++cell->counts.tags_refused;
     return;
   }
-  const bool by_uid = command.operation == RS_OPERATION_assign || command.operation == RS_OPERATION_rejoin;
   if (!by_uid) {
     receive_counted(cell, &command, frame, now_us);
-  } else if (command.value_low != cell->uid) {
-    rs_queue_down(cell, frame);
   } else if (command.operation == RS_OPERATION_rejoin) {
     if (command.index == cell->id) rs_identity_rejoin(cell, now_us);
-  } else if (command.value_high == cell->challenge && command.index >= RS_ID_FIRST && command.index <= RS_ID_LAST) {
+  } else if (command.index >= RS_ID_FIRST && command.index <= RS_ID_LAST) {
+    if (cell->keyed) rs_turn_take(cell, turn);
     rs_identity_assign(cell, (uint16_t)command.index, now_us);
+    learn_counter(cell, command.counter, now_us);
   }
   rs_timer_set(cell, now_us);
 }

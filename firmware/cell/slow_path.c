@@ -49,8 +49,12 @@ static RS_APART void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   cell->led_complement = ~cell->led_rgb;
   if (with->flash != NULL) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
   rs_own_torque_load(cell);
-  cell->keyed = with->key != NULL;
-  if (cell->keyed) rs_chaskey_key_expand(&cell->key, with->key);
+  cell->turn = RS_TURN_NONE;
+  cell->keyed = with->keys != NULL;
+  if (cell->keyed) {
+    rs_chaskey_key_expand(&cell->key, with->keys);
+    memcpy(cell->keys, with->keys, RS_CELL_KEYS_BYTES);
+  }
   rs_identity_boot(cell, with->random, now_us);
   rs_route_boot(cell, now_us);
   rs_sampling_refresh(cell, now_us);

@@ -11,7 +11,7 @@
 #include "robotskin/cell.h"
 
 /* Clocks, four serial lines at 4 Mb/s 8N1, timer, sensors. Fills what the cell boots with: its serial number, a number
- * that is another at each boot, and where flash image and key are, NULL for none. */
+ * that is another at each boot, and where flash image and keys are, NULL for none. */
 void rs_board_start(rs_boot* boot);
 
 /* Microseconds since any moment, wrapping at 2^32. */

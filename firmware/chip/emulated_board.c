@@ -9,13 +9,13 @@ typedef struct {
   volatile uint32_t now_us;
   volatile uint32_t sent;
   volatile uint32_t uid, random;
-  volatile uint32_t kept, keyed; /* not 0: there is an image, a key */
+  volatile uint32_t kept, keyed; /* not 0: there is an image, keys */
   volatile uint32_t fault;
   volatile int32_t channel[RS_CHANNEL_COUNT];
   volatile uint32_t count[RS_PORTS]; /* bytes received since this was last asked */
   volatile uint32_t idle;            /* bit p - 1: the line was idle before them */
   uint8_t bytes[RS_PORTS][RS_FRAME_BYTES];
-  volatile uint8_t key[RS_CELL_KEY_BYTES];
+  volatile uint8_t keys[RS_CELL_KEYS_BYTES];
 } inward;
 
 typedef struct {
@@ -41,7 +41,7 @@ void rs_board_start(rs_boot* boot) {
   boot->uid = in->uid;
   boot->random = in->random;
   boot->flash = in->kept != 0U ? rs_kept_start : 0;
-  boot->key = in->keyed != 0U ? (const uint8_t*)in->key : 0;
+  boot->keys = in->keyed != 0U ? (const uint8_t*)in->keys : 0;
 }
 
 uint32_t rs_board_now_us(void) {

@@ -40,8 +40,8 @@ enum { TIMER_RUNS = 1 << 0, TIMER_TELLS = 1 << 3 };
 
 typedef struct {
   uint32_t uid, random;
-  uint32_t keyed; /* not 0: `key` is one */
-  uint8_t key[RS_CELL_KEY_BYTES];
+  uint32_t keyed; /* not 0: there are keys */
+  uint8_t keys[RS_CELL_KEYS_BYTES];
 } fuses; /* what a part is told when it is made */
 
 static uart* const lines[RS_PORTS] = {(uart*)0x40004000U, (uart*)0x40005000U, (uart*)0x40006000U, (uart*)0x40007000U};
@@ -153,7 +153,7 @@ void rs_board_start(rs_boot* boot) {
   boot->uid = made_with->uid != 0U ? made_with->uid : 1U;
   boot->random = made_with->random;
   boot->flash = is_kept() ? rs_kept_start : 0;
-  boot->key = made_with->keyed != 0U ? made_with->key : 0;
+  boot->keys = made_with->keyed != 0U ? made_with->keys : 0;
 }
 
 /* Called often enough for the timer, which goes round in 171 s. */

@@ -35,6 +35,7 @@ static bool is_taken(const rs_unit_names* names, uint32_t id) {
 static void give(rs_unit_names* names, rs_unit_name* entry, uint16_t id) {
   if (entry->id != RS_ID_NONE) names->taken[entry->id / 8U] &= (uint8_t)~(1U << (entry->id % 8U));
   entry->id = id;
+  names->uid_of[id] = entry->uid;
   if (id != RS_ID_NONE) names->taken[id / 8U] |= (uint8_t)(1U << (id % 8U));
 }
 
@@ -66,6 +67,7 @@ bool rs_names_agree(rs_unit_names* names, const rs_section_unit_config* config, 
   if (entry == NULL || entry->id == id) return true;
   if (!is_ours(config, id)) {
     give(names, entry, RS_ID_NONE); /* another unit of the group has named it */
+    if (id <= RS_ID_LAST) names->uid_of[id] = uid;
     return true;
   }
   if (is_taken(names, id)) return false;

@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "cell/wire/tags.h"
+#include "cell/wire/wave.h"
 #include "robotskin/crc.h"
+#include "robotskin/operations.h"
 #include "section_unit/group_time.h"
 
 uint8_t rs_root_of(const rs_section_unit* unit, unsigned port) {
@@ -40,6 +42,49 @@ void rs_ports_power(rs_section_unit* unit, unsigned port, bool on) {
   unit->port[port].queue_count = 0;
 }
 
+/* The turn that it is now, and its key. */
+static void follow_turn(rs_section_unit* unit) {
+  const uint32_t turn = (uint32_t)((unit->tick_time >> RS_TICK_TIME_BITS) + unit->config.turns) & RS_TURN_MASK;
+  if (unit->config.cell_key == NULL || turn == unit->turn) return;
+  uint8_t keys[RS_CELL_KEYS_BYTES];
+  rs_cell_keys(unit->config.cell_key, 0, keys);
+  rs_key_of_turn(keys, turn, unit->turn_key);
+  unit->turn = turn;
+}
+
+/* The key of a command: the group's if it is for all, else that of its cell. False if that cell is not known. */
+static bool key_of(const rs_section_unit* unit, const rs_command* command, uint8_t key[RS_CELL_KEY_BYTES]) {
+  const bool by_uid = command->operation == RS_OPERATION_assign || command->operation == RS_OPERATION_rejoin;
+  memcpy(key, unit->turn_key, RS_CELL_KEY_BYTES);
+  if (!by_uid && command->target == RS_ID_ALL) return true;
+  const uint32_t uid = by_uid ? command->value_low : unit->names.uid_of[command->target];
+  uint8_t keys[RS_CELL_KEYS_BYTES];
+  rs_cell_keys(unit->config.cell_key, uid, keys);
+  rs_key_of_turn(keys + RS_CELL_KEY_BYTES, unit->turn, key);
+  return uid != 0U;
+}
+
+static bool tag_command(const rs_section_unit* unit, uint8_t* frame) {
+  RS_STATIC_ASSERT((int)RS_grant_tag_AT == (int)RS_command_tag_AT, "their tags cover as much");
+  RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
+  rs_store32(frame + RS_command_tag_AT / 8, 0U);
+  if (unit->config.cell_key == NULL) return true;
+  uint8_t key[RS_CELL_KEY_BYTES];
+  memcpy(key, unit->turn_key, sizeof key);
+  if (rs_frame_type_of(frame) == RS_TYPE_command) {
+    rs_command command;
+    rs_command_unpack(&command, frame);
+    if (command.operation == RS_OPERATION_assign) {
+      command.target = unit->turn & ((1U << RS_TURN_LOW_BITS) - 1U);
+      command.spare = unit->turn >> RS_TURN_LOW_BITS;
+      rs_command_pack(frame, &command);
+    }
+    if (!key_of(unit, &command, key)) return false;
+  }
+  rs_store32(frame + RS_command_tag_AT / 8, rs_command_tag(key, frame, (uint32_t)unit->tick_time));
+  return true;
+}
+
 void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content) {
   rs_unit_port* here = &unit->port[port];
   if (!here->root || here->queue_count >= RS_UNIT_QUEUE) {
@@ -47,14 +92,14 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
     ++unit->dropped;
     return;
   }
-  uint8_t* frame = here->queue[(here->queue_first + here->queue_count++) % RS_UNIT_QUEUE];
+  uint8_t* frame = here->queue[(here->queue_first + here->queue_count) % RS_UNIT_QUEUE];
   memcpy(frame, content, RS_CONTENT_BYTES);
-  if (rs_frame_type_of(frame) == RS_TYPE_command || rs_frame_type_of(frame) == RS_TYPE_grant) {
-    RS_STATIC_ASSERT((int)RS_grant_tag_AT == (int)RS_command_tag_AT, "their tags cover as much");
-    RS_STATIC_ASSERT(RS_command_tag_AT / 8 + 4 == RS_CONTENT_BYTES, "the tag ends a command");
-    const uint32_t era = (uint32_t)(unit->tick_time >> 16) & 0x3FFU;
-    rs_store32(frame + RS_command_tag_AT / 8,
-               unit->config.cell_key == NULL ? 0U : rs_command_tag(&unit->key, frame, era));
+  follow_turn(unit);
+  const bool command = rs_frame_type_of(frame) == RS_TYPE_command || rs_frame_type_of(frame) == RS_TYPE_grant;
+  if (command && !tag_command(unit, frame)) {
+    ++here->dropped;
+    ++unit->dropped;
+    return;
   }
   if (rs_frame_type_of(frame) == RS_TYPE_joints) {
     const uint32_t epoch = (uint32_t)(unit->tick_time / RS_EPOCH_TICKS);
@@ -62,10 +107,11 @@ void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content)
     rs_joints_unpack(&joints, frame);
     joints.epoch = epoch & RS_EPOCH_MASK;
     rs_joints_pack(frame, &joints);
-    joints.tag = unit->config.cell_key == NULL ? 0U : rs_joints_tag(&unit->key, frame, epoch);
+    joints.tag = unit->config.cell_key == NULL ? 0U : rs_joints_tag(unit->turn_key, frame, epoch);
     rs_joints_pack(frame, &joints);
   }
   rs_frame_seal(frame);
+  ++here->queue_count;
 }
 
 void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame) {

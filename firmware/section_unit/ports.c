@@ -58,9 +58,12 @@ static void receive_join(rs_section_unit* unit, unsigned port, const uint8_t* fr
   rs_join_unpack(&join, frame);
   const uint16_t id = rs_names_give(&unit->names, &unit->config, join.uid, (uint16_t)join.wanted);
   if (id == RS_ID_NONE) return;
-  send_by_uid(
-      unit, port,
-      (rs_command){.operation = RS_OPERATION_assign, .index = id, .value_high = join.challenge, .value_low = join.uid});
+  send_by_uid(unit, port,
+              (rs_command){.operation = RS_OPERATION_assign,
+                           .counter = unit->command_counter,
+                           .index = id,
+                           .value_high = join.challenge,
+                           .value_low = join.uid});
 }
 
 static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t* frame) {

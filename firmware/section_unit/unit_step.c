@@ -20,7 +20,12 @@ static void boot(rs_section_unit* unit, const rs_section_unit_config* config, ui
   memset(unit, 0, sizeof *unit);
   if (!valid(config)) return;
   unit->config = *config;
-  if (config->cell_key != NULL) rs_chaskey_key_expand(&unit->key, config->cell_key);
+  if (config->cell_key != NULL) {
+    uint8_t keys[RS_CELL_KEYS_BYTES];
+    rs_cell_keys(config->cell_key, 0, keys);
+    rs_chaskey_key_expand(&unit->key, keys);
+    unit->turn = RS_TURN_NONE;
+  }
   rs_names_init(&unit->names, config);
   unit->power = config->powered ? (uint16_t)((1U << config->ports) - 1U) : 0;
   unit->heartbeat_ns = unit->peers_due_ns = unit->booted_ns = now_ns;

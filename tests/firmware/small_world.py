@@ -40,9 +40,13 @@ class SmallWorld:
         samples: Callable[[int, int], list[int]] = lambda cell, now: [0] * 9,
         flash: dict[int, bytes] | None = None,
         start_us: int = 3_000_000,
+        ahead_us: int = 0,
+        turns: int = 0,
     ) -> None:
         self.random = random.Random(seed)
         self.now = start_us
+        self.ahead_us = ahead_us  # of the unit's clock
+        self.turns = turns
         self.loss = loss
         self.samples = samples
         self.key = key
@@ -63,9 +67,8 @@ class SmallWorld:
         self.heard_frames: list[tuple[Port, bytes]] = []
         self.unit = firmware.SectionUnit()
         self.unit_timer = -1
-        self.unit_done(
-            self.unit.boot(self.now * 1000, max(1, len(roots)), 4711, unasked=True, cell_key=key, batch_us=0)
-        )
+        self.ports = max(1, len(roots))
+        self.boot_unit()
         for index in range(cells):
             self.nodes[index].flash = (flash or {}).get(index)
             self.at(self.now + self.random.randrange(1000), "boot", (index,))
@@ -73,6 +76,17 @@ class SmallWorld:
     def at(self, time: int, kind: str, what: tuple) -> None:
         self.order += 1
         heapq.heappush(self.queue, (time, self.order, kind, what))
+
+    @property
+    def unit_ns(self) -> int:
+        return (self.now + self.ahead_us) * 1000
+
+    def boot_unit(self) -> None:
+        self.unit_done(
+            self.unit.boot(
+                self.unit_ns, self.ports, 4711, unasked=True, cell_key=self.key, batch_us=0, turns=self.turns
+            )
+        )
 
     def boot(self, index: int) -> None:
         node = self.nodes[index]
@@ -128,7 +142,7 @@ class SmallWorld:
                 frame = content + firmware.crc16(content).to_bytes(2, "big")
                 name, fields = firmware.unpack(frame)
                 self.records.append((self.now, body[at + 18] >> 4, name, fields))
-        due = (output.timer_ns + 999) // 1000
+        due = (output.timer_ns + 999) // 1000 - self.ahead_us
         if due != self.unit_timer:
             self.unit_timer = due
             self.at(due, "unit timer", (due,))
@@ -138,7 +152,7 @@ class SmallWorld:
         self.now = max(self.now, time)
         if kind == "unit timer":
             if what[0] == self.unit_timer:
-                self.unit_done(self.unit.timer(self.now * 1000))
+                self.unit_done(self.unit.timer(self.unit_ns))
             return
         if kind == "call":
             what[0]()
@@ -146,7 +160,7 @@ class SmallWorld:
         if kind in ("sent", "frame"):
             (index, port), thing = what
             if index < 0:
-                now_ns = self.now * 1000
+                now_ns = self.unit_ns
                 self.unit_done(self.unit.sent(port, now_ns) if kind == "sent" else self.unit.frame(port, thing, now_ns))
                 return
             node = self.nodes[index]
@@ -237,7 +251,7 @@ class SmallWorld:
             + bytes([0, 0])
             + bytes(8)
         )
-        self.unit_done(self.unit.datagram(header + content + bytes(2), self.now * 1000))
+        self.unit_done(self.unit.datagram(header + content + bytes(2), self.unit_ns))
 
 
 def random_skin(cells: int, roots: int, seed: int) -> tuple[list[tuple[Port, Port]], list[Port]]:

@@ -35,7 +35,11 @@ void Network::boot(std::size_t index) {
   boot.uid = static_cast<std::uint32_t>(index) + 1;
   boot.random = static_cast<std::uint32_t>(random_bits(cell.boot_key, cell.boots++));
   boot.flash = cell.flash;
-  boot.key = cell_key();
+  std::array<std::uint8_t, RS_CELL_KEYS_BYTES> keys;
+  if (cell_key() != nullptr) {
+    rs_cell_keys(cell_key(), boot.uid, keys.data());
+    boot.keys = keys.data();
+  }
   rs_input input{};
   input.kind = RS_INPUT_BOOT;
   input.boot = &boot;

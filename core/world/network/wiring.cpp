@@ -73,6 +73,9 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     config.powered = options.powered;
     config.unasked = options.unasked;
     config.cell_key = cell_key();
+    // A simulated clock starts anew with each run.
+    config.turns =
+        static_cast<std::uint32_t>(stream_key(options.seed, purpose_session, RS_UNITS_MAX) & (RS_TURN_MASK >> 1));
     if (hash_) {
       config.tag = &driver::KeyedHash::hook;
       config.tag_context = &*hash_;

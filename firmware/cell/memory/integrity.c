@@ -1,4 +1,4 @@
-/* Whether memory still says what was written: uid, id and key, settings, torque parameters. What is damaged is taken
+/* Whether memory still says what was written: uid, id and keys, settings, torque parameters. What is damaged is taken
  * from its copy or from flash, or the cell boots. */
 #include "cell/memory/integrity.h"
 
@@ -11,6 +11,11 @@ static RS_APART uint32_t lasting(const rs_cell* cell) {
   for (unsigned i = 0; i < sizeof cell->key.word / sizeof cell->key.word[0]; ++i) {
     sum = ((sum << 5) | (sum >> 27)) ^ cell->key.word[i];
   }
+  for (unsigned i = 0; i < sizeof cell->keys; i += 4U) sum = ((sum << 5) | (sum >> 27)) ^ rs_load32(cell->keys + i);
+  for (unsigned i = 0; i < RS_CELL_KEY_BYTES; i += 4U) {
+    sum = ((sum << 5) | (sum >> 27)) ^ rs_load32(cell->turn_key + i);
+  }
+  sum = ((sum << 5) | (sum >> 27)) ^ cell->turn;
   return sum;
 }
 

@@ -12,6 +12,7 @@
 #include "cell/time/timer.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
+#include "cell/wire/wave.h"
 
 /* The children hear no newer tick while a move is held, and may not take that for a stale way. */
 _Static_assert(RS_HOLD_US + RS_TICK_US < RS_STALE_US, "a planned move is over before its children lose patience");
@@ -62,7 +63,10 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   rs_grant_unpack(&grant, frame);
   const uint16_t age = (uint16_t)(route->wave.sequence - grant.sequence + RS_SEQUENCE_WINDOW);
   if (port + 1U != route->parent_port || age > 2U * RS_SEQUENCE_WINDOW || grant.root != route->wave.root) return;
-  if (cell->keyed && !rs_tags_equal(rs_command_tag(&cell->key, frame, route->wave.era), grant.tag)) {
+  if (cell->keyed && cell->turn == RS_TURN_NONE) return; /* it cannot tell yet */
+  const uint32_t time =
+      rs_wave_time(&route->wave) + (uint16_t)(grant.sequence - route->wave.sequence + 0x8000U) - 0x8000U;
+  if (cell->keyed && !rs_tags_equal(rs_command_tag(cell->turn_key, frame, time), grant.tag)) {
     ++cell->counts.tags_refused;
     return;
   }

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cell/link/link.h"
+#include "cell/memory/turn.h"
 #include "cell/routing/links.h"
 #include "cell/routing/moves.h"
 #include "cell/routing/parent.h"
@@ -86,6 +87,7 @@ void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us) {
   /* Only of a wave that has just come is it certain that a root made it: what is known of neighbours may be damaged. */
   if (route->parent_port == port + 1U && neighbour->hops != RS_HOPS_POISON &&
       rs_waves_equal(&route->wave, &neighbour->wave)) {
+    rs_turn_follow(cell, rs_wave_time(&route->wave));
     route->known_time = rs_wave_time(&route->wave);
     route->known_time_complement = ~route->known_time;
   }

@@ -19,8 +19,9 @@ void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   rs_joints_unpack(&joints, frame);
   const uint32_t now = rs_tick_time(cell, now_us) / RS_EPOCH_TICKS;
   const uint32_t epoch = epoch_of(joints.epoch, now);
+  if (cell->keyed && cell->turn == RS_TURN_NONE) return; /* it cannot tell yet */
   if (now + 1U - epoch > EPOCHS_OLD ||
-      (cell->keyed && !rs_tags_equal(rs_joints_tag(&cell->key, frame, epoch), joints.tag))) {
+      (cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag))) {
     ++cell->counts.tags_refused;
     return;
   }

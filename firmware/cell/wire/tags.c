@@ -17,17 +17,20 @@ uint32_t rs_wave_tag(const rs_chaskey_key* key, const rs_wave* wave) {
   return rs_chaskey_tag32(key, block);
 }
 
-uint32_t rs_command_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t era) {
+uint32_t rs_command_tag(const uint8_t key[RS_CELL_KEY_BYTES], const uint8_t frame[RS_FRAME_BYTES], uint32_t time) {
   enum { COVERED = RS_command_tag_AT / 8 };
-  RS_STATIC_ASSERT(COVERED + 2 == RS_CHASKEY_BLOCK_BYTES, "a command and its era fill one block");
+  RS_STATIC_ASSERT(COVERED + 2 == RS_CHASKEY_BLOCK_BYTES, "a command and its second fill one block");
+  const uint32_t second = (time & ((1U << RS_TICK_TIME_BITS) - 1U)) >> RS_TAG_SECOND_BITS;
   uint8_t block[RS_CHASKEY_BLOCK_BYTES];
   for (unsigned i = 0; i < COVERED; ++i) block[i] = frame[i];
-  block[COVERED] = (uint8_t)(era >> 8);
-  block[COVERED + 1] = (uint8_t)era;
-  return rs_chaskey_tag32(key, block);
+  block[COVERED] = (uint8_t)(second >> 8);
+  block[COVERED + 1] = (uint8_t)second;
+  rs_chaskey_key expanded;
+  rs_chaskey_key_expand(&expanded, key);
+  return rs_chaskey_tag32(&expanded, block);
 }
 
-uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch) {
+uint32_t rs_joints_tag(const uint8_t key[RS_CELL_KEY_BYTES], const uint8_t frame[RS_FRAME_BYTES], uint32_t epoch) {
   enum { COVERED = RS_joints_tag_AT / 8 };
   uint8_t message[COVERED + 3];
   uint8_t tag[RS_CHASKEY_TAG_BYTES];
@@ -36,6 +39,8 @@ uint32_t rs_joints_tag(const rs_chaskey_key* key, const uint8_t frame[RS_FRAME_B
   message[COVERED] = (uint8_t)(high >> 16);
   message[COVERED + 1] = (uint8_t)(high >> 8);
   message[COVERED + 2] = (uint8_t)high;
-  rs_chaskey(key, message, sizeof message, tag);
-  return rs_load32(tag) >> 8;
+  rs_chaskey_key expanded;
+  rs_chaskey_key_expand(&expanded, key);
+  rs_chaskey(&expanded, message, sizeof message, tag);
+  return rs_load32(tag);
 }

@@ -25,6 +25,7 @@
 #include "robotskin/chaskey.h"
 #include "robotskin/geometry.h"
 #include "robotskin/hearing.h"
+#include "robotskin/keys.h"
 #include "robotskin/retention.h"
 #include "robotskin/settings.h"
 #include "robotskin/timing.h"
@@ -39,7 +40,6 @@ extern "C" {
 /* ---- Input ---- */
 
 enum {
-  RS_CELL_KEY_BYTES = RS_CHASKEY_KEY_BYTES,
   RS_FLASH_TORQUE_AT = RS_SETTINGS_BYTES, /* behind the settings: the torque parameters */
   RS_FLASH_BYTES = RS_SETTINGS_BYTES + RS_TORQUE_IMAGE_BYTES
 };
@@ -48,7 +48,7 @@ typedef struct {
   uint32_t uid;         /* serial number, unique and never 0 */
   uint32_t random;      /* fresh at each boot */
   const uint8_t* flash; /* image of RS_FLASH_BYTES, or NULL */
-  const uint8_t* key;   /* RS_CELL_KEY_BYTES, or NULL: ticks and commands are not authenticated */
+  const uint8_t* keys;  /* RS_CELL_KEYS_BYTES (keys.h), or NULL: ticks and commands are not authenticated */
 } rs_boot;
 
 typedef enum { RS_INPUT_BOOT, RS_INPUT_FRAME, RS_INPUT_SENT, RS_INPUT_SAMPLE, RS_INPUT_TIMER } rs_input_kind;
@@ -320,7 +320,7 @@ typedef struct {
   rs_queues queues; /* near the beginning, see there */
   uint8_t nonce;
   uint8_t keyed;
-  uint32_t lasting;                   /* check sum of what lasts from boot to boot: uid, id and key */
+  uint32_t lasting;                   /* check sum of what lasts from boot to boot: uid, id and keys */
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint8_t topology_revision;
   uint32_t timer_us;
@@ -332,7 +332,10 @@ typedef struct {
   rs_settings settings, settings_copy; /* the same; each with its sum, by which damaged memory is told */
   uint32_t settings_sum, settings_copy_sum;
   rs_cell_counts counts;
-  rs_chaskey_key key;
+  rs_chaskey_key key;                           /* of ticks */
+  RS_WORDS uint8_t turn_key[RS_CELL_KEY_BYTES]; /* in this turn (keys.h), of what else is for all cells */
+  RS_WORDS uint8_t keys[RS_CELL_KEYS_BYTES];    /* from which those of a turn come */
+  uint32_t turn;                                /* RS_TURN_NONE until it is named */
   uint8_t flash[RS_FLASH_BYTES];
   rs_torque_epoch torque;
   rs_own_torque own_torque;

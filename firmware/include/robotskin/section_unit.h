@@ -34,8 +34,11 @@ typedef struct {
   uint32_t session;        /* drawn at each start, never 0 */
   bool powered;            /* ports are on from the start */
   bool unasked;            /* sends datagrams without keep-alives (recorders, tests) */
-  const uint8_t* cell_key; /* RS_CELL_KEY_BYTES, or NULL */
-  rs_tag_hook tag;         /* NULL: datagrams are not authenticated */
+  const uint8_t* cell_key; /* the secret from which cells' keys come (keys.h), or NULL */
+  /* Turns of the ticks' time before those that the clock tells (keys.h): 0 for a clock that never starts anew, else a
+   * number that is greater at each power-up; the same in all units of a group. */
+  uint32_t turns;
+  rs_tag_hook tag; /* NULL: datagrams are not authenticated */
   void* tag_context;
 } rs_section_unit_config;
 
@@ -180,6 +183,7 @@ typedef struct {
 typedef struct {
   rs_unit_name entry[2 * RS_UNIT_NAMES_MAX];
   uint8_t taken[(RS_ID_LAST + 8) / 8]; /* bit by id */
+  uint32_t uid_of[RS_ID_LAST + 1];     /* by id, of any unit's cells, as last heard; 0: none */
   uint32_t count;
   uint16_t next_id;
   uint32_t refused; /* requests without a free id */
@@ -203,7 +207,9 @@ typedef struct {
 
 typedef struct {
   rs_section_unit_config config;
-  rs_chaskey_key key;
+  rs_chaskey_key key;                  /* of ticks, */
+  uint8_t turn_key[RS_CELL_KEY_BYTES]; /* and of what else is for all cells, in this turn */
+  uint32_t turn;
   rs_unit_port port[RS_SECTION_UNIT_PORTS_MAX];
   rs_unit_names names;
   uint64_t tick_time; /* milliseconds; number of the last tick */

@@ -139,7 +139,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(want_3_size, 0, 11, "how many at once")                      \
   X(whole, 0, 1, "it takes its whole subtree along")             \
   X(last_resort, 0, 1, "small moves have not been offered")      \
-  X(tag, 0, 32, "of all before it and the era")
+  X(tag, 0, 32, "of all before it and the second")
 
 #define RS_JOINTS_FIELDS(X)                         \
   X(type, 0, 4, "frame type")                       \
@@ -152,8 +152,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(joint_4, 1, 16, "position in 2 pi / 65536 rad") \
   X(joint_5, 1, 16, "position in 2 pi / 65536 rad") \
   X(joint_6, 1, 16, "position in 2 pi / 65536 rad") \
-  X(spare, 0, 8, "")                                \
-  X(tag, 0, 24, "of all before it")
+  X(tag, 0, 32, "of all before it")
 
 /* `serial` and `last` are of one hop: a frame is sent again under its serial, and the last one of a report says that no
  * more are to be waited for. */
@@ -208,7 +207,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(value_high, 0, 16, "upper part of the value") \
   X(value_low, 0, 32, "value")                    \
   X(spare, 0, 8, "")                              \
-  X(tag, 0, 32, "of all before it and the era")
+  X(tag, 0, 32, "of all before it and the second")
 
 #define RS_REPLY_FIELDS(X)                        \
   X(type, 0, 4, "frame type")                     \

@@ -34,8 +34,10 @@ class Cell {
   CellOutput boot(std::uint32_t uid, std::uint32_t random, std::uint32_t now_us, const std::optional<nb::bytes>& flash,
                   const std::optional<nb::bytes>& key) {
     if (uid == 0) throw nb::value_error("a cell's uid is not 0");
+    std::array<std::uint8_t, RS_CELL_KEYS_BYTES> keys;
+    if (key) rs_cell_keys(exactly(*key, RS_CELL_KEY_BYTES, "a secret"), uid, keys.data());
     const rs_boot with{uid, random, flash ? exactly(*flash, RS_FLASH_BYTES, "a flash image") : nullptr,
-                       key ? exactly(*key, RS_CELL_KEY_BYTES, "a key") : nullptr};
+                       key ? keys.data() : nullptr};
     rs_input input{};
     input.kind = RS_INPUT_BOOT;
     input.boot = &with;

@@ -12,6 +12,7 @@
 #include "bindings/lab.hpp"
 #include "robotskin/chaskey.h"
 #include "robotskin/crc.h"
+#include "robotskin/keys.h"
 #include "robotskin/receiver.h"
 #include "robotskin/wire.h"
 
@@ -131,6 +132,14 @@ void bind_frames(nb::module_& module) {
         return as_bytes(frame.data(), frame.size());
       },
       "frame"_a, "The frame with one hop less to live, or None if it has none left or never had.");
+  module.def(
+      "cell_keys",
+      [](const nb::bytes& secret, std::uint32_t uid) {
+        std::array<std::uint8_t, RS_CELL_KEYS_BYTES> keys;
+        rs_cell_keys(exactly(secret, RS_CELL_KEY_BYTES, "a secret"), uid, keys.data());
+        return as_bytes(keys.data(), keys.size());
+      },
+      "secret"_a, "uid"_a, "What a cell is made with, from the secret of its section units (keys.h).");
   module.def(
       "chaskey",
       [](const nb::bytes& key, const nb::bytes& message) {

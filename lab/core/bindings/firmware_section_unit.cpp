@@ -34,7 +34,8 @@ class SectionUnit {
 
   UnitOutput boot(std::uint64_t now_ns, unsigned ports, std::uint32_t session, std::uint16_t section_unit,
                   unsigned unit, std::uint16_t first_id, std::uint16_t last_id, std::uint32_t batch_us, bool unasked,
-                  bool powered, const std::optional<nb::bytes>& cell_key, std::optional<nb::callable> tag) {
+                  bool powered, const std::optional<nb::bytes>& cell_key, std::optional<nb::callable> tag,
+                  std::uint32_t turns) {
     tag_ = std::move(tag);
     cell_key_.clear();
     if (cell_key) {
@@ -52,6 +53,7 @@ class SectionUnit {
     config.powered = powered;
     config.unasked = unasked;
     config.cell_key = cell_key_.empty() ? nullptr : cell_key_.data();
+    config.turns = turns;
     config.tag = tag_ ? &SectionUnit::tag : nullptr;
     config.tag_context = this;
     rs_unit_input input{};
@@ -158,7 +160,7 @@ void bind_firmware_section_unit(nb::module_& module) {
       .def("boot", &SectionUnit::boot, "now_ns"_a, "ports"_a, "session"_a, nb::kw_only(), "section_unit"_a = 0,
            "unit"_a = 0, "first_id"_a = static_cast<int>(RS_ID_FIRST), "last_id"_a = static_cast<int>(RS_ID_LAST),
            "batch_us"_a = 1000, "unasked"_a = false, "powered"_a = true, "cell_key"_a = nb::none(),
-           "tag"_a = nb::none())
+           "tag"_a = nb::none(), "turns"_a = 0)
       .def("frame", &SectionUnit::frame, "port"_a, "frame"_a, "now_ns"_a)
       .def("sent", &SectionUnit::sent, "port"_a, "now_ns"_a)
       .def("datagram", &SectionUnit::datagram, "datagram"_a, "now_ns"_a)

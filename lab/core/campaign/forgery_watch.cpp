@@ -42,6 +42,7 @@ void ForgeryWatch::frame_planted(const world::Network& network, const Ground& gr
   planted.joints = state.joints;
   planted.led_rgb = state.led_rgb;
   planted.id = state.id;
+  planted.unnamed = state.turn == RS_TURN_NONE;
   planted.counter = state.commanding.counter;
   planted.down = state.queues.down.count;
 }
@@ -80,7 +81,9 @@ void ForgeryWatch::cell_stepped(const world::Network& network, std::size_t cell)
   if (state.id != before.id) tell("id", state.id, before.id);
   if (state.commanding.counter != before.counter) tell("command counter", state.commanding.counter, before.counter);
   // A command that comes twice is passed on, in case it was missed further down.
-  if (state.queues.down.count > before.down && (before.forged || before.type != RS_TYPE_command))
+  // One that has no name yet cannot read commands, and passes them on.
+  const bool unread = before.type == RS_TYPE_command && before.unnamed;
+  if (!unread && state.queues.down.count > before.down && (before.forged || before.type != RS_TYPE_command))
     tell("frames to pass on", state.queues.down.count, before.down);
 }
 

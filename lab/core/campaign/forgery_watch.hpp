@@ -28,7 +28,7 @@ class ForgeryWatch {
 
  private:
   struct Planted {
-    bool waits = false, forged = false, may_take_time = false;
+    bool waits = false, forged = false, may_take_time = false, unnamed = false;
     std::size_t cell = 0;
     unsigned port = 0;
     rs_frame_type type = RS_TYPE_LIMIT;

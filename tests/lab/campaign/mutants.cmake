@@ -76,13 +76,13 @@ campaign_mutant(ticks_unchecked cell/routing/adverts.c
   "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
   "return true")
 campaign_mutant(grants_unchecked cell/routing/moves.c
-  "if (cell->keyed && !rs_tags_equal(rs_command_tag(&cell->key, frame, route->wave.era), grant.tag)) {"
+  "if (cell->keyed && !rs_tags_equal(rs_command_tag(cell->turn_key, frame, time), grant.tag)) {"
   "if (false) {")
 campaign_mutant(commands_unchecked cell/commands.c
   "if (!cell->keyed) return true"
   "if (true) return true")
 campaign_mutant(joints_unchecked cell/torque/joints.c
-  "(cell->keyed && !rs_tags_equal(rs_joints_tag(&cell->key, frame, epoch), joints.tag))"
+  "(cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag))"
   "false")
 campaign_mutant(ticks_played_again cell/routing/adverts.c
   "if (from_before(neighbour, &tick, &wave, now_us) || "

@@ -78,7 +78,7 @@ void forge_joints(const rs_cell& cell, RandomStream& draw, std::uint8_t* frame) 
   joints.epoch = cell.torque.epoch & RS_EPOCH_MASK;
   joints.limb = cell.torque.own.limb & 0xFU;
   joints.joint_1 = static_cast<std::int16_t>(draw.bits());
-  joints.tag = static_cast<std::uint32_t>(draw.bits()) & 0xFFFFFFU;
+  joints.tag = static_cast<std::uint32_t>(draw.bits());
   rs_joints_pack(frame, &joints);
 }
 

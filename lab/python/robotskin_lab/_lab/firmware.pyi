@@ -20,6 +20,11 @@ def take_hop(frame: bytes) -> object:
     The frame with one hop less to live, or None if it has none left or never had.
     """
 
+def cell_keys(secret: bytes, uid: int) -> bytes:
+    """
+    What a cell is made with, from the secret of its section units (keys.h).
+    """
+
 def chaskey(key: bytes, message: bytes) -> bytes:
     """Chaskey-12 tag of 16 bytes (ISO/IEC 29192-6) under a key of 16 bytes."""
 
@@ -168,6 +173,7 @@ class SectionUnit:
         powered: bool = True,
         cell_key: bytes | None = None,
         tag: Callable | None = None,
+        turns: int = 0,
     ) -> SectionUnitOutput: ...
     def frame(self, port: int, frame: bytes, now_ns: int) -> SectionUnitOutput: ...
     def sent(self, port: int, now_ns: int) -> SectionUnitOutput: ...

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from types import TracebackType
 
-from robotskin._core import firmware
+from robotskin_lab import firmware
 from robotskin_lab.chip.errors import ChipError
 from robotskin_lab.chip.image import ChipImage, build
 
@@ -51,7 +51,8 @@ class Machine:
         self._folder = tempfile.TemporaryDirectory()
         folder = Path(self._folder.name)
         fuses = folder / "fuses"
-        fuses.write_bytes(struct.pack("<III", uid, random, key is not None) + (key or bytes(firmware.CELL_KEY_BYTES)))
+        made = firmware.cell_keys(key or bytes(firmware.CELL_KEY_BYTES), uid)
+        fuses.write_bytes(struct.pack("<III", uid, random, key is not None) + made)
         command = [QEMU, "-M", "mps2-an385", "-display", "none", "-monitor", "none", "-kernel", str(elf)]
         command += ["-device", f"loader,file={fuses},addr={_FUSES:#x},force-raw=on"]
         listening = []

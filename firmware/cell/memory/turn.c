@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Turns: a cell learns which it is with its name, under its own key and challenge, and counts on from there. */
+#include "cell/memory/turn.h"
+
+#include "cell/memory/integrity.h"
+#include "cell/wire/wave.h"
+
+void rs_turn_take(rs_cell* cell, uint32_t turn) {
+  cell->turn = turn & RS_TURN_MASK;
+  rs_key_of_turn(cell->keys, cell->turn, cell->turn_key);
+  rs_cell_seal(cell);
+}
+
+void rs_turn_follow(rs_cell* cell, uint32_t time) {
+  const rs_route* route = &cell->route;
+  if (cell->turn == RS_TURN_NONE || route->known_time != ~route->known_time_complement) return;
+  if (time < route->known_time && route->known_time - time > 1U << (RS_TICK_TIME_BITS - 1)) {
+    rs_turn_take(cell, cell->turn + 1U);
+  }
+}
