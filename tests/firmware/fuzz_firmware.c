@@ -117,10 +117,12 @@ static void check_cell(const rs_cell* cell, const rs_output* output, uint8_t bus
 }
 
 static void fuzz_cell(uint32_t steps, bool keyed) {
-  static const uint8_t key[RS_CELL_KEY_BYTES] = {1, 2, 3};
+  static const uint8_t secret[RS_CELL_KEY_BYTES] = {1, 2, 3};
+  uint8_t keys[RS_CELL_KEYS_BYTES];
+  rs_cell_keys(secret, 5, keys);
   rs_cell* cell = calloc(1, sizeof *cell); /* on the heap, so that the sanitizer sees its ends */
   uint32_t now_us = draw();
-  const rs_boot boot = {.uid = 5, .random = draw(), .key = keyed ? key : NULL};
+  const rs_boot boot = {.uid = 5, .random = draw(), .keys = keyed ? keys : NULL};
   rs_output output;
   rs_input input = {.kind = RS_INPUT_BOOT, .boot = &boot};
   rs_cell_step(cell, &input, now_us, &output);
