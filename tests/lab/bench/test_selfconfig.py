@@ -14,5 +14,5 @@ def test_a_folder_without_patch_files_is_named(tmp_path: Path) -> None:
 
 
 def test_an_unknown_part_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(typer.BadParameter, match=r"'tun': the parts are localisation, .*tum"):
+    with pytest.raises(typer.BadParameter, match=r"'tun': the parts are cells, localisation, .*tum"):
         run(parts="tun")
