@@ -21,7 +21,7 @@ from robotskin.control import (
 )
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.layout import finished
-from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+from robotskin.robots.gains import GainError, GainSet, robot_with_gains, robots_with_gains
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 FIGURE_11 = {
@@ -79,7 +79,8 @@ def test_behaviours_are_those_of_the_figure() -> None:
 @pytest.mark.parametrize("robot", robots_with_gains())
 @pytest.mark.parametrize("name", sorted(BEHAVIOURS))
 def test_every_behaviour_can_be_made_for_every_robot_with_gains(robot: str, name: str) -> None:
-    controller = Controller(robots.load(robot).core, finished(robot).skin_model(), GainSet.load(robot), name)
+    ready = robot_with_gains(robot)
+    controller = Controller(ready.robot.core, finished(robot).skin_model(), ready.gains, name)
     assert set(controller.tasks) == FIGURE_11[name]
 
 
@@ -250,7 +251,8 @@ def test_damaged_gain_sets_are_refused_by_field(tmp_path, old, new, message) -> 
 @pytest.mark.parametrize("robot", robots_with_gains())
 def test_a_touch_anywhere_moves_the_hand_alike(robot: str) -> None:
     """A skin Cartesian task asks for the same force on the hand, whichever cell of the limb is touched."""
-    core, skin, gains = robots.load(robot).core, finished(robot).skin_model(), GainSet.load(robot)
+    ready = robot_with_gains(robot)
+    core, skin, gains = ready.robot.core, finished(robot).skin_model(), ready.gains
     chosen = gains.choose("kinesthetic_cartesian").hand_skin(core, skin)
     assert len(set(chosen.force_weight)) == 1
     assert len(set(chosen.proximity_weight)) == 1

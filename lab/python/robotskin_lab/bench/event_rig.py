@@ -62,6 +62,7 @@ class Rig:
             self._step()
             if self.world.time_s > 5:
                 raise RuntimeError("the network did not form within 5 s")
+        self._at_rest = self._rest()
 
     def _step(self) -> list[tuple[int, int, bytes]]:
         self.world.step(0.001)
@@ -115,10 +116,14 @@ class Rig:
         samples = self.driver.samples()
         return samples["clock_frames"].astype(np.int64) + samples["event_frames"]
 
-    def _active(self) -> int:
+    def _rest(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Proximity (N) and forces (N, 3) in counts: the zero of sensors that carry a load without touch."""
         samples = self.driver.samples()
-        near = samples["proximity"] > ACTIVE_SHARE * 65536
-        return int((near | (samples["force"] > ACTIVE_SHARE * 1024).any(axis=1)).sum())
+        return samples["proximity"].astype(np.int64), samples["force"].astype(np.int64)
+
+    def _active(self) -> int:
+        proximity, force = (now - rest for now, rest in zip(self._rest(), self._at_rest, strict=True))
+        return int(((proximity > ACTIVE_SHARE * 65536) | (force > ACTIVE_SHARE * 1024).any(axis=1)).sum())
 
 
 def palm_places(robot: Robot, layout: Layout, seed: int, cells_active: int) -> list[int]:
