@@ -124,7 +124,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 8128
+CELL_STATE_BYTES: int = 8180
 
 MODES: tuple = ("clock", "event")
 
