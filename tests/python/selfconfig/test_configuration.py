@@ -20,7 +20,7 @@ from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.recording import simulate_babbling
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
-from robotskin.session import cells_in
+from robotskin.session.worn_cells import cells_in
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 
