@@ -30,7 +30,7 @@ demo: build  ## a skinned UR5 in the browser
 	$(BIN)/robotskin demo
 
 test: build  ## every test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(BUILD_JOBS)
 
 test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, UBSan and ThreadSanitizer
 	$(BIN)/python -m pytest tests/core/test_native.py
