@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Everything a person does with the project. Each target does all the set-up it needs, inside the tree.
 PYTHON ?= python3
 VENV ?= .venv

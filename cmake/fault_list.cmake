@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The list of the kinds of faults, made of the files that define them: core/world/network/faults/NAME.cpp defines
 # `NAME`. It lies in the folder that the variable `fault_list_folder` then names.
 set(fault_list_folder ${CMAKE_CURRENT_BINARY_DIR}/generated)

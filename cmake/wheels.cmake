@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Libraries that come as Python wheels: Pinocchio with Coal, Eigen and Boost headers, MuJoCo.
 # They are searched on sys.path, because an isolated build puts them in an overlay that sysconfig does not know.
 if(ROBOTSKIN_PYTHON)

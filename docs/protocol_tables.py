@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes the tables of docs/protocol.md from the firmware's headers (through their bindings).
 
 `python docs/protocol_tables.py` rewrites them, `--check` only compares. A table stands between the lines

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Loads a UR5, prints its joints and what had to be repaired, and checks that it stands where it should."""
 
 import numpy as np

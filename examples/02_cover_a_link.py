@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Covers the forearm of a UR5 with 80 skin cells and checks what came out."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Push a skinned UR5 and let it give way: firmware, wire, UDP, driver and controller are the real ones."""
 
 import numpy as np

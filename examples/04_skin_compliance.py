@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: hold a posture and give way to touch (joint, skin and gravity task)."""
 
 import numpy as np

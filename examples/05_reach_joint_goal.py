@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: move to a posture along a spline, compliant on the way (spline joint, skin and gravity task)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: hold the hand's pose and give way to touch (Cartesian, skin and gravity task)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: move the hand along a line; a touch moves it aside (spline Cartesian, skin Cartesian, gravity task)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: teaching by hand, the robot goes where it is pushed and stays there (skin and gravity task)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviour: teaching by hand, the robot's hand goes where its arm is pushed (skin Cartesian and gravity task)."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A task of one's own in C++: whatever else moves the robot, its hand stays under a ceiling. Argument: a URDF's path.
 #include <algorithm>
 #include <array>

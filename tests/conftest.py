@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shared by every test: the seed that random tests use, printed when one fails."""
 
 import fcntl

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """ARCHITECTURE.md tells the truth about the folders, and every stage keeps to the stages before it."""
 
 import ast

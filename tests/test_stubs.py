@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The committed type stubs are those of the compiled core and of the laboratory."""
 
 import subprocess

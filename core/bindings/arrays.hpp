@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Arrays between numpy and plain vectors. Results come as copies, because a view would change with the next cycle.
 #pragma once
 

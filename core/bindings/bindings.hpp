@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each stage offers to Python; module.cpp calls these in the order of the flow.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes and tables between Python and the driver.
 #pragma once
 

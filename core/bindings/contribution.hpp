@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cell's contribution to torque sums, from Python.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the control stage.
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the task library.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Python calls a driver: the driver and, where it has one, its socket.
 #pragma once
 

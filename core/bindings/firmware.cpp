@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds what the firmware headers define: cell geometry, channels, wire format and limits. Python repeats none of it.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes between Python and the firmware's plain arrays.
 #pragma once
 

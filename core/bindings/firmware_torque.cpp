@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the cell's own arithmetic: sine, touch and the torques of a chain of joints, in the integers of the firmware.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the model stage. Results come as copies, because a view would change with the next update.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

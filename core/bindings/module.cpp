@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Python face of the core: one submodule a stage, each bound in its own file.
 #include <nanobind/nanobind.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A skin input written in Python.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of the loop that is written in Python: what it raises, or answers amiss, is kept until the tick is over.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot port written in Python.
 #pragma once
 

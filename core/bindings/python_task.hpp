@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A task whose equation is a Python function.
 #pragma once
 

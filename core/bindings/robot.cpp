@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the robot stage.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>

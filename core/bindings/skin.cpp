@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the skin stage: the skin model by copies, the skin state by views that share its memory.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the inputs of a loop: the driver's, and those written in Python.
 #include "skin/skin_input.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the task cycle.
 #include "robot/task_cycle.hpp"
 

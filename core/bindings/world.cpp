@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the world stage.
 #include "bindings/world.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The world stage is bound in six files: the body, faults, the network with what steps both, its survey, its
 // trials, a cell's twin.
 #pragma once

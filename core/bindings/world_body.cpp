@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the simulated body.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds faults of the network: values, text, drawing.
 #include <nanobind/nanobind.h>
 #include <nanobind/operators.h>

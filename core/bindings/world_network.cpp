@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the simulated network and what steps it with the body.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

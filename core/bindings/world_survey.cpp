@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds what is so in a simulated network at one moment: a row for every cell.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds measured runs of the network.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>

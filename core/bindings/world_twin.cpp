@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the place in a network where a cell is run elsewhere.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>

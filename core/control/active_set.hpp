@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small quadratic programme whose minimum without constraints is known: the dual active-set method.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cartesian task: an impedance that draws a link's frame to its reference.
 #pragma once
 

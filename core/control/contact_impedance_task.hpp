@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact-point impedance (eq. 26): where a link is touched, it moves like a mass on a spring and a damper.
 #pragma once
 

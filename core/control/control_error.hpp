@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a controller refuses before it ever moves a robot.
 #pragma once
 

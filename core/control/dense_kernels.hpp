@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products and solves with small dense matrices, compiled for several instruction sets.
 //
 // Matrices are stored by columns that lie `stride` doubles apart. Nothing overlaps what is written.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A share that goes to its target without a step, so that nothing is switched on or off abruptly.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Force task: the limb presses on its surroundings with a force that its skin measures.
 #pragma once
 

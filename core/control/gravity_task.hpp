@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gravity task: the torque g(q) that holds the robot still where it is.
 #pragma once
 

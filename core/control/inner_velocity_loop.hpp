@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inner velocity loop: keeps the real robot on the virtual one against what the model does not know, such as friction.
 #pragma once
 

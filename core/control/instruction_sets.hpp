@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compiles a kernel for several instruction sets; the machine it runs on picks one when the program is loaded.
 #pragma once
 

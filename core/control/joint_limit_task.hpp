@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Joint-limit avoidance: pushes every joint that comes near its position limit back, and lays claim to it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Joint task: an impedance that draws every joint to its reference.
 #pragma once
 

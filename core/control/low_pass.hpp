@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // First-order low-pass filter of a vector, exact for a sampled and held input.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A vector that one thread hands to the control tick without lock or allocation.
 #pragma once
 

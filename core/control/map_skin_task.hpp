@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Map skin task (IV-A): touch turned into joint torques by a learnt sensory-motor map, without any model of the robot.
 #pragma once
 

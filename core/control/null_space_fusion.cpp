@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "control/null_space_fusion.hpp"
 
 #include <Eigen/Cholesky>

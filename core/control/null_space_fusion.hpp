@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fusion by strict hierarchy: lower tasks act in the null space of higher ones (eq. 19, 20).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which patches take part, as a share per cell that fades when a patch is masked or unmasked.
 #pragma once
 

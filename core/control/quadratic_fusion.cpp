@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "control/quadratic_fusion.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fusion by a hierarchy of quadratic programmes: like the null-space hierarchy, and within the robot's limits.
 #pragma once
 

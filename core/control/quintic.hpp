@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference of the spline tasks: the polynomial of fifth degree that is continuous up to the acceleration.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Self-collision avoidance: pushes bodies apart that come too near to each other, and lays claim to their approach.
 #pragma once
 

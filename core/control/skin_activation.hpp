@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From what a cell senses to the one scalar force it asks for (eq. 14), with smooth activation.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Touch moves a frame of the robot's choice, wherever the limb is touched.
 #pragma once
 

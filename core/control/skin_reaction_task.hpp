@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reaction to touch: a touch moves what it touches (eq. 14 to 17, by 22 to 25).
 #pragma once
 

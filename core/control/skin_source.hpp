@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The skin task's two sources: the host's own sum, and the one that the skin's cells have computed (section IV-B6).
 //
 // Both are asked for the same thing, so one takes over from the other without a step while the robot runs. What the

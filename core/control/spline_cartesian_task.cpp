@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "control/spline_cartesian_task.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cartesian task whose reference moves to each goal along a line by a quintic.
 #pragma once
 

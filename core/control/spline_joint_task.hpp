@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Joint task whose reference moves to each goal along a quintic.
 #pragma once
 

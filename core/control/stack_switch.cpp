@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "control/stack_switch.hpp"
 
 #include <algorithm>

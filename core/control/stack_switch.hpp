@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stack in use, and how another takes its place while the robot runs: without lock, allocation or torque jump.
 #pragma once
 

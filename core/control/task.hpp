@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every task of the library is: torques on the joints, and the motions that it lays claim to.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A stack of tasks: which tasks, on which levels, fused in which way. Its make-up is constant.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Torque resolver: one fused torque in, a command for whichever of the three interfaces the robot has out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is constant about the wrenches of touch: on which body each cell is, and what a unit touch of it does there.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The virtual robot: the full dynamic model of the robot with the inertia and friction its user wants it to have.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a cell's key to its row in the driver's tables: one look-up table for each section-unit group.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's clock, and the place of a thread in the queue for a processor.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far the host's clock is ahead of a section unit's: the least of (arrival - departure) in the session so far.
 //
 // The least delayed datagram shows the offset best. Two quartz clocks run apart, so the least may rise, but only as

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What goes down to the section units: keep-alives, joint positions, commands to cells, power of ports.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the host sends to section units: keep-alives, commands to cells, power of ports.
 #pragma once
 

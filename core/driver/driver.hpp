@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The driver: datagrams of section units in, the newest checked sample of every cell out.
 //
 // `handle` takes one datagram; what is malformed, foreign, unauthenticated, replayed or seen before is counted and

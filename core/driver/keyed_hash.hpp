@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tag of a datagram: keyed BLAKE2s-256 (RFC 7693), of which the first 16 bytes are sent.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Drives a Driver from a UDP socket: polled by the caller, or by a thread of its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the records of an accepted datagram say: samples, neighbours, torques, replies, and the state of ports.
 #include <algorithm>
 #include <cstdlib>

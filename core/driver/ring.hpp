@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A queue of fixed size from one thread to one other; neither waits, and what has no place is refused.
 #pragma once
 

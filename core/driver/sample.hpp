@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the driver keeps of each cell: its newest sample, in counts, and the evidence of its health.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which sequence numbers of a session have been seen: tolerates re-ordering, lets nothing through twice.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A table that one thread writes and one other thread reads, and neither ever waits.
 //
 // Three buffers: one belongs to the writer, one to the reader, one lies between them and changes hands by an atomic

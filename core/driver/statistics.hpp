@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the driver counts: all that the evaluation of the skin network logs. Written by the driver's thread alone, read
 // by anyone.
 #pragma once

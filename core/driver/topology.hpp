@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the cell network says about its own shape.
 #pragma once
 

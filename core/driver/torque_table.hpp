@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limbs' torques as the skin computes them: the vectors of all section units and parts, joined by epoch.
 //
 // A limb whose trees lead to several section units, or whose chains have more than six joints, comes in several frames

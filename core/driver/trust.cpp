@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sessions: whose datagrams are believed, and which of them are fresh.
 #include <algorithm>
 

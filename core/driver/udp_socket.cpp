@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "driver/udp_socket.hpp"
 
 #include <linux/sock_diag.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bound UDP socket that takes many datagrams a system call.
 #pragma once
 

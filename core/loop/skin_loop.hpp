@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop that runs on a robot: samples of a skin in, commands to the robot out, once a period.
 #pragma once
 

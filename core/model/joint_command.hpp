@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a robot is told to do for one cycle, through one of the three interfaces robots offer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is known about a robot's joints at one instant.
 #pragma once
 

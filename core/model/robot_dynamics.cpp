@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calls Pinocchio's algorithms, each once, in the instantiation that the wheel's library already holds.
 #include "model/robot_dynamics.hpp"
 

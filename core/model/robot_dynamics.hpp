@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot at one posture: where its links are and how it answers to forces. The workspace of one thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a URDF with Pinocchio's parser and copies what is constant into plain arrays.
 #include "model/robot_model.hpp"
 

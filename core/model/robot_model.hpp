@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is constant about a robot: joints, links and limits, read once from a URDF.
 #pragma once
 

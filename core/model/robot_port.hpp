@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one interface through which anything moves a robot, simulated or real.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calls Coal's distance of convex polytopes.
 #include "model/self_distance.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How near a robot's bodies are to each other: exact distances between convex hulls, for the few pairs that are near.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a robot may measure beside its joints: inertial units, forces at its feet or hands.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spatial algebra in plain memory: 3-vectors, rotations, placements and Jacobians of points.
 //
 // A placement is a row-major 4 x 4 matrix (16 doubles): rotation and origin; it maps a point in its inner frame to its

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guard: the last word before the robot. Nothing after it changes a command.
 #pragma once
 

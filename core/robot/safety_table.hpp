@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The states a controlled robot can be in, and what leads from one to another: the whole of it, as data.
 #pragma once
 

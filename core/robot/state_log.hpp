@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last second of a controlled robot, kept for whoever asks why it stopped.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The task cycle: joint state and skin state in, the tasks of a stack fused, joint command out, once a period.
 #pragma once
 

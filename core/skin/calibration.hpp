@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From counts to SI: what one count of each channel means (channels.h), and the tare of the force sensors.
 #pragma once
 

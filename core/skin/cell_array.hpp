@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An array with an entry a cell that begins at a cache line, so that wide loads from it do not cross one.
 #pragma once
 

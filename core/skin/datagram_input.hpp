@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The samples of our own cells: what the driver has taken from datagrams, as the input of a loop.
 #pragma once
 

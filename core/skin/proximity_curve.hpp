@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a proximity sensor's reading falls with distance: the one home of the curve and of its inverse.
 //
 // Infrared reflection seen through a cover falls with the square of the distance plus a constant d0. With d0 = 6 mm

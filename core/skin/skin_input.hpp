@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a skin's samples come from: the driver's datagrams, a recording, another maker's skin, a generator.
 #pragma once
 

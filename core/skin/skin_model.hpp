@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The constant part of a skin: which cell sits where on which link, and who its neighbours are.
 #pragma once
 

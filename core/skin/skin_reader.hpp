@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fills the SkinState of a control cycle from the driver's newest samples: SI units, tare, health.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the skin feels in one control cycle, in SI units.
 #pragma once
 

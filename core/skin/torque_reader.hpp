@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the limbs' vectors of the driver to joint torques: what the cells have computed themselves, in SI units.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The simulated body: one MuJoCo model with robot, cells, hands and objects, and what the cells' sensors feel of it.
 //
 // Each physics step: what moves on a path takes its place, then kinematics and how stiff each contact is, then the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A thing that goes its way whatever it meets: a table that moves, a support that sinks, a shaker.
 //
 // It is a heavy body on a free joint, whose place and velocity are set before each physics step. So what lies on it is

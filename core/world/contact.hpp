@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Touch: MuJoCo's contact forces, given to the force sensors of the cells they press.
 //
 // An object that presses a link meets a soft skin: what presses is shared by all cells in reach, each in proportion

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "world/contact_law.hpp"
 
 #include <mujoco/mujoco.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How stiff a contact is: the skin has one stiffness whatever touches it, and so have soft things.
 //
 // MuJoCo holds a contact at rest with force = k depth where its `solref` is (-k (1 - d) A, -damping), d the impedance

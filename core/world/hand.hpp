@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hand: a ball that finds its way to a cell and pushes it with a force, or holds itself at a distance from it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an accelerometer feels in each cell: the specific force of the point of the link where the cell sits.
 #pragma once
 

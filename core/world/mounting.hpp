@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which parts of a MuJoCo model are skin cells and which are things that touch them.
 #pragma once
 

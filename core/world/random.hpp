@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Randomness as an argument: numbers that depend on nothing but seed, stream and counter, so that the order in which
 // they are drawn changes nothing and one seed repeats a whole run.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nine channels of every cell: from what is true at its place to the counts its firmware reads.
 #pragma once
 

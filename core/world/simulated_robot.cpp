@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "world/simulated_robot.hpp"
 
 #include <mujoco/mujoco.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot that exists in MuJoCo only, behind the same port as a real one.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The temperature a cell feels: it follows what touches it, or the air, with a first-order lag.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Body and network in step: physics every millisecond, the network's events in between, datagrams out and in.
 //
 // In: pushes of hands, commands of the robot, datagrams of the host. Out: datagrams of the section units. The same code

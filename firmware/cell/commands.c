@@ -1,4 +1,5 @@
-/* Commands: which are genuine and new, what they change, and the reply. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Commands: which are genuine and new, what they change, and the reply. */
 #include "cell/commands.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
-/* Commands to this cell, and those that pass. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Commands to this cell, and those that pass. */
 #ifndef ROBOTSKIN_CELL_COMMANDS_H
 #define ROBOTSKIN_CELL_COMMANDS_H
 

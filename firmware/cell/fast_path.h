@@ -1,4 +1,5 @@
-/* The short way of what a cell gets most often: samples of its subtree, frames that are out, and ticks of neighbours
+/* SPDX-License-Identifier: Apache-2.0
+ * The short way of what a cell gets most often: samples of its subtree, frames that are out, and ticks of neighbours
  * that say only that they are still there.
  *
  * The cell at a section unit passes on a sample of every cell of its tree each period, and any cell hears four ticks a

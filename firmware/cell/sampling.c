@@ -1,4 +1,5 @@
-/* When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
+/* SPDX-License-Identifier: Apache-2.0
+ * When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
  * has moved by its threshold from the value last sent (Cheng et al. 2019, eq. 6 and 7, Algorithm 1), and one for
  * freshness after a silence or a change of route. */
 #include "cell/sampling.h"

@@ -1,4 +1,5 @@
-/* Samples: what a cell measures, and what of it goes out. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Samples: what a cell measures, and what of it goes out. */
 #ifndef ROBOTSKIN_CELL_SAMPLING_H
 #define ROBOTSKIN_CELL_SAMPLING_H
 

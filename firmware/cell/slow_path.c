@@ -1,4 +1,5 @@
-/* A step the long way: whatever comes, and whatever is due. */
+/* SPDX-License-Identifier: Apache-2.0
+ * A step the long way: whatever comes, and whatever is due. */
 #include "cell/slow_path.h"
 
 #include <stddef.h>

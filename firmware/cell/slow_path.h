@@ -1,4 +1,5 @@
-/* A step the long way: whatever comes, and whatever is due. */
+/* SPDX-License-Identifier: Apache-2.0
+ * A step the long way: whatever comes, and whatever is due. */
 #ifndef ROBOTSKIN_CELL_SLOW_PATH_H
 #define ROBOTSKIN_CELL_SLOW_PATH_H
 

@@ -1,4 +1,5 @@
-/* The front door: an input takes the short way if it may, the long way otherwise. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The front door: an input takes the short way if it may, the long way otherwise. */
 #include "cell/fast_path.h"
 #include "cell/slow_path.h"
 #include "cell/transmit.h"

@@ -1,4 +1,5 @@
-/* Which frame an idle port sends next: adverts first, because recovery waits for them; then, towards the parent,
+/* SPDX-License-Identifier: Apache-2.0
+ * Which frame an idle port sends next: adverts first, because recovery waits for them; then, towards the parent,
  * torque sums, status, events, samples and reports; towards children, commands and joint states. Nothing is
  * interrupted, and nothing waits for ever: samples and reports have a share of their own. */
 #include "cell/transmit.h"

@@ -1,4 +1,5 @@
-/* The next frame of each idle port. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The next frame of each idle port. */
 #ifndef ROBOTSKIN_CELL_TRANSMIT_H
 #define ROBOTSKIN_CELL_TRANSMIT_H
 

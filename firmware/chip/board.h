@@ -1,4 +1,5 @@
-/* What the firmware needs of the board that carries it: twelve functions. To port the cell, write these.
+/* SPDX-License-Identifier: Apache-2.0
+ * What the firmware needs of the board that carries it: twelve functions. To port the cell, write these.
  *
  * Interrupts only collect: bytes that arrive, frames that are out, alarms that ring. main.c asks for them between two
  * steps, so that no function here is called from an interrupt and the cell's state needs no lock. */

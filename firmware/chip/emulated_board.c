@@ -1,4 +1,5 @@
-/* The board of the emulator: registers in a page of memory, which lab/python/robotskin_lab/chip/emulated_cell.py keeps.
+/* SPDX-License-Identifier: Apache-2.0
+ * The board of the emulator: registers in a page of memory, which lab/python/robotskin_lab/chip/emulated_cell.py keeps.
  *
  * It stands where a real port has its peripherals, and does what a small port would: received bytes that direct memory
  * access has put somewhere, a start of transmission, two alarms, and sleep. */

@@ -1,4 +1,5 @@
-/* A cell on a chip: what the board tells becomes inputs of the cell, what the cell asks for is done. */
+/* SPDX-License-Identifier: Apache-2.0
+ * A cell on a chip: what the board tells becomes inputs of the cell, what the cell asks for is done. */
 #include "board.h"
 #include "robotskin/receiver.h"
 #include RS_BOARD /* the source of the board's functions: a few instructions each, not worth a call for every input */

@@ -1,4 +1,5 @@
-/* The functions that a compiler may call of its own accord where there is no C library. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The functions that a compiler may call of its own accord where there is no C library. */
 #include <stdint.h>
 #include <string.h>
 

@@ -1,4 +1,5 @@
-/* The board of QEMU's machine mps2-an385: four of its five serial lines (CMSDK UARTs) are the cell's ports, one of its
+/* SPDX-License-Identifier: Apache-2.0
+ * The board of QEMU's machine mps2-an385: four of its five serial lines (CMSDK UARTs) are the cell's ports, one of its
  * timers is the clock, another one the alarm. Its code and data memory lie where cortex_m0plus.ld puts ours.
  *
  * It has interrupts where a port to hardware would have direct memory access, no sensors, so it counts samples, and

@@ -1,4 +1,5 @@
-/* The first instructions after a reset, and the table of vectors that a Cortex-M finds at the start of its flash. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The first instructions after a reset, and the table of vectors that a Cortex-M finds at the start of its flash. */
 #include <stdint.h>
 
 extern uint32_t rs_stack_end, rs_data_start, rs_data_end, rs_data_image, rs_bss_start, rs_bss_end;

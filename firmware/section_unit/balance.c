@@ -1,4 +1,5 @@
-/* Levels the trees: each round a port whose tree is too large asks its cells for offers to move to trees that are too
+/* SPDX-License-Identifier: Apache-2.0
+ * Levels the trees: each round a port whose tree is too large asks its cells for offers to move to trees that are too
  * small, and grants one of them. Only the flows of trees.c make a port want to give, and only one move of a tree is
  * under way at a time, so nothing swings. */
 #include "section_unit/balance.h"

@@ -1,4 +1,5 @@
-/* Rounds of offers and grants. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Rounds of offers and grants. */
 #ifndef ROBOTSKIN_SECTION_UNIT_BALANCE_H
 #define ROBOTSKIN_SECTION_UNIT_BALANCE_H
 

@@ -1,4 +1,5 @@
-/* Datagrams to the host and from it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Datagrams to the host and from it. */
 #include "section_unit/datagrams.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* Datagrams to the host and from it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Datagrams to the host and from it. */
 #ifndef ROBOTSKIN_SECTION_UNIT_DATAGRAMS_H
 #define ROBOTSKIN_SECTION_UNIT_DATAGRAMS_H
 

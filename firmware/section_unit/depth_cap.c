@@ -1,4 +1,5 @@
-/* A tree may grow deeper than it was formed only if there is no other way: the cap on the hops of moved cells starts at
+/* SPDX-License-Identifier: Apache-2.0
+ * A tree may grow deeper than it was formed only if there is no other way: the cap on the hops of moved cells starts at
  * the depth of the deepest cell and is raised by one when several rounds have brought no progress. */
 #include "section_unit/depth_cap.h"
 

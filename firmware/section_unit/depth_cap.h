@@ -1,4 +1,5 @@
-/* How deep balance may make the trees. */
+/* SPDX-License-Identifier: Apache-2.0
+ * How deep balance may make the trees. */
 #ifndef ROBOTSKIN_SECTION_UNIT_DEPTH_CAP_H
 #define ROBOTSKIN_SECTION_UNIT_DEPTH_CAP_H
 

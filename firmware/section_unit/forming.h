@@ -1,4 +1,5 @@
-/* Whether trees are still being formed. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Whether trees are still being formed. */
 #ifndef ROBOTSKIN_SECTION_UNIT_FORMING_H
 #define ROBOTSKIN_SECTION_UNIT_FORMING_H
 

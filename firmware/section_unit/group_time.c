@@ -1,4 +1,5 @@
-/* The time that the units of a group agree on, and which of them count. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The time that the units of a group agree on, and which of them count. */
 #include "section_unit/group_time.h"
 
 enum { NS_PER_US = 1000 };

@@ -1,4 +1,5 @@
-/* The time that the units of a group agree on. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The time that the units of a group agree on. */
 #ifndef ROBOTSKIN_SECTION_UNIT_GROUP_TIME_H
 #define ROBOTSKIN_SECTION_UNIT_GROUP_TIME_H
 

@@ -1,4 +1,5 @@
-/* The ids of the cells of a unit: given once, kept by serial number, taken back when two cells claim one. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The ids of the cells of a unit: given once, kept by serial number, taken back when two cells claim one. */
 #include "section_unit/names.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* The ids of the cells of a unit. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The ids of the cells of a unit. */
 #ifndef ROBOTSKIN_SECTION_UNIT_NAMES_H
 #define ROBOTSKIN_SECTION_UNIT_NAMES_H
 

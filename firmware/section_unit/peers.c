@@ -1,4 +1,5 @@
-/* The units of a group agree on one time over Ethernet, so that ticks with one number leave all ports together.
+/* SPDX-License-Identifier: Apache-2.0
+ * The units of a group agree on one time over Ethernet, so that ticks with one number leave all ports together.
  *
  * Each unit tells the others every few milliseconds what its time is and whom it hears. It follows the leader: of those
  * whose time is the latest (within RS_PEER_TOGETHER_US), the unit with the lowest number. A unit that has just started

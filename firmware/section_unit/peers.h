@@ -1,4 +1,5 @@
-/* The other units of the group. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The other units of the group. */
 #ifndef ROBOTSKIN_SECTION_UNIT_PEERS_H
 #define ROBOTSKIN_SECTION_UNIT_PEERS_H
 

@@ -1,4 +1,5 @@
-/* One port: what waits for its tree, what its ticks say, and what goes out next. */
+/* SPDX-License-Identifier: Apache-2.0
+ * One port: what waits for its tree, what its ticks say, and what goes out next. */
 #include "section_unit/port.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* One port; ports are indices 0 to 14. */
+/* SPDX-License-Identifier: Apache-2.0
+ * One port; ports are indices 0 to 14. */
 #ifndef ROBOTSKIN_SECTION_UNIT_PORT_H
 #define ROBOTSKIN_SECTION_UNIT_PORT_H
 

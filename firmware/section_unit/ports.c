@@ -1,4 +1,5 @@
-/* What comes up at the ports and what each tick asks of them. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What comes up at the ports and what each tick asks of them. */
 #include "section_unit/ports.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* What comes up at the ports, and what each tick asks of them. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What comes up at the ports, and what each tick asks of them. */
 #ifndef ROBOTSKIN_SECTION_UNIT_PORTS_H
 #define ROBOTSKIN_SECTION_UNIT_PORTS_H
 

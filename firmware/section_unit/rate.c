@@ -1,4 +1,5 @@
-/* The rate divisor of a port. What the tree would send is its size, known within a few milliseconds of any change,
+/* SPDX-License-Identifier: Apache-2.0
+ * The rate divisor of a port. What the tree would send is its size, known within a few milliseconds of any change,
  * times the rate of its cells, which is measured; the divisor is the least that brings it below what a port carries. It
  * rises at once and falls when the load has been lower for a while. Should cells lose frames all the same, events being
  * what no divisor thins out, it rises by one and stays there, longer each time. */

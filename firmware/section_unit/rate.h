@@ -1,4 +1,5 @@
-/* The rate divisor of a port. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The rate divisor of a port. */
 #ifndef ROBOTSKIN_SECTION_UNIT_RATE_H
 #define ROBOTSKIN_SECTION_UNIT_RATE_H
 

@@ -1,4 +1,5 @@
-/* Torque sums of the ports, added up to one vector for each limb's part and epoch. It is handed to the host when as
+/* SPDX-License-Identifier: Apache-2.0
+ * Torque sums of the ports, added up to one vector for each limb's part and epoch. It is handed to the host when as
  * many cells are in it as are expected, or, where nothing is expected yet, when every port that usually reports has
  * done so; at the latest near the end of the epoch. Cells are not expected any more when they have been missing in two
  * epochs; those that came too late are expected in the next. */

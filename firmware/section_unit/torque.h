@@ -1,4 +1,5 @@
-/* Torque sums of the ports, added up. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Torque sums of the ports, added up. */
 #ifndef ROBOTSKIN_SECTION_UNIT_TORQUE_H
 #define ROBOTSKIN_SECTION_UNIT_TORQUE_H
 

@@ -1,4 +1,5 @@
-/* All trees of the group as one unit knows them, and the potentials that say how to level them.
+/* SPDX-License-Identifier: Apache-2.0
+ * All trees of the group as one unit knows them, and the potentials that say how to level them.
  *
  * Trees that touch are the nodes of a graph. The flows along its edges that level all sizes with the least sum of
  * squares are the differences of potentials p with L p = size - mean, L the graph's Laplacian; Gauss-Seidel steps solve

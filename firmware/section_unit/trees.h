@@ -1,4 +1,5 @@
-/* All trees of the group, own and heard of. */
+/* SPDX-License-Identifier: Apache-2.0
+ * All trees of the group, own and heard of. */
 #ifndef ROBOTSKIN_SECTION_UNIT_TREES_H
 #define ROBOTSKIN_SECTION_UNIT_TREES_H
 

@@ -1,4 +1,5 @@
-/* The front door of a section unit: one input at one time, and what is due. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The front door of a section unit: one input at one time, and what is due. */
 #include <stddef.h>
 #include <string.h>
 

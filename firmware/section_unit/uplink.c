@@ -1,4 +1,5 @@
-/* Frames on their way to the host: gathered, and completed as datagrams. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Frames on their way to the host: gathered, and completed as datagrams. */
 #include "section_unit/uplink.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* Frames on their way to the host. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Frames on their way to the host. */
 #ifndef ROBOTSKIN_SECTION_UNIT_UPLINK_H
 #define ROBOTSKIN_SECTION_UNIT_UPLINK_H
 

@@ -1,4 +1,5 @@
-/* What a tree wants to give to its neighbours in a round: the flows of trees.c that are worth a move, and never so much
+/* SPDX-License-Identifier: Apache-2.0
+ * What a tree wants to give to its neighbours in a round: the flows of trees.c that are worth a move, and never so much
  * that the tree that takes becomes fuller than the one that gives. */
 #include "section_unit/wants.h"
 

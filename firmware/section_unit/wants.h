@@ -1,4 +1,5 @@
-/* How many cells a tree is to give, and to which others. */
+/* SPDX-License-Identifier: Apache-2.0
+ * How many cells a tree is to give, and to which others. */
 #ifndef ROBOTSKIN_SECTION_UNIT_WANTS_H
 #define ROBOTSKIN_SECTION_UNIT_WANTS_H
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The errors of the project: each names the thing, its value and what would have been valid."""
 
 import difflib

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // For programs that assert laws: a check that ends the program, and random numbers from the seed on the command line.
 #pragma once
 

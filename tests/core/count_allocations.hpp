@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts every heap allocation of a test program, those inside shared libraries too. Include in one source only.
 #pragma once
 

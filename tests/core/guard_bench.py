@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A guard on a robot with everything in order, for tests to bring out of order."""
 
 import numpy as np

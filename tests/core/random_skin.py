@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A random skin on a robot, random touches and random postures."""
 
 import numpy as np

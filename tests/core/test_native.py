@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """C++ programs that assert laws of driver and skin, built with sanitizers and without Python."""
 
 import os

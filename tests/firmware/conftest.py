@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws here are about what happens, not how fast the machine is: no deadline an example."""
 
 from hypothesis import settings

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hundreds of cells on the simulated links of the core, without a body: what reached the host, record by record."""
 
 from dataclasses import dataclass, field

@@ -1,4 +1,5 @@
-/* The chip's main loop on a board that is a script: time passes while the board is asked, so that several events stand
+/* SPDX-License-Identifier: Apache-2.0
+ * The chip's main loop on a board that is a script: time passes while the board is asked, so that several events stand
  * in one word, as they do on a board with interrupts. Aborts when a frame is started over one that is not out.
  *
  * Around it run a section unit at port 1 and cells at ports 2 to 4, all built for the host; random samples and orders

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A tiny event loop that runs cells and a section unit of the shipping firmware, for laws about a few dozen cells.
 
 Times are microseconds since the start, the same for all. Links take 50 us a frame and a delay drawn from the seed, and

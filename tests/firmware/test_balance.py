@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of balance: ports share the cells evenly, moves that are planned lose nothing, and nothing swings for ever."""
 
 import numpy as np

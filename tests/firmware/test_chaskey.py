@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The message authentication code gives the published tags."""
 
 import pytest

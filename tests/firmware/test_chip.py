@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the firmware on its chip: it fits, and it says what a cell built for the host says."""
 
 import numpy as np

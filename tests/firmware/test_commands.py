@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands take effect exactly once; forged and replayed ones never do."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No frame and no datagram breaks a cell or a section unit: millions of random ones, under the sanitizers."""
 
 import os

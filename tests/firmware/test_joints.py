@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the broadcast of joint positions: it reaches every cell; what is forged, changed or old reaches none."""
 
 from small_world import SmallWorld, random_skin

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the firmware on a machine of QEMU: to section unit, cells and host it is a cell like any other."""
 
 import shutil

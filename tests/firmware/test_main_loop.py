@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The chip's main loop on a board that tells several events at once."""
 
 import os

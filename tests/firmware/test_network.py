@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the network: breadth-first trees, unique names, true neighbour lists, never a loop, quick repair."""
 
 import pytest

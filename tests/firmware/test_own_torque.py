@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the torque a cell computes itself: what the host would say, from what is fresh, or nothing at all."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the rate divisor: a port with too many cells loses nothing, all its cells decimate alike, and it returns."""
 
 from collections import Counter

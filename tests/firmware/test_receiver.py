@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames are found in a stream of bytes by their checksum: damage and lost bytes cost a few frames, never the rest."""
 
 from hypothesis import given, settings

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of retention: no event is lost on any single failure, none is kept for ever, and every cell's come in order."""
 
 from collections import defaultdict

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of samples: the host is within the threshold of every sample, and right again soon after any loss."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the section unit: datagrams are whole and in time, and only the host's own are listened to."""
 
 import hashlib

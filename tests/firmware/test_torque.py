@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the cell's own arithmetic: sine, touch and torque are what double precision says, as closely as stated."""
 
 import numpy as np

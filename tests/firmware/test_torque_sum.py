@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of torque sums: each cell counts at most once in an epoch, all count when nothing fails, and in time."""
 
 from collections import defaultdict

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of several section units: one time for the whole group, whatever the clocks say, over links that may fail."""
 
 import hashlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of frames: they fill their bits, decoding inverts encoding, and the checksum keeps its distance."""
 
 from itertools import combinations

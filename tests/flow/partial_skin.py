@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Layouts of a part of a skin."""
 
 from dataclasses import replace

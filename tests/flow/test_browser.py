@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pages as a person meets them, in a browser: an arm gives way to a push, a network heals around a dead cell."""
 
 import os

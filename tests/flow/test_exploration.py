@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An unknown skin on a moving robot: real firmware, network and driver, the guard before every command."""
 
 import numpy as np

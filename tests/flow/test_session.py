@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole flow in one piece: contact to motor command, over real UDP, with the shipping firmware in every cell."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the skin task's two sources: both say the same, one takes over from the other, and no old torque counts."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams between the section units of a group: a fixed delay, and what faults do to them.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The events to come, in order of time; equal times in the order they were put in.
 //
 // A timing wheel: 32768 buckets of 64 ns, each a list, and a bitmap that finds the next bucket with something in it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can go wrong in a network, when and where: a fault as a value, and as text that can be read again.
 //
 // One fault is `kind:key=value,key=value@time`, several are joined by `;`: `cut:cell=12,port=3@120ms;

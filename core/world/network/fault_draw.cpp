@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Drawing of random faults that fit a wiring.
 #include "world/network/fault_draw.hpp"
 

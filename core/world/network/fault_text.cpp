@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults as text: one table says which keys a kind takes, for reading, checking and printing.
 #include <algorithm>
 #include <array>

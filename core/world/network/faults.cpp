@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults at their times, and what their kinds may do to a network.
 #include <algorithm>
 

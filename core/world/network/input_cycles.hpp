@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cycles of the emulated chip by kind of input and frames started, 0 to 4: means of what the meter has counted.
 // Written by `robotskin bench input_cycles --write`, not by hand.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams without a network: they wait in order until somebody takes them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network's clockwork: firmware stepped, frames carried, events in the order of their times.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cells' network in virtual time: links at 4 Mb/s, and the shipping firmware in every cell and section unit.
 //
 // A discrete-event simulation. A frame occupies its wire for 50 us of the sender's clock; then the receiver gets it and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who watches a network while it runs: told after every event, changes nothing.
 //
 // Without observers a network pays one comparison an event for them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the network is made of; known to its own sources only.
 #pragma once
 

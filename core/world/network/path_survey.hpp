@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which cells a network could reach, and which have a way to a section unit at this moment.
 //
 // Physical reach: over wires that carry both ways, through cells that run, to a powered port of a unit that runs. A

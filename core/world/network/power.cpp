@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Power: which cells are fed. A cell that is cut off, killed, started anew.
 #include <algorithm>
 #include <deque>

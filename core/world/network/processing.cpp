@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cells whose processor takes time: their boards hold what comes and what goes until the processor, or the line, is
 // free. The main loop is that of firmware/chip/main.c.
 #include <algorithm>

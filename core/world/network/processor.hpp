@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a cell's processor takes for one input: the cycles that the meter has counted on the emulated chip.
 //
 // An input takes as long as its kind and the frames that it starts let it: within one such class the meter's counts

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is so in the network: states, depths, and whether it has formed.
 #include <vector>
 

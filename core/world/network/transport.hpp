@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How datagrams travel between section units and host.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One run of a network with its faults, measured: how it forms, heals, and serves the host.
 #pragma once
 

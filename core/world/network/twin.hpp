@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cell run elsewhere in place of one of the network's own: a chip in an emulator, or a real one at the desk.
 //
 // The network's own cell runs beside it on the same inputs, and every output is compared; on the wires go the twin's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network as it is built: wires joined, clocks started, ids stored, section units configured.
 #include "world/network/fault_type.hpp"
 #include "world/network/parts.hpp"

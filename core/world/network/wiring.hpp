@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who is plugged into whom, and how good the wires and the clocks are.
 #pragma once
 

@@ -1,4 +1,5 @@
-/* The upper end of a link counts the frames that must not be lost (see hearing.h). */
+/* SPDX-License-Identifier: Apache-2.0
+ * The upper end of a link counts the frames that must not be lost (see hearing.h). */
 #include "robotskin/hearing.h"
 
 void rs_hearing_start(rs_hearing* hearing, uint32_t number) {

@@ -1,4 +1,5 @@
-/* What one neighbour is: whether its line carries frames both ways, damages them, or the cell behind it is stuck. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What one neighbour is: whether its line carries frames both ways, damages them, or the cell behind it is stuck. */
 #include "cell/link/link.h"
 
 #include "cell/wire/wave.h"

@@ -1,4 +1,5 @@
-/* What one neighbour is. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What one neighbour is. */
 #ifndef ROBOTSKIN_CELL_LINK_LINK_H
 #define ROBOTSKIN_CELL_LINK_LINK_H
 

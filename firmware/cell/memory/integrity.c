@@ -1,4 +1,5 @@
-/* Whether memory still says what was written: uid, id and keys, settings, torque parameters. What is damaged is taken
+/* SPDX-License-Identifier: Apache-2.0
+ * Whether memory still says what was written: uid, id and keys, settings, torque parameters. What is damaged is taken
  * from its copy or from flash, or the cell boots. */
 #include "cell/memory/integrity.h"
 

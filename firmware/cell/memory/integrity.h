@@ -1,4 +1,5 @@
-/* Whether memory still says what was written. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Whether memory still says what was written. */
 #ifndef ROBOTSKIN_CELL_MEMORY_INTEGRITY_H
 #define ROBOTSKIN_CELL_MEMORY_INTEGRITY_H
 

@@ -1,4 +1,5 @@
-/* The settings as they come from the maker, and their image in flash. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The settings as they come from the maker, and their image in flash. */
 #include "robotskin/settings.h"
 
 #include <stddef.h>

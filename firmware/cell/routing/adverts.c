@@ -1,4 +1,5 @@
-/* What a neighbour's tick says of it, taken only if a root made its wave and it is no older than what the neighbour has
+/* SPDX-License-Identifier: Apache-2.0
+ * What a neighbour's tick says of it, taken only if a root made its wave and it is no older than what the neighbour has
  * said already; then the route may turn. */
 #include "cell/routing/adverts.h"
 

@@ -1,4 +1,5 @@
-/* What the neighbours say of themselves (R8). */
+/* SPDX-License-Identifier: Apache-2.0
+ * What the neighbours say of themselves (R8). */
 #ifndef ROBOTSKIN_CELL_ROUTING_ADVERTS_H
 #define ROBOTSKIN_CELL_ROUTING_ADVERTS_H
 

@@ -1,4 +1,5 @@
-/* What a cell says of itself: it asks for an id, and reports its neighbours. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell says of itself: it asks for an id, and reports its neighbours. */
 #include "cell/routing/identity.h"
 
 #include "cell/memory/integrity.h"

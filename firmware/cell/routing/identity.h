@@ -1,4 +1,5 @@
-/* What a cell says of itself: its id and its neighbours. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell says of itself: its id and its neighbours. */
 #ifndef ROBOTSKIN_CELL_ROUTING_IDENTITY_H
 #define ROBOTSKIN_CELL_ROUTING_IDENTITY_H
 

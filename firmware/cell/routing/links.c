@@ -1,4 +1,5 @@
-/* Links that come up and fall (R1), and what follows from that for route, reports and the subtree. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Links that come up and fall (R1), and what follows from that for route, reports and the subtree. */
 #include "cell/routing/links.h"
 
 #include "cell/link/link.h"

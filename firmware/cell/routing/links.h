@@ -1,4 +1,5 @@
-/* Links that come up and fall (R1). */
+/* SPDX-License-Identifier: Apache-2.0
+ * Links that come up and fall (R1). */
 #ifndef ROBOTSKIN_CELL_ROUTING_LINKS_H
 #define ROBOTSKIN_CELL_ROUTING_LINKS_H
 

@@ -1,4 +1,5 @@
-/* Planned moves (R10): a granted cell changes its tree without losing a frame.
+/* SPDX-License-Identifier: Apache-2.0
+ * Planned moves (R10): a granted cell changes its tree without losing a frame.
  *
  * It cannot simply adopt a neighbour in the other tree, because that must come strictly before its feasible distance.
  * So it stops adopting ticks of its old parent, keeps forwarding through it, says that it is leaving, and adopts the

@@ -1,4 +1,5 @@
-/* Planned changes of parent (R10). */
+/* SPDX-License-Identifier: Apache-2.0
+ * Planned changes of parent (R10). */
 #ifndef ROBOTSKIN_CELL_ROUTING_MOVES_H
 #define ROBOTSKIN_CELL_ROUTING_MOVES_H
 

@@ -1,4 +1,5 @@
-/* A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
+/* SPDX-License-Identifier: Apache-2.0
+ * A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
  * offer of its subtree: the one that costs fewest hops, then the one that moves most cells.
  *
  * A cell moves with its whole subtree, so that its size is what the root reckons with. How many would come along if

@@ -1,4 +1,5 @@
-/* Which cell of the subtree could move to another tree. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Which cell of the subtree could move to another tree. */
 #ifndef ROBOTSKIN_CELL_ROUTING_OFFERS_H
 #define ROBOTSKIN_CELL_ROUTING_OFFERS_H
 

@@ -1,4 +1,5 @@
-/* The parent of a cell: which neighbour may be it (R2), becoming its child (R3), losing it (R5).
+/* SPDX-License-Identifier: Apache-2.0
+ * The parent of a cell: which neighbour may be it (R2), becoming its child (R3), losing it (R5).
  *
  * Loop freedom rests on one rule (R2): an advert may be adopted only if it comes strictly before the cell's feasible
  * distance, that is, its sequence is newer, or equal with fewer hops than the cell ever had in it. As a parent's advert

@@ -1,4 +1,5 @@
-/* The parent of a cell (R2, R3, R5). */
+/* SPDX-License-Identifier: Apache-2.0
+ * The parent of a cell (R2, R3, R5). */
 #ifndef ROBOTSKIN_CELL_ROUTING_PARENT_H
 #define ROBOTSKIN_CELL_ROUTING_PARENT_H
 

@@ -1,4 +1,5 @@
-/* What a cell does about its parent when a tick has come and when time has passed (R4, R6 to R9). */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell does about its parent when a tick has come and when time has passed (R4, R6 to R9). */
 #include "cell/routing/route.h"
 
 #include <stddef.h>

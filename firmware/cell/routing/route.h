@@ -1,4 +1,5 @@
-/* What a cell does about its parent (R4, R6 to R9). */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell does about its parent (R4, R6 to R9). */
 #ifndef ROBOTSKIN_CELL_ROUTING_ROUTE_H
 #define ROBOTSKIN_CELL_ROUTING_ROUTE_H
 

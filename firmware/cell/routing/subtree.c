@@ -1,4 +1,5 @@
-/* What a cell tells its parent of its subtree: how many cells, how deep, which other trees are beside it, and which
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell tells its parent of its subtree: how many cells, how deep, which other trees are beside it, and which
  * cell could best move to one. */
 #include "cell/routing/subtree.h"
 

@@ -1,4 +1,5 @@
-/* What a cell tells its parent of its subtree. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell tells its parent of its subtree. */
 #ifndef ROBOTSKIN_CELL_ROUTING_SUBTREE_H
 #define ROBOTSKIN_CELL_ROUTING_SUBTREE_H
 

@@ -1,4 +1,5 @@
-/* Times on a clock that wraps. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Times on a clock that wraps. */
 #ifndef ROBOTSKIN_CELL_TIME_CLOCK_H
 #define ROBOTSKIN_CELL_TIME_CLOCK_H
 

@@ -1,4 +1,5 @@
-/* When a cell samples, and which of its samples a rate divisor leaves out. */
+/* SPDX-License-Identifier: Apache-2.0
+ * When a cell samples, and which of its samples a rate divisor leaves out. */
 #ifndef ROBOTSKIN_CELL_TIME_SAMPLE_CLOCK_H
 #define ROBOTSKIN_CELL_TIME_SAMPLE_CLOCK_H
 

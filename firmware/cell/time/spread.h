@@ -1,4 +1,5 @@
-/* Phases and jitters that differ from cell to cell. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Phases and jitters that differ from cell to cell. */
 #ifndef ROBOTSKIN_CELL_TIME_SPREAD_H
 #define ROBOTSKIN_CELL_TIME_SPREAD_H
 

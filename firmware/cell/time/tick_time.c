@@ -1,4 +1,5 @@
-/* What time it is for the whole group, and how old a sample is by it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What time it is for the whole group, and how old a sample is by it. */
 #include "cell/time/tick_time.h"
 
 #include "cell/wire/wave.h"

@@ -1,4 +1,5 @@
-/* What time it is for the whole group. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What time it is for the whole group. */
 #ifndef ROBOTSKIN_CELL_TIME_TICK_TIME_H
 #define ROBOTSKIN_CELL_TIME_TICK_TIME_H
 

@@ -1,4 +1,5 @@
-/* When the cell has something to do again without being asked: the least of the waits of all its parts. */
+/* SPDX-License-Identifier: Apache-2.0
+ * When the cell has something to do again without being asked: the least of the waits of all its parts. */
 #include "cell/time/timer.h"
 
 uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us) {

@@ -1,4 +1,5 @@
-/* When the cell has something to do again without being asked. */
+/* SPDX-License-Identifier: Apache-2.0
+ * When the cell has something to do again without being asked. */
 #ifndef ROBOTSKIN_CELL_TIME_TIMER_H
 #define ROBOTSKIN_CELL_TIME_TIMER_H
 

@@ -1,4 +1,5 @@
-/* Joint positions, broadcast down the tree once an epoch: passed on, and those of the own limb kept. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Joint positions, broadcast down the tree once an epoch: passed on, and those of the own limb kept. */
 #include "cell/torque/joints.h"
 
 #include "cell/time/tick_time.h"

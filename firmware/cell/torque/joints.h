@@ -1,4 +1,5 @@
-/* Joint positions, broadcast down the tree. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Joint positions, broadcast down the tree. */
 #ifndef ROBOTSKIN_CELL_TORQUE_JOINTS_H
 #define ROBOTSKIN_CELL_TORQUE_JOINTS_H
 

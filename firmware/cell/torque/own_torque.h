@@ -1,4 +1,5 @@
-/* The torque that touch on this cell means for the joints below it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The torque that touch on this cell means for the joints below it. */
 #ifndef ROBOTSKIN_CELL_TORQUE_OWN_TORQUE_H
 #define ROBOTSKIN_CELL_TORQUE_OWN_TORQUE_H
 

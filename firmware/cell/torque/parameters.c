@@ -1,4 +1,5 @@
-/* The image in which a cell keeps its torque parameters. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The image in which a cell keeps its torque parameters. */
 #include "robotskin/crc.h"
 #include "robotskin/torque_parameters.h"
 

@@ -1,4 +1,5 @@
-/* Sine and cosine in whole numbers. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Sine and cosine in whole numbers. */
 #include "robotskin/fixed_point.h"
 
 /* sin(pi/2 u) = c1 u + c3 u^3 + c5 u^5 for u in 0 to 1, with 16 fraction bits: the neighbours of the best coefficients

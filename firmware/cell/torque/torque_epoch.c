@@ -1,4 +1,5 @@
-/* One epoch of a cell: it begins at a time that all cells agree on, and ends with the report. */
+/* SPDX-License-Identifier: Apache-2.0
+ * One epoch of a cell: it begins at a time that all cells agree on, and ends with the report. */
 #include "cell/torque/torque_epoch.h"
 
 #include "cell/time/clock.h"

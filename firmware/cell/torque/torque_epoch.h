@@ -1,4 +1,5 @@
-/* One epoch of a cell: torque sums on their way up. */
+/* SPDX-License-Identifier: Apache-2.0
+ * One epoch of a cell: torque sums on their way up. */
 #ifndef ROBOTSKIN_CELL_TORQUE_TORQUE_EPOCH_H
 #define ROBOTSKIN_CELL_TORQUE_TORQUE_EPOCH_H
 

@@ -1,4 +1,5 @@
-/* Sums of torques, within what their frames can carry. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Sums of torques, within what their frames can carry. */
 #include "robotskin/torque.h"
 
 static uint32_t at_most(uint32_t value, uint32_t limit) {

@@ -1,4 +1,5 @@
-/* The force that touch asks for [Cheng19 eq. 14]. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The force that touch asks for [Cheng19 eq. 14]. */
 #include "robotskin/touch.h"
 
 /* `counts` times its share of activation times the weight, newton with RS_FORCE_BITS. */

@@ -1,4 +1,5 @@
-/* What was sent to the last parent and may have died with it is sent again to the new one. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What was sent to the last parent and may have died with it is sent again to the new one. */
 #include "cell/transport/parent_change.h"
 
 #include "cell/link/link.h"

@@ -1,4 +1,5 @@
-/* What the last parent may not have passed on. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What the last parent may not have passed on. */
 #ifndef ROBOTSKIN_CELL_TRANSPORT_PARENT_CHANGE_H
 #define ROBOTSKIN_CELL_TRANSPORT_PARENT_CHANGE_H
 

@@ -1,4 +1,5 @@
-/* Frames that wait: samples and reports for the parent, commands for the children. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Frames that wait: samples and reports for the parent, commands for the children. */
 #include "cell/transport/queues.h"
 
 #include <stddef.h>

@@ -1,4 +1,5 @@
-/* Frames that wait for the parent and for the children. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Frames that wait for the parent and for the children. */
 #ifndef ROBOTSKIN_CELL_TRANSPORT_QUEUES_H
 #define ROBOTSKIN_CELL_TRANSPORT_QUEUES_H
 

@@ -1,4 +1,5 @@
-/* Copies of events and torque sums that were sent and may be asked for again (see robotskin/retention.h). */
+/* SPDX-License-Identifier: Apache-2.0
+ * Copies of events and torque sums that were sent and may be asked for again (see robotskin/retention.h). */
 #include "cell/transport/retention.h"
 
 #include <string.h>

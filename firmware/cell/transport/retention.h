@@ -1,4 +1,5 @@
-/* Events and torque sums, kept until they need not be sent again. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Events and torque sums, kept until they need not be sent again. */
 #ifndef ROBOTSKIN_CELL_TRANSPORT_RETENTION_H
 #define ROBOTSKIN_CELL_TRANSPORT_RETENTION_H
 

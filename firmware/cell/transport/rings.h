@@ -1,4 +1,5 @@
-/* Rings of frames: what queues.c fills and transmit.c empties. Every index is masked, so that no corrupted count leaves
+/* SPDX-License-Identifier: Apache-2.0
+ * Rings of frames: what queues.c fills and transmit.c empties. Every index is masked, so that no corrupted count leaves
  * the arrays; sizes are powers of two. */
 #ifndef ROBOTSKIN_CELL_TRANSPORT_RINGS_H
 #define ROBOTSKIN_CELL_TRANSPORT_RINGS_H

@@ -1,4 +1,5 @@
-/* Chaskey (Mouha et al. 2014), the message authentication code of ticks and orders. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Chaskey (Mouha et al. 2014), the message authentication code of ticks and orders. */
 #include "robotskin/chaskey.h"
 
 #include "robotskin/portable.h"

@@ -1,4 +1,5 @@
-/* The checksum of a frame, and what small changes of a frame change in it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The checksum of a frame, and what small changes of a frame change in it. */
 #include "robotskin/crc.h"
 
 /* Sk is x^(16 + k) modulo the polynomial: what a single bit contributes when k bits follow it. The tables that treat

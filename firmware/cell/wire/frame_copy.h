@@ -1,4 +1,5 @@
-/* Copies of frames, a word at a time. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Copies of frames, a word at a time. */
 #ifndef ROBOTSKIN_CELL_WIRE_FRAME_COPY_H
 #define ROBOTSKIN_CELL_WIRE_FRAME_COPY_H
 

@@ -1,4 +1,5 @@
-/* Sets of ports, a bit each: ports are indices 0 to 3 inside a cell. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Sets of ports, a bit each: ports are indices 0 to 3 inside a cell. */
 #ifndef ROBOTSKIN_CELL_WIRE_PORTS_H
 #define ROBOTSKIN_CELL_WIRE_PORTS_H
 

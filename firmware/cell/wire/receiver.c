@@ -1,4 +1,5 @@
-/* Frames out of a stream of bytes (see receiver.h). */
+/* SPDX-License-Identifier: Apache-2.0
+ * Frames out of a stream of bytes (see receiver.h). */
 #include "robotskin/receiver.h"
 
 #include "robotskin/crc.h"

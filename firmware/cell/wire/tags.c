@@ -1,4 +1,5 @@
-/* Tags of the frames that only a section unit may make: what they cover, and of which time they are. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Tags of the frames that only a section unit may make: what they cover, and of which time they are. */
 #include "cell/wire/tags.h"
 
 #include "cell/wire/wave.h"

@@ -1,4 +1,5 @@
-/* Tags of the frames that only a section unit may make. */
+/* SPDX-License-Identifier: Apache-2.0
+ * Tags of the frames that only a section unit may make. */
 #ifndef ROBOTSKIN_CELL_WIRE_TAGS_H
 #define ROBOTSKIN_CELL_WIRE_TAGS_H
 

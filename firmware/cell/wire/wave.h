@@ -1,4 +1,5 @@
-/* What a root fixes in its ticks. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a root fixes in its ticks. */
 #ifndef ROBOTSKIN_CELL_WIRE_WAVE_H
 #define ROBOTSKIN_CELL_WIRE_WAVE_H
 

@@ -1,4 +1,5 @@
-/* What the firmware takes of the C library's string.h, for a chip without one. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What the firmware takes of the C library's string.h, for a chip without one. */
 #ifndef ROBOTSKIN_CHIP_STRING_H
 #define ROBOTSKIN_CHIP_STRING_H
 

@@ -1,4 +1,5 @@
-/* A cell: sensors in, frames out, its place in the network kept by itself.
+/* SPDX-License-Identifier: Apache-2.0
+ * A cell: sensors in, frames out, its place in the network kept by itself.
  *
  * rs_cell_step is the whole firmware: a pure function of state, input and time. Whoever runs it (a board, the
  * simulator, a test) owns clock, links and sensors, gives one input at a time, and does what the output says:

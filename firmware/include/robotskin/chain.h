@@ -1,4 +1,5 @@
-/* The joints below a cell, as the cell keeps them, and the joint torques that a force on the cell means.
+/* SPDX-License-Identifier: Apache-2.0
+ * The joints below a cell, as the cell keeps them, and the joint torques that a force on the cell means.
  *
  * Frames: joint l of a chain of n (l = 0 nearest the base) turns about, or slides along, the z axis of its frame; the
  * frame's place at position 0 in the frame of joint l - 1 is constant. Lengths count in a unit

@@ -1,4 +1,5 @@
-/* The nine channels of a cell: width on the wire, and what one count means.
+/* SPDX-License-Identifier: Apache-2.0
+ * The nine channels of a cell: width on the wire, and what one count means.
  *
  * Raw values are what sensors deliver and what frames carry; one count of channel c is
  * STEP_NUMERATOR / STEP_DENOMINATOR of its unit. */

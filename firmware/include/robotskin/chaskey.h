@@ -1,4 +1,5 @@
-/* Chaskey-12 (ISO/IEC 29192-6): the message authentication code of ticks and commands.
+/* SPDX-License-Identifier: Apache-2.0
+ * Chaskey-12 (ISO/IEC 29192-6): the message authentication code of ticks and commands.
  *
  * N. Mouha et al., "Chaskey: an efficient MAC algorithm for 32-bit microcontrollers", SAC 2014; 12 rounds as in its
  * revision of 2015. All words are little-endian, as published. */

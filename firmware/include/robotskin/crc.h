@@ -1,4 +1,5 @@
-/* The checksum of every frame: CRC-16 with polynomial 0x15935, which keeps Hamming distance 5 at 160 bits.
+/* SPDX-License-Identifier: Apache-2.0
+ * The checksum of every frame: CRC-16 with polynomial 0x15935, which keeps Hamming distance 5 at 160 bits.
  *
  * (The well-known DNP polynomial 0x3D65 has distance 6 up to 144 bits, but only 2 at 160.) Most significant bit first,
  * started with 0xFFFF so that a silent line of zeros is no frame. The checksum stands big-endian in bytes 18 and 19. */

@@ -1,4 +1,5 @@
-/* The wire format between section unit and host, and between section units: one UDP datagram, numbers big-endian.
+/* SPDX-License-Identifier: Apache-2.0
+ * The wire format between section unit and host, and between section units: one UDP datagram, numbers big-endian.
  *
  * header (36 bytes) | count records of 20 bytes | tag (16 bytes, only if RS_DATAGRAM_KEYED is set)
  *

@@ -1,4 +1,5 @@
-/* The rule on which loop freedom rests, in a header of its own: the cells route by it, and the model check explores
+/* SPDX-License-Identifier: Apache-2.0
+ * The rule on which loop freedom rests, in a header of its own: the cells route by it, and the model check explores
  * this very text on every small network (core/campaign/model_check.hpp).
  *
  * A distance is a tick's sequence number and hops. One comes before another if its sequence is newer, or equal with

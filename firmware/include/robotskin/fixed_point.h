@@ -1,4 +1,5 @@
-/* Numbers of a processor without a floating-point unit: 32-bit integers, a fixed number of whose bits are a fraction.
+/* SPDX-License-Identifier: Apache-2.0
+ * Numbers of a processor without a floating-point unit: 32-bit integers, a fixed number of whose bits are a fraction.
  *
  * A product of two is rounded to the nearest, halves upwards, when its surplus bits are dropped. The right shift of a
  * negative number keeps its sign on every compiler this firmware is built with; a test demands it. */

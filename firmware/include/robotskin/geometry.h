@@ -1,4 +1,5 @@
-/* The shape of a cell, in the cell frame: origin at the centre of the outer face, z the outward normal.
+/* SPDX-License-Identifier: Apache-2.0
+ * The shape of a cell, in the cell frame: origin at the centre of the outer face, z the outward normal.
  *
  * Two cells joined by a flexible hinge share the hinge point: t = a_p - R a_q, where a_p is the port point of the
  * one, a_q that of the other and R the rotation between them. Flat neighbours on ports 1-4 and 2-3 are 27.78 mm apart.

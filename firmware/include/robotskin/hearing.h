@@ -1,4 +1,5 @@
-/* What the upper end of a link has heard of the frames that must not be lost: events and torque sums.
+/* SPDX-License-Identifier: Apache-2.0
+ * What the upper end of a link has heard of the frames that must not be lost: events and torque sums.
  *
  * Such frames carry no number of the link. Both ends count them instead, modulo 128: the lower end says in each of its
  * ticks the number that the next one will have (`echo`), the upper end compares it with what it has counted. As a wire

@@ -1,4 +1,5 @@
-/* What commands ask of a cell, and how a cell answers.
+/* SPDX-License-Identifier: Apache-2.0
+ * What commands ask of a cell, and how a cell answers.
  *
  * A command is addressed to one cell or to all; only a cell addressed by its own id answers with a `reply`, except that
  * all cells answer `ping` and `topology`. A cell carries out each counter once and repeats its last reply if the same

@@ -1,4 +1,5 @@
-/* What C11 and C++20 spell differently, so that one header serves cell, driver and simulator. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What C11 and C++20 spell differently, so that one header serves cell, driver and simulator. */
 #ifndef ROBOTSKIN_PORTABLE_H
 #define ROBOTSKIN_PORTABLE_H
 

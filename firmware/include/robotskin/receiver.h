@@ -1,4 +1,5 @@
-/* Finds frames in the bytes of a line: by the checksum, and by idle time before a frame where there is any.
+/* SPDX-License-Identifier: Apache-2.0
+ * Finds frames in the bytes of a line: by the checksum, and by idle time before a frame where there is any.
  *
  * While aligned, every 20 bytes are a frame. A frame that fails its checksum is handed out as damaged and ends the
  * alignment: the receiver slides byte by byte until two frames in a row are right there, and hands out the second. A

@@ -1,4 +1,5 @@
-/* Copies of what a cell has sent to its parent and must not be lost, until they are of no use any more.
+/* SPDX-License-Identifier: Apache-2.0
+ * Copies of what a cell has sent to its parent and must not be lost, until they are of no use any more.
  *
  * Events and torque sums wait here to be sent, and stay here after that. What a hop has lost is sent again when the
  * parent's tick says so (hearing.h). After a parent was lost, all events that may have died with it are sent again to

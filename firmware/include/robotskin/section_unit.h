@@ -1,4 +1,5 @@
-/* A section unit: roots of the cell trees at its ports, and the bridge between frames and datagrams.
+/* SPDX-License-Identifier: Apache-2.0
+ * A section unit: roots of the cell trees at its ports, and the bridge between frames and datagrams.
  *
  * Like a cell it is a pure step: whoever runs it owns clock, links and sockets. It names cells, sends the tick every
  * millisecond on each port, tags commands, gathers upward frames into datagrams of at most `batch_us` age and opens the

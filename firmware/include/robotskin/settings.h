@@ -1,4 +1,5 @@
-/* What a cell is told to do, and keeps in its flash when told to store it. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell is told to do, and keeps in its flash when told to store it. */
 #ifndef ROBOTSKIN_SETTINGS_H
 #define ROBOTSKIN_SETTINGS_H
 

@@ -1,4 +1,5 @@
-/* The periods and limits of the network, in microseconds. */
+/* SPDX-License-Identifier: Apache-2.0
+ * The periods and limits of the network, in microseconds. */
 #ifndef ROBOTSKIN_TIMING_H
 #define ROBOTSKIN_TIMING_H
 

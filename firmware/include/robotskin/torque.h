@@ -1,4 +1,5 @@
-/* Torques summed on their way up the tree, once an epoch of four ticks.
+/* SPDX-License-Identifier: Apache-2.0
+ * Torques summed on their way up the tree, once an epoch of four ticks.
  *
  * All cells begin an epoch at the same instant, each by its own knowledge of the tick time, so that sums go up without
  * waiting for the tick to come down. Each cell sends one report an epoch: its own contribution and those of the

@@ -1,4 +1,5 @@
-/* What a cell must know to compute the torques that touch on it means, and the image of it in the cell's flash. */
+/* SPDX-License-Identifier: Apache-2.0
+ * What a cell must know to compute the torques that touch on it means, and the image of it in the cell's flash. */
 #ifndef ROBOTSKIN_TORQUE_PARAMETERS_H
 #define ROBOTSKIN_TORQUE_PARAMETERS_H
 

@@ -1,4 +1,5 @@
-/* From what a cell senses to the force it asks for along its -z (eq. 14 of Cheng et al. 2019), with smooth activation.
+/* SPDX-License-Identifier: Apache-2.0
+ * From what a cell senses to the force it asks for along its -z (eq. 14 of Cheng et al. 2019), with smooth activation.
  */
 #ifndef ROBOTSKIN_TOUCH_H
 #define ROBOTSKIN_TOUCH_H

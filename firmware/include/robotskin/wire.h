@@ -1,4 +1,5 @@
-/* The wire format between cells: the only place where a frame is laid out.
+/* SPDX-License-Identifier: Apache-2.0
+ * The wire format between cells: the only place where a frame is laid out.
  *
  * A frame is 20 bytes: 144 bits of content, most significant bit first, then a 16-bit checksum (crc.h). Links carry
  * nothing but frames, so a receiver finds their boundaries by the checksum and needs no delimiter.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The skin task as the equations state it: a Jacobian for every cell (eq. 15 to 17). The oracle of the tests and the
 // yardstick of the benchmark; the cycle uses TouchWrench.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "baselines/plain_network.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nodes that only store and forward, on the same queue of events: what the engine itself costs, beside other
 // simulators.
 //

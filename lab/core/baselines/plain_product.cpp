@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "baselines/plain_product.hpp"
 
 #include "control/instruction_sets.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bare product of a 6 x n matrix in double precision with n numbers: the yardstick of the skin task's time.
 #pragma once
 

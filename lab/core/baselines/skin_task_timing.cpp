@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "baselines/skin_task_timing.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long the skin task takes, beside the bare product it is made of and the equations taken literally.
 #pragma once
 

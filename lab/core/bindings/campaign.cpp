@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the fault campaign and the model check.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds one cell's firmware, so that Python can put it into a network of its own making.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>

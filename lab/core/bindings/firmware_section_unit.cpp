@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the section unit's firmware; its keyed hash is any Python function from bytes to a tag.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Binds the traffic of section units without cells: load for the driver's benchmark and tests.
 #include "traffic/traffic.hpp"
 

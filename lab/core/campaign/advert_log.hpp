@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What ticks were really issued by roots, and which adverts really arrived at each cell's ports.
 #pragma once
 

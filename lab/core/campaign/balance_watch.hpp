@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levelling never makes it worse (I10): no port becomes fuller than the fullest was, but by what was granted to it over
 // the mean; and when it is done, loads are no less even than before.
 //

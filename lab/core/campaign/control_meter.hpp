@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of each wire goes to the network's own needs (I14).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frames of cells in a datagram to the host.
 #pragma once
 

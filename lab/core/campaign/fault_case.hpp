@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One case of the campaign: a skin, its section units, its lines and clocks, and what strikes it when. All from a seed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a planted frame changes in the cell that it is handed: nothing (I19).
 //
 // A frame under a wrong tag, and one that was true once, must leave alone whatever a tag protects: route and time,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ground truth of a run, from wires, power and faults alone: who can reach whom, and since when it has been quiet.
 //
 // It knows the published periods of the protocol (timing.h), to say how long a repair may take, and nothing else of it.

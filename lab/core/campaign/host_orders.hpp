@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the host sends down: colours for all LEDs and joint positions; that no cell shows a colour that it was never
 // (I19), and that what it orders reaches every cell with a way (I11).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What must be true of the network whatever happens to it, and what is told when it is not.
 //
 // What belongs together has one number. Some hold at every event ("nothing false may be accepted"), others once faults

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Explores every state of a small network under the parent rule of the firmware (rs_feasible, the text the cells run).
 //
 // The network is the worst one there can be: every advert that a cell has ever sent since its boot may arrive at any of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long samples wait in a cell, that queues stay within their size (I13), and that none overflows once the rate
 // divisor has had its time (I18).
 //

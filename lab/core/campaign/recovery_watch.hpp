@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole in bounded time: who can be reached is reached, as fast as the distance allows, and as near as the graph allows
 // (I6 to I9, I15, I16). Looks once a millisecond.
 #pragma once

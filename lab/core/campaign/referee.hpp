@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Watches one run: hands every event to the checkers, and calls those that look now and then.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parents at every event: no circle, distances in order, and nothing adopted that was not said (I1 to I5, I19).
 //
 // A pointer is what a cell believes: it leads to the one whose advert it adopted last, until it lets go or adopts

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a case under all checkers, finds a smaller case that breaks the same invariant, and sums up many.
 #pragma once
 

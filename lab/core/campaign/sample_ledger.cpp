@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "campaign/sample_ledger.hpp"
 
 #include "campaign/datagram_frames.hpp"

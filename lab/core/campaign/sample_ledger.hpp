@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every sample from the cell that took it to the host: true, once, in order, and without faults none missing (I11).
 //
 // It is also where the cells get their readings: each carries the cell's number and the sample's, and a sum of both, so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // That every cell with a way to the host has an id, samples at its rate and sends what its mode asks for (I11): in
 // clock mode one sample of as many as the rate divisor says, in event mode whatever differs from what it sent last, and
 // one for freshness after a silence.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Skins to try the network on: sheets, sheared sheets, cylinders with holes, chains and rings of patches.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the host knows of the network is the real graph, 1.1 s after the last change (I17).
 #pragma once
 

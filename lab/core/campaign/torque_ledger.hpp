@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every epoch's torque sums at the host: each cell in them once, all of them counted, and without faults none missing
 // (I12).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The datagrams of section units with many cells in clock mode, without simulating cells: load for driver and tests.
 //
 // Format, batching, sequence numbers, answering and tags are those of a section unit (datagram.h, section_unit.h): a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench NAME`: every module of `robotskin_lab.bench` with a `run` function is a benchmark.
 
 A benchmark is `run(*, seed: int = 1, ...) -> dict[str, float | int | str]`: its keyword arguments become options, its

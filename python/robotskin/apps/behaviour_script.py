@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scripted run of a behaviour: what the robot does when it is told a goal, touched, and left alone again."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plots of the self-configuration's report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report of a self-configuration: one HTML file with everything in it, to be opened, mailed and kept."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The self-configuration as an application: a robot in an unknown skin in, what the skin felt, or its layout, out."""
 
 from __future__ import annotations

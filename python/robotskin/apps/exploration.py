@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The moving half of the self-configuration: wake an unknown skin, let its robot babble, record what the cells feel.
 
 The robot moves through its port alone, every command past the guard; cells, network, section units and driver are the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures with the bounds they have to keep, the table that shows both, and their file."""
 
 from __future__ import annotations

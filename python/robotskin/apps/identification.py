@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Masses and friction found by moving: an exciting motion, torques read, and from them the controller's model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A session that runs by itself, in real time on a thread of its own, for pages and scripts that look in."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cells' network of a skin, alive on a thread of its own and without a body, for a page that looks and meddles."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is so in a simulated cell network from one look to the next, what happened, and hands that cut and mend it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that a person asks for: refused before minutes of work where they could not be written after it."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scripted demonstration: the same pushes through each interface, and figures that tell whether they were felt."""
 
 from __future__ import annotations

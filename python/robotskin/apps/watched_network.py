@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A watched network as a page sees it: looked at from any thread, changed on the network's own."""
 
 from __future__ import annotations

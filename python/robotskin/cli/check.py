@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Name every defect of skin files, of any known format, or what their wiring can carry."""
 
 import json

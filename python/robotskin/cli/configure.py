@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Let an unconfigured skin find itself, and write the layout that it found."""
 
 from pathlib import Path

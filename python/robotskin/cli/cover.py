@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cover a robot with skin cells and write the layout."""
 
 from __future__ import annotations

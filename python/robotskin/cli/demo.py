@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin demo`: a robot in its skin gives way to touch, in the browser or as a scripted test."""
 
 from __future__ import annotations

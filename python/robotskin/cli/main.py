@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The `robotskin` command: one subcommand a verb, each in the module of this folder that bears its name.
 
 A verb's module offers either `command`, a function that typer turns into the subcommand, or `app`, a `typer.Typer` of

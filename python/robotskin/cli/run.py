@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin run`: a robot does one of the behaviours of figure 11, in the browser or as a scripted test."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin simulate`: the network of a skin, with faults, in virtual time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin view ROBOT`: a robot in its skin and its living network, in the browser."""
 
 import threading

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviours of skinned robots: tasks from the core's library, put together by name, and changed while they run."""
 
 from robotskin._core.control import UNPROJECTED, Fusion, PythonTask

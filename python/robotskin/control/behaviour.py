@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The behaviours of figure 11: which tasks each is made of, and how they are fused."""
 
 from __future__ import annotations

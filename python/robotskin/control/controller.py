@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A task cycle that runs behaviours by name and changes between them and their goals while the robot moves."""
 
 from __future__ import annotations

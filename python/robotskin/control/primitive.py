@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The primitive generator: a goal selects behaviour, reference and, through the behaviour, tasks, fusion and gains."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Convex hulls of a robot's bodies, and the pairs of them that a self-collision task keeps apart."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The last second of a controlled robot, as a file that every spreadsheet opens."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes tasks by name, with the gains that the robot's file states for a behaviour."""
 
 from __future__ import annotations

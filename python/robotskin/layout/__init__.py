@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Skin layouts: covering a robot with cells, reading and writing layouts, and naming what is wrong with them."""
 
 from robotskin.layout.covering import cover

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Studs and cables (paper, II-E): where patches are tied to the robot, and how cables reach the section unit."""
 
 from __future__ import annotations

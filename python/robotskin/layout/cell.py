@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rigid body of a cell: its port points and its hexagonal prism, in the cell frame.
 
 Every dimension comes from the firmware's geometry header; here it only becomes arrays.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checking skin files: each read by its content and judged, with the robot's meshes where they are known."""
 
 from __future__ import annotations

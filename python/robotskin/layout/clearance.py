@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Room for skin: how far places on a link stay from the neighbouring links over the whole joint range."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Covering a robot: patches grown on each link, trimmed to the number of cells asked for, wired and measured."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong with a skin: one small check a kind of defect, each naming the cell, the value and why."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of the layout package: each names the thing, its value and what would be right."""
 
 from robotskin.errors import RobotskinError

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a file says about a skin, unjudged: the common form of every format that is read."""
 
 from __future__ import annotations

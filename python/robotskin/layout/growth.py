@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Growing a lattice of cells over a surface from one first cell, ring by ring, by the hinge rule."""
 
 from collections.abc import Callable

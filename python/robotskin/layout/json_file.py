@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The project's own layout file: JSON checked against layout.schema.json, on the way out and on the way in."""
 
 import gzip

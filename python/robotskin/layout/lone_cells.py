@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sparsest skin: one cell on each link, as a few sensor units on an arm are worn."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mounting a skin that was made for another robot: its rigid patches, as they are, on a link of this one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Moving one rigid patch of a layout to another place, on its link or on another one."""
 
 from __future__ import annotations

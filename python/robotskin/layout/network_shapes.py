@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cells clipped together in regular shapes: sheets, cylinders, compact patches, rings of patches."""
 
 from __future__ import annotations

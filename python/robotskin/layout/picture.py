@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A picture of a covered robot, drawn by an own depth buffer: no graphics driver needed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where on a link cells may lie, and how well a set of cells uses the room there is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which links of well-known robots are covered, with how many cells and under which rules."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relaxation: hinge gaps spread over a patch and overlapping cells pushed apart, every cell kept on its surface."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a covering achieves, link by link: area covered, hinge gaps, edges left open, overhang and room."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cells of neighbouring links kept from meeting: over the joint range no prism may touch one of the next link."""
 
 import numpy as np

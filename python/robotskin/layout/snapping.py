@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laying a rigid patch onto the surface of a link, near where a hand has put it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The surface on which cells lie: a link's mesh as a smooth signed distance field on a grid.
 
 Meshes of robots have holes, inner walls and sharp grooves. A distance field that is closed (grooves narrower than a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Section-unit ports for the patches of a skin: no cable serves more cells than its line can carry."""
 
 import numpy as np

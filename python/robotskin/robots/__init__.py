@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stage 0: robots by URDF or by name, as one Pinocchio and one MuJoCo model that agree.
 
 In: the name of a robot or the path of a URDF. Out: a `Robot`. Once at start. What can go wrong: no such robot, text

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robots that can be asked for by name: those of the package example-robot-data and those composed here."""
 
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cells of a skin must know to compute their torques themselves: limbs, chains and gains in their integers."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The joints below a link, in the integers in which a cell keeps them and computes its own torques."""
 
 from dataclasses import dataclass

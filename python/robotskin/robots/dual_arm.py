@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot composed by this project: two UR5 arms on a torso that an omnidirectional base carries.
 
 It stands for the paper's TOMM (Dean-Leon et al., ICRA 2017), whose description is not public. Only what the arms are

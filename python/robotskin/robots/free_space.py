@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a robot may move while it babbles: inside its joint limits, clear of itself and of its surroundings."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the inertia of a link one that a rigid body can have."""
 
 from xml.etree import ElementTree

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Loads a robot by name or by the path of its URDF."""
 
 from collections.abc import Mapping, Sequence

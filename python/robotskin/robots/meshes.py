@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds the mesh files a URDF names, and turns them into files that every library reads."""
 
 import hashlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds the MuJoCo model of a robot from the text its Pinocchio model is built from."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Turns any URDF into one text from which every library builds the same robot, and lists what it changed."""
 
 import math

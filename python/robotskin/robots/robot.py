@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One robot on a fixed base, from one text: its joints, links, limits, surfaces, and its models in two libraries."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shapes of a link as a URDF writes them: checked, their meshes found and made readable for every library."""
 
 from collections.abc import Sequence

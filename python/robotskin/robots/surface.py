@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The surface of a link as one triangle mesh, from the meshes and simple bodies of its URDF element."""
 
 from pathlib import Path

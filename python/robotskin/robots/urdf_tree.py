@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text of a URDF as a tree of elements: read, checked to describe one robot, and put in order."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a skin found out about itself: its patches, each with shape and place, and the layout made of them.
 
 Nothing is guessed: a patch whose shape or place the motion leaves open is not placed, and says why.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole self-configuration on recorded data (paper, figure 4): from a babbling to a skin model.
 
 In: a recording and the robot's kinematic model. Out: `Configuration`, and from it the layout of every cell whose place

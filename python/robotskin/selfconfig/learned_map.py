@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sensory-motor map of a skin that found out where its cells are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps that are taken patch by patch: its shape from gravity, its place from motion, and what pictures add."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A babbling as the topology counts its cells: which joints moved them, and their rests, swings and cables."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skinned robot in one object: between two ends of any kind, or those of a simulated world.
 
 A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput`; `SkinnedRobot` runs between them.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why a fault stopped a robot, and its last second in a file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skinned robot in one object: the simulated two ends and the real stages between, stepped in the flow's order."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot in its skin between two ends of any kind: a robot port and a skin input, real, replayed or simulated."""
 
 from __future__ import annotations

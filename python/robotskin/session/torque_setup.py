@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Telling a skin's cells how to compute their own torques: offsets and parameters, written over the wire."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a person would do to a skinned robot, as steps of a session: push, hold, release, press; and what came of it."""
 
 from __future__ import annotations

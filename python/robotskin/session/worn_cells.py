@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of the cells that a robot wears are those of another layout of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the page looks from when it opens, and where on the screen a point of the scene then is."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Everything known about one cell, as a piece of HTML."""
 
 from html import escape

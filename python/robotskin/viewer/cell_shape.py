@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The body of a cell as a mesh, and where the cells of a link stand."""
 
 from itertools import pairwise

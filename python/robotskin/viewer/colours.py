@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Numbers to colours: one `Scale` for each thing a cell can be coloured by, with what its legend says.
 
 Colour maps are matplotlib's perceptually uniform ones; categories take the colours of Okabe and Ito (2008), which

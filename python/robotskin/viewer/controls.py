@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commanding half of the page: how to touch, how the robot answers, and what the colours mean."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A page without a session: a robot in its skin, to turn around and bend, and its network, to see alive and to cut."""
 
 import numpy as np

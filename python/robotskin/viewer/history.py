@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was done to a layout, step by step, to be undone and done again."""
 
 from __future__ import annotations

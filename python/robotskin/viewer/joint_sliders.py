@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sliders that bend the robot of a page that has no session."""
 
 from collections.abc import Callable

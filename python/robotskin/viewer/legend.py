@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The legend beside the picture: what the colours of the cells mean, as a piece of HTML."""
 
 from html import escape

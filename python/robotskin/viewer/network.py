@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which cable every cell reports through, and the way there: what the colours and lines of the network mean."""
 
 from collections.abc import Mapping

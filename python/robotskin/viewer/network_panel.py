@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The panel of a living network: how to meddle with it, how fast its time goes, and what each cable carries."""
 
 from collections.abc import Callable

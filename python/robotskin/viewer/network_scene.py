@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The living network on the robot: a bar for every wire, a plug for every cable, in the colour of its tree.
 
 A click on a bar or a plug is told to `on_wire_click`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the page sees of a living cell network, and what a person may do to it."""
 
 from dataclasses import dataclass

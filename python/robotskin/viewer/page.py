@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The browser page of a session: scene, controls and readouts on a server bound to this machine.
 
 A thread of its own copies the session's state thirty times a second and sends what changed; the control loop never

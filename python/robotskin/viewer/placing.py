@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page on which a person puts patches where they belong: handles to drag, a surface to snap to (paper, figure 5b).
 
 In: a robot and a layout. Out: the layout as the hands left it, saved to its file. One thread does everything that is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The four ports of one cell of a living network, as HTML: who is there, whether it works, what was damaged."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The measuring half of the page: what the session does right now, and the last seconds of touch and motion."""
 
 from collections import deque

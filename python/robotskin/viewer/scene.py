@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every page is: a server in the browser's reach, and one thread that draws on it, until `close`."""
 
 from __future__ import annotations

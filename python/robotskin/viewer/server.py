@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The web server under a page: bound to this machine, in the page's colours."""
 
 import contextlib

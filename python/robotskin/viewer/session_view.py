@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the page sees of a running session, and what it may ask of it.
 
 The page knows no world, driver or controller: a simulated arm, a replayed log and a real robot look the same to it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated two ends of the flow: cells' network and links in virtual time, and the robot's body in MuJoCo.
 
 In: a layout, a robot, a seed; pushes, joint commands, datagrams of the host. Out: datagrams of the section units, joint

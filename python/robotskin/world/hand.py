@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A hand of the world, as users command it."""
 
 from __future__ import annotations

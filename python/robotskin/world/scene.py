@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The MuJoCo model of a skinned robot with hands and the things of a scene around it."""
 
 from __future__ import annotations

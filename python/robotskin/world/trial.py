@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A network without a body, run in virtual time with its faults and measured: formation, recovery, gaps, loads.
 
 In: who is wired to whom, faults, a seed. Out: what happened, in numbers, and the hash of every frame and datagram. One

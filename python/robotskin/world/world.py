@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The world a skinned robot lives in: its body in MuJoCo, its cell network, and the hands that touch it."""
 
 import threading

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random programmes: the active set's answer keeps the limits and has multipliers that prove it best, whatever was
 // guessed; where limits exclude each other there is none, and no search takes more steps than its budget. Usage:
 // check_active_set SEED PROGRAMMES.

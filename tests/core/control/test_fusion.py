@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fusion: lower levels leave higher ones alone, limits hold, and the fast way equals the plain one."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each task of the library obeys its equation, and its rows are true motions of the robot."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The skin task: sum of Jᵀ W (eq. 14 to 17), whatever way it is computed."""
 
 import numpy as np

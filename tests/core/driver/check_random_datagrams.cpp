@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random and mutated datagrams change nothing but counters, unless their tag is right; nothing of them is out of
 // bounds. Usage: check_random_datagrams SEED COUNT. Half of them meet a driver with a key, half one without.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window of sequence numbers agrees with a plain set, for any mixture of order, repetition and jumps, over the
 // wrap. Usage: check_sequence_window SEED TRIALS
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // No torn row is ever seen, versions never go back, and a publication shows everything changed before it.
 // Usage: check_snapshot_table SEED SNAPSHOTS. One thread writes, one reads, until it has seen so many publications.
 #include <array>

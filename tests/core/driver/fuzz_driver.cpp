@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Coverage-guided fuzzing of the driver (libFuzzer). The input is a list of datagrams, each after two bytes of length;
 // its first byte says whether the driver has a key and whether the fuzzer knows it.
 #include <algorithm>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Events that cells send again after a failure: none counts twice, and no old one is taken for new."""
 
 import random

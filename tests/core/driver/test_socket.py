@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Over real UDP, with the driver's own thread: every frame that a sender with the key sends is taken."""
 
 import threading

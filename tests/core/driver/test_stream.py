@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of the newest samples is what the section units sent, whatever happens to the datagrams on their way."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the torques a driver hands out: of one epoch, whole or said not to be, and only from fresh positions."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who is believed: tags, sessions and restarts; what is refused changes nothing."""
 
 import hashlib

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs the dynamics of a robot many times; prints allocations and times of a cycle as JSON. Arguments: URDF, seed.
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The core's model and dynamics equal those of Pinocchio's own Python module."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was taken down in the middle of a run comes back to the byte, and bytes of a file move nothing they may not."""
 
 import contextlib

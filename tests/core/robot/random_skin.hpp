@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cells anywhere on any link of a robot, for programs that only need many of them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs the task cycle with every task and fusion of the library, through touches and switches of stacks; prints its
 // allocations as JSON. Arguments: URDF, seed.
 #include <algorithm>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of contact by body region: a robot that presses harder stops, and says on which region, how hard, and why."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cycle allocates nothing, whatever happens in it."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The last word before the robot: its table case by case, and what it lets through."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An intervention names the limit and the joint that it was made for."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Skin compliance, as the cycle runs it, on the UR5 with its finished skin."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The task cycle: any stack, without torque jumps, refusing what does not fit before the robot moves."""
 
 from types import SimpleNamespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cycle of driver and skin state allocates nothing: a datagram in, publication, downlink, a SkinState out.
 // Usage: check_cycle SEED STEPS. Prints how long a read of 1260 cells takes.
 #include <algorithm>

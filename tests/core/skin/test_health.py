@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is not fresh never looks fresh, and what is fresh at the rate it was asked for never looks stale."""
 
 import random

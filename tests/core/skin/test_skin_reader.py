@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The skin state is the newest sample in SI units, and what is not fresh never looks fresh."""
 
 import numpy as np

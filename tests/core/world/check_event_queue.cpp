@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Events come in order of time, equal times in the order they were put in, however many share a bucket: as from a heap.
 #include <functional>
 #include <queue>

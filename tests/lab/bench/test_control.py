@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of control, few rounds: its figures are measured, and those that are laws hold."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of event mode, in short: its laws, on random streams and on the real thing."""
 
 import numpy as np

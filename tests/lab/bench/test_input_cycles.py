@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table by which simulated cells take their time is that of this firmware."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The network's benchmark at its smallest: every part runs, and its figures obey the laws behind them."""
 
 from random import Random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark set of the network: what was fixed stays, and every skin is what its kind promises."""
 
 import numpy as np

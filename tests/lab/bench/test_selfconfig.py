@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of self-configuration refuses what it cannot run before it runs anything."""
 
 from pathlib import Path

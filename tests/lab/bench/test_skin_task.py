@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of the skin task, few rounds: its torques agree and its figures are measured."""
 
 from robotskin_lab.bench.skin_task import run

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs seeds of the campaign, or the model check, with the firmware it was linked with; one JSON object a line.
 //
 //   campaign_NAME run FIRST COUNT [INVARIANT ...]   until one of these invariants (none given: any) is broken

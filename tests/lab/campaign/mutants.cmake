@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The rules that are broken on purpose, one a mutant. Semicolons in a text would split it: leave them out.
 
 # ---- Parents: R1 to R9 ----

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Copies FROM to TO. Of TEXT_0, TEXT_1 and so on, each must stand there exactly once, and becomes REPLACEMENT_0 and so on.
 file(READ "${FROM}" content)
 set(number 0)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The campaign finds nothing in the shipping firmware, repeats itself to the byte, and catches every mutant."""
 
 import re

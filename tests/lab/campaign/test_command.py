@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python -m robotskin_lab.campaign`: what is no seed, count or time is refused by its value."""
 
 import pytest

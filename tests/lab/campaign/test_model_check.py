@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every state of every small network under the firmware's parent rule: no loop; with the rule broken: the loop."""
 
 import pytest

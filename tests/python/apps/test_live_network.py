@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of a living network: it heals around what is cut, says so, and refuses what does not exist."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin check` and `cover`: what could not be written or would not be used is refused before any work."""
 
 import pytest

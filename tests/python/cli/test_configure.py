@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin configure` on recorded data: what it finds, and with --check what has changed since."""
 
 import json

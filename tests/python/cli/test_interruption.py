@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGTERM ends a verb tidily, also where the shell of a script ignores SIGINT; nothing of it shows a traceback."""
 
 import signal

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the command: every verb explains itself, help is cheap, and a user's mistake is one line."""
 
 import subprocess

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin run`: a behaviour through an interface, and what does not fit is refused before anything starts."""
 
 import json

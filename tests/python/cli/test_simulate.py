@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin simulate`: one seed gives one run, the exit status tells whether it healed, mistakes are named."""
 
 import json

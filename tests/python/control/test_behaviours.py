@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Behaviours are figure 11, goals choose among them, and the controller changes between them without harm."""
 
 import numpy as np

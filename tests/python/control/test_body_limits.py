@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A file of limits by body region: empty as it comes, and every mistake in it is refused by file, region and field."""
 
 from importlib import resources

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot whose goal lies inside of itself keeps its bodies apart, through whatever interface it is moved."""
 
 import numpy as np

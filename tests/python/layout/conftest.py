@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Skins made for the tests: a bent patch that breaks no rule, a small robot, files in every format."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of a cell's body: the lattice closes, and overlap is what sampling finds it to be."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of covering, on a robot small enough to be covered in a test."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot without a plan: all moving links, as many cells as fit, and a layout that finds its robot again."""
 
 import shutil

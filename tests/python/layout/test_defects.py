@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every kind of defect fires on a file made to have it, and a sound file has none."""
 
 import json

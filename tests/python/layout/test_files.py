@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of layout files: what is written is read back to the last bit, and what is wrong is named by its place."""
 
 import json

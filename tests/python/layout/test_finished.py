@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of every layout that is shipped, checked by other means than those that made it."""
 
 from collections import Counter

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every format is told by its content and read into the same form; what is no skin is refused by name."""
 
 import gzip

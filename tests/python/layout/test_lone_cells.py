@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the sparsest skin: one cell on each link, outside the robot, resting on its surface."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skin made for another robot keeps its inner poses and its network when it is mounted."""
 
 from collections.abc import Callable

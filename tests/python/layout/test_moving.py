@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of moving and snapping: a patch stays rigid, nothing else moves, and it comes to lie on the surface."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the limits: flow equals cut, no forest beats its bound, brute force agrees, and advice keeps its promise."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of a link's surface, on bodies whose distance is known in closed form."""
 
 import numpy as np

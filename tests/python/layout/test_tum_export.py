@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is written as a TUM file is read back as it was."""
 
 from pathlib import Path

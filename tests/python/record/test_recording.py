@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recording holds what was felt, survives a cut at any byte, and is read by stock readers."""
 
 import random

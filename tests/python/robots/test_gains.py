@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gain files: one for each robot, checked field by field, and the weights that follow from them."""
 
 from importlib import resources

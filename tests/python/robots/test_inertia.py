@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A repaired inertia is one a body can have, and one a body can have is left alone."""
 
 import numpy as np

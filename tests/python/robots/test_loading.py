@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Any URDF loads, by name or by path; what cannot load says which thing is wrong and what would be right."""
 
 from pathlib import Path

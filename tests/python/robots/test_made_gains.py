@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gains made from a robot's model: inside limits, stated, stable, written and read again."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Surfaces are where both models have them, and converted files are kept whole and once."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pinocchio and MuJoCo are the same robot: joints, order, placements, masses, motion."""
 
 import mujoco

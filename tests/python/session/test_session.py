@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A session of behaviours: changed while it runs, by the skin's own torques, stopped where a push is too hard."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A session without a world: an arm of two cylinders that turns about z in proportion to the push on it."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the colours: a value has one colour, more of it is brighter, and what is not fresh takes none of them."""
 
 from dataclasses import replace

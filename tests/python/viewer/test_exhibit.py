@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the exhibit: it shows the finished skin in its patches' colours and bends with its sliders."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the drawn network: a wire has the colour of what runs over it, and lies between the cells it joins."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the page on which patches are placed: steps are undone exactly, and only Save touches the file."""
 
 from pathlib import Path

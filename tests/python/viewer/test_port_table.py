@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of a cell's ports as the page tells them: each names its neighbour, whether it works, and its own errors."""
 
 import numpy as np

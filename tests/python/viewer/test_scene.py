@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the picture: cells stand where their links carry them, and the page sends no more than what changed."""
 
 from dataclasses import replace

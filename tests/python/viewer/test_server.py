@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page's server is reached from this machine's own pages alone."""
 
 from collections.abc import Iterator

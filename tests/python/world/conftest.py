@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skinned UR5 in its world, made anew for each test; just as its models say, unless a test asks for more."""
 
 from collections.abc import Callable

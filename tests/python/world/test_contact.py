@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cells feel adds up to what MuJoCo says, wherever a hand presses."""
 
 import numpy as np

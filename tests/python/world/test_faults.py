@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults as text and in a run: what is printed can be read again, and one seed gives one run."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Accelerometers feel acceleration minus gravity."""
 
 import numpy as np

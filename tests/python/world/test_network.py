@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated network: reproducible, formed by shortest paths, and whole after a fault that leaves another path."""
 
 import numpy as np

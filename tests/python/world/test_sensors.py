@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Proximity, temperature and the imperfections of all sensors."""
 
 import numpy as np

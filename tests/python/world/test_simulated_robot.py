@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot in MuJoCo behind the port: three interfaces, switched while running."""
 
 import numpy as np

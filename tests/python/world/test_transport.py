@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """In process and over real UDP the same frames reach the host, and only the right key opens them."""
 
 import socket

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The control framework: times of ticks, leaks between priorities, torque jumps, contact through each interface."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, contact: the same pushes through each interface, collisions, and hands that come near."""
 
 from __future__ import annotations

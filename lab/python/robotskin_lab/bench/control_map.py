@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, the map skin task: does a learnt map move the robot as its Jacobian would (eq. 17)?"""
 
 from __future__ import annotations

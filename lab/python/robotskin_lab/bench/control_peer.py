@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, the peer: the same fixed-base problem as one flat weighted programme, here and by TSID.
 
 Both hands of Talos in six directions and a posture, weighted; limits of torque and, over a horizon, of velocity; at

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, priorities: how much lower levels move higher ones in random states of UR5 and Talos.
 
 A leak is the acceleration of the higher level's motions that the lower one causes, over what it would cause without

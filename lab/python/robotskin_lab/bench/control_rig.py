@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skinned robot reduced to what control is about: MuJoCo's physics, the robot's port, a controller, and a skin that
 feels what is true a few milliseconds late. The network in between has benchmarks of its own.
 """

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, endurance: every behaviour under random touches, on the paper's three pairings."""
 
 from __future__ import annotations

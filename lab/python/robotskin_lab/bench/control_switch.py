@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, switching: torque steps of a frozen UR5 while its behaviour and its stack are changed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, times: whole ticks, state in and command out, and the skin task in them.
 
 A microsecond depends on the machine and on who else uses it, so each time stands beside its ratio to one kernel of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The driver under the load of a whole skin: real UDP on loopback, the sender in another process, authentication on.
 
 CPU is the user and system time of the driver's whole process. A load that is called 250 Hz runs at 250.25 Hz, so that

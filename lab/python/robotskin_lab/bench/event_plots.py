@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pictures of `robotskin bench events`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skinned robot whose section units talk to a driver in this process, and what they send while palms lie on it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Events computed off-line from recorded samples: by the ideal sensor, by send-on-delta, and cut into packets."""
 
 from collections.abc import Callable

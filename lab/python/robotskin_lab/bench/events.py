@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Event mode against clock mode: bandwidth, packets, processor time, packet size, and the ideal event sensor.
 
 The scenarios follow from what people do, not from what comes out. The palms are those of

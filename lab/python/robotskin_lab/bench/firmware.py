@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's firmware on its chip, and the torque computed in the skin: size, cycles, errors, delays, compliance."""
 
 from __future__ import annotations

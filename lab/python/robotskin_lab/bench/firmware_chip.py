@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's firmware on its chip: size, stack, cycles, and the same frames as a cell built for the host."""
 
 from __future__ import annotations

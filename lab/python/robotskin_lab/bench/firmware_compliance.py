@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compliance of the skinned UR5 with the torque from the host and from the skin, in one run."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long touch takes to become joint torques, three ways, from ten to ten thousand cells.
 
 Naive host: every sample goes up, and the host computes a Jacobian a cell. Aggregated host: every sample goes up, and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's firmware on a machine of QEMU and under another compiler, where these are installed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's arithmetic: errors of sine and torque against double precision, and operations of two ways to a torque."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What each kind of input takes on the chip: the table by which simulated cells take their time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The self-organising network: forming, healing, balance, size, loss, latency, speed and scale."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How even the cables become, how soon and how deep: skins of the set, formed and settled."""
 
 from __future__ import annotations

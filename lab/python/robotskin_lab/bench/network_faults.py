@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast the network heals: one fault a run, of every kind, at a drawn place and time."""
 
 from __future__ import annotations

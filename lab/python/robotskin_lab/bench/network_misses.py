@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The skins whose loads stayed uneven, named as a person repeats them, and why."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the network is measured against: trees of the first arrival, and the largest skin that such trees carry."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plain store-and-forward network of the speed comparison, written as a user of SimPy would write it.
 
 Every cell of a tree sends a frame each period, at a phase of its own. A cell forwards what it has sampled or received

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The distributions behind the figures of the network's benchmark, drawn."""
 
 from __future__ import annotations

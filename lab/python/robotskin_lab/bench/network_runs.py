@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs of the simulated network on skins of the benchmark set, in two processes at once."""
 
 from __future__ import annotations

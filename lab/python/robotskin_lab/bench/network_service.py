@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the host gets from a full skin, 66 cells a cable at 250 Hz: losses and latency, balanced and not."""
 
 from __future__ import annotations

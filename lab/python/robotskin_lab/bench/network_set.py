@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fixed set of skins on which the network is judged, made before any tuning; a test compares its digests.
 
 A skin is named by kind, number of cables K (2 to 5) and seed (0 to 99):

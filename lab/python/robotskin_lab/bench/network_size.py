@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How large a skin may grow: a cylinder lengthened row by row until a cable has too many cells."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How fast the world runs: the full protocol beside real time, the plain network beside SimPy, and at scale."""
 
 from __future__ import annotations

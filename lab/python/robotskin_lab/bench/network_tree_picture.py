@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One skin's trees as they formed and as they settled: every cell in the colour of its cable, joined to its parent."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ticks of TSID, run by `control_peer.py` in a Python environment that has it.
 
 Usage: PYTHON peer_tsid.py PROBLEM.json ANSWER.json; answers times and torques. One flat weighted programme a tick:

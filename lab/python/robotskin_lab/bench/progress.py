@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Progress of a measurement that takes minutes: one line of the terminal, or a line a step where there is none."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench selfconfig`: what the skin finds out about itself, against the truth and against published methods.
 
 Imperfections are those of `AccelerometerImperfections`; figures are medians over the seeds.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench selfconfig`, the whole: computing time for 700 cells, and what the robot does on what it found."""
 
 from __future__ import annotations

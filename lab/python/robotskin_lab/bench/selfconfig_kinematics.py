@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Part of `robotskin bench selfconfig`: axes, cells and masses from the skin alone, and what published methods give.
 
 UR5: six cells of every patch of the finished layout; Panda: one cell a link. Every joint swings in four of eight

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Localisation of patches on limbs, by motion and by LEDs, against the truth; called by `robotskin bench selfconfig`.
 
 UR5 and the left arm of Talos wear their finished layouts, the Panda one cell a link. Patches are reconstructed first,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`robotskin bench selfconfig`, the sensory-motor map: signs of its weights against the true Jacobian.
 
 Ours is learnt on the configured model: gravity is removed through reconstructed orientations, the sign read by

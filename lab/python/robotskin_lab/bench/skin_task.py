@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The skin task on Talos with 1260 cells: per-link products against a Jacobian a cell, and the bare product."""
 
 from __future__ import annotations

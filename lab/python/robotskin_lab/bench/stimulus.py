@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """People's palms on a skin: where they lie, how steadily they press, how they rub; the same for every run of one seed.
 
 A palm is a ball of 5 cm radius, for a palm that cups a robot's link touches and shades about as many cells. It presses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fault campaign: random skins and faults under checkers of what must be true of the network.
 
 In: a range of seeds. Out: what was drawn, and every invariant that broke, with the seed that repeats it. A seed draws

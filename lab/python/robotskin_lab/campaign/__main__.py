@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python -m robotskin_lab.campaign`: seeds again, smaller cases, and long runs."""
 
 from __future__ import annotations

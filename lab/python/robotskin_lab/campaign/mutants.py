@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mutants of the protocol: the shipping sources with one rule broken, which the checkers must catch.
 
 They are built from the source tree as programs of their own (tests/lab/campaign), so an installed wheel has none.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many seeds on several processes, and what they drew."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's firmware on its target: cross-built, emulated, measured, compared with the host-built cell."""
 
 from robotskin_lab.chip.emulated_cell import EmulatedCell

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python -m robotskin_lab.chip`: the firmware built by one compiler and booted on a machine of QEMU, in a skin."""
 
 import tempfile

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A cell on an emulated chip: the cross-built firmware in the Unicorn emulator, on the board of emulated_board.c."""
 
 from __future__ import annotations

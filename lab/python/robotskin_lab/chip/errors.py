@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can go wrong with the firmware on a chip."""
 
 from robotskin.errors import RobotskinError

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The firmware cross-built for a Cortex-M0+ class part, from the sources that every other cell is built from."""
 
 from __future__ import annotations

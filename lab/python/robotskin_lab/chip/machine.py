@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cell's firmware on a machine of QEMU: the program as it would be written to a part, its four lines as sockets."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skin of four cells around a machine: a section unit at its port 1, cells at the others, the host's driver.
 
 The cell on the machine is the only way of the others to the section unit. All that is host-built runs the shipping

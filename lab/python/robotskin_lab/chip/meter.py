@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Instructions and cycles of an emulated cell, input by input."""
 
 from __future__ import annotations

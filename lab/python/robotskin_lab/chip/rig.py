@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A simulated skin of which one cell runs on the emulated chip, with a driver that tells it how the joints stand."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an instruction takes on a Cortex-M0+, by the table of the core's technical reference manual (section 3.3)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether any forest keeps to a depth and a load: branch and bound over what cells trees hold.
 
 What bears most is supposed first: a cell without which a tree loses others, such as the end of a bridge between

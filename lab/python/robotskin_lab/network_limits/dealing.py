@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which cells the trees of a depth and load can hold at all, and which they must: a relaxation of every forest.
 
 In a forest no deeper than D hops each cell belongs to one tree, whose root it reaches in D hops through cells of that

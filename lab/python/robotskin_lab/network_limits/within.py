@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What trees of a depth can do at the best, from both sides: a load that none undercuts, and the best forest found."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finished layouts of well-known robots, made by `robotskin cover ROBOT` and shipped with the package."""
 
 from importlib import resources

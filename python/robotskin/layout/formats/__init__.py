@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading skins of every known format into one form, told apart by their content."""
 
 from __future__ import annotations

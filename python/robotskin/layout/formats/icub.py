@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """iCub taxel files: a row `x y z nx ny nz` a taxel, metres, link frame; a row of zeros is an empty slot."""
 
 import re

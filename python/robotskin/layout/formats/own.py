@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The project's own layout JSON, read leniently so that every defect can be named and not only the first."""
 
 import json

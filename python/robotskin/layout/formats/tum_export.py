@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writing TUM skin configurations, in both dialects: JSON with one patch a file, XML with all patches in one.
 
 What such a file cannot hold is lost: the neighbours' own ports, studs and cables, and cells without a patch.

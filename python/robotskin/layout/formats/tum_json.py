@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """TUM skin configuration, JSON dialect: one patch a file, poses in the frame of its root cell."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """TUM skin configuration, XML dialect (`SkinConfig`): cells of several patches, poses in the root cell's frame."""
 
 from pathlib import Path

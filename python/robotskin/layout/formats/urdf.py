@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """URDF with tactile sensors: `<sensor>` with `<parent>`, `<origin>` and `<tactile>` (taxels or a regular array).
 
 The elements are those of the tactile_toolbox of the Bielefeld group: `<taxel idx xyz rpy>` poses in the sensor frame,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the wiring of a skin can carry at the best: maximum flow, least depth, best trees, and where more would help."""
 
 from robotskin.layout.network_limits.advice import Advice, best_bridge, best_cable

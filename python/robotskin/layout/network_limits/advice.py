@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where one more cable, or one more bridge between patches, raises the rate of a skin most."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Good forests, of any depth or within one, by annealing: a cell changes trees with all that hangs on it alone."""
 
 from __future__ import annotations

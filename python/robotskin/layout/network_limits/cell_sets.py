@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sets of cells as integers, bit `c` for cell `c`: to grow a tree over them is a few operations a cell."""
 
 from __future__ import annotations

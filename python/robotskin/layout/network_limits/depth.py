@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How many hops a frame needs: at the least, and if the cables are to share the cells evenly."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The best forest of a small part, decided by an integer program (HiGHS)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rate at which every cell can be heard, whatever the routing: the maximum flow and the minimum cut.
 
 Each line (a link in one direction, or a cable) carries C frames a second. If every one of N cells sends f frames a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A skin's wiring laid flat: its best trees by colour, the cut that limits each part, and how full each cable is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The networks of skin files of any format: own layouts as they are, others with the cables they state."""
 
 from __future__ import annotations

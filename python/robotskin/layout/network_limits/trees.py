@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The best forest of one-parent trees: each cell sends through one neighbour, each tree hangs on one cable.
 
 The fullest cable of a forest carries at least ceil(N / K) cells, and at least what it carries where frames may be split

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A verdict on a skin's wiring in plain sentences."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gains of robots: one documented file a robot, the reader and writer of such files, and gains made from a model."""
 
 from robotskin.robots.gains.choosing import RobotWithGains, gains_of, robot_with_gains

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gains of one robot, read from its file, and the cycle gains that follow from them for a skin and a posture."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motor babbling, part 2: one joint swings and comes back to where it started, never too fast, hard or sudden."""
 
 from __future__ import annotations

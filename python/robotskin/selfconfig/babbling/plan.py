@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motor babbling, part 3: the whole programme of an exploration, from which nothing is left to chance.
 
 In: a free space and a start posture. Out: the way through few telling postures, and the swings of every joint in some

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motor babbling, part 1: few postures that tell most about every skinned link (paper, II-C step 3).
 
 In: a robot, where it may move, the links that carry skin. Out: postures and the way through them. Once a configuration.

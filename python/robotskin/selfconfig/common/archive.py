@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The arrays of a numpy archive (.npz) that may have been cut, changed, or be another file altogether."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gravity, and how finely the cells' accelerometers tell it."""
 
 from robotskin._core import skin

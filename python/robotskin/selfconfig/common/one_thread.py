@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Linear algebra on one thread: matrices of a patch are small, and threads that wait for each other only burn time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is known of cells before any measurement."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small turns as matrices, and the turn between two bundles of directions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Independent swings and patches, two at a time: numpy lets go of the interpreter in its long operations."""
 
 from __future__ import annotations

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Step 7: masses and friction from joint torques."""

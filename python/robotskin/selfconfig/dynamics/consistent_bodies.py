@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least squares over inertial parameters of which every link is a body that could exist: a convex problem.
 
 A link's ten parameters π belong to a distribution of positive mass exactly if its pseudo-inertia P(π), 4 x 4 and linear

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Masses, inertias and friction from joint torques: every link a body that could exist.
 
 In: postures, velocities, accelerations and torques of an exciting motion. Out: a `DynamicModel`. Once a configuration.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions that make torques tell most about masses: finite Fourier series within the robot's bounds, optimised.
 
 In: a kinematic model and its bounds. Out: a `FourierTrajectory`. Once a configuration.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joint torques as a linear function of the links' inertial parameters, and which of these torques can tell at all."""
 
 from __future__ import annotations

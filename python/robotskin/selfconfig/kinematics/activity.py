@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which joint moves which cell, and the kinematic tree that follows from it (paper, III-B: activity matrix AM).
 
 In: recordings of all cells while one joint alone swings, one or more a joint. Out: the matrix and the tree.

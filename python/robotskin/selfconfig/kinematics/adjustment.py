@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least squares over all cells, swings and joints at once: axes, patches and every accelerometer's faults.
 
 Unknown per joint: its line (4); per patch: its pose at the zero posture (6); per cell: offset (3), scale (3), and a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What two published methods minimise, on the same data: named baselines of `robotskin bench selfconfig`.
 
 Watanabe et al. (HIRO, IROS 2021) and, as they describe it, Mittendorfer et al. (Humanoids 2014) find six parameters of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The kinematics step of the self-configuration: from patches and swings to axes, and what that says of the patches.
 
 In: a recording and the reconstructed patches. Out: the kinematic estimate, and how far its axes lie from those of a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the skin knows of its robot's kinematics: axes, frames and cells; as arrays, as URDF, as a Pinocchio model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames by convention: that of the base, and one on every joint after Denavit and Hartenberg."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the axis of a swinging joint lies, from the accelerometers of one patch (paper, II-D, phases 1 to 3).
 
 In: statistics of a swing, accelerometers corrected. Out: the axis, gravity, and the way from the axis to the cells.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot's kinematics from its skin alone (paper, II-D): axes, patches and cells in one frame, each with its doubt.
 
 In: one swing of a joint after the other, the patches' shapes. Out: a `KinematicEstimate`. Once a configuration.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot as its skin can know it: the axes of its joints as lines in space, and which of them carry which patch.
 
 Product of exponentials: T(q) = exp(ξ₁ q₁) … exp(ξₘ qₘ) T(0), every line ξ given in the base frame at the zero posture.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A first kinematic model in closed form: axes seen by single patches, undone joint by joint, laid over each other.
 
 This is the paper's way (II-D) on pooled cells. `adjustment.py` refines it.

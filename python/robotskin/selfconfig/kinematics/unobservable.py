@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What motion told and what it could not: deviations of axes and cells, and the motions that no reading would notice.
 
 A fixed robot, its joints and its skin may be shifted and turned about the vertical as a whole; a patch that only one

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text of a URDF for a robot that its skin has found."""
 
 from __future__ import annotations

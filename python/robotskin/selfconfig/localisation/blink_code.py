@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cells blink who they are: an id of 14 bits as colours over 31 frames, found again wherever a camera began to look.
 
 In: ids of cells. Out: the colour of each cell in each frame, for the firmware's `led` command; and back, from what

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera that looks at the skin: where points land in its image, and one place from which it looked."""
 
 from __future__ import annotations

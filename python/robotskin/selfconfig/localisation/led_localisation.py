@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a patch sits, from pictures of its blinking cells (paper, figure 5a): the skin as its own visual marker.
 
 In: which cell was seen at which pixel, from where, in which posture; the patch's shape; rests, if there are. Out: link

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of a blinking skin, already read: which cell was seen where, view by view."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shape and place of a patch whose shape gravity does not tell: from pictures of its LEDs, its hinges and its rests.
 
 In: sightings, hinges, the links that may carry it. Out: a shape with covariance, and the place of its root cell. Once

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What was seen of a patch, as residuals of its cells' places on a link; and first guesses of the patch's pose."""
 
 from __future__ import annotations

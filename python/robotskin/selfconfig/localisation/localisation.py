@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a patch sits on its robot, and what about it cannot be known: the result of every way of localising."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least squares of one patch on one link against everything its accelerometers felt.
 
 A cell with rotation R and place p on a link reads  a = diag(s) Rᵀ (f + Ω p) + b, where f is the specific force of the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which link a patch sits on and where, from motion and gravity alone (paper, II-C step 5, without camera or hands).
 
 In: swings of single joints with what the cells felt, rests if there are, and the shape of the patch. Out: link and pose

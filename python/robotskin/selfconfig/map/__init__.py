@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Step 8: the postural sensory-motor map."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A sensory-motor map as a matrix picture: one panel a tile, cells down, joints across, colour the weight."""
 
 from __future__ import annotations

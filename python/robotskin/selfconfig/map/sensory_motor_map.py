@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The postural sensory-motor map (paper, IV-A, eq. 8 to 13): which joint motion moves which cell along its normal.
 
 In: swings of every joint in some postures, as all cells felt them. Out: a tile of weights a posture, recalled by the

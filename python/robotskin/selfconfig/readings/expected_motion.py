@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a kinematic model expects of cells: their Jacobian along the normal, and gravity while a joint swings."""
 
 from __future__ import annotations

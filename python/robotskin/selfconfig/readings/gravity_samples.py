@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cells felt of gravity while the limb rested in several poses: the input of the reconstruction."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How links move, turn and feel gravity while one joint swings, from a known kinematic model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cells felt while one joint swung."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a skin reported while its robot babbled: everything the self-configuration needs, in one file.
 
 In: neighbour reports, rests and swings as the driver gave them. Out: the same, from a file, on any machine. The file is

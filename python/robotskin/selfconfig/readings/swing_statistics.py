@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What one swing of one joint tells about every cell, in five vectors a cell instead of a thousand readings.
 
 In: recordings, or readings at rest. Out: coefficients with their information. Nothing is lost: the sum of squares over

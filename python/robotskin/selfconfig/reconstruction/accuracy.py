@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How far estimated cell poses are from true ones, and whether the stated covariance is honest."""
 
 from __future__ import annotations

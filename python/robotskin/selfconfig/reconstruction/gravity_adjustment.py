@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least squares over a whole patch: every hinge, every gravity reading and every accelerometer's faults at once.
 
 Unknown per cell: rotation, position; offset, scale, turn in the cell and shear of its accelerometer (3 each). Unknown

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The flexible joint between two cells: both rigid cells share one point, and turn about it freely (facts, 1g)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Closing the loops of a patch that was reconstructed along a tree, from the rotations it stored.
 
 A chain of poses leaves the whole error of each loop in the one edge that closes it. Here the stored rotation of every

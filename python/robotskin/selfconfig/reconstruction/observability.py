@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What gravity samples can tell at all, before anything is computed from them."""
 
 from __future__ import annotations

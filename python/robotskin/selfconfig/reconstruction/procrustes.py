@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The published reconstruction, kept as the baseline: a rotation an edge, chained along the shortest paths."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shape of a patch from gravity: all edges, loops, poses and accelerometer faults in one adjustment.
 
 In: topology and gravity samples. Out: the pose of every cell in its root's frame, with its covariance. Once a patch.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shapes of all patches, as the reconstruction left them: what the kinematics builds on."""
 
 from __future__ import annotations

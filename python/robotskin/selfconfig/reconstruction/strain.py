@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Smooth strain of a patch: hinges that gape alike over several cells, which loops hardly show and places suffer from.
 
 A lattice laid on a curved limb is stretched here and sheared there, and neighbouring hinges alike: their gaps add up

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has changed on a skin since it was configured, from a few rests: cells, patches, joints, plugs.
 
 In: the baseline of the configuration and a later recording. Out: the changes, named. Whenever wanted; a rest of 16

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What each cell read of gravity when it was configured, and how sure that is: what later readings are held against.
 
 A resting cell reads a = M u + b, with u the direction up in the frame of its link and M = g diag(s) Rᵀ. M and b are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuring again only what changed: a joint's zero, a patch's place, one cell's rotation and accelerometer.
 
 In: a configuration, the changes found on it, and the recording in which they were found. Out: the configuration with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a camera sees of a blinking skin, drawn by projection: LEDs where no ray is stopped, light, blur and noise.
 
 Ground truth for benches and tests; needs no graphics driver. `rendered_leds.py` draws the same with MuJoCo's renderer.

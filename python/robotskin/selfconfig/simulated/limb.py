@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A patch on a limb with a known shape, and what its accelerometers would report: ground truth for benches and tests.
 
 The simulated world gives the same samples from a moving robot; this is the short way, straight from poses.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cells of a robot feel while one joint swings: ground truth for benches and tests of what uses motion."""
 
 from __future__ import annotations

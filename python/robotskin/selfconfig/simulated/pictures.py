@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A person with a camera in front of a simulated robot: pictures of a part of its skin while the LEDs blink."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A whole babbling as an ideal robot would carry it out: the short way to a recording, without cells, wires and servos.
 
 `robotskin.apps.exploration` records the same from the simulated world with the shipping firmware.

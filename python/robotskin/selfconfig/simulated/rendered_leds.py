@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a camera sees of a blinking skin, drawn by MuJoCo's renderer: the check on `leds.py`, which projects.
 
 In: as there. Out: the same frames. Each LED is a small disc on its cell's outer face with a dark back; the graphics

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A small skin on any robot, with its motion recorded: ground truth for benches and tests of what uses motion."""
 
 from __future__ import annotations

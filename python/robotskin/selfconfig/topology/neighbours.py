@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the running network reports: for each cell, which cell is plugged into each of its four ports."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which cells hang together: from neighbour lists to patches, root cells and shortest paths (paper, II-C).
 
 In: neighbour lists as the network reports them. Out: `Topology`, and every report that contradicts another one.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot and the skin that cameras look at."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of the blink code: ids come back through wrong frames, and what is no id is none."""
 
 import numpy as np

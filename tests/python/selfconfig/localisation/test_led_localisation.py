@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of localisation by LEDs: pictures name the cells they show and no others, and give the patch's place."""
 
 from dataclasses import replace

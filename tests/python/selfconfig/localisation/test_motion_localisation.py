@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of localisation from motion: link and place are found, what is open is named, what contradicts is left out."""
 
 from collections.abc import Callable

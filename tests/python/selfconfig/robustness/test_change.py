@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What changes on a configured skin is noticed, named and made new, and nothing else is."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The law of both ways of drawing a blinking skin, projected and rendered: the same cells at the same pixels."""
 
 from collections.abc import Iterator
