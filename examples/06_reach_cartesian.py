@@ -4,8 +4,8 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.behaviour_script import hand_pose
 from robotskin.control import CartesianGoal
+from robotskin.scripts.behaviour_script import hand_pose
 from robotskin.session import Session
 
 session = Session(robots.load("ur5"), layout.finished("ur5"), interface="torque")

@@ -4,7 +4,7 @@
 import numpy as np
 
 from robotskin import layout, robots
-from robotskin.apps.behaviour_script import hand_pose
+from robotskin.scripts.behaviour_script import hand_pose
 from robotskin.session import Session
 from robotskin.session.touches import pushed_cell
 

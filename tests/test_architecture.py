@@ -40,6 +40,8 @@ PYTHON_ORDER = [
     "laboratory",
     "whole_file",
     "keys",
+    "figures",
+    "outputs",
     "_core",
     "robots",
     "layout",
@@ -47,8 +49,11 @@ PYTHON_ORDER = [
     "control",
     "world",
     "session",
+    "scripts",
+    "configuring",
     "record",
     "viewer",
+    "live",
     "apps",
     "cli",
 ]
@@ -233,6 +238,15 @@ def test_python_packages_import_only_earlier_ones() -> None:
         for target in imports_of(source) & set(PYTHON_ORDER):
             earlier = PYTHON_ORDER.index(target) <= PYTHON_ORDER.index(room)
             assert earlier or (room, target) in ALLOWED_BACK_EDGES, f"{source.relative_to(ROOT)} imports {target}"
+
+
+def test_what_runs_without_a_page_imports_no_viewer() -> None:
+    """The page's own rooms may, the command when a page is asked for, and the panel of an application."""
+    package = ROOT / "python" / "robotskin"
+    for source in sorted(package.rglob("*.py")):
+        room, *inside = source.relative_to(package).parts
+        if room not in {"viewer", "live", "cli"} and (room, inside[-1:]) != ("apps", ["panel.py"]):
+            assert not imports_of(source) & {"viewer", "live"}, f"{source.relative_to(ROOT)} imports the page"
 
 
 def test_steps_of_the_self_configuration_import_only_earlier_ones() -> None:

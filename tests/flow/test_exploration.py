@@ -7,8 +7,8 @@ import pytest
 from partial_skin import part_of
 
 from robotskin import layout, robots
-from robotskin.apps.exploration import Exploration, ExplorationError, measured_swing
-from robotskin.apps.identification import identified, record_torques
+from robotskin.configuring.exploration import Exploration, ExplorationError, measured_swing
+from robotskin.configuring.identification import identified, record_torques
 from robotskin.errors import InputError
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import GainSet

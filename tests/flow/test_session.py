@@ -6,11 +6,11 @@ import pytest
 from partial_skin import part_of
 
 from robotskin import layout, robots
-from robotskin.apps.live import LiveSession
-from robotskin.apps.network_watch import NetworkError, NetworkWatch
-from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
+from robotskin.live.live_session import LiveSession
+from robotskin.live.network_watch import NetworkError, NetworkWatch
+from robotskin.live.session_network import SessionNetwork
 from robotskin.session import INTERFACES, Session, SessionError
 from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 

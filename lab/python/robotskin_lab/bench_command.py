@@ -19,8 +19,8 @@ from rich.table import Table
 
 import robotskin
 import robotskin_lab.bench
-from robotskin.apps.figures import write_figures
 from robotskin.cli._ideal import Ideal
+from robotskin.figures import write_figures
 
 app = typer.Typer(no_args_is_help=True, help="Measure; each benchmark prints a table and writes flat JSON.")
 console = Console()

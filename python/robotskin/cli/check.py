@@ -51,8 +51,8 @@ def command(
     With --network it names what the wiring can carry at the best, whatever the firmware does: which cables or bridges
     limit the rate, and where one more helps most. --strict then exits with status 1 if the rate is not reached.
     """
-    from robotskin.apps.outputs import PICTURES, require_writable
     from robotskin.layout.finished_layouts import finished_names
+    from robotskin.outputs import PICTURES, require_writable
 
     foreign = {"--robot": robot, "--all": show_all} if network else {"--rate": rate, "--picture": picture}
     for option, value in foreign.items():

@@ -78,9 +78,9 @@ def command(
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Table
 
-    from robotskin.apps.configuring import babble, check_again, placed_by_camera, worn_layout
-    from robotskin.apps.outputs import PICTURES, require_writable
+    from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
     from robotskin.errors import InputError
+    from robotskin.outputs import PICTURES, require_writable
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
@@ -196,7 +196,7 @@ def command(
 
         save_map_picture(learned, map_picture)
     if report is not None:
-        from robotskin.apps.configuration_report import write_report
+        from robotskin.configuring.report import write_report
 
         with console.status("drawing the report"):
             write_report(report, model, recorded, found, learned, truth)

@@ -51,11 +51,11 @@ def command(
     from dataclasses import replace
 
     from robotskin import robots
-    from robotskin.apps.outputs import require_writable
     from robotskin.layout.covering import cover, moving_links
     from robotskin.layout.places import Rules
     from robotskin.layout.plans import PLANS
     from robotskin.layout.report import report
+    from robotskin.outputs import require_writable
 
     console = Console()
     if console.width < TABLE_WIDTH:

@@ -130,7 +130,7 @@ def believed_model(
         return Layout.load(believed), None
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from robotskin.apps.configuring import configured
+    from robotskin.configuring.configured import configured
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
@@ -146,8 +146,8 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    from robotskin.apps import push_script
-    from robotskin.apps.figures import broken, table_of, write_figures
+    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.scripts import push_script
 
     console = Console()
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -171,7 +171,7 @@ def show(session: Session, port: int, ready: Callable[[], None] = lambda: None) 
     """Serve the page until it is interrupted; `ready` is called when the robot runs."""
     from rich.console import Console
 
-    from robotskin.apps.live import LiveSession
+    from robotskin.live.live_session import LiveSession
     from robotskin.viewer.page import Page
 
     console = Console()

@@ -42,9 +42,9 @@ def command(
     from rich.table import Table
 
     from robotskin import robots
-    from robotskin.apps.outputs import require_writable
     from robotskin.cli.run import numbers_of
     from robotskin.errors import InputError
+    from robotskin.outputs import require_writable
     from robotskin.robots.gains.gain_file import written
     from robotskin.robots.gains.made import heading, made_gains
     from robotskin.robots.locking import joints_to_lock

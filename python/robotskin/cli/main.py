@@ -8,20 +8,16 @@ the verbs are; their one-line summaries are read from their sources.
 
 from __future__ import annotations
 
-import ast
-import importlib
-import importlib.util
 import pkgutil
 import signal
 import threading
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
 
 import robotskin
 import robotskin.cli
+from robotskin.cli._lazy import LazyGroup
 from robotskin.errors import RobotskinError
 
 # The order of a project's day; verbs that are not named here follow by alphabet.
@@ -35,6 +31,7 @@ ORDER = (
     "simulate",
     "configure",
     "run",
+    "app",
     "scenes",
     "view",
     "keys",
@@ -57,36 +54,6 @@ def verbs() -> list[str]:
         if module.name != "main" and module.name[0] != "_"
     ]
     return sorted(found, key=lambda verb: (ORDER.index(verb) if verb in ORDER else len(ORDER), verb))
-
-
-def summary(verb: str) -> str:
-    """The first sentence of a verb's help, without importing it."""
-    specification = importlib.util.find_spec(f"robotskin.cli.{verb}")
-    if specification is None or specification.origin is None:
-        raise ModuleNotFoundError(f"the verb {verb!r} has no source")
-    tree = ast.parse(Path(specification.origin).read_text(encoding="utf-8"))
-    texts: list[object] = [
-        ast.get_docstring(node) for node in tree.body if isinstance(node, ast.FunctionDef) if node.name == "command"
-    ]
-    texts += [
-        keyword.value.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
-        for keyword in node.value.keywords
-        if keyword.arg == "help" and isinstance(keyword.value, ast.Constant)
-    ]
-    texts.append(ast.get_docstring(tree))
-    return next((str(text).split("\n")[0] for text in texts if text), "")
-
-
-def load(verb: str) -> Any:
-    """Import a verb and return what runs it."""
-    module = importlib.import_module(f"robotskin.cli.{verb}")
-    if hasattr(module, "app"):
-        return typer.main.get_command(module.app)
-    single = typer.Typer(add_completion=False)
-    single.command(verb)(module.command)
-    return typer.main.get_command(single)
 
 
 class Interruption:
@@ -112,21 +79,14 @@ class Interruption:
         raise KeyboardInterrupt
 
 
-class Verbs(TyperGroup):
+class Verbs(LazyGroup):
     """Loads the verb that is called, and turns the project's own errors into one line on stderr and exit status 2.
 
     Any other exception is a bug and is shown as one.
     """
 
-    def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes)
-        self.commands = {verb: TyperCommand(verb, help=summary(verb)) for verb in verbs()}
-
-    def resolve_command(self, context: Any, arguments: list[str]) -> Any:
-        """The verb that `arguments` begin with."""
-        if arguments[0] in self.commands:
-            self.commands[arguments[0]] = load(arguments[0])
-        return super().resolve_command(context, arguments)
+    told_in = runs_in = "robotskin.cli.{name}"
+    names = staticmethod(verbs)
 
     def invoke(self, context: Any) -> Any:
         """Run the verb that `context` holds."""

@@ -26,7 +26,7 @@ def command(
     from rich.progress import Progress
     from rich.table import Table
 
-    from robotskin.apps.figures import write_figures
+    from robotskin.figures import write_figures
     from robotskin.record import Recording
     from robotskin.record.summary import summarise
 

@@ -102,14 +102,13 @@ def command(
     from robotskin import control
     from robotskin import layout as layouts
     from robotskin._core.control import Fusion
-    from robotskin.apps.behaviour_script import set_goal
     from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import UnknownNameError
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
+    from robotskin.scripts.behaviour_script import set_goal
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-    from robotskin.session import Session
-    from robotskin.viewer.session_view import SOURCES
+    from robotskin.session import SOURCES, Session
     from robotskin.world import load_scene
 
     control.behaviour(behaviour)
@@ -183,8 +182,8 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     """Run the script, print its table, write its figures; the exit status."""
     from rich.console import Console
 
-    from robotskin.apps import behaviour_script
-    from robotskin.apps.figures import broken, table_of, write_figures
+    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.scripts import behaviour_script
     from robotskin.session import Session
 
     assert isinstance(session, Session)

@@ -58,8 +58,8 @@ def command(
     from rich.table import Table
 
     from robotskin._core.world import fault_help
-    from robotskin.apps.figures import write_figures
     from robotskin.errors import InputError
+    from robotskin.figures import write_figures
     from robotskin.world.trial import figures_of, run_trial
 
     console = Console()

@@ -45,8 +45,8 @@ def command(
     if output is not None and not place:
         raise typer.BadParameter("is for --place", param_hint="--output")
     from robotskin import robots
-    from robotskin.apps.live_network import LiveNetwork
     from robotskin.layout import Layout, finished
+    from robotskin.live.live_network import LiveNetwork
     from robotskin.viewer.exhibit import Exhibit
 
     model = robots.load(robot)

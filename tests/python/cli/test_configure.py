@@ -64,7 +64,7 @@ def test_what_cannot_be_done_is_refused_before_the_robot_moves(
         raise AssertionError("the robot moved")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("robotskin.apps.configuring.babble", moved)
+    monkeypatch.setattr("robotskin.configuring.configured.babble", moved)
     (tmp_path / "half.npz").write_bytes(b"PK and then nothing")
     result = CliRunner().invoke(app, ["configure", "ur5", *arguments])
     assert result.exit_code == 2, result.output

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from robotskin.apps.configuring import home_posture
+from robotskin.configuring.configured import home_posture
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from robotskin import layout as layouts
-from robotskin.apps.configuring import placed_by_camera
+from robotskin.configuring.configured import placed_by_camera
 from robotskin.errors import UnknownNameError
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace

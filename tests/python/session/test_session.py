@@ -13,10 +13,10 @@ from robotskin import layout, robots
 from robotskin._core import firmware
 from robotskin._core.control import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 from robotskin._core.robot import Reason, SafetyState
-from robotskin.apps.live import LiveSession
 from robotskin.control import BEHAVIOURS, Behaviour
 from robotskin.control.body_limits import BodyLimits
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.live.live_session import LiveSession
 from robotskin.robots.chains import ChainError
 from robotskin.session import Session, SessionError
 from robotskin.session.touches import pushed_cell

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from robotskin.apps.configuring import babble
+from robotskin.configuring.configured import babble
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import load

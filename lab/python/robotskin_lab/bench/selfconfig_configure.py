@@ -8,7 +8,7 @@ import time
 import numpy as np
 from scipy.linalg import cholesky
 
-from robotskin.apps.configuring import configured
+from robotskin.configuring.configured import configured
 from robotskin.layout.finished_layouts import finished
 from robotskin.layout.layout import Layout
 from robotskin.robots import Robot, load

@@ -2,7 +2,7 @@
 """Motor babbling, part 3: the whole programme of an exploration, from which nothing is left to chance.
 
 In: a free space and a start posture. Out: the way through few telling postures, and the swings of every joint in some
-of them. Nothing here moves a robot; `robotskin.apps.exploration` does.
+of them. Nothing here moves a robot; `robotskin.configuring.exploration` does.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole babbling as an ideal robot would carry it out: the short way to a recording, without cells, wires and servos.
 
-`robotskin.apps.exploration` records the same from the simulated world with the shipping firmware.
+`robotskin.configuring.exploration` records the same from the simulated world with the shipping firmware.
 """
 
 from __future__ import annotations

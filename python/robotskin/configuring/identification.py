@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from robotskin.apps.exploration import PERIOD_S, Exploration, ExplorationError
+from robotskin.configuring.exploration import PERIOD_S, Exploration, ExplorationError
 from robotskin.robots import Robot
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.loading import from_text

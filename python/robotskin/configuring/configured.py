@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.exploration import Exploration, Progress
-from robotskin.apps.identification import identified, record_torques
+from robotskin.configuring.exploration import Exploration, Progress
+from robotskin.configuring.identification import identified, record_torques
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot

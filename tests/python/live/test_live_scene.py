@@ -6,8 +6,8 @@ import pytest
 import viser
 
 from robotskin import robots
-from robotskin.apps.live import LiveSession
 from robotskin.layout import finished
+from robotskin.live.live_session import LiveSession
 from robotskin.session import Session
 from robotskin.viewer.solids import Solids
 from robotskin.world import load_scene

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin.apps.figures import Bound
+from robotskin.figures import Bound
 from robotskin.session import INTERFACES, Session
 from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 

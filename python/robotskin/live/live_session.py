@@ -14,9 +14,9 @@ import numpy as np
 
 from robotskin._core.robot import SafetyState
 from robotskin._core.world import HandTask
-from robotskin.apps.network_watch import NetworkWatch
-from robotskin.apps.session_network import SessionNetwork
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.live.network_watch import NetworkWatch
+from robotskin.live.session_network import SessionNetwork
 from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Solid, Torques, Touch

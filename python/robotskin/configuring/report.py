@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.configuration_plots import (
+from robotskin.configuring.report_plots import (
     activity_figure,
     edge_figure,
     error_figure,

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable
 
 from robotskin._core import world as core
-from robotskin.apps.network_watch import NetworkError, NetworkWatch
-from robotskin.apps.watched_network import WatchedNetwork
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.live.network_watch import NetworkError, NetworkWatch
+from robotskin.live.watched_network import WatchedNetwork
 
 WALL_STEP_S = 1 / 60
 WATCH_STEP_S = 0.0002

@@ -2,7 +2,7 @@
 import numpy as np
 
 from robotskin._core.robot import Limit
-from robotskin.apps.reasons import interventions_told
+from robotskin.scripts.reasons import interventions_told
 
 
 def test_the_limits_that_changed_most_commands_are_named() -> None:

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.network_watch import NetworkError, NetworkWatch
-from robotskin.apps.watched_network import WatchedNetwork
 from robotskin.layout import Layout
+from robotskin.live.network_watch import NetworkError, NetworkWatch
+from robotskin.live.watched_network import WatchedNetwork
 from robotskin.viewer.network_view import NO_PATH, NetworkReading
 
 

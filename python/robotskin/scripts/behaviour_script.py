@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from robotskin._core.control import CartesianTask, JointTask
 from robotskin._core.model import RobotDynamics
 from robotskin._core.robot import SafetyState
-from robotskin.apps.figures import Bound
-from robotskin.apps.reasons import interventions_told, missed_goal_told
 from robotskin.errors import InputError
+from robotskin.figures import Bound
 from robotskin.robots.reach import nearest_to
+from robotskin.scripts.reasons import interventions_told, missed_goal_told
 from robotskin.session import PERIOD_S, Session
 
 Progress = Callable[[str], None]

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from robotskin.apps.live_network import LiveNetwork
-from robotskin.apps.network_watch import NetworkError
 from robotskin.layout import SectionUnitPort, finished
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.live.live_network import LiveNetwork
+from robotskin.live.network_watch import NetworkError
 from robotskin.viewer.network import fair_shares
 from robotskin.viewer.network_view import NO_PATH, Flags, NetworkReading
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robotskin.apps.network_watch import NetworkWatch
+from robotskin.live.network_watch import NetworkWatch
 from robotskin.viewer.network_view import NetworkReading
 
 

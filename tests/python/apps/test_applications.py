@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Applications are listed with a line each, run by name, and are built from public names alone."""
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from robotskin import apps
+from robotskin.cli import main
+
+ROOM = Path(apps.__file__).parent
+SOURCES = sorted(ROOM.glob("*/**/*.py"))
+
+SUM = '''
+"""Adds two numbers."""
+import typer
+
+
+def command(first: int, second: int = 2) -> None:
+    """Add."""
+    typer.echo(f"sum {first + second}")
+'''
+
+
+def private_names(source: Path) -> list[str]:
+    """What a file imports of the package beside public names: those in the `__all__` of a module without underscore."""
+    found = []
+    own = f"robotskin.apps.{source.relative_to(ROOM).parts[0]}" if source.is_relative_to(ROOM) else "-"
+    for node in ast.walk(ast.parse(source.read_text())):
+        if isinstance(node, ast.Import):
+            found += [one.name for one in node.names if one.name.startswith("robotskin.")]
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "robotskin":
+            assert node.module is not None
+            if f"{node.module}.".startswith(f"{own}."):
+                continue
+            public = set(getattr(importlib.import_module(node.module), "__all__", ()))
+            hidden = "._" in node.module
+            found += [f"{node.module}.{one.name}" for one in node.names if hidden or one.name not in public]
+    return found
+
+
+@pytest.fixture
+def room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A second folder of applications, with one in it."""
+    application = tmp_path / "adding"
+    application.mkdir()
+    (application / "__init__.py").write_text('"""Two numbers become one."""\n')
+    (application / "command.py").write_text(SUM)
+    monkeypatch.setattr(apps, "__path__", [*apps.__path__, str(tmp_path)])
+    return application
+
+
+def test_applications_are_listed_with_a_line_each(room: Path) -> None:
+    answer = CliRunner().invoke(main.app, ["app"])
+    assert answer.exit_code == 0, answer.output
+    told = {line.split()[0]: line.split(maxsplit=1)[1] for line in answer.output.splitlines()}
+    assert told["adding"] == "Two numbers become one."
+    assert sorted(told) == apps.names()
+    assert all(text.endswith(".") for text in told.values())
+
+
+def test_an_application_runs_by_name_and_explains_itself(room: Path) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "adding", "3"])
+    assert (answer.exit_code, answer.output) == (0, "sum 5\n")
+    assert "--second" in CliRunner().invoke(main.app, ["app", "adding", "--help"]).output
+
+
+def test_an_unknown_application_is_refused_by_name(room: Path) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "ading"])
+    assert answer.exit_code == 2
+    assert "unknown application 'ading': did you mean adding?" in answer.output
+
+
+def test_applications_are_built_from_public_names() -> None:
+    assert not {source.relative_to(ROOM): found for source in SOURCES if (found := private_names(source))}
+
+
+def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
+    source = tmp_path / "own.py"
+    source.write_text("from robotskin._core.skin import Health\nfrom robotskin.session import Session, time\n")
+    assert private_names(source) == ["robotskin._core.skin.Health", "robotskin.session.time"]
