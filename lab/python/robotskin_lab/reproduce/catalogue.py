@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The runs that are kept and the rows that are made from them, as `catalogue.toml` names them."""
+
+from __future__ import annotations
+
+import shlex
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from robotskin.errors import RobotskinError, UnknownNameError
+
+FILE = Path(__file__).with_name("catalogue.toml")
+
+
+class CatalogueError(RobotskinError):
+    """A row or a run of the catalogue that cannot be used; the message names it."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One command whose figures are kept.
+
+    command: without `robotskin`, without `--seed` and `--json`. quick: the same in a short form. seeds, quick_seeds:
+    with each of these it is run. measures: the paths of the repository whose change makes the result old.
+    minutes: of the whole form, about, on two cores.
+    """
+
+    name: str
+    command: str
+    quick: str
+    seeds: tuple[int, ...]
+    quick_seeds: tuple[int, ...]
+    measures: tuple[str, ...]
+    minutes: float
+
+    def arguments(self, *, quick: bool) -> list[str]:
+        """The words after `robotskin`."""
+        return shlex.split(self.quick if quick else self.command)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of the table: what is stated, and how ours is said with the figures of a run.
+
+    ours: a format string over the run's figures. worst: for each figure named here, `least` or `most` of the seeds
+    counts; `most` for those that are not named. ratio: a figure of the run and the stated number that divides it.
+    """
+
+    figure: str
+    stated: str
+    run: str
+    ours: str
+    worst: dict[str, str]
+    ratio: tuple[str, float] | None
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """All runs by name, all rows in their order."""
+
+    runs: dict[str, Run]
+    rows: tuple[Row, ...]
+
+    def chosen(self, names: Sequence[str]) -> list[Run]:
+        """The runs with these names; all where none is named.
+
+        Raises:
+            UnknownNameError: no such run.
+        """
+        for name in names:
+            if name not in self.runs:
+                raise UnknownNameError("run", name, self.runs)
+        return [self.runs[name] for name in names] or list(self.runs.values())
+
+
+def read(file: Path = FILE) -> Catalogue:
+    """The catalogue of a file.
+
+    Raises:
+        CatalogueError: a row names a run that is not there.
+    """
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    always = tuple(document["measures_always"])
+    runs = {
+        name: Run(
+            name,
+            entry["command"],
+            entry.get("quick", entry["command"]),
+            tuple(entry.get("seeds", [1])),
+            tuple(entry.get("quick_seeds", entry.get("seeds", [1])[:1])),
+            (*entry["measures"], *always),
+            entry["minutes"],
+        )
+        for name, entry in document["run"].items()
+    }
+    rows = []
+    for entry in document["row"]:
+        if entry["run"] not in runs:
+            raise CatalogueError(f"row {entry['figure']!r}: run {entry['run']!r} is none of {', '.join(sorted(runs))}")
+        ratio = entry.get("ratio")
+        rows.append(
+            Row(
+                entry["figure"],
+                entry["stated"],
+                entry["run"],
+                entry["ours"],
+                entry.get("worst", {}),
+                (ratio[0], float(ratio[1])) if ratio else None,
+            )
+        )
+    return Catalogue(runs, tuple(rows))

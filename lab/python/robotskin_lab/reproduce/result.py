@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One kept result: the figures of a run for each seed, with the commit and the machine that gave them."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from robotskin.errors import RobotskinError
+from robotskin.whole_file import whole_file
+
+TREE = Path(__file__).resolve().parents[4]
+FOLDER = TREE / "docs" / "results"
+CHANGED = "+"
+"""Behind the commit of a result that was measured with changes which were not committed."""
+
+
+class ResultError(RobotskinError):
+    """A result that is missing or that lacks a figure; the message names it and the command that makes it."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """commit: short, `+` behind it where the tree had changes. quick: measured in the short form. by_seed: seed to
+    figures."""
+
+    run: str
+    command: str
+    quick: bool
+    commit: str
+    machine: dict[str, Any]
+    by_seed: dict[int, dict[str, Any]]
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds, sorted."""
+        return sorted(self.by_seed)
+
+    def worst(self, choice: Mapping[str, str]) -> dict[str, Any]:
+        """For each figure the most of all seeds, or the least where `choice` says `least`; text: the first seed's."""
+        first = self.by_seed[self.seeds[0]]
+        found: dict[str, Any] = {}
+        for key, value in first.items():
+            if isinstance(value, int | float):
+                of_all = [one[key] for one in self.by_seed.values() if isinstance(one.get(key), int | float)]
+                found[key] = min(of_all) if choice.get(key) == "least" else max(of_all)
+            else:
+                found[key] = value
+        return found
+
+    def save(self, folder: Path = FOLDER) -> Path:
+        """Write RUN.json, whole or not at all; return its path."""
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / f"{self.run}.json"
+        with whole_file(file) as partial:
+            partial.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
+        return file
+
+
+def load(run: str, folder: Path = FOLDER) -> Result:
+    """The kept result of a run.
+
+    Raises:
+        ResultError: there is none.
+    """
+    file = folder / f"{run}.json"
+    if not file.exists():
+        raise ResultError(f"{file.name}: no result is kept of this run; make it with `robotskin reproduce {run}`")
+    document = json.loads(file.read_text(encoding="utf-8"))
+    document["by_seed"] = {int(seed): figures for seed, figures in document["by_seed"].items()}
+    return Result(**document)
+
+
+def kept(folder: Path = FOLDER) -> list[str]:
+    """The names of all runs of which a result is kept."""
+    return sorted(file.stem for file in folder.glob("*.json"))
+
+
+def git(*words: str) -> str:
+    """What git prints in this checkout."""
+    return subprocess.run(["git", "-C", str(TREE), *words], check=True, capture_output=True, text=True).stdout.strip()
+
+
+def commit_now(measures: tuple[str, ...]) -> str:
+    """The commit of the checkout, `+` behind it where what is measured has changes that are not committed."""
+    changed = git("status", "--porcelain", "--", *measures)
+    return git("rev-parse", "--short=10", "HEAD") + (CHANGED if changed else "")
+
+
+def machine_now() -> dict[str, Any]:
+    """What times depend on: processor, cores and how busy they were before the run."""
+    model = platform.processor() or platform.machine()
+    told = Path("/proc/cpuinfo")
+    if told.exists():
+        lines = [line for line in told.read_text().splitlines() if line.startswith("model name")]
+        model = lines[0].partition(":")[2].strip() if lines else model
+    return {
+        "processor": model,
+        "cores": len(os.sched_getaffinity(0)),
+        "load_before": round(os.getloadavg()[0], 2),
+        "python": platform.python_version(),
+    }
+
+
+def changed_since(commit: str, measures: tuple[str, ...]) -> bool:
+    """Whether what a result measures has changed since its commit; also true where that commit is not known here."""
+    if commit.endswith(CHANGED):
+        return True
+    try:
+        return bool(git("diff", "--name-only", commit, "HEAD", "--", *measures))
+    except subprocess.CalledProcessError:
+        return True

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of docs/reproduction.md, made from the kept results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from robotskin_lab.reproduce.catalogue import Catalogue, Row
+from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, changed_since, load
+
+PAGE = TREE / "docs" / "reproduction.md"
+START, END = "<!-- results -->", "<!-- end of results -->"
+HEAD = (
+    "| figure | stated (or our rebuild of the method) | ours | ours / stated | measured by | at commit |",
+    "|---|---|---|---|---|---|",
+)
+
+
+def said(row: Row, result: Result) -> tuple[str, str]:
+    """What the row says of ours, and its ratio to what is stated.
+
+    Raises:
+        ResultError: the row names a figure that the result has not.
+    """
+    figures = result.worst(row.worst)
+    try:
+        ours = row.ours.format(**figures)
+        ratio = "—" if row.ratio is None else f"{figures[row.ratio[0]] / row.ratio[1]:.2g}"
+    except KeyError as missing:
+        raise ResultError(
+            f"row {row.figure!r}: {missing.args[0]} is no figure of {result.run}.json; measure it anew "
+            f"(`robotskin reproduce {result.run}`) or mend catalogue.toml"
+        ) from None
+    return ours, ratio
+
+
+def line(row: Row, catalogue: Catalogue, folder: Path = FOLDER) -> str:
+    """One line of the table; a row whose run was never made says so."""
+    run = catalogue.runs[row.run]
+    command = f"`robotskin {run.command}`"
+    try:
+        result = load(row.run, folder)
+    except ResultError:
+        return f"| {row.figure} | {row.stated} | not measured yet | — | {command} | — |"
+    ours, ratio = said(row, result)
+    seeds = f"{len(result.seeds)} seeds" if len(result.seeds) > 1 else f"seed {result.seeds[0]}"
+    form = f"`robotskin {run.quick}` (short form)" if result.quick else command
+    old = " (older than the code)" if changed_since(result.commit, run.measures) else ""
+    return f"| {row.figure} | {row.stated} | {ours} | {ratio} | {form}, {seeds} | {result.commit}{old} |"
+
+
+def lines(catalogue: Catalogue, folder: Path = FOLDER) -> list[str]:
+    """The whole table, its head first."""
+    return [*HEAD, *(line(row, catalogue, folder) for row in catalogue.rows)]
+
+
+def with_table(page: str, catalogue: Catalogue) -> str:
+    """The page with the table as it should be."""
+    before, start, rest = page.partition(START)
+    _, end, after = rest.partition(END)
+    return "\n".join([before + start, *lines(catalogue), end + after])
+
+
+def write(catalogue: Catalogue, page: Path = PAGE) -> None:
+    """Write the table into the page."""
+    page.write_text(with_table(page.read_text(encoding="utf-8"), catalogue), encoding="utf-8")

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin reproduce`: measure what the pages state, keep the results, write the table that is made from them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from robotskin_lab.reproduce import catalogue as catalogues
+from robotskin_lab.reproduce import table
+from robotskin_lab.reproduce.catalogue import Catalogue, Run
+from robotskin_lab.reproduce.measure import RunFailedError, measure
+from robotskin_lab.reproduce.result import ResultError, changed_since, load
+
+console = Console()
+
+
+def command(
+    runs: Annotated[list[str] | None, typer.Argument(help="Runs of the catalogue; all by default.")] = None,
+    quick: Annotated[bool, typer.Option(help="Each in its short form, which the table tells.")] = False,
+    listing: Annotated[bool, typer.Option("--list", help="List the runs with what they cost, and measure none.")] = False,
+    stale: Annotated[
+        bool, typer.Option(help="List the results that are older than the code they measure; status 1 if any is.")
+    ] = False,
+    only_table: Annotated[bool, typer.Option("--table", help="Write the table from the kept results only.")] = False,
+) -> None:
+    """Measure the figures of docs/reproduction.md again, keep them under docs/results, and write the table."""
+    catalogue = catalogues.read()
+    chosen = catalogue.chosen(runs or [])
+    if listing:
+        _list(chosen)
+        return
+    if stale:
+        raise typer.Exit(_tell_stale(chosen))
+    if not only_table:
+        failed = _measure(chosen, quick=quick)
+        table.write(catalogue)
+        raise typer.Exit(int(failed))
+    table.write(catalogue)
+    console.print(f"wrote {table.PAGE}")
+
+
+def _measure(chosen: list[Run], *, quick: bool) -> bool:
+    """Measure each; a run that fails is told, the others go on. Whether any failed."""
+    failed = False
+    for number, run in enumerate(chosen, start=1):
+        console.print(f"[bold]{run.name}[/] ({number} of {len(chosen)}{'' if quick else f', about {run.minutes:g} min'})")
+        try:
+            file = measure(run, quick=quick, tell=lambda line: console.print(f"  {line}", highlight=False)).save()
+        except RunFailedError as error:
+            console.print(f"[red]{error}[/]")
+            failed = True
+        else:
+            console.print(f"  kept in {file}")
+    return failed
+
+
+def _list(chosen: list[Run]) -> None:
+    told = Table("run", "command", "seeds", "minutes")
+    for run in chosen:
+        told.add_row(run.name, f"robotskin {run.command}", ", ".join(map(str, run.seeds)), f"{run.minutes:g}")
+    console.print(told)
+
+
+def _tell_stale(chosen: list[Run]) -> int:
+    """Print what is old or missing; 1 if anything is."""
+    old = Table("run", "kept at", "what is wrong", "next")
+    for run in chosen:
+        try:
+            result = load(run.name)
+        except ResultError:
+            old.add_row(run.name, "—", "never measured", f"robotskin reproduce {run.name}")
+            continue
+        if changed_since(result.commit, run.measures):
+            old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
+    console.print(old if old.row_count else "every kept result is of the code as it is")
+    return int(old.row_count > 0)
+
+
+__all__ = ["Catalogue", "command"]
