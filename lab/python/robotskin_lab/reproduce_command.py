@@ -13,7 +13,7 @@ from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import table
 from robotskin_lab.reproduce.catalogue import Catalogue, Run
 from robotskin_lab.reproduce.measure import RunFailedError, measure
-from robotskin_lab.reproduce.result import ResultError, changed_since, load
+from robotskin_lab.reproduce.result import ResultError, is_old, load
 
 console = Console()
 
@@ -21,7 +21,9 @@ console = Console()
 def command(
     runs: Annotated[list[str] | None, typer.Argument(help="Runs of the catalogue; all by default.")] = None,
     quick: Annotated[bool, typer.Option(help="Each in its short form, which the table tells.")] = False,
-    listing: Annotated[bool, typer.Option("--list", help="List the runs with what they cost, and measure none.")] = False,
+    listing: Annotated[
+        bool, typer.Option("--list", help="List the runs with what they cost, and measure none.")
+    ] = False,
     stale: Annotated[
         bool, typer.Option(help="List the results that are older than the code they measure; status 1 if any is.")
     ] = False,
@@ -37,17 +39,23 @@ def command(
         raise typer.Exit(_tell_stale(chosen))
     if not only_table:
         failed = _measure(chosen, quick=quick)
-        table.write(catalogue)
+        _write(catalogue)
         raise typer.Exit(int(failed))
-    table.write(catalogue)
-    console.print(f"wrote {table.PAGE}")
+    _write(catalogue)
+
+
+def _write(catalogue: Catalogue) -> None:
+    for page in table.write(catalogue):
+        console.print(f"wrote {page}")
 
 
 def _measure(chosen: list[Run], *, quick: bool) -> bool:
     """Measure each; a run that fails is told, the others go on. Whether any failed."""
     failed = False
     for number, run in enumerate(chosen, start=1):
-        console.print(f"[bold]{run.name}[/] ({number} of {len(chosen)}{'' if quick else f', about {run.minutes:g} min'})")
+        console.print(
+            f"[bold]{run.name}[/] ({number} of {len(chosen)}{'' if quick else f', about {run.minutes:g} min'})"
+        )
         try:
             file = measure(run, quick=quick, tell=lambda line: console.print(f"  {line}", highlight=False)).save()
         except RunFailedError as error:
@@ -74,10 +82,7 @@ def _tell_stale(chosen: list[Run]) -> int:
         except ResultError:
             old.add_row(run.name, "—", "never measured", f"robotskin reproduce {run.name}")
             continue
-        if changed_since(result.commit, run.measures):
+        if is_old(result, run.measures):
             old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
     console.print(old if old.row_count else "every kept result is of the code as it is")
     return int(old.row_count > 0)
-
-
-__all__ = ["Catalogue", "command"]

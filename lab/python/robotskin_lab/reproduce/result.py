@@ -27,13 +27,15 @@ class ResultError(RobotskinError):
 
 @dataclass(frozen=True)
 class Result:
-    """commit: short, `+` behind it where the tree had changes. quick: measured in the short form. by_seed: seed to
-    figures."""
+    """quick: measured in the short form. commit: short, `+` behind it where what is measured had changes that were not
+    committed. measured: path to git's id of what lay there. by_seed: seed to figures.
+    """
 
     run: str
     command: str
     quick: bool
     commit: str
+    measured: dict[str, str]
     machine: dict[str, Any]
     by_seed: dict[int, dict[str, Any]]
 
@@ -108,11 +110,16 @@ def machine_now() -> dict[str, Any]:
     }
 
 
-def changed_since(commit: str, measures: tuple[str, ...]) -> bool:
-    """Whether what a result measures has changed since its commit; also true where that commit is not known here."""
-    if commit.endswith(CHANGED):
-        return True
-    try:
-        return bool(git("diff", "--name-only", commit, "HEAD", "--", *measures))
-    except subprocess.CalledProcessError:
-        return True
+def objects_now(measures: tuple[str, ...]) -> dict[str, str]:
+    """Git's id of each measured path in the commit that is checked out; empty where there is no such path."""
+    listed = (line.split(None, 3) for line in git("ls-tree", "HEAD", "--", *measures).splitlines())
+    found = {path: identity for _, _, identity, path in listed}
+    return {path: found.get(path, "") for path in measures}
+
+
+def is_old(result: Result, measures: tuple[str, ...]) -> bool:
+    """Whether what the result measures is not what it was.
+
+    Ids of content are compared, not commits: so a rebased branch and a shallow clone can tell as well.
+    """
+    return result.commit.endswith(CHANGED) or result.measured != objects_now(measures)

@@ -6,10 +6,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from robotskin_lab.reproduce.catalogue import Catalogue, Row
-from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, changed_since, load
+from robotskin_lab.reproduce.cited import with_figures
+from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, is_old, load
 
 PAGE = TREE / "docs" / "reproduction.md"
+PAGES = sorted([*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")])
 START, END = "<!-- results -->", "<!-- end of results -->"
+OLD = " (older than the code)"
 HEAD = (
     "| figure | stated (or our rebuild of the method) | ours | ours / stated | measured by | at commit |",
     "|---|---|---|---|---|---|",
@@ -45,7 +48,7 @@ def line(row: Row, catalogue: Catalogue, folder: Path = FOLDER) -> str:
     ours, ratio = said(row, result)
     seeds = f"{len(result.seeds)} seeds" if len(result.seeds) > 1 else f"seed {result.seeds[0]}"
     form = f"`robotskin {run.quick}` (short form)" if result.quick else command
-    old = " (older than the code)" if changed_since(result.commit, run.measures) else ""
+    old = OLD if is_old(result, run.measures) else ""
     return f"| {row.figure} | {row.stated} | {ours} | {ratio} | {form}, {seeds} | {result.commit}{old} |"
 
 
@@ -61,6 +64,13 @@ def with_table(page: str, catalogue: Catalogue) -> str:
     return "\n".join([before + start, *lines(catalogue), end + after])
 
 
-def write(catalogue: Catalogue, page: Path = PAGE) -> None:
-    """Write the table into the page."""
-    page.write_text(with_table(page.read_text(encoding="utf-8"), catalogue), encoding="utf-8")
+def write(catalogue: Catalogue) -> list[Path]:
+    """Write the table into its page, and the cited figures into every page; return the pages that changed."""
+    changed = []
+    for page in PAGES:
+        before = page.read_text(encoding="utf-8")
+        after = with_figures(with_table(before, catalogue) if page == PAGE else before)
+        if after != before:
+            page.write_text(after, encoding="utf-8")
+            changed.append(page)
+    return changed

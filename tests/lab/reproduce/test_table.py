@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What pages say of our figures is what kept results say."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from robotskin.errors import UnknownNameError
+from robotskin_lab.reproduce import catalogue as catalogues
+from robotskin_lab.reproduce import cited, table
+from robotskin_lab.reproduce.catalogue import Row
+from robotskin_lab.reproduce.result import TREE, Result, ResultError, is_old, kept, load, objects_now
+
+CATALOGUE = catalogues.read()
+
+
+def result(**changed: object) -> Result:
+    by_seed = {1: {"wait_ms": 2.0, "cells": 260, "name": "ur5"}, 2: {"wait_ms": 3.0, "cells": 250, "name": "ur5"}}
+    plain = Result("driver", "bench driver", False, "abc", {}, {"cores": 2}, by_seed)
+    return dataclasses.replace(plain, **changed)  # type: ignore[arg-type]
+
+
+def test_the_table_on_the_page_is_made_from_the_kept_results() -> None:
+    page = table.PAGE.read_text()
+    assert page.replace(table.OLD, "") == table.with_table(page, CATALOGUE).replace(table.OLD, ""), (
+        "robotskin reproduce --table"
+    )
+
+
+@pytest.mark.parametrize("page", table.PAGES, ids=lambda page: page.name)
+def test_cited_figures_are_those_of_the_kept_results(page: Path) -> None:
+    assert cited.with_figures(page.read_text()) == page.read_text(), "robotskin reproduce --table"
+
+
+def test_every_kept_result_is_of_a_run_of_the_catalogue_and_names_its_paths() -> None:
+    assert set(kept()) <= set(CATALOGUE.runs)
+    for name in kept():
+        assert set(load(name).measured) == set(CATALOGUE.runs[name].measures), name
+
+
+def test_what_a_run_measures_is_there() -> None:
+    missing = [path for run in CATALOGUE.runs.values() for path in run.measures if not (TREE / path).exists()]
+    assert not missing
+
+
+def test_of_several_seeds_the_worst_counts(tmp_path: Path) -> None:
+    result().save(tmp_path)
+    row = Row("wait", "1", "driver", "{wait_ms:.1f} ms with {cells} cells", {"cells": "least"}, ("wait_ms", 1.5))
+    said = table.line(row, CATALOGUE, tmp_path)
+    assert "| 3.0 ms with 250 cells | 2 |" in said
+    assert "2 seeds" in said
+
+
+def test_a_row_without_a_result_says_so_and_one_with_a_wrong_figure_is_refused(tmp_path: Path) -> None:
+    row = Row("wait", "1", "driver", "{missing}", {}, None)
+    assert "not measured yet" in table.line(row, CATALOGUE, tmp_path)
+    with pytest.raises(ResultError, match="missing is no figure of driver"):
+        table.said(row, result())
+
+
+def test_a_result_is_old_once_what_it_measures_is_another() -> None:
+    measures = CATALOGUE.runs["driver"].measures
+    now = objects_now(measures)
+    assert not is_old(result(measured=now), measures)
+    assert is_old(result(measured=now | {measures[0]: "0" * 40}), measures)
+    assert is_old(result(measured=now, commit="abc+"), measures)
+
+
+def test_a_figure_in_the_text_is_written_from_its_result(tmp_path: Path) -> None:
+    result().save(tmp_path)
+    page = "waits <!-- driver.wait_ms .1f -->9.9<!-- --> ms with <!-- driver.cells least:.0f --><!-- --> cells"
+    told = cited.with_figures(page, tmp_path)
+    assert (
+        told == "waits <!-- driver.wait_ms .1f -->3.0<!-- --> ms with <!-- driver.cells least:.0f -->250<!-- --> cells"
+    )
+    assert cited.with_figures(told, tmp_path) == told
+    with pytest.raises(ResultError, match="no figure 'gone'"):
+        cited.with_figures("<!-- driver.gone .1f -->1<!-- -->", tmp_path)
+
+
+def test_a_figure_that_cites_nothing_is_found() -> None:
+    page = "# Idea\n20 ms\n## Figures\nit takes 3.2 ms\nand <!-- driver.wait_ms .1f -->3.0<!-- --> ms\n```\n9 ms\n```\n"
+    assert cited.uncited(page) == ["it takes 3.2 ms"]
+
+
+def test_a_wrong_name_is_refused_with_the_choices() -> None:
+    with pytest.raises(UnknownNameError, match="driver"):
+        CATALOGUE.chosen(["drivr"])
