@@ -70,6 +70,7 @@ docs: build  ## rewrite the generated tables of the documentation
 	$(BIN)/python docs/protocol_tables.py
 	$(BIN)/python docs/fault_table.py
 	$(BIN)/python docs/imperfection_table.py
+	$(BIN)/python docs/equation_table.py
 
 stubs: build  ## rewrite the type stubs of the compiled core
 	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin._core --output-dir python/robotskin

@@ -48,8 +48,9 @@ void bind_gains(nb::module_& module) {
       .def_static("uniform", &SkinGains::uniform, "cells"_a, "force_weight"_a, "proximity_weight"_a, "force_silent"_a,
                   "force_full"_a, "proximity_silent"_a, "proximity_full"_a, "The same numbers for every cell.")
       .def("measured_force", &SkinGains::measured_force, "Weight 1 on force and none on proximity: the force felt.")
-      .def_rw("force_weight", &SkinGains::force_weight, "(N) newton asked for a newton felt (w_f of eq. 14)")
-      .def_rw("proximity_weight", &SkinGains::proximity_weight, "(N) newton at full-scale proximity (w_p of eq. 14)")
+      .def_rw("force_weight", &SkinGains::force_weight, "(N) newton asked for a newton felt (w_f of [Cheng19 eq. 14])")
+      .def_rw("proximity_weight", &SkinGains::proximity_weight,
+              "(N) newton at full-scale proximity (w_p of [Cheng19 eq. 14])")
       .def_rw("force_silent", &SkinGains::force_silent, "(N) newton, sum of three sensors, below which nothing acts")
       .def_rw("force_full", &SkinGains::force_full, "(N) newton from which all of it acts")
       .def_rw("proximity_silent", &SkinGains::proximity_silent, "(N) 0 to 1")
@@ -92,9 +93,10 @@ void bind_touch(nb::module_& module) {
            "Raises ModelError for an unknown link.")
       .def_prop_ro("cell_count", &TouchMatrix::cell_count)
       .def_prop_ro("body_count", &TouchMatrix::body_count, "joints whose links have cells");
-  nb::class_<TouchWrench>(module, "TouchWrench",
-                          "What a touch does to each body, and the joint torques that follow (eq. 14 to 17, by 22 to "
-                          "25). Tasks that are given the same one share what it computes in a tick.")
+  nb::class_<TouchWrench>(
+      module, "TouchWrench",
+      "What a touch does to each body, and the joint torques that follow [Cheng19 eq. 14 to 17], by "
+      "[Cheng19 eq. 22 to 25]. Tasks that are given the same one share what it computes in a tick.")
       .def(nb::init<const RobotModel&, const skin::SkinModel&, const control::SkinGains&>(), "robot"_a, "skin"_a,
            "gains"_a, "Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.")
       .def(nb::init<std::shared_ptr<const TouchMatrix>, const control::SkinGains&>(), "matrix"_a, "gains"_a,

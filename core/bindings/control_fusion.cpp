@@ -107,16 +107,16 @@ void bind_control_fusion(nb::module_& module) {
   using control::TaskStack;
   bind_solver(module);
   nb::enum_<Fusion>(module, "Fusion", "How the tasks of a stack become one torque.")
-      .value("weighted_sum", Fusion::weighted_sum, "eq. 18")
-      .value("null_space", Fusion::null_space, "eq. 19 and 20, dynamically consistent")
-      .value("null_space_at_rest", Fusion::null_space_at_rest, "eq. 19 and 20 with Moore-Penrose inverses")
+      .value("weighted_sum", Fusion::weighted_sum, "[Cheng19 eq. 18]")
+      .value("null_space", Fusion::null_space, "[Cheng19 eq. 19, 20], dynamically consistent")
+      .value("null_space_at_rest", Fusion::null_space_at_rest, "[Cheng19 eq. 19, 20] with Moore-Penrose inverses")
       .value("quadratic", Fusion::quadratic, "a quadratic programme a level, within the limits");
   nb::enum_<Inverse>(module, "Inverse")
       .value("dynamically_consistent", Inverse::dynamically_consistent)
       .value("moore_penrose", Inverse::moore_penrose);
   nb::enum_<LimitForm>(module, "LimitForm")
       .value("acceleration", LimitForm::acceleration)
-      .value("paper", LimitForm::paper, "eq. 27 as printed");
+      .value("paper", LimitForm::paper, "[Cheng19 eq. 27] as printed");
   nb::class_<Damping>(module, "Damping", "Below the threshold directions are protected by s^2 / (s^2 + damping^2 ...).")
       .def(
           "__init__", [](Damping* self, double threshold, double damping) { new (self) Damping{threshold, damping}; },
@@ -190,7 +190,8 @@ void bind_control_fusion(nb::module_& module) {
     }
     return result;
   };
-  nb::class_<NullSpaceFusion>(module, "NullSpaceFusion", "Strict hierarchy by recursive null spaces (eq. 19, 20).")
+  nb::class_<NullSpaceFusion>(module, "NullSpaceFusion",
+                              "Strict hierarchy by recursive null spaces [Cheng19 eq. 19, 20].")
       .def(nb::init<std::size_t, std::size_t, Inverse, Damping>(), "joint_count"_a, "largest_rows"_a, "inverse"_a,
            "damping"_a = Damping{})
       .def(

@@ -205,7 +205,8 @@ void bind_skin_tasks(nb::module_& module) {
   using control::SkinGains;
   using control::SkinReactionTask;
   using control::TouchWrench;
-  nb::class_<SkinReactionTask, Task>(module, "SkinReactionTask", "The touch moves what it touches (eq. 14 to 17).")
+  nb::class_<SkinReactionTask, Task>(module, "SkinReactionTask",
+                                     "The touch moves what it touches [Cheng19 eq. 14 to 17].")
       .def(nb::init<std::shared_ptr<TouchWrench>, double, double, double>(), "touch"_a, "bandwidth_hz"_a = 0.0,
            "period_s"_a = 0.001, "own_scale"_a = 1.0,
            "own_scale: the gains of the touch over those that the cells have been told.")
@@ -237,7 +238,7 @@ void bind_skin_tasks(nb::module_& module) {
       .def_rw("damping", &ContactImpedanceGains::damping, "N s/m")
       .def_rw("stiffness", &ContactImpedanceGains::stiffness, "N/m");
   nb::class_<ContactImpedanceTask, Task>(module, "ContactImpedanceTask",
-                                         "Where a link is touched, it moves like a mass on a spring (eq. 26).")
+                                         "Where a link is touched, it moves like a mass on a spring [Cheng19 eq. 26].")
       .def(nb::init<std::shared_ptr<TouchWrench>, ContactImpedanceGains>(), "touch"_a,
            "gains"_a = ContactImpedanceGains{});
   nb::class_<MapSkinTask, Task>(module, "MapSkinTask", "Touch turned into torques by a sensory-motor map (IV-A).")

@@ -100,7 +100,7 @@ bool ContactImpedanceTask::add(const TaskInput& input, std::size_t body) noexcep
   const Vector3 rest = place(contact.base_from_joint.data(), place_back(base_from_joint, point));
   const Vector3 moved = point - rest;
   const double share = touch_share(force);
-  Vector3 asked;  // x'' of eq. 26, m/s^2
+  Vector3 asked;  // x'' of [Cheng19 eq. 26], m/s^2
   for (std::size_t axis = 0; axis < 3; ++axis)
     asked[axis] = share * (wrench.force[axis] - gains_.damping * velocity[axis] - gains_.stiffness * moved[axis]) /
                   gains_.inertia;

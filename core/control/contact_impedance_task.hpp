@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contact-point impedance (eq. 26): where a link is touched, it moves like a mass on a spring and a damper.
+// Contact-point impedance [Cheng19 eq. 26]: where a link is touched, it moves like a mass on a spring and a damper.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct ContactImpedanceGains {
 };
 
 // x is how far the contact's centroid has come from where the same point of the link was when the touch began. The
-// torque J^T (J M^-1 J^T)^-1 x'' gives that point the acceleration that eq. 26 asks for, whatever the mass of the arm;
-// singular directions are damped. Claims 3 rows for each touched body.
+// torque J^T (J M^-1 J^T)^-1 x'' gives that point the acceleration that [Cheng19 eq. 26] asks for, whatever the mass of
+// the arm; singular directions are damped. Claims 3 rows for each touched body.
 class ContactImpedanceTask final : public Task {
  public:
   // Throws ControlError. The gains of the touch turn what cells sense into the wrench W.

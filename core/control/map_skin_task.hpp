@@ -16,9 +16,9 @@ struct SkinMap {
   std::vector<double> weight;   // (T, N, n)
 };
 
-// torque = -lever sum over cells of a w, a what the cell asks for (eq. 14). The tile whose posture is nearest is
-// recalled, and fades in over fade_s where another becomes the nearest. Claims one row, the joint motion that the touch
-// asks for.
+// torque = -lever sum over cells of a w, a what the cell asks for [Cheng19 eq. 14]. The tile whose posture is nearest
+// is recalled, and fades in over fade_s where another becomes the nearest. Claims one row, the joint motion that the
+// touch asks for.
 class MapSkinTask final : public Task {
  public:
   // lever in metres, > 0. Throws ControlError for a map of another size, without postures or with values that are not

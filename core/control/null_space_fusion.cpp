@@ -45,6 +45,7 @@ struct NullSpaceFusion::Workspace {
   // v <- N v, where N is the product of all (1 - protection direction direction^T) so far.
   template <typename Vector>
   void project(Vector&& v) const noexcept {
+    // [Cheng19 eq. 20], never made as a matrix
     for (Eigen::Index i = taken; i-- > 0;) v -= protection[i] * direction.col(i).dot(v) * direction.col(i);
   }
 
@@ -81,8 +82,8 @@ struct NullSpaceFusion::Workspace {
       const FusionLevel& own = levels[level];
       torque = Eigen::Map<const Eigen::VectorXd>(own.torque.data(), joints);
       if (inverse == Inverse::dynamically_consistent) factor.triangularView<Eigen::Lower>().solveInPlace(torque);
-      project(torque);  // (19)
-      sum += torque;
+      project(torque);
+      sum += torque;                          // [Cheng19 eq. 19]
       if (level + 1 == levels.size()) break;  // nobody is below
       const auto count = static_cast<Eigen::Index>(own.rows.size()) / joints;
       for (Eigen::Index first = 0; first < count; first += block) {
@@ -91,7 +92,7 @@ struct NullSpaceFusion::Workspace {
           rows.col(i) = Eigen::Map<const Eigen::VectorXd>(own.rows.data() + (first + i) * joints, joints);
         if (inverse == Inverse::dynamically_consistent)
           factor.triangularView<Eigen::Lower>().solveInPlace(rows.leftCols(size));
-        if (!take(size)) return false;  // (20)
+        if (!take(size)) return false;
       }
     }
     if (inverse == Inverse::dynamically_consistent) {

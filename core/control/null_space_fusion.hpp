@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fusion by strict hierarchy: lower tasks act in the null space of higher ones (eq. 19, 20).
+// Fusion by strict hierarchy: lower tasks act in the null space of higher ones [Cheng19 eq. 19, 20].
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@ struct FusionLevel {
   std::span<const double> rows;    // (rows, n) the motions that lower levels must leave alone
 };
 
-// Which generalised inverse stands in eq. 20. dynamically_consistent, M^-1 J^T (J M^-1 J^T)^-1: lower levels cause no
-// acceleration of higher ones, J M^-1 N tau = 0. moore_penrose: J N tau = 0 only, so that nothing is disturbed at rest,
-// but motion is.
+// Which generalised inverse stands in [Cheng19 eq. 20]. dynamically_consistent, M^-1 J^T (J M^-1 J^T)^-1: lower levels
+// cause no acceleration of higher ones, J M^-1 N tau = 0. moore_penrose: J N tau = 0 only, so that nothing is disturbed
+// at rest, but motion is.
 enum class Inverse : unsigned char { dynamically_consistent, moore_penrose };
 
 // Directions whose singular value s (of J L^-T with M = L L^T, 1/sqrt(kg), or of J, m/rad) is below `threshold` are

@@ -16,8 +16,8 @@
 namespace robotskin::control {
 
 // acceleration: a joint may go only as fast as it can brake before its position limit, and no faster than its velocity
-// limit, both stated for its acceleration. paper: eq. 27 as printed, bounds on the torque that shrink with the distance
-// to the limits; at a limit it forbids even the torque that holds gravity, which is why it is a baseline.
+// limit, both stated for its acceleration. paper: [Cheng19 eq. 27] as printed, bounds on the torque that shrink with
+// the distance to the limits; at a limit it forbids even the torque that holds gravity, which is why it is a baseline.
 enum class LimitForm : std::uint8_t { acceleration, paper };
 
 struct QuadraticLimits {
@@ -28,8 +28,8 @@ struct QuadraticLimits {
   double margin_rad = 0.02;          // kept from the position limits
   double horizon_s = 0.02;           // in which a velocity beyond its bound is to come back
   LimitForm form = LimitForm::acceleration;
-  double position_rate = 100;  // lambda of eq. 27, Nm/rad
-  double velocity_rate = 100;  // mu of eq. 27, Nm s/rad
+  double position_rate = 100;  // lambda of [Cheng19 eq. 27], Nm/rad
+  double velocity_rate = 100;  // mu of [Cheng19 eq. 27], Nm s/rad
   std::size_t steps = 400;     // solver steps that one tick may take
   double fade_s = 0.25;        // how long a difference fades that the end of the steps made
 

@@ -59,7 +59,7 @@ void kernel(std::size_t cells, const float* __restrict force, const float* __res
     const float sum = force[3 * i] + force[3 * i + 1] + force[3 * i + 2];
     const float felt = clamped(zero_if_no_number(sum), largest_cell_force_n);
     const float near = clamped(zero_if_no_number(proximity[i]), 1.0F);
-    const float asked =
+    const float asked =  // [Cheng19 eq. 14]
         force_weight[i] * activated(felt, force_threshold) + proximity_weight[i] * activated(near, proximity_threshold);
     magnitude[i] = asked * (health[i] == static_cast<std::uint8_t>(skin::Health::alive) ? share[i] : 0.0F);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what a cell senses to the one scalar force it asks for (eq. 14), with smooth activation.
+// From what a cell senses to the one scalar force it asks for [Cheng19 eq. 14], with smooth activation.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reaction to touch: a touch moves what it touches (eq. 14 to 17, by 22 to 25).
+// The reaction to touch: a touch moves what it touches [Cheng19 eq. 14 to 17], by [Cheng19 eq. 22 to 25].
 #pragma once
 
 #include <memory>

@@ -82,7 +82,8 @@ bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, st
       levels_[level++] = {{torque, joints_}, {rows, 0}};
     }
     const std::span<const double> own = entry.task->torque();
-    for (std::size_t joint = 0; joint < joints_; ++joint) torque[joint] += entry.weight * own[joint];
+    for (std::size_t joint = 0; joint < joints_; ++joint)
+      torque[joint] += entry.weight * own[joint];  // [Cheng19 eq. 18]
     if (!projected) continue;
     std::ranges::copy(entry.task->rows(), rows);
     rows += entry.task->rows().size();

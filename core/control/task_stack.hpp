@@ -15,8 +15,9 @@
 
 namespace robotskin::control {
 
-// weighted_sum: eq. 18, levels mean nothing. null_space: eq. 19 and 20, dynamically consistent. null_space_at_rest: the
-// same with Moore-Penrose inverses. quadratic: a quadratic programme a level, within the robot's limits.
+// weighted_sum: [Cheng19 eq. 18], levels mean nothing. null_space: [Cheng19 eq. 19, 20], dynamically consistent.
+// null_space_at_rest: the same with Moore-Penrose inverses. quadratic: a quadratic programme a level, within the
+// robot's limits.
 enum class Fusion : std::uint8_t { weighted_sum, null_space, null_space_at_rest, quadratic };
 
 struct StackEntry {
@@ -25,7 +26,7 @@ struct StackEntry {
 
   std::shared_ptr<Task> task;
   int level = 0;      // 0 is the highest; tasks of one level are added up
-  double weight = 1;  // of the torque (w_k of eq. 18)
+  double weight = 1;  // of the torque (w_k of [Cheng19 eq. 18])
 };
 
 class TaskStack {

@@ -48,8 +48,8 @@ class TorqueResolver {
   std::span<const double> position() const noexcept { return position_; }  // (n) rad
   std::span<const double> velocity() const noexcept { return velocity_; }  // (n) rad/s
 
-  // fused (n) tau_Sigma of eq. 18 and touch (n) measured contact torque, Nm. Fills the command, which has n joints.
-  // False, with the command left as it was, if no finite command follows.
+  // fused (n) tau_Sigma of [Cheng19 eq. 18] and touch (n) measured contact torque, Nm. Fills the command, which has n
+  // joints. False, with the command left as it was, if no finite command follows.
   [[nodiscard]] bool resolve(const RobotDynamics& dynamics, std::span<const double> fused,
                              std::span<const double> touch, const JointState& joints, JointCommand& command) noexcept;
 

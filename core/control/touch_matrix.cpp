@@ -31,7 +31,8 @@ TouchMatrix::TouchMatrix(const RobotModel& robot, const skin::SkinModel& skin)
     const double* joint_from_link = &robot.joint_from_link()[16 * link];
     const Matrix3& turn = skin.link_from_cell_rotation[cell];
     const Vector3 touch = rotate(joint_from_link, {-turn[2], -turn[5], -turn[8]});
-    const Vector3 moment = cross(place(joint_from_link, skin.link_from_cell_translation[cell]), touch);
+    const Vector3 moment =  // [Cheng19 eq. 22], of 1 N
+        cross(place(joint_from_link, skin.link_from_cell_translation[cell]), touch);
     columns.push_back({cell, static_cast<std::size_t>(joint), {}});
     std::ranges::copy(touch, columns.back().wrench.begin());
     std::ranges::copy(moment, columns.back().wrench.begin() + 3);

@@ -34,25 +34,27 @@ bool TouchWrench::compute(const RobotDynamics& dynamics, const skin::SkinState& 
   const std::size_t joints = joint_count();
   if (state.size() != cell_count() || share.size() != cell_count() || dynamics.joint_count() != joints) return false;
 
-  activation_.apply(state, share.data(), magnitude_.data());            // (14)
-  matrix_->multiply(magnitude_.data(), sorted_.data(), joint_wrench_);  // (22), (23)
+  activation_.apply(state, share.data(), magnitude_.data());
+  matrix_->multiply(magnitude_.data(), sorted_.data(), joint_wrench_);
 
   std::ranges::fill(subtree_wrench_, 0.0);
   const double *placements = dynamics.base_from_joint().data(), *motions = dynamics.joint_motions().data();
-  for (std::size_t body = 0; body < body_wrench_.size(); ++body) {  // (24) turned to the base, about its origin
+  for (std::size_t body = 0; body < body_wrench_.size(); ++body) {
     const std::size_t joint = matrix_->body_joint(body);
     const double* base_from_joint = &placements[16 * joint];
     const double* own = &joint_wrench_[6 * joint];
     Wrench& wrench = body_wrench_[body];
+    // [Cheng19 eq. 24], about the origin of the base
     wrench.force = rotate(base_from_joint, load3(own));
     wrench.moment = rotate(base_from_joint, load3(own + 3)) + cross(origin_of(base_from_joint), wrench.force);
     std::ranges::copy(wrench.force, &subtree_wrench_[6 * joint]);
     std::ranges::copy(wrench.moment, &subtree_wrench_[6 * joint + 3]);
   }
   const std::span<const int> parents = matrix_->joint_parents();
-  for (std::size_t joint = joints; joint-- > 0;) {  // (25) J^T W, where W is what acts on all that the joint carries
+  for (std::size_t joint = joints; joint-- > 0;) {  // the wrench of a joint acts on all that it carries
     const double* wrench = &subtree_wrench_[6 * joint];
     const double* motion = &motions[6 * joint];
+    // [Cheng19 eq. 25]
     torque_[joint] = (wrench[0] * motion[0] + wrench[1] * motion[1]) + (wrench[2] * motion[2] + wrench[3] * motion[3]) +
                      (wrench[4] * motion[4] + wrench[5] * motion[5]);
     if (parents[joint] != RobotModel::base)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The touch wrench: what a touch does to each body of the robot, and the joint torques that follow from it (eq. 14 to
-// 17), at the cost of one small product a body (eq. 22 to 25). No task itself: tasks of touch are given one.
+// The touch wrench: what a touch does to each body of the robot, and the joint torques that follow from it [Cheng19
+// eq. 14 to 17], at the cost of one small product a body [Cheng19 eq. 22 to 25]. No task itself: tasks of touch are
+// given one.
 #pragma once
 
 #include <cstddef>

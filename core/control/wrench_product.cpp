@@ -27,7 +27,7 @@ void add_wrenches(const WrenchRun* runs, std::size_t run_count, const WrenchBloc
       for (std::size_t row = 0; row < 6; ++row) {
         Lanes entries;
         std::memcpy(&entries, blocks->rows[row], sizeof entries);
-        sums[row] += entries * forces;
+        sums[row] += entries * forces;  // [Cheng19 eq. 23]
       }
     }
     double* wrench = wrenches + 6 * runs[run].joint;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The product at the heart of the skin task: a constant 6 x n matrix times n scalar forces (eq. 22, 23).
+// The product at the heart of the skin task: a constant 6 x n matrix times n scalar forces [Cheng19 eq. 22, 23].
 //
 // It is bound by the bytes of its matrix, so that is single precision: an entry is wrong by 6e-8 of its size, as is the
 // force of a cell. Sums are single, too, within a run, which is short, and double from there on.

@@ -88,7 +88,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .tick = ++tick_,
         .deadline_ns = deadline_ns};
     if (!moves) stack_.restart(input);
-    valid = stack_.compute(input, mass_, bias_, fused_torque_);  // (18) or (19), (20)
+    valid = stack_.compute(input, mass_, bias_, fused_torque_);
     const control::FusionReport fusion = stack_.stack().report();
     fusion_counts_.fallback_ticks += fusion.fallback ? 1 : 0;
     fusion_counts_.clock_ticks += fusion.by_clock ? 1 : 0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
- * When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
- * has moved by its threshold from the value last sent (Cheng et al. 2019, eq. 6 and 7, Algorithm 1), and one for
- * freshness after a silence or a change of route. */
+/* When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
+ * has moved by its threshold from the value last sent [Cheng19 Algorithm 1], and one for freshness after a silence
+ * or a change of route. */
 #include "cell/sampling.h"
 
 #include <string.h>
@@ -37,6 +37,7 @@ static bool changed(const rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT]) 
     /* Damaged memory may lie further off than a difference with a sign can tell. */
     const uint32_t distance =
         value[c] > sent ? (uint32_t)value[c] - (uint32_t)sent : (uint32_t)sent - (uint32_t)value[c];
+    /* [Cheng19 eq. 6] */
     if ((cell->settings.event_mask >> c & 1U) != 0U && distance >= cell->settings.threshold[c]) return true;
   }
   return false;
@@ -46,6 +47,7 @@ static void send(rs_cell* cell, const int32_t value[RS_CHANNEL_COUNT], bool refr
   rs_sampling* sampling = &cell->sampling;
   uint32_t ticks;
   const uint32_t in_tick_us = rs_left_of(now_us - cell->route.origin_us, RS_TICK_US, &ticks);
+  /* [Cheng19 eq. 7] */
   const rs_clock sample = {.type = cell->settings.mode == RS_MODE_EVENT ? RS_TYPE_event : RS_TYPE_clock,
                            .source = cell->id,
                            .sequence = sampling->sequence,

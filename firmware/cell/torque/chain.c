@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The torques of a force at a point on the joints below it [Cheng19 eq. 21], in whole numbers. */
+/* The torques of a force at a point on the joints below it, in whole numbers. */
 #include "robotskin/chain.h"
 
 /* A bound of a vector's length: the largest component and half of the others, since (a^2 + b^2)^(1/2) <= a + b^2 / 2a.
@@ -87,6 +87,7 @@ bool rs_chain_torque(const rs_chain* chain, const int16_t* position, int32_t for
       point[2] += chain->length_exponent > 0 ? rs_shifted(position[l], (unsigned)chain->length_exponent)
                                              : position[l] * ((int32_t)1 << -chain->length_exponent);
     } else {
+      /* [Cheng19 eq. 16] of one joint: the lever of the force about its axis, times the force */
       const int32_t lever = rs_shifted(point[0] * direction[1] - point[1] * direction[0], RS_UNIT_BITS);
       torque[l] = torque_of(force, force_shift, lever, chain->length_exponent, &held);
       sine = rs_sine(position[l]);
@@ -96,7 +97,7 @@ bool rs_chain_torque(const rs_chain* chain, const int16_t* position, int32_t for
     const rs_chain_place* place = &chain->place[l - 1U];
     lower(point, place->rotation, sine, cosine);
     lower(direction, place->rotation, sine, cosine);
-    for (unsigned i = 0; i < 3U; ++i) point[i] += place->offset[i];
+    for (unsigned i = 0; i < 3U; ++i) point[i] += place->offset[i]; /* [Cheng19 eq. 21] */
   }
   return !held;
 }

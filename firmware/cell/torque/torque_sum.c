@@ -20,7 +20,7 @@ void rs_torque_sum_add(rs_torque_sum* sum, const rs_torque* torque) {
   /* Each addend has 16 bits, so 65535 of them do not wrap; what damaged memory holds may, and is wrong anyway. */
   const int32_t joint[RS_JOINTS_PER_PART] = {torque->joint_1, torque->joint_2, torque->joint_3,
                                              torque->joint_4, torque->joint_5, torque->joint_6};
-  for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i)
+  for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i) /* [Cheng19 eq. 17] */
     sum->joint[i] = (int32_t)((uint32_t)sum->joint[i] + (uint32_t)joint[i]);
   sum->cells = (uint16_t)at_most((uint32_t)sum->cells + torque->cells, RS_FIELD_MAX(torque_cells));
   sum->active = (uint16_t)at_most((uint32_t)sum->active + torque->active, RS_FIELD_MAX(torque_active));

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The force that touch asks for [Cheng19 eq. 14]. */
+/* The force that touch asks for. */
 #include "robotskin/touch.h"
 
 /* `counts` times its share of activation times the weight, newton with RS_FORCE_BITS. */
@@ -29,5 +29,6 @@ int32_t rs_touch_force(const rs_touch_gains* gains, const rs_sample* sample) {
   if (felt > RS_TOUCH_FORCE_COUNTS) felt = RS_TOUCH_FORCE_COUNTS;
   int32_t near = sample->value[RS_CHANNEL_proximity];
   near = near < 0 ? 0 : near > UINT16_MAX ? UINT16_MAX : near;
+  /* [Cheng19 eq. 14] */
   return rs_saturated(asked(&gains->force, felt) + asked(&gains->proximity, near), RS_TOUCH_FORCE_LIMIT);
 }

@@ -47,9 +47,9 @@ bool rs_chain_valid(const rs_chain* chain, int32_t slide);
 /* torque[l], Nm with RS_TORQUE_BITS, or N for a joint that slides, by a force of `force` N (RS_FORCE_BITS, not
  * negative) on the cell, for l below chain->joints. `position[l]`: 2 pi / 65536 rad, or m with RS_LENGTH_BITS.
  *
- * Eq. 14 to 16 of Cheng et al. 2019 by the projections of eq. 21, p = t_cell - t_joint: each is held in its joint's own
- * frame, from the last joint to the first, so that the joint's axis is z and no rotation matrix is ever multiplied
- * with another: torque = (p x d)_z |F|. Returns false if a torque was beyond its 32 bits and is held at the end. */
+ * [Cheng19 eq. 16] by the projections p = t_cell - t_joint of [Cheng19 eq. 21]: each is held in its joint's own frame,
+ * from the last joint to the first, so that the joint's axis is z and no rotation matrix is ever multiplied with
+ * another: torque = (p x d)_z |F|. Returns false if a torque was beyond its 32 bits and is held at the end. */
 bool rs_chain_torque(const rs_chain* chain, const int16_t* position, int32_t force, int32_t* torque);
 
 #ifdef __cplusplus

@@ -28,15 +28,17 @@ void NaiveSkinTask::compute(const RobotDynamics& dynamics, std::span<const float
     const auto& translation = skin_.link_from_cell_translation[cell];
     const auto normal = turned(rotation[2], rotation[5], rotation[8]);
     const auto arm = turned(translation[0], translation[1], translation[2]);
+    // [Cheng19 eq. 15]
     const std::array<double, 3> force = {-normal[0] * magnitude[cell], -normal[1] * magnitude[cell],
-                                         -normal[2] * magnitude[cell]};  // (15)
+                                         -normal[2] * magnitude[cell]};
     for (std::size_t joint = 0; joint < joints; ++joint) {
       const auto linear = [&](std::size_t axis) { return jacobian_[axis * joints + joint]; };
       const auto angular = [&](std::size_t axis) { return jacobian_[(axis + 3) * joints + joint]; };
       // The cell's own Jacobian: the link's, shifted by omega x arm.
+      // [Cheng19 eq. 16, 17]
       torque[joint] += force[0] * (linear(0) + angular(1) * arm[2] - angular(2) * arm[1]) +
                        force[1] * (linear(1) + angular(2) * arm[0] - angular(0) * arm[2]) +
-                       force[2] * (linear(2) + angular(0) * arm[1] - angular(1) * arm[0]);  // (16), (17)
+                       force[2] * (linear(2) + angular(0) * arm[1] - angular(1) * arm[0]);
     }
   }
 }

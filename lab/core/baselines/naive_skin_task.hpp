@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The skin task as the equations state it: a Jacobian for every cell (eq. 15 to 17). The oracle of the tests and the
-// yardstick of the benchmark; the cycle uses TouchWrench.
+// The skin task as the equations state it: a Jacobian for every cell [Cheng19 eq. 15 to 17]. The oracle of the tests
+// and the yardstick of the benchmark; the cycle uses TouchWrench.
 #pragma once
 
 #include <span>

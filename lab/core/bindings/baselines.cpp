@@ -34,7 +34,7 @@ nb::ndarray<nb::numpy, std::int64_t> owned(const std::vector<std::int64_t>& valu
 }  // namespace
 
 void bind_baselines(nb::module_ module) {
-  nb::class_<NaiveSkinTask>(module, "NaiveSkinTask", "The skin task with a Jacobian a cell (eq. 15 to 17).")
+  nb::class_<NaiveSkinTask>(module, "NaiveSkinTask", "The skin task with a Jacobian a cell [Cheng19 eq. 15 to 17].")
       .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a)
       .def(
           "compute",

@@ -60,13 +60,13 @@ class SkinGains:
 
     @property
     def force_weight(self) -> list[float]:
-        """(N) newton asked for a newton felt (w_f of eq. 14)"""
+        """(N) newton asked for a newton felt (w_f of [Cheng19 eq. 14])"""
 
     @force_weight.setter
     def force_weight(self, arg: Sequence[float], /) -> None: ...
     @property
     def proximity_weight(self) -> list[float]:
-        """(N) newton at full-scale proximity (w_p of eq. 14)"""
+        """(N) newton at full-scale proximity (w_p of [Cheng19 eq. 14])"""
 
     @proximity_weight.setter
     def proximity_weight(self, arg: Sequence[float], /) -> None: ...
@@ -208,7 +208,7 @@ class TouchMatrix:
 
 class TouchWrench:
     """
-    What a touch does to each body, and the joint torques that follow (eq. 14 to 17, by 22 to 25). Tasks that are given the same one share what it computes in a tick.
+    What a touch does to each body, and the joint torques that follow [Cheng19 eq. 14 to 17], by [Cheng19 eq. 22 to 25]. Tasks that are given the same one share what it computes in a tick.
     """
 
     @overload
@@ -508,7 +508,7 @@ class SelfCollisionTask(Task):
         """pairs whose distance the last tick measured exactly"""
 
 class SkinReactionTask(Task):
-    """The touch moves what it touches (eq. 14 to 17)."""
+    """The touch moves what it touches [Cheng19 eq. 14 to 17]."""
 
     def __init__(
         self, touch: TouchWrench, bandwidth_hz: float = 0.0, period_s: float = 0.001, own_scale: float = 1.0
@@ -572,7 +572,9 @@ class ContactImpedanceGains:
     def stiffness(self, arg: float, /) -> None: ...
 
 class ContactImpedanceTask(Task):
-    """Where a link is touched, it moves like a mass on a spring (eq. 26)."""
+    """
+    Where a link is touched, it moves like a mass on a spring [Cheng19 eq. 26].
+    """
 
     def __init__(self, touch: TouchWrench, gains: ContactImpedanceGains = ...) -> None: ...
 
@@ -698,13 +700,13 @@ class Fusion(enum.Enum):
     """How the tasks of a stack become one torque."""
 
     weighted_sum = 0
-    """eq. 18"""
+    """[Cheng19 eq. 18]"""
 
     null_space = 1
-    """eq. 19 and 20, dynamically consistent"""
+    """[Cheng19 eq. 19, 20], dynamically consistent"""
 
     null_space_at_rest = 2
-    """eq. 19 and 20 with Moore-Penrose inverses"""
+    """[Cheng19 eq. 19, 20] with Moore-Penrose inverses"""
 
     quadratic = 3
     """a quadratic programme a level, within the limits"""
@@ -718,7 +720,7 @@ class LimitForm(enum.Enum):
     acceleration = 0
 
     paper = 1
-    """eq. 27 as printed"""
+    """[Cheng19 eq. 27] as printed"""
 
 class Damping:
     """
@@ -865,7 +867,7 @@ class TaskStack:
         """how a quadratic fusion ended the last compute"""
 
 class NullSpaceFusion:
-    """Strict hierarchy by recursive null spaces (eq. 19, 20)."""
+    """Strict hierarchy by recursive null spaces [Cheng19 eq. 19, 20]."""
 
     def __init__(self, joint_count: int, largest_rows: int, inverse: Inverse, damping: Damping = ...) -> None: ...
     def fuse(

@@ -47,8 +47,8 @@ class Behaviour:
     def protected(self) -> Behaviour:
         """The same, below tasks that keep joints from their limits and bodies from each other.
 
-        Tasks beside each other (eq. 18) stay so, but leave the motions alone that those need (eq. 19, 20): beside a
-        stiff one that asks for a collision they would have too little weight.
+        Tasks beside each other [Cheng19 eq. 18] stay so, but leave the motions alone that those need
+        [Cheng19 eq. 19, 20]: beside a stiff one that asks for a collision they would have too little weight.
         """
         tasks = {name: level + 1 if level >= 0 else level for name, level in self.tasks.items()}
         fusion = Fusion.null_space if self.fusion is Fusion.weighted_sum else self.fusion
@@ -56,7 +56,7 @@ class Behaviour:
 
 
 def _paper(name: str, tasks: tuple[str, ...], meaning: str) -> Behaviour:
-    """One row of figure 11: all tasks beside each other (eq. 18), with gravity."""
+    """One row of figure 11: all tasks beside each other [Cheng19 eq. 18], with gravity."""
     return Behaviour(name, {**dict.fromkeys(tasks, 0), "gravity": UNPROJECTED}, Fusion.weighted_sum, meaning)
 
 

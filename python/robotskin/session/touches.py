@@ -75,8 +75,8 @@ def push_and_release(
 def expected_displacement(session: Session, cell: int) -> float:
     """Metres that the gains say a cell has moved for the forces and nearness that the skin feels now, at rest.
 
-    Joints give way by K⁻¹ τ, where τ sums over all cells (1 + w) times force and nearness on their levers  [Cheng19
-    eq. 14, 16], as they are where the robot stands.
+    Joints give way by K⁻¹ τ, where τ sums over all cells (1 + w) times force and nearness on their levers
+    [Cheng19 eq. 14, 16], as they are where the robot stands.
     """
     gains, robot = session.gains, session.robot.core
     values, model = gains.values["skin"], session.layout.skin_model()

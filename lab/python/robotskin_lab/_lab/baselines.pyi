@@ -10,7 +10,7 @@ import robotskin._core.model
 import robotskin._core.skin
 
 class NaiveSkinTask:
-    """The skin task with a Jacobian a cell (eq. 15 to 17)."""
+    """The skin task with a Jacobian a cell [Cheng19 eq. 15 to 17]."""
 
     def __init__(self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel) -> None: ...
     def compute(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin bench control`, the map skin task: does a learnt map move the robot as its Jacobian would (eq. 17)?"""
+"""`robotskin bench control`, the map skin task: does a learnt map move the robot as [Cheng19 eq. 17] would?"""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ LEAST_TORQUE_NM = 0.2
 def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
     """One learnt map of the UR5 in its 260 cells; touches of single cells in the postures it was learnt in.
 
-    `map_task_agreement`: share of touches whose torque makes less than 90 degrees with that of eq. 17, so that the
-    joints move the cell inward; `map_task_cosine`: median of the cosine.
+    `map_task_agreement`: share of touches whose torque makes less than 90 degrees with that of [Cheng19 eq. 17], so
+    that the joints move the cell inward; `map_task_cosine`: median of the cosine.
     """
     robot, layout = load("ur5"), finished("ur5")
     random = np.random.default_rng(seed)

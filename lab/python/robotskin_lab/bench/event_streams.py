@@ -36,7 +36,7 @@ def record(world: World, drive: Callable[[float], None], settle_s: float, second
 
 
 def send_on_delta(counts: Counts, thresholds: NDArray[np.float64], channels: Events, whole: bool = False) -> Events:
-    """(T, N, 9) which channels make an event at which sample (eq. 6, 7, Algorithm 1).
+    """(T, N, 9) which channels make an event at which sample [Cheng19 eq. 6, 7].
 
     A channel is compared with its own value last sent: that of its own last event or, where a frame carries the `whole`
     sample, that of the cell's last event.
@@ -51,10 +51,11 @@ def send_on_delta(counts: Counts, thresholds: NDArray[np.float64], channels: Eve
 
 
 def ideal_events(counts: Counts, thresholds: NDArray[np.float64], channels: Events) -> float:
-    """Events of the ideal, unsampled sensor (eq. 4 and 5): one at each moment the signal has moved by a threshold."""
+    """Events of the ideal, unsampled sensor [Cheng19 eq. 4, 5]: one whenever the signal has moved by a threshold."""
     reference = counts[0].astype(float)
     total = 0.0
     for row in counts[1:]:
+        # [Cheng19 eq. 4, 5]: between two rows the signal is taken for straight
         steps = np.floor(np.abs(row - reference) / thresholds) * channels
         reference += np.sign(row - reference) * steps * thresholds
         total += float(steps.sum())

@@ -120,7 +120,7 @@ def off_line(robot: Robot, layout: Layout, seed: int, seconds: float, plots: str
     scales = 2.0 ** np.arange(-2, 6, dtype=np.float64)
     touch_channels = channels["proximity and force"]
     rates: dict[str, list[float]] = {
-        "ideal sensor (eq. 4, 5)": [
+        "ideal sensor [Cheng19 eq. 4, 5]": [
             ideal_events(streams["ideal"], THRESHOLDS * scale, touch_channels) / seconds for scale in scales
         ]
     }

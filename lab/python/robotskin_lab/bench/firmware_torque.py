@@ -136,7 +136,7 @@ def plain_torque(
     places: list[tuple[list[Vector], Vector]], turns: list[tuple[_Counted, _Counted]], point: Vector,
     direction: Vector, force: _Counted,
 ) -> Vector:  # fmt: skip
-    """Forward kinematics by products of rotations from the base, a Jacobian, J^T F: what eq. 16 says word for word."""
+    """Forward kinematics by products of rotations from the base, a Jacobian, J^T F: [Cheng19 eq. 16] as it stands."""
     rotation, origin = places[0]
     frames: list[tuple[Vector, Vector]] = []
     for joint, (sine, cosine) in enumerate(turns):
@@ -162,7 +162,7 @@ def projected_torque(
     places: list[tuple[list[Vector], Vector]], turns: list[tuple[_Counted, _Counted]], point: Vector,
     direction: Vector, force: _Counted,
 ) -> Vector:  # fmt: skip
-    """The way of the cell (cell/torque/chain.c, eq. 21): point and direction are carried down, joint by joint."""
+    """The way of the cell (torque/chain.c, [Cheng19 eq. 21]): point and direction are carried down, joint by joint."""
     torque: Vector = []
     for joint in range(len(turns) - 1, -1, -1):
         torque.insert(0, force * (point[0] * direction[1] - point[1] * direction[0]))

@@ -89,7 +89,7 @@ class GainSet:
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """(N) w_f of eq. 14, for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n| (1 + w_f).
+        """(N) w_f of [Cheng19 eq. 14], for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n| (1 + w_f).
 
         The length is that of the whole motion, since a cell may move aside more than it gives way. A cell whose normal
         passes close by the joint axes could only do so by large turns of the joints; its weight is bounded by
@@ -105,7 +105,7 @@ class GainSet:
         return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
 
     def hand_force_weight(self, robot: RobotModel) -> float:
-        """w_f of eq. 14 of skin Cartesian tasks, for which a newton on any cell moves the hand by that same length.
+        """w_f [Cheng19 eq. 14] of skin Cartesian tasks, for which a newton on any cell moves the hand by that length.
 
         The hand is the link of the Cartesian tasks, at home and held by the joint task; the length is the mean over the
         directions, trace(J K⁻¹ Jᵀ) / 3.
@@ -130,7 +130,7 @@ class GainSet:
         return self.skin_gains_of(self.force_weights(robot, skin, posture))
 
     def skin_gains_of(self, force_weight: NDArray[np.float64], share: float = 1.0) -> SkinGains:
-        """Of N cells with force weights (N), w_f of eq. 14, and a share of both weights.
+        """Of N cells with force weights (N), w_f of [Cheng19 eq. 14], and a share of both weights.
 
         Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too.
         """

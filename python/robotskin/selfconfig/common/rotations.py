@@ -19,7 +19,7 @@ def cross_matrix(vector: Array) -> Array:
 
 
 def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The orthogonal Procrustes problem (eq. 2), R = argmin ||R A - B||_F, restricted to proper rotations.
+    """The orthogonal Procrustes problem [Cheng19 eq. 2], R = argmin ||R A - B||_F, restricted to proper rotations.
 
     The paper asks for any orthogonal matrix, which with noise or few poses may be a reflection; no cell is one.
 
@@ -33,7 +33,7 @@ def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[
     u, _, vt = np.linalg.svd(np.swapaxes(b, -1, -2) @ a)
     flip = np.ones((*a.shape[:-2], 3))
     flip[..., 2] = np.linalg.det(u @ vt)
-    return (u * flip[..., None, :]) @ vt
+    return (u * flip[..., None, :]) @ vt  # [Cheng19 eq. 2]
 
 
 def by_shears(felt: Array) -> Array:

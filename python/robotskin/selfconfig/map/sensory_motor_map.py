@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The postural sensory-motor map (paper, IV-A, eq. 8 to 13): which joint motion moves which cell along its normal.
+"""The postural sensory-motor map [Cheng19 eq. 8 to 13]: which joint motion moves which cell along its normal.
 
 In: swings of every joint in some postures, as all cells felt them. Out: a tile of weights a posture, recalled by the
 nearest. What can go wrong: a joint that did not swing in a posture (its weights are zero, and it is named).
@@ -42,17 +42,17 @@ def weights(
     sign: SignRule = "correlation",
     bandwidth_over_pattern: float = BANDWIDTH_OVER_PATTERN,
 ) -> Array:
-    """Weights w (N,) of one swing, eq. 8 to 12: w > 0 where positive joint velocity moves the cell along its +z.
+    """Weights w (N,) of one swing [Cheng19 eq. 8 to 12], w > 0 where positive joint velocity moves the cell along +z.
 
-    Mean removal, low-pass without phase (Butterworth, forth and back), amplitude of each axis (eq. 8), sign,
-    w = s A_z / (A_x + A_y + A_z) (eq. 12).
+    Mean removal, low-pass without phase (Butterworth, forth and back), amplitude A of each axis, sign s,
+    w = s A_z / (A_x + A_y + A_z).
 
     Args:
         recording: of one joint.
         gravity: (N, M, 3) m/s², what gravity alone would make each cell feel at each instant, from its reconstructed
             orientation; None leaves gravity in, as the paper does.
-        sign: "correlation" with the joint's acceleration; or "first extremum", the paper's rule (eq. 9 to 11), which
-            for one sine of velocity compares two extrema of equal height.
+        sign: "correlation" with the joint's acceleration; or "first extremum", the paper's rule [Cheng19 eq. 9 to 11],
+            which for one sine of velocity compares two extrema of equal height.
         bandwidth_over_pattern: cut-off over the frequency of the swing, above 10.
 
     Raises:
@@ -68,14 +68,17 @@ def weights(
         felt = felt - gravity
     felt = felt - felt.mean(axis=1, keepdims=True)
     smooth = _low_pass(felt, recording, bandwidth_over_pattern)
-    span = smooth.max(axis=1) - smooth.min(axis=1)
+    span = smooth.max(axis=1) - smooth.min(axis=1)  # [Cheng19 eq. 8]
     total = span.sum(axis=1)
     along = smooth[:, :, 2]
     if sign == "correlation":
         direction = np.sign(along @ recording.swing.displacement(recording.time_s, 2))
     else:
-        direction = np.sign(np.argmax(along, axis=1) - np.argmin(along, axis=1)).astype(float)
+        highest = np.argmax(along, axis=1)  # [Cheng19 eq. 9]
+        lowest = np.argmin(along, axis=1)  # [Cheng19 eq. 10]
+        direction = np.sign(highest - lowest).astype(float)  # [Cheng19 eq. 11]
     heard = recording.present.any(axis=1)
+    # [Cheng19 eq. 12]
     return np.where(heard & (total > 0), direction * span[:, 2] / np.maximum(total, 1e-12), 0.0)
 
 
@@ -109,8 +112,8 @@ class SensoryMotorMap:
 
     robot: name; joint_names: (n); cell: (N,) keys.
     posture: (P, n) rad or m in which each tile was explored.
-    weight: (P, N, n) in -1 to 1, masked by the activity matrix (eq. 13), small vectors suppressed, the others of unit
-        length where `normalised`, so that a touch moves the whole chain alike.
+    weight: (P, N, n) in -1 to 1, masked by the activity matrix [Cheng19 eq. 13], small vectors suppressed, the
+        others of unit length where `normalised`, so that a touch moves the whole chain alike.
     """
 
     robot: str
@@ -197,7 +200,7 @@ def build_map(
         joint_names: (n).
         cell: (N,) keys.
         recordings: swings; those whose centres differ by less than `same_posture` make one tile.
-        activity: (n, N) which joint moves which cell (eq. 13).
+        activity: (n, N) which joint moves which cell [Cheng19 eq. 13].
         gravity: (N, M, 3) what each cell would feel of gravity in a recording; see `weights`.
         sign: rule of `weights`.
         suppression: vectors of a cell over the joints that are shorter are removed, since such reactions cannot be
@@ -216,7 +219,7 @@ def build_map(
     tiles: list[tuple[Array, Array]] = []
 
     def moved_by(recording: MotionRecording) -> Array:
-        # The weights of the other cells are masked (eq. 13).
+        # [Cheng19 eq. 13]: the weights of the other cells are masked
         moved = np.flatnonzero(activity[recording.swing.joint])
         found = np.zeros(cells)
         if len(moved):

@@ -52,7 +52,7 @@ def chain(
     edges: NDArray[np.integer],
     parent_edge: NDArray[np.integer],
 ) -> NDArray[np.float64]:
-    """Poses along the paths to the root, from the rotation across each edge of a path (paper, eq. 1 and 3).
+    """Poses along the paths to the root, from the rotation across each edge of a path [Cheng19 eq. 1, 3].
 
     Args:
         cell_from_parent: (N, 3, 3) rotation of each cell's parent into the cell; ignored at roots.
@@ -71,7 +71,9 @@ def chain(
             continue
         edge = edges[parent_edge[cell]]
         port, port_above = (edge[1], edge[3]) if edge[0] == cell else (edge[3], edge[1])
+        # [Cheng19 eq. 3]
         pose[cell, :3, :3] = pose[above, :3, :3] @ cell_from_parent[cell].T
         meeting = pose[above, :3, 3] + pose[above, :3, :3] @ PORT_POINTS_M[port_above]
+        # [Cheng19 eq. 1]: its translation, by the shape of the cells
         pose[cell, :3, 3] = meeting - pose[cell, :3, :3] @ PORT_POINTS_M[port]
     return pose

@@ -13,7 +13,7 @@ from robotskin.selfconfig.topology.topology import Topology, walk_out
 
 
 def reconstruct_by_chain(topology: Topology, samples: GravitySamples, centred: bool = False) -> NDArray[np.float64]:
-    """The paper's reconstruction (eq. 1 to 3), or with each cell's mean over the poses removed first.
+    """The paper's reconstruction [Cheng19 eq. 1 to 3], or with each cell's mean over the poses removed first.
 
     Args:
         topology: of the cells.
