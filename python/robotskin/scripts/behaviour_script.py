@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.control import CartesianTask, JointTask
-from robotskin._core.model import RobotDynamics
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
 from robotskin.errors import InputError
 from robotskin.figures import Bound
+from robotskin.model import RobotDynamics
 from robotskin.robots.reach import nearest_to
 from robotskin.scripts.reasons import interventions_told, missed_goal_told
 from robotskin.session import PERIOD_S, Session
+from robotskin.tasks import CartesianTask, JointTask
 
 Progress = Callable[[str], None]
 
