@@ -27,6 +27,12 @@ class DynamicsError(RobotskinError):
     """Torques from which no dynamic model follows."""
 
 
+SETTLED = 1e-6
+"""Twice what may be left to gain, in squares of a standard deviation."""
+WEAKENING, WEAKENINGS = 10.0, 5
+"""The divergence begins this often this much stronger than asked."""
+
+
 def pseudo_inertia_basis() -> Array:
     """(10, 4, 4) with P(π) = Σ π_i basis_i: second moments Σ = tr(I)/2 − I, first moments m c, mass m."""
     basis = np.zeros((PER_LINK, 4, 4))
@@ -70,7 +76,7 @@ def fit_bodies(matrix: Array, right: Array, links: int, pull: float = 0.01, pass
     unknown = np.concatenate([np.tile(guess, links), typical])
     hessian_of_squares = matrix.T @ matrix
 
-    def value(x: Array) -> float:
+    def value(x: Array, weight: float) -> float:
         bodies = np.einsum("li,iab->lab", x[:size].reshape(links, PER_LINK), basis)
         sign, logarithm = np.linalg.slogdet(bodies)
         if (np.linalg.eigvalsh(bodies)[:, 0] <= 0).any() or (sign <= 0).any() or (x[size:] <= 0).any():
@@ -78,33 +84,43 @@ def fit_bodies(matrix: Array, right: Array, links: int, pull: float = 0.01, pass
         friction = x[size:] / typical
         squares = 0.5 * float(((matrix @ x - right) ** 2).sum())
         divergence = np.einsum("ab,lba->", guess_inverse, bodies) - logarithm.sum()
-        return squares + pull * float(divergence + (friction - np.log(friction)).sum())
+        return squares + weight * float(divergence + (friction - np.log(friction)).sum())
 
-    now = value(unknown)
-    for _ in range(passes):
-        bodies = np.einsum("li,iab->lab", unknown[:size].reshape(links, PER_LINK), basis)
-        gradient = matrix.T @ (matrix @ unknown - right)
+    def newton_step(x: Array, weight: float) -> tuple[Array, float]:
+        bodies = np.einsum("li,iab->lab", x[:size].reshape(links, PER_LINK), basis)
+        gradient = matrix.T @ (matrix @ x - right)
         hessian = hessian_of_squares.copy()
         for link, inverse in enumerate(np.linalg.inv(bodies)):
             at = slice(PER_LINK * link, PER_LINK * (link + 1))
             turned = inverse @ basis
-            gradient[at] += pull * np.einsum("ab,iba->i", guess_inverse - inverse, basis)
-            hessian[at, at] += pull * np.einsum("iab,jba->ij", turned, turned)
-        gradient[size:] += pull * (1.0 / typical - 1.0 / unknown[size:])
-        hessian[np.arange(size, len(unknown)), np.arange(size, len(unknown))] += pull / unknown[size:] ** 2
+            gradient[at] += weight * np.einsum("ab,iba->i", guess_inverse - inverse, basis)
+            hessian[at, at] += weight * np.einsum("iab,jba->ij", turned, turned)
+        gradient[size:] += weight * (1.0 / typical - 1.0 / x[size:])
+        hessian[np.arange(size, len(x)), np.arange(size, len(x))] += weight / x[size:] ** 2
         scale = 1.0 / np.sqrt(hessian.diagonal())
         step = -scale * cho_solve(
             cho_factor(hessian * scale * scale[:, None] + 1e-13 * np.eye(len(scale))), scale * gradient
         )
-        slope = float(gradient @ step)
-        # Half the squared Newton decrement bounds what is left to gain.
-        if -slope < 1e-6:
-            return unknown
-        length = 1.0
-        while length > 1e-12:
-            then = value(unknown + length * step)
-            if then <= now + 0.1 * length * slope:
+        return step, float(gradient @ step)
+
+    taken = 0
+    # Newton's steps are short where the divergence is weak and the start is far: so it is weakened by and by.
+    for weight in pull * WEAKENING ** np.arange(WEAKENINGS, -1.0, -1.0):
+        enough = SETTLED if weight == pull else max(SETTLED, 0.01 * weight)
+        now = value(unknown, weight)
+        while True:
+            step, slope = newton_step(unknown, weight)
+            # Half the squared Newton decrement bounds what is left to gain.
+            if -slope < enough:
                 break
-            length *= 0.5
-        unknown, now = unknown + length * step, then
-    raise DynamicsError(f"no settled dynamic model after {passes} steps; {-0.5 * slope:.1e} left to gain")
+            if taken == passes:
+                raise DynamicsError(f"no settled dynamic model after {passes} steps; {-0.5 * slope:.1e} left to gain")
+            taken += 1
+            length = 1.0
+            while length > 1e-12:
+                then = value(unknown + length * step, weight)
+                if then <= now + 0.1 * length * slope:
+                    break
+                length *= 0.5
+            unknown, now = unknown + length * step, then
+    return unknown

@@ -83,6 +83,20 @@ def test_every_fitted_body_could_exist_even_where_the_best_fit_could_not(seed: i
     assert found[10] > 0
 
 
+@pytest.mark.parametrize("strength", [1e2, 1e4, 1e6])
+def test_light_bodies_settle_however_weak_the_pull_beside_the_torques(strength: float, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    links = 3
+    columns = strength * 10.0 ** random.uniform(-3, 0, 10 * links + 2)
+    matrix = random.standard_normal((200, len(columns))) * columns
+    bodies = [
+        pinocchio.Inertia.FromSphere(10.0 ** random.uniform(-2, 1), 0.05).toDynamicParameters() for _ in range(links)
+    ]
+    right = matrix @ np.concatenate([*bodies, [0.01, 3.0]]) + 5.0 * random.standard_normal(200)
+    found = fit_bodies(matrix, right, links)
+    assert all(is_consistent(body) for body in found[:-2].reshape(links, 10))
+
+
 def test_identified_torques_hold_on_other_motions(seed: int) -> None:
     random = np.random.default_rng(seed)
     motion = exciting_trajectory(UR5.model, BOUNDS, random, candidates=10, improvements=10).at(np.arange(0, 10, 0.02))
