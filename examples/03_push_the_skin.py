@@ -3,11 +3,13 @@
 
 import numpy as np
 
-import robotskin as rs
+from robotskin import layout, robots
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
-session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), seed=1, interface="torque")
+session = Session(robots.load("ur5"), layout.finished("ur5"), seed=1, interface="torque")
 session.boot()
-cell = rs.pushed_cell(session, "forearm_link")
+cell = pushed_cell(session, "forearm_link")
 before = session.cell_position(cell)
 session.world.push(cell, force_n=15.0)
 session.run(seconds=1.5)

@@ -3,11 +3,13 @@
 
 import numpy as np
 
-import robotskin as rs
+from robotskin import layout, robots
+from robotskin.session import Session
+from robotskin.session.touches import push_and_release, pushed_cell
 
-session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), "skin_compliance", interface="position")
+session = Session(robots.load("ur5"), layout.finished("ur5"), "skin_compliance", interface="position")
 session.boot()
-push = rs.push_and_release(session, rs.pushed_cell(session, "forearm_link"), force_n=10.0)
+push = push_and_release(session, pushed_cell(session, "forearm_link"), force_n=10.0)
 print(
     f"gave way by {1e3 * push.displacement_m:.0f} mm and came back to within {np.rad2deg(push.return_error_rad):.2f}°"
 )

@@ -3,11 +3,13 @@
 
 import numpy as np
 
-import robotskin as rs
+from robotskin import layout, robots
+from robotskin.session import Session
+from robotskin.session.touches import pushed_cell
 
-session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), "kinesthetic_joint", interface="position")
+session = Session(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_joint", interface="position")
 session.boot()
-cell = rs.pushed_cell(session, "forearm_link")
+cell = pushed_cell(session, "forearm_link")
 start = session.cell_position(cell)
 session.world.push(cell, force_n=10.0)
 session.run(seconds=2.0)

@@ -82,6 +82,8 @@ void bind_gains(nb::module_& module) {
       .def_rw("largest_lead_rad", &ResolverGains::largest_lead_rad)
       .def_rw("position_bias_per_s", &ResolverGains::position_bias_per_s)
       .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad)
+      .def_rw("torque_bias_per_s", &ResolverGains::torque_bias_per_s)
+      .def_rw("largest_bias_effort_share", &ResolverGains::largest_bias_effort_share)
       .def_rw("servo_lag_s", &ResolverGains::servo_lag_s)
       .def_rw("servo_lag_s2", &ResolverGains::servo_lag_s2);
 }

@@ -45,8 +45,14 @@ TorqueResolver::TorqueResolver(const RobotModel& robot, ResolverGains gains)
   check_positive("switch_time_s", gains_.switch_time_s);
   check_positive("largest_lead_rad", gains_.largest_lead_rad);
   for (auto* values : {&position_, &velocity_, &virtual_position_, &virtual_velocity_, &position_lead_, &velocity_lead_,
-                       &position_bias_, &torque_, &acceleration_})
+                       &position_bias_, &torque_bias_, &measured_velocity_, &surprise_, &torque_, &acceleration_})
     values->resize(joints);
+  if (!(gains_.torque_bias_per_s >= 0 && gains_.largest_bias_effort_share >= 0))
+    throw ControlError("torque resolver: torque_bias_per_s is " + std::to_string(gains_.torque_bias_per_s) +
+                       " and largest_bias_effort_share is " + std::to_string(gains_.largest_bias_effort_share) +
+                       ": neither may be negative");
+  for (const double limit : robot.effort_limit())
+    largest_torque_bias_.push_back(std::isfinite(limit) ? gains_.largest_bias_effort_share * limit : 0.0);
 }
 
 void TorqueResolver::reset(const JointState& joints) noexcept {
@@ -55,6 +61,8 @@ void TorqueResolver::reset(const JointState& joints) noexcept {
   std::ranges::fill(position_lead_, 0.0);
   std::ranges::fill(velocity_lead_, 0.0);
   std::ranges::fill(position_bias_, 0.0);
+  std::ranges::fill(torque_bias_, 0.0);
+  accelerated_ = false;
   inner_loop_.reset();
 }
 
@@ -75,6 +83,7 @@ void TorqueResolver::begin(const JointState& joints, CommandMode mode) noexcept 
     inner_loop_.reset();
   }
   mode_ = mode;
+  if (!is_torque) accelerated_ = false;
 
   if (is_torque) {
     for (std::size_t i = 0; i < position_.size(); ++i) {
@@ -91,6 +100,7 @@ void TorqueResolver::begin(const JointState& joints, CommandMode mode) noexcept 
 bool TorqueResolver::resolve(const RobotDynamics& dynamics, std::span<const double> fused,
                              std::span<const double> touch, const JointState& joints, JointCommand& command) noexcept {
   for (std::size_t i = 0; i < torque_.size(); ++i) torque_[i] = fused[i] + touch[i];
+  if (mode_ == CommandMode::torque) learn_torque_bias(dynamics, joints);
   if (!virtual_robot_.acceleration(dynamics, velocity_, torque_, gains_.period_s, acceleration_)) return false;
   command.mode = mode_;
   if (mode_ == CommandMode::torque) {
@@ -126,13 +136,33 @@ void TorqueResolver::integrate(const JointState& joints) noexcept {
   }
 }
 
+// What the joints did in the last period and what they were asked to do differ by what the model does not know, such as
+// the friction of gears. The added inertia divides stiffness by (M + I) / M against it, so a light joint would stop far
+// from its goal. Summed up, the difference of velocities is no noisier than a velocity.
+void TorqueResolver::learn_torque_bias(const RobotDynamics& dynamics, const JointState& joints) noexcept {
+  const std::size_t count = position_.size();
+  if (accelerated_) {
+    for (std::size_t i = 0; i < count; ++i)
+      surprise_[i] = gains_.period_s * acceleration_[i] - (joints.velocity[i] - measured_velocity_[i]);
+    for (std::size_t row = 0; row < count; ++row) {
+      double missing = 0;
+      for (std::size_t column = 0; column < count; ++column)
+        missing += dynamics.mass_matrix()[row * count + column] * surprise_[column];
+      torque_bias_[row] = std::clamp(torque_bias_[row] + gains_.torque_bias_per_s * missing, -largest_torque_bias_[row],
+                                     largest_torque_bias_[row]);
+    }
+  }
+  std::ranges::copy(joints.velocity, measured_velocity_.begin());
+  accelerated_ = true;
+}
+
 // The torque under which the real robot moves as the virtual one: M a + C v + g - touch, since the hand itself brings
-// the touch.
+// the touch, and what the model does not know.
 void TorqueResolver::torque_command(const RobotDynamics& dynamics, std::span<const double> touch,
                                     JointCommand& command) noexcept {
   const std::size_t joints = position_.size();
   for (std::size_t row = 0; row < joints; ++row) {
-    double torque = dynamics.nonlinear_effects()[row] - touch[row];
+    double torque = dynamics.nonlinear_effects()[row] - touch[row] + torque_bias_[row];
     for (std::size_t column = 0; column < joints; ++column)
       torque += dynamics.mass_matrix()[row * joints + column] * acceleration_[column];
     command.value[row] = torque;

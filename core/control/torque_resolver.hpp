@@ -24,6 +24,8 @@ struct ResolverGains {
   double largest_lead_rad = 0.2;   // how far the virtual robot may run ahead of the real one
   double position_bias_per_s = 2;  // 1/s: how fast the position interface removes the servo's static error
   double largest_bias_rad = 0.02;  // bound of that correction
+  double torque_bias_per_s = 50;   // 1/s: how fast the torque interface makes up for what the model does not know
+  double largest_bias_effort_share = 0.05;  // bound of that torque, of each joint's effort limit: gears rub with as much
   // The robot's position servo follows as q + lag_s dq/dt + lag_s2 d2q/dt2 = command; commands lead by as much.
   double servo_lag_s = 0;
   double servo_lag_s2 = 0;
@@ -58,15 +60,20 @@ class TorqueResolver {
  private:
   void integrate(const JointState& joints) noexcept;
   void torque_command(const RobotDynamics& dynamics, std::span<const double> touch, JointCommand& command) noexcept;
+  void learn_torque_bias(const RobotDynamics& dynamics, const JointState& joints) noexcept;
 
   ResolverGains gains_;
   VirtualRobot virtual_robot_;
   InnerVelocityLoop inner_loop_;
   std::vector<double> lower_, upper_, velocity_limit_;       // (n) bounds of the virtual robot
+  std::vector<double> largest_torque_bias_;                  // (n) Nm
   std::vector<double> position_, velocity_;                  // (n) the state on which the tasks act
   std::vector<double> virtual_position_, virtual_velocity_;  // (n) q_v, and its rate
   std::vector<double> position_lead_, velocity_lead_;        // (n) virtual minus real when torque mode was entered
   std::vector<double> position_bias_;                        // (n) rad
+  std::vector<double> torque_bias_;                          // (n) Nm
+  std::vector<double> measured_velocity_, surprise_;         // (n) rad/s of the period before; (n) rad/s
+  bool accelerated_ = false;                                 // the period before gave a torque for acceleration_
   std::vector<double> torque_, acceleration_;                // (n)
   Fade lead_fade_;
   CommandMode mode_ = CommandMode::position;

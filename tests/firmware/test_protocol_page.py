@@ -5,7 +5,7 @@ import importlib.util
 import re
 from pathlib import Path
 
-from robotskin import firmware
+from robotskin._core import firmware
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from robotskin.cli._waiting import waiting
 from robotskin.errors import InputError
 
 SHOWN_PER_KIND = 3
@@ -111,7 +112,7 @@ def judge_networks(
         console = Console(width=TABLE_WIDTH)
     verdicts = []
     for found in [network for skin in skins for network in named_networks(skin)]:
-        with console.status(f"judging {found.source}"):
+        with waiting(f"judging {found.source}"):
             verdict = judge(found.network, rate_hz)
         verdicts.append(verdict)
         console.print(f"{found.source}", style="bold", markup=False, highlight=False)

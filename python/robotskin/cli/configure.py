@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._waiting import waiting
 
 
 def command(
@@ -75,7 +76,6 @@ def command(
     moved, a link slipped, a plug opened; all else stays as it was configured.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Table
 
     from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
@@ -109,14 +109,8 @@ def command(
     earlier = BabblingRecording.load(check) if check is not None else None
     if earlier is not None:
         require_joints(model, earlier)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     truth = worn_layout(model, layout) if source is None or layout is not None else None
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("waking the skin", total=1.0)
-
-        def tell(what: str, share: float) -> None:
-            bar.update(task, description=what, completed=share)
-
+    with waiting("waking the skin") as tell:
         if source is not None:
             recorded = BabblingRecording.load(source)
         else:
@@ -198,7 +192,7 @@ def command(
     if report is not None:
         from robotskin.configuring.report import write_report
 
-        with console.status("drawing the report"):
+        with waiting("drawing the report"):
             write_report(report, model, recorded, found, learned, truth)
         console.print(f"report written to {report}")
 

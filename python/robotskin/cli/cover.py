@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+
+from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
     from robotskin.layout import Layout
@@ -72,9 +73,7 @@ def command(
         rules = replace(rules, foam=1e-3 * foam_mm)
     if overhang is not None:
         rules = replace(rules, most_overhang=overhang)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("loading", total=None)
+    with waiting("loading") as tell:
         layout, places = cover(
             body,
             chosen,
@@ -84,7 +83,7 @@ def command(
             areas=plan.areas if plan and not links else (),
             seed=seed,
             tries=tries or (plan.tries if plan else 3),
-            progress=lambda what, done, steps: bar.update(task, description=what, completed=done, total=steps),
+            progress=lambda what, done, steps: tell(what, done / steps if steps else None),
         )
     target = output or Path(f"{body.name}.json")
     # A robot with a name is found again by it; another one by its file.
@@ -144,7 +143,7 @@ def command(
     if picture is not None:
         from robotskin.layout.picture import save_picture
 
-        with console.status("drawing"):
+        with waiting("drawing"):
             save_picture(layout, body, picture)
         console.print(f"picture written to {picture}")
 

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -90,7 +90,7 @@ def command(
 
     around = None if scene is None else load_scene(scene)
     console = Console()
-    with console.status(f"loading {robot}"):
+    with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)
         model = ready.robot
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
@@ -115,7 +115,7 @@ def command(
     with recorded(session, record):
         if headless:
             raise typer.Exit(run_script(session, pushed, seconds, json_file))
-        show(session, port)
+        raise typer.Exit(show(session, port))
 
 
 def believed_model(
@@ -128,37 +128,32 @@ def believed_model(
         from robotskin.layout import Layout
 
         return Layout.load(believed), None
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
     from robotskin.configuring.configured import configured
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("waking the skin", total=1.0)
-        own = configured(model, skin, seed, lambda what, share: bar.update(task, description=what, completed=share))
+    with waiting("waking the skin") as tell:
+        own = configured(model, skin, seed, tell)
     heard = len(own.configuration.topology.cell)
     console.print(f"the skin placed {len(own.layout)} of its {heard} cells after {own.duration_s:.0f} s of motion")
     return own.layout, own.robot
 
 
 def run_script(session: Session, link: str, seconds: float, json_file: Path | None) -> int:
-    """Run the scripted demonstration with a progress bar, print its table, write its figures; the exit status."""
+    """Run the scripted demonstration, print its table, write its figures; the exit status."""
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     from robotskin.figures import broken, table_of, write_figures
     from robotskin.scripts import push_script
 
     console = Console()
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     try:
-        with Progress(*columns, console=console, transient=True) as bar:
-            task = bar.add_task("boot")
-            figures = push_script.run(session, link, seconds, lambda text: bar.update(task, description=text))
+        with waiting("boot") as tell:
+            figures = push_script.run(session, link, seconds, tell)
     finally:
         session.shut_down()
     bounds = push_script.bounds()
     console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
+    for remark in push_script.remarks(session, figures):
+        console.print(remark, markup=False, highlight=False, soft_wrap=True)
     if json_file is not None:
         write_figures(json_file, session.seed, figures)
     missed = broken(bounds, figures)
@@ -167,25 +162,32 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     return 1 if missed else 0
 
 
-def show(session: Session, port: int, ready: Callable[[], None] = lambda: None) -> None:
-    """Serve the page until it is interrupted; `ready` is called when the robot runs."""
+def show(session: Session, port: int, goal: list[float] | None = None) -> int:
+    """Serve the page until it is interrupted, tell what held the robot back; the exit status.
+
+    `goal`: where the robot goes first, as `robotskin run --goal` takes it.
+    """
     from rich.console import Console
 
     from robotskin.live.live_session import LiveSession
+    from robotskin.session.goals import set_goal
     from robotskin.viewer.page import Page
 
     console = Console()
     try:
-        with console.status("booting the skin"):
+        with waiting("booting the skin"):
             took_s = session.boot()
-        ready()
-    except BaseException:  # From here to the page's own thread nobody else would stop the robot.
+        place = None if goal is None else set_goal(session, goal)
+    except BaseException:  # From here to the page's own thread nothing else would stop the robot.
         session.shut_down()
         raise
     console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
-    with LiveSession(session) as live, Page(live, port) as page:
+    with LiveSession(session, place) as live, Page(live, port) as page:
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
         try:
             threading.Event().wait()
         except KeyboardInterrupt:
             console.print("bringing the robot to rest")
+    for remark in live.remarks():
+        console.print(remark, markup=False, highlight=False, soft_wrap=True)
+    return 1 if session.fault or live.failure is not None else 0

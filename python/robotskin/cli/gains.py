@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from robotskin.cli._waiting import waiting
+
 
 def command(
     robot: Annotated[
@@ -68,7 +70,8 @@ def command(
             f"--home of {len(posture)} numbers: {model.name} has {model.joint_count} joints, "
             f"{', '.join(model.joint_names)}"
         )
-    made = made_gains(model, None if posture is None else np.array(posture))
+    with waiting(f"gains of {model.name}"):
+        made = made_gains(model, None if posture is None else np.array(posture))
     target = output or Path(f"{model.name}.toml")
     with whole_file(target) as partial:
         partial.write_text(written(made.gains.values, heading(made, model)), encoding="utf-8")

@@ -17,6 +17,7 @@ import typer
 
 import robotskin
 import robotskin.cli
+from robotskin.cli._entry import INTERRUPTED
 from robotskin.cli._lazy import LazyGroup
 from robotskin.errors import RobotskinError
 
@@ -40,10 +41,6 @@ ORDER = (
     "bench",
     "reproduce",
 )
-
-
-INTERRUPTED = 130
-"""Exit status after Ctrl-C or SIGTERM, as shells have it."""
 
 
 def verbs() -> list[str]:

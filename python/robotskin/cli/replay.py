@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from robotskin.cli._waiting import waiting
+
 
 def command(
     file: Annotated[Path, typer.Argument(help="A recording (MCAP) that `--record` or `robotskin record` has made.")],
@@ -23,7 +25,6 @@ def command(
     Every skin state comes back to the byte. Exit status 2: the file is cut, damaged or foreign.
     """
     from rich.console import Console
-    from rich.progress import Progress
     from rich.table import Table
 
     from robotskin.figures import write_figures
@@ -32,10 +33,12 @@ def command(
 
     recording = Recording(file)
     console = Console()
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("replay", total=recording.seconds)
+    with waiting("replay") as tell:
         found = summarise(
-            recording, start, float("inf") if end is None else end, lambda done: progress.update(task, completed=done)
+            recording,
+            start,
+            float("inf") if end is None else end,
+            lambda done: tell("replay", done / max(recording.seconds, 1e-9)),
         )
     about = recording.about
     console.print(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -101,14 +102,13 @@ def command(
 
     from robotskin import control
     from robotskin import layout as layouts
+    from robotskin._core.control import Fusion
     from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import UnknownNameError
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
-    from robotskin.scripts.behaviour_script import set_goal
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import SOURCES, Session
-    from robotskin.tasks import Fusion
     from robotskin.world import load_scene
 
     control.behaviour(behaviour)
@@ -122,7 +122,7 @@ def command(
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
     limits = None if body_limits is None else BodyLimits.load(body_limits)
     console = Console()
-    with console.status(f"loading {robot}"):
+    with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)
         model, chosen = ready.robot, ready.gains
         skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
@@ -149,9 +149,10 @@ def command(
             raise typer.Exit(run_script(session, seconds, target, json_file))
         from robotskin.cli.demo import show
 
-        show(session, port, lambda: set_goal(session, target) if target is not None else None)
+        status = show(session, port, target)
     if session.fault:
         console.print(session.fault_told)
+    raise typer.Exit(status)
 
 
 def tell_made(console: Console, ready: RobotWithGains) -> None:
@@ -189,8 +190,8 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     assert isinstance(session, Session)
     console = Console()
     try:
-        with console.status("boot") as status:
-            figures = behaviour_script.run(session, seconds, goal, status.update)
+        with waiting("boot") as tell:
+            figures = behaviour_script.run(session, seconds, goal, tell)
             remarks = behaviour_script.remarks(session, figures, goal)
     finally:
         session.shut_down()

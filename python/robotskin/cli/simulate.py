@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._waiting import waiting
+
 if TYPE_CHECKING:
+    from robotskin._core.world import TrialReport
     from robotskin.layout.cell_network import CellNetwork
-    from robotskin.simulator import TrialReport
 
 TABLE_WIDTH = 110
 STANDARD_PORTS = 3
@@ -54,12 +56,11 @@ def command(
     """
     from rich.console import Console
     from rich.markup import escape
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.table import Table
 
+    from robotskin._core.world import fault_help
     from robotskin.errors import InputError
     from robotskin.figures import write_figures
-    from robotskin.simulator import fault_help
     from robotskin.world.trial import figures_of, run_trial
 
     console = Console()
@@ -77,11 +78,14 @@ def command(
     if rate not in rates:
         raise InputError(f"--rate {rate}: choose from {', '.join(map(str, rates))}")
     skin, remarks = skin_of(layout, ports, units, seed)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(f"{len(skin)} cells", total=seconds)
+    with waiting(f"{len(skin)} cells") as tell:
         report = run_trial(
-            skin, seconds, seed, faults, rate_hz=rate, progress=lambda time_s, _: bar.update(task, completed=time_s)
+            skin,
+            seconds,
+            seed,
+            faults,
+            rate_hz=rate,
+            progress=lambda time_s, _: tell(f"{len(skin)} cells", time_s / seconds),
         )
     for remark in remarks:
         console.print(f"Note: {remark}.", markup=False, highlight=False)

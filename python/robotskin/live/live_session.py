@@ -11,15 +11,18 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robotskin.cycle import SafetyState
+from robotskin._core.robot import SafetyState
+from robotskin._core.world import HandTask
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.network_watch import NetworkWatch
 from robotskin.live.session_network import SessionNetwork
 from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
-from robotskin.simulator import HandTask
+from robotskin.session.goals import GoalWatch, reference_of
+from robotskin.session.reasons import interventions_told
 from robotskin.viewer.network import grown_tree
-from robotskin.viewer.session_view import Ball, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
+from robotskin.viewer.session_view import Ball, Floats, Goal, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
 from robotskin.world.drawing import piece_colour, piece_mesh
 
 SNAPSHOT_PERIODS = 16
@@ -40,7 +43,8 @@ class LiveSession:
     What cannot be done is refused there, with a RobotskinError, and never reaches the thread that moves the robot.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, goal: NDArray[np.float64] | None = None) -> None:
+        """`goal`: the one that the session was given before, (n,) rad or m, or (3,) m of the hand; None: none."""
         self.session = session
         self.robot: RobotView = session.robot
         self.layout = session.layout
@@ -58,6 +62,9 @@ class LiveSession:
         self._restart = False
         self._rates: dict[str, float] = {}
         self._counted = self._counts()
+        self.goals = GoalWatch(session, goal)
+        self._goal = self._look_at_goal()
+        self._held_back = ""
         self._parent = grown_tree(self.layout, session.driver.topology())
         self._snapshot = self._take()
         self._closing = threading.Event()
@@ -74,6 +81,16 @@ class LiveSession:
         """Bring the robot to rest and end the thread."""
         self._closing.set()
         self._thread.join()
+
+    def remarks(self) -> list[str]:
+        """Why commands were changed, and why the last goal is not reached, a sentence each; none where nothing was."""
+        found = []
+        if self._held_back:
+            share = self._rates.get("intervention_share", 0.0)
+            found.append(f"the guard changed {share:.2%} of the commands: {self._held_back}")
+        if self._goal is not None and self._goal.told:
+            found.append(self._goal.told)
+        return found
 
     # ---- What a page asks ----
 
@@ -115,6 +132,15 @@ class LiveSession:
         if behaviour not in self.behaviours:
             raise UnknownNameError("behaviour", behaviour, self.behaviours or [self.session.behaviour])
         self._ask(lambda: self.session.set_behaviour(behaviour))
+
+    def set_goal(self, goal: Floats) -> None:
+        """Go there: (n,) rad or m of the joints, or (3,) metres of the hand in the base frame.
+
+        Raises InputError for a goal outside of limits or reach, or where the behaviour takes none.
+        """
+        place = np.array(goal, dtype=float)
+        reference = reference_of(self.session, place)
+        self._ask(lambda: self._go(place, reference))
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in another mode."""
@@ -161,6 +187,19 @@ class LiveSession:
     def _end(self) -> None:
         self.session.world.release()
         self._touch = self._touch_until_s = None
+
+    def _go(self, goal: NDArray[np.float64], reference: NDArray[np.float64]) -> None:
+        # The behaviour may have changed since the page asked: then the page shows the goal that it has.
+        with contextlib.suppress(InputError):
+            self.session.controller.set_reference(reference)
+            self.goals.given(goal)
+            self._goal = self._look_at_goal()
+
+    def _look_at_goal(self) -> Goal | None:
+        kind, at, left, told = self.goals.look()
+        if not kind or at is None:
+            return None
+        return Goal(kind, at, self.goals.goal is not None, left, told)
 
     def _set_source(self, source: str) -> None:
         # The behaviour may have changed since the page asked: then the page shows the source that it has.
@@ -227,6 +266,9 @@ class LiveSession:
         gone = {name: now[name] - before for name, before in self._counted.items()}
         self._counted = now
         self._parent = grown_tree(self.layout, self.session.driver.topology())
+        self._goal = self._look_at_goal()
+        controller = self.session.controller
+        self._held_back = interventions_told(controller.intervention_counts, self.session.robot.joint_names)
         virtual_s = max(gone["virtual_s"], PERIOD_S)
         self._rates = {
             "realtime_factor": gone["virtual_s"] / wall_s,
@@ -234,7 +276,8 @@ class LiveSession:
             "datagrams_per_s": gone["datagrams"] / virtual_s,
             "driver_cpu_percent": 100.0 * gone["driver_s"] / virtual_s,
             "frames_lost": float(self.session.frames_lost),
-            "fallback_ticks": float(self.session.controller.cycle.fusion_counts.fallback_ticks),
+            "fallback_ticks": float(controller.cycle.fusion_counts.fallback_ticks),
+            "intervention_share": controller.report.interventions / max(1.0, self.session.world.time_s / PERIOD_S),
         }
 
     def _take(self) -> Snapshot:
@@ -252,6 +295,8 @@ class LiveSession:
             source=session.source,
             source_refused=session.source_refused,
             torques=self._torques(),
+            goal=self._goal,
+            held_back=self._held_back,
             controller_state=report.state.name,
             stop_reason=report.text if stopped else "",
             touch=self._touch,

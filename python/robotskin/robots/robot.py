@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio
 import trimesh
 
+from robotskin._core.model import RobotDynamics, RobotModel
 from robotskin.errors import UnknownNameError
-from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots.mujoco_model import build_spec
 from robotskin.robots.repair import Mimic, Repair
 from robotskin.robots.surface import link_surface
@@ -76,6 +76,11 @@ class Robot:
         return self.core.upper
 
     @property
+    def joint_slides(self) -> tuple[bool, ...]:
+        """Of each joint whether it slides, in metres; the others turn, in radians."""
+        return tuple(kind.name == "prismatic" for kind in self.core.joint_kinds)
+
+    @property
     def velocity_limit(self) -> np.ndarray:
         """(n) rad/s or m/s."""
         return self.core.velocity_limit
@@ -92,8 +97,7 @@ class Robot:
 
     def random_posture(self, generator: np.random.Generator) -> np.ndarray:
         """(n) rad or m, uniform between the limits; unbounded joints between -π and π rad, or -1 and 1 m."""
-        prismatic = np.array([kind.name == "prismatic" for kind in self.core.joint_kinds], dtype=bool)
-        reach = np.where(prismatic, 1.0, np.pi)
+        reach = np.where(self.joint_slides, 1.0, np.pi)
         lower = np.where(np.isfinite(self.lower), self.lower, -reach)
         upper = np.where(np.isfinite(self.upper), self.upper, reach)
         return generator.uniform(lower, upper)

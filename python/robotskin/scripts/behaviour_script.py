@@ -6,25 +6,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robotskin.cycle import SafetyState
-from robotskin.errors import InputError
+from robotskin._core.control import CartesianTask, JointTask
+from robotskin._core.robot import SafetyState
 from robotskin.figures import Bound
-from robotskin.model import RobotDynamics
-from robotskin.robots.reach import nearest_to
-from robotskin.scripts.reasons import interventions_told, missed_goal_told
+from robotskin.scripts.push_script import MOST_INTERVENTIONS
 from robotskin.session import PERIOD_S, Session
-from robotskin.tasks import CartesianTask, JointTask
+from robotskin.session.goals import REACHED_M, REACHED_RAD, hand_pose, set_goal
+from robotskin.session.reasons import interventions_told, missed_goal_told
 
 Progress = Callable[[str], None]
-
-
-MOST_INTERVENTIONS = 0.01
-"""Share of the ticks: gains that ask for more than that do not suit the robot."""
-REACHED_RAD, REACHED_M = 0.02, 0.02
-"""How far from its goal a robot that was touched on the way may end."""
-OUT_OF_REACH_M = 0.005
 
 
 def bounds() -> list[Bound]:
@@ -36,52 +27,6 @@ def bounds() -> list[Bound]:
         Bound("goal_error_rad", most=REACHED_RAD),
         Bound("goal_error_m", most=REACHED_M),
     ]
-
-
-def hand_pose(session: Session) -> NDArray[np.float64]:
-    """(4, 4) metres, base frame: the link of the robot's Cartesian tasks, as measured."""
-    robot = session.robot.core
-    dynamics = RobotDynamics(robot)
-    dynamics.update(np.array(session.joints.position), np.zeros(robot.joint_count))
-    return dynamics.base_from_link(robot.link_index(session.gains.values["cartesian"]["link"]))
-
-
-def set_goal(session: Session, goal: list[float]) -> None:
-    """Give the behaviour its goal: (n) rad for joints, or (3) metres by which the hand is to move, base axes.
-
-    Raises InputError if the behaviour follows neither, for another count, or for a goal out of limits or reach.
-    """
-    tasks = session.controller.tasks.values()
-    joints = session.robot.joint_count
-    if any(isinstance(task, JointTask) for task in tasks):
-        if len(goal) != joints:
-            raise InputError(f"goal of {len(goal)} numbers: {session.robot.name} has {joints} joints")
-        robot = session.robot
-        for name, value, lower, upper in zip(robot.joint_names, goal, robot.lower, robot.upper, strict=True):
-            if not lower <= value <= upper:
-                raise InputError(f"goal of {name}: {value:g} is outside of its limits, {lower:g} to {upper:g}")
-        session.controller.set_reference(goal)
-    elif any(isinstance(task, CartesianTask) for task in tasks):
-        if len(goal) != 3:
-            raise InputError(f"goal of {len(goal)} numbers: the hand moves by 3, x, y and z in metres")
-        pose = hand_pose(session)
-        pose[:3, 3] += goal
-        _require_reach(session, pose[:3, 3])
-        session.controller.set_reference(pose)
-    else:
-        raise InputError(f"goal for {session.controller.behaviour.name}: it goes where it is pushed and takes none")
-
-
-def _require_reach(session: Session, point_m: NDArray[np.float64]) -> None:
-    link = session.gains.values["cartesian"]["link"]
-    posture, left = nearest_to(session.robot, link, point_m, np.array(session.joints.position))
-    if left > OUT_OF_REACH_M:
-        at = ", ".join(f"{value:.3f}" for value in point_m)
-        robot = session.robot
-        room = np.minimum(posture - robot.lower, robot.upper - posture)
-        ends = [robot.joint_names[joint] for joint in np.flatnonzero(room < 1e-6)]
-        why = f" with {', '.join(ends)} at the limit" if ends else ", stretched out"
-        raise InputError(f"goal at {at} m: out of reach, {link} comes no nearer than {left:.3f} m{why}")
 
 
 def run(
@@ -144,8 +89,8 @@ def remarks(session: Session, figures: dict[str, float], goal: list[float] | Non
     found = []
     told = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
     if told:
-        share = 100 * figures["intervention_share"]
-        found.append(f"the guard changed commands in {share:.2f} % of the ticks: {told}")
+        share = figures["intervention_share"]
+        found.append(f"the guard changed {share:.2%} of the commands: {told}")
     for figure, unit, most in (("goal_error_rad", "rad", REACHED_RAD), ("goal_error_m", "m", REACHED_M)):
         if figures.get(figure, 0.0) > most:
             found.append(

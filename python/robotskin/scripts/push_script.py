@@ -9,12 +9,17 @@ from collections.abc import Callable
 import numpy as np
 
 from robotskin.figures import Bound
-from robotskin.session import INTERFACES, Session
+from robotskin.session import INTERFACES, PERIOD_S, Session
+from robotskin.session.reasons import interventions_told
 from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
 
 FORCE_N = 15.0
 HOLD_S = 2.0
+TIME_CONSTANTS = 4.5
+"""A robot that answers slowly is held for so many of its time constants: 1 % of the way is left then."""
 PRESS_N = 10.0
+MOST_INTERVENTIONS = 0.01
+"""Share of the ticks: gains that ask for more than that do not suit the robot."""
 
 Progress = Callable[[str], None]
 
@@ -31,7 +36,18 @@ def bounds() -> list[Bound]:
             Bound(f"{interface}_return_error_rad", most=0.02),
             Bound(f"{interface}_limit_violations", 0, 0),
         ]
-    return [*found, Bound("frames_lost", 0, 0)]
+    return [*found, Bound("intervention_share", most=MOST_INTERVENTIONS), Bound("frames_lost", 0, 0)]
+
+
+def remarks(session: Session, figures: dict[str, float]) -> list[str]:
+    """Why commands were changed, in a sentence; none where none was."""
+    told = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
+    return [f"the guard changed {figures['intervention_share']:.2%} of the commands: {told}"] if told else []
+
+
+def hold_s(session: Session) -> float:
+    """Seconds after which a touched robot stands, and after which one that was let go is back."""
+    return max(HOLD_S, TIME_CONSTANTS * float(session.gains.values["virtual_robot"]["friction_s"]))
 
 
 def run(session: Session, link: str, seconds: float, progress: Progress = lambda _text: None) -> dict[str, float]:
@@ -59,6 +75,7 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
     figures["force_balance_error"] = max(errors)
     figures["frames_lost"] = session.frames_lost - missing_at_boot
     figures["simulated_s"] = session.world.time_s
+    figures["intervention_share"] = session.controller.report.interventions / (session.world.time_s / PERIOD_S)
     figures["realtime_factor"] = session.world.time_s / (time.perf_counter() - started)
     return figures
 
@@ -70,13 +87,14 @@ def _interface_figures(
     violations = session.controller.report.violations
     session.set_interface(interface)
     session.run(0.5)
+    hold = hold_s(session)
 
     progress(f"{interface}: push with the skin on")
-    on = push_and_release(session, cell, FORCE_N, HOLD_S)
+    on = push_and_release(session, cell, FORCE_N, hold, hold)
     session.set_mode("event")
     session.run(0.5)
     progress(f"{interface}: the same in event mode")
-    event = push_and_release(session, cell, FORCE_N, HOLD_S)
+    event = push_and_release(session, cell, FORCE_N, hold, hold)
     session.set_mode("clock")
     session.set_skin(False)
     session.run(0.5)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin._core.firmware import PORT_POINTS_M
 from robotskin.errors import UnknownNameError
-from robotskin.firmware import PORT_POINTS_M
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
@@ -163,8 +163,10 @@ def pushed_cell(session: Session, link: str) -> int:
 
 
 def seam_of(layout: Layout, cell: int) -> tuple[float, float]:
-    """(x, y) metres in the cell frame: the hinge shared with a neighbour."""
+    """(x, y) metres in the cell frame: the hinge shared with a neighbour; the middle of a cell without one."""
     joined = np.flatnonzero(layout.neighbours[cell, :, 0] >= 0)
+    if not len(joined):
+        return 0.0, 0.0
     x, y = PORT_POINTS_M[joined[0]]
     return float(x), float(y)
 

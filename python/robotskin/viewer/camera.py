@@ -11,6 +11,13 @@ from robotskin.viewer.session_view import Floats
 FIELD_OF_VIEW_RAD = 0.7
 FROM_FRONT_LEFT = np.array([0.75, -1.0, 0.45])
 MARGIN = 1.1
+SIDES = 8
+CLEARLY = 1.5
+"""Another side must show so many times more of the skin than the usual one."""
+NARROW = 0.7
+"""Screens narrower than this share of their height are telephones, whose controls cover the bottom."""
+FREE_OF_CONTROLS = 0.54
+"""The share of a telephone's screen above the controls."""
 
 
 @dataclass(frozen=True)
@@ -22,14 +29,25 @@ class Camera:
     field_of_view_rad: float = FIELD_OF_VIEW_RAD
 
     @classmethod
-    def around(cls, points_m: Floats) -> "Camera":
-        """A camera that sees all points (K, 3) from their front left on a square screen, as near as they fit."""
+    def around(cls, points_m: Floats, aspect: float = 1.0, towards: Floats = FROM_FRONT_LEFT) -> "Camera":
+        """A camera that sees all points (K, 3) from a side, as near as they fit.
+
+        Args:
+            points_m: (K, 3) metres, base frame.
+            aspect: width of the screen over its height; a telephone's bottom, where controls are, is left free.
+            towards: (3,) from the points to the camera.
+        """
         points_m = np.asarray(points_m, dtype=float)
         centre = (points_m.min(axis=0) + points_m.max(axis=0)) / 2
-        towards = FROM_FRONT_LEFT / np.linalg.norm(FROM_FRONT_LEFT)
-        x, y, z = ((points_m - centre) @ axes(-towards)).T
-        distance = np.max(np.maximum(np.abs(x), np.abs(y)) / np.tan(FIELD_OF_VIEW_RAD / 2) - z)
-        return cls(centre + MARGIN * distance * towards, centre)
+        towards = np.asarray(towards, dtype=float) / np.linalg.norm(towards)
+        facing = axes(-towards)
+        x, y, z = ((points_m - centre) @ facing).T
+        free = FREE_OF_CONTROLS if aspect < NARROW else 1.0
+        half = np.tan(FIELD_OF_VIEW_RAD / 2)
+        distance = MARGIN * np.max(np.maximum(np.abs(x) / aspect, np.abs(y) / free) / half - z)
+        # The middle of what is free lies above the middle of the screen.
+        lower = (1 - free) * half * distance * facing[:, 1]
+        return cls(centre + lower + distance * towards, centre + lower)
 
     def pixels(self, points_m: Floats, width: int, height: int) -> NDArray[np.float64]:
         """(K, 2) x right and y down of points (K, 3) on a screen of that size; NaN for those behind the camera."""
@@ -37,6 +55,18 @@ class Camera:
         depth = np.where(seen[:, 2] > 0, seen[:, 2], np.nan)
         focal = height / 2 / np.tan(self.field_of_view_rad / 2)
         return seen[:, :2] / depth[:, None] * focal + [width / 2, height / 2]
+
+
+def side_of_skin(normals: Floats) -> NDArray[np.float64]:
+    """(3,) from where most cells are seen, the front left unless another side shows clearly more; normals (N, 3)."""
+    angles = 2 * np.pi * np.arange(SIDES) / SIDES
+    x, y, z = FROM_FRONT_LEFT / np.linalg.norm(FROM_FRONT_LEFT)
+    sides = np.stack(
+        [x * np.cos(angles) - y * np.sin(angles), x * np.sin(angles) + y * np.cos(angles), np.full(SIDES, z)], axis=1
+    )
+    shown = np.maximum(np.asarray(normals, dtype=float) @ sides.T, 0.0).sum(axis=0)
+    best = int(np.argmax(shown))
+    return sides[best if shown[best] > CLEARLY * shown[0] else 0]
 
 
 def axes(forward: Floats) -> NDArray[np.float64]:

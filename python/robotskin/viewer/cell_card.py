@@ -13,7 +13,7 @@ from robotskin.viewer.network_view import NetworkReading
 from robotskin.viewer.port_table import port_table
 from robotskin.viewer.session_view import Health, Integers, SkinReading
 
-NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see its nine channels.</div>'
+NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see what it measures.</div>'
 
 
 def cell_card(
@@ -26,10 +26,11 @@ def cell_card(
     age = float(reading.age_s[cell])
     force = [float(newton) for newton in reading.normal_force[cell]]
     rows = [
-        ("sample age", f"{age * 1e3:.0f} ms" if np.isfinite(age) else "none yet"),
-        ("force 1, 2, 3", f"{_row(force, 2)} N"),
-        ("force, sum", f"{sum(force):.2f} N"),
-        ("proximity", f"{float(reading.proximity[cell]):.4f} ({_distance(float(reading.distance[cell]))})"),
+        ("last heard", f"{age * 1e3:.0f} ms ago" if np.isfinite(age) else "none yet"),
+        ("force, all three sensors", f"{sum(force):.2f} N"),
+        ("each of them", f"{_row(force, 2)} N"),
+        ("nearest thing", _distance(float(reading.distance[cell]))),
+        ("proximity, of full scale", f"{float(reading.proximity[cell]):.2%}"),
         ("acceleration x, y, z", f"{_row(reading.acceleration[cell], 2)} m/s²"),
         ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C"),
     ]
@@ -52,9 +53,11 @@ def place_rows(cell: int, layout: Layout, cable: Integers) -> str:
     return table_rows(
         [
             ("link", layout.links[layout.link[cell]]),
-            ("section unit, id", f"{layout.section_unit[cell]}, {layout.id[cell]}"),
-            ("patch, cable", f"{_number(int(layout.patch[cell]))}, {through}"),
-            ("neighbours at ports 1 to 4", neighbours),
+            ("section unit", str(layout.section_unit[cell])),
+            ("id in its unit", str(layout.id[cell])),
+            ("patch", _number(int(layout.patch[cell]))),
+            ("cable (unit:port)", through),
+            ("neighbours, ports 1 to 4", neighbours),
         ]
     )
 

@@ -2,23 +2,28 @@
 """The commanding half of the page: how to touch, how the robot answers, and what the colours mean."""
 
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import viser
 
 from robotskin.viewer.colours import MODALITIES
-from robotskin.viewer.legend import legend
-from robotskin.viewer.session_view import INTERFACES, MODES, SOURCES, Integers, SessionView, Snapshot
+from robotskin.viewer.goal_panel import GoalPanel
+from robotskin.viewer.legend import PADDING, legend
+from robotskin.viewer.session_view import INTERFACES, Integers, SessionView, Snapshot
 
 # How long a session may take to do as it is told before the page shows what it does instead.
 WISH_S = 2.0
 
-PUSH, APPROACH, LOOK = "pushes", "brings a hand near", "only looks"
+PUSH, APPROACH, LOOK = "pushes it", "brings a hand near", "only looks"
 HINT = {
-    PUSH: "Click a cell to push it; drag from a cell: the further, the harder.",
-    APPROACH: "Click a cell to bring a hand near it; drag the arrow to move the hand.",
+    PUSH: "Click a cell to push it. Drag from a cell: the further, the harder.",
+    APPROACH: "Click a cell to bring a hand near it. Drag the arrow to move the hand.",
     LOOK: "Click a cell to see its numbers; nothing touches the robot.",
 }
+MODE_WORDS = {"clock": "at a fixed rate", "event": "only what changes"}
+SOURCE_WORDS = {"host": "this computer", "skin": "the cells"}
+COLOUR_HINT = "What the colours of the cells stand for: what they measure, or how they are wired."
 
 
 class Controls:
@@ -33,36 +38,100 @@ class Controls:
     ) -> None:
         self.session = session
         self._cable = cable
-        gui = server.gui
-        snapshot = session.snapshot()
+        self._build(server, session.snapshot(), command)
+        session_set = session.set_behaviour
+        names = {in_words(name): name for name in session.behaviours}
+        modes = {words: name for name, words in MODE_WORDS.items()}
+        sources = {words: name for name, words in SOURCE_WORDS.items()}
+        self._switches: dict[str, _Switch] = {
+            "behaviour": _Switch(self.behaviour, lambda words: session_set(names.get(words, words)), command, in_words),
+            "interface": _Switch(self.interface, session.set_interface, command),
+            "mode": _Switch(self._mode, lambda words: session.set_mode(modes[words]), command, MODE_WORDS.__getitem__),
+            "source": _Switch(
+                self._source, lambda words: session.set_source(sources[words]), command, SOURCE_WORDS.__getitem__
+            ),
+            "skin_on": _Switch(self._skin, session.set_skin, command),
+        }
+
+    def _build(
+        self, server: viser.ViserServer, snapshot: Snapshot, command: Callable[[Callable[[], None]], None]
+    ) -> None:
+        gui, session = server.gui, self.session
         with gui.add_folder("Touch"):
-            self._tool = gui.add_dropdown("A click", (PUSH, APPROACH, LOOK), initial_value=PUSH)
-            self._hint = gui.add_markdown(_hint(PUSH))
-            self.force = gui.add_slider("Force [N]", 1.0, 30.0, 0.5, 15.0)
+            self._hint = gui.add_html(_hint(PUSH))
+            self._tool = gui.add_dropdown(
+                "A click", (PUSH, APPROACH, LOOK), initial_value=PUSH, hint="What a click on a cell of the skin does."
+            )
+            self.force = gui.add_slider(
+                "Force [N]",
+                1.0,
+                30.0,
+                0.5,
+                15.0,
+                hint="How hard the hand pushes. 10 N is the weight of a litre of milk.",
+            )
+            self.duration = gui.add_slider("Lasts [s]", 0.5, 10.0, 0.5, 2.0, hint="How long a push lasts.")
             self.hold = gui.add_checkbox("Until released", False, hint="A push lasts until the hand is taken away.")
-            self.duration = gui.add_slider("Lasts [s]", 0.5, 10.0, 0.5, 2.0)
-            self.distance = gui.add_slider("Hand at [cm]", 0.0, 30.0, 0.5, 6.0, visible=False)
-            release = gui.add_button("Take the hand away", icon=viser.Icon.HAND_OFF)
+            self.distance = gui.add_slider(
+                "Hand at [cm]", 0.0, 30.0, 0.5, 6.0, visible=False, hint="How far from the cell the hand stops."
+            )
+            self.release = gui.add_button("Take the hand away", icon=viser.Icon.HAND_OFF)
+            self.turn = gui.add_button(
+                "Turn to the cell",
+                icon=viser.Icon.EYE,
+                color="gray",
+                visible=False,
+                hint="Look at the chosen cell from its own side.",
+            )
         with gui.add_folder("Robot"):
-            names = {in_words(name): name for name in session.behaviours}
+            names = tuple(in_words(name) for name in session.behaviours)
             present = in_words(snapshot.behaviour)
             self.behaviour = gui.add_dropdown(
                 "Behaviour",
                 (*names, *(() if present in names else (present,))),
                 initial_value=present,
                 visible=bool(names),
+                hint="What the robot does, and how it answers to touch.",
             )
-            self._meaning = gui.add_markdown("", visible=bool(names))
-            self.interface = gui.add_dropdown("Interface", INTERFACES, initial_value=snapshot.interface)
-            self._mode = gui.add_dropdown("Cells send", MODES, initial_value=snapshot.mode)
-            self._source = gui.add_dropdown("Torque from", SOURCES, initial_value=snapshot.source)
-            self._source_refused = gui.add_markdown("", visible=False)
-            self._skin = gui.add_checkbox("Skin moves the robot", snapshot.skin_on)
-            reset = gui.add_button("Reset", icon=viser.Icon.RESTORE, color="gray")
-        with gui.add_folder("Colour"):
-            self._modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="force")
-            self._legend = gui.add_html(legend("force", session.layout, cable))
-            self._cables = gui.add_checkbox("Cables", False, visible=bool(session.layout.cables))
+            self._meaning = gui.add_html("", visible=bool(names))
+            self._skin = gui.add_checkbox(
+                "Feels touch", snapshot.skin_on, hint="Off: the robot does not answer to what its skin feels."
+            )
+            reset = gui.add_button(
+                "Back to the start",
+                icon=viser.Icon.RESTORE,
+                color="gray",
+                hint="Take the hand away, go home, and start again if the robot has stopped.",
+            )
+        with gui.add_folder("Colours"):
+            self._modality = gui.add_dropdown("Cells by", MODALITIES, initial_value="force", hint=COLOUR_HINT)
+            self._legend = gui.add_html(legend("force", session.layout, self._cable))
+            self._cables = gui.add_checkbox(
+                "Cables", False, visible=bool(session.layout.cables), hint="Draw the cables from the skin to its units."
+            )
+        self.goal = GoalPanel(server, session, command)
+        with gui.add_folder("Inside", expand_by_default=False):
+            self.interface = gui.add_dropdown(
+                "Motors obey",
+                INTERFACES,
+                initial_value=snapshot.interface,
+                hint="What the motors are told: where to be, how fast to turn, or with what torque.",
+            )
+            self._mode = gui.add_dropdown(
+                "Cells send",
+                tuple(MODE_WORDS.values()),
+                initial_value=MODE_WORDS[snapshot.mode],
+                hint="All cells at a fixed rate (clock mode), or each when what it feels changes (event mode).",
+            )
+            self._source = gui.add_dropdown(
+                "Touch adds up in",
+                tuple(SOURCE_WORDS.values()),
+                initial_value=SOURCE_WORDS[snapshot.source],
+                hint="Who computes the torques of touch: this computer from all cells, or the cells on the way.",
+            )
+            self._source_refused = gui.add_html("", visible=False)
+        self.release.on_click(lambda _: command(session.release))
+        reset.on_click(lambda _: command(session.reset))
 
         @self._tool.on_update
         def _(_: viser.GuiEvent) -> None:
@@ -75,19 +144,6 @@ class Controls:
         @self._modality.on_update
         def _(_: viser.GuiEvent) -> None:
             self.show_legend(self._cable)
-
-        self._switches: dict[str, _Switch] = {
-            "behaviour": _Switch(
-                self.behaviour, lambda words: session.set_behaviour(names.get(words, words)), command, in_words
-            ),
-            "interface": _Switch(self.interface, session.set_interface, command),
-            "mode": _Switch(self._mode, session.set_mode, command),
-            "source": _Switch(self._source, session.set_source, command),
-            "skin_on": _Switch(self._skin, session.set_skin, command),
-        }
-        release.on_click(lambda _: command(session.release))
-        reset.on_click(lambda _: command(session.reset))
-        self.release = release
 
     @property
     def tool(self) -> str:
@@ -114,6 +170,7 @@ class Controls:
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
         self._offer_source(snapshot)
+        self.goal.update(snapshot.goal)
         meaning = _small(_sentence(self.session.behaviours.get(snapshot.behaviour, "does as it was told")))
         if self._meaning.content != meaning:
             self._meaning.content = meaning
@@ -123,7 +180,8 @@ class Controls:
         refused = snapshot.source_refused
         if self._source.disabled != bool(refused):
             self._source.disabled = bool(refused)
-        if refused and self._source_refused.content != (told := _small(f"Only the host's: {in_words(refused)}.")):
+        told = _small(f"Only this computer: {in_words(refused)}.")
+        if refused and self._source_refused.content != told:
             self._source_refused.content = told
         if self._source_refused.visible != bool(refused):
             self._source_refused.visible = bool(refused)
@@ -193,11 +251,11 @@ def in_words(name: str) -> str:
 
 
 def _hint(tool: str) -> str:
-    return _small(HINT[tool])
+    return f'<div style="{PADDING};font-size:13px;line-height:1.35;color:#7cc8ff">{HINT[tool]}</div>'
 
 
 def _small(text: str) -> str:
-    return f"<sub>{text}</sub>"
+    return f'<div style="{PADDING};font-size:12.5px;line-height:1.35">{escape(text)}</div>'
 
 
 def _sentence(meaning: str) -> str:

@@ -24,8 +24,8 @@ LEGEND = (
             (MOVED_COLOUR, "new path"),
             (CUT_COLOUR, "cut"),
             (DAMAGED_COLOUR, "damages frames"),
-            (IDLE_COLOUR, "wire in reserve"),
-            (NO_FRESH_VALUE, "no path"),
+            (IDLE_COLOUR, "spare wire"),
+            (NO_FRESH_VALUE, "no way out"),
             (DEAD_COLOUR, "dead or no power"),
         )
     )
@@ -50,9 +50,17 @@ class NetworkPanel:
         self._command = command
         gui = server.gui
         with gui.add_folder("Network") as self.folder:
-            self.tool = gui.add_dropdown("A click on a cell", (LOOK, KILL), initial_value=LOOK)
+            self.tool = gui.add_dropdown(
+                "A click on a cell", (LOOK, KILL), initial_value=LOOK, hint="A cell that is killed sends nothing."
+            )
             self.wire_tool = gui.add_dropdown("A click on a wire", (CUT, DISTURB), initial_value=CUT, hint=HINT)
-            self.pace = gui.add_dropdown("Its time", tuple(PACES), initial_value=pace, visible=network.paced)
+            self.pace = gui.add_dropdown(
+                "Slow motion",
+                tuple(PACES),
+                initial_value=pace,
+                visible=network.paced,
+                hint="A network heals in milliseconds: only in slow motion can it be watched.",
+            )
             self.mend = gui.add_button("Mend everything", icon=viser.Icon.TOOL, color="gray")
             self._state = gui.add_html("")
         self.pace.on_update(lambda _: command(lambda: network.set_pace(PACES[self.pace.value])))
@@ -94,8 +102,8 @@ def state(reading: NetworkReading, layout: Layout) -> str:
     colour = "#ff6b5e" if reading.stranded else "#34c38f"
     rows = [
         ("time", f"{reading.time_s * 1e3:,.1f} ms"),
-        ("cells on a path", f"{reached} / {len(layout)}"),
-        ("deepest cell", f"{int(reading.hops.max(initial=0))} hops"),
+        ("cells with a way out", f"{reached} / {len(layout)}"),
+        ("longest way to a unit", f"{int(reading.hops.max(initial=0))} hops"),
         ("cells that do not run, cut wires", f"{int(np.count_nonzero(~reading.alive))}, {_wires_cut(reading, layout)}"),
         ("damaged frames", f"{int(reading.damaged.sum()):,}"),
     ]
@@ -105,7 +113,7 @@ def state(reading: NetworkReading, layout: Layout) -> str:
         f'<div style="{PADDING};font-size:12px" data-stranded="{reading.stranded}" data-loads="{loads}">'
         f'<div style="border-left:3px solid {colour};padding-left:8px;margin-bottom:6px;font-weight:600">'
         f"{reading.news}</div>{table_rows(rows)}"
-        '<div style="opacity:.65;margin-top:6px">Cells by cable (section unit:port); the mark is a fair share</div>'
+        '<div style="opacity:.75;margin-top:6px">Cells on each cable (section unit:port); the line: a fair share</div>'
         f'<div style="max-height:260px;overflow-y:auto">{bars}</div></div>'
     )
 

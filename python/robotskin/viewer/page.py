@@ -27,6 +27,7 @@ FRAMES_PER_READOUT = 6
 FRAMES_PER_PLOT = 4
 DRAG_NEWTON_PER_METRE = 200.0
 SILENCE_S = 1.5
+FELT_N = 0.3
 
 
 class Page(ServedPage):
@@ -48,6 +49,8 @@ class Page(ServedPage):
         self.wires, self.panel = self._network_parts()
         self.readouts = Readouts(self.server, session.robot, session.layout)
         self.scene.draw_tree(self._parent)
+        self.scene.hint("click a cell to push it")
+        self.controls.turn.on_click(lambda _: self._turn())
         self.scene.on_cell_click = self._click
         self.scene.on_cell_drag = self._drag
         self.scene.on_hand_drag = self._drag_hand
@@ -69,8 +72,18 @@ class Page(ServedPage):
         panel.show(False)
         return wires, panel
 
-    def _click(self, cell: int) -> None:
+    def _turn(self) -> None:
+        if self.chosen is not None:
+            self.scene.turn_to(self.chosen)
+
+    def _choose(self, cell: int) -> None:
+        if self.chosen is None:
+            self.scene.hint("")
+            self.controls.turn.visible = True
         self.chosen = cell
+
+    def _click(self, cell: int) -> None:
+        self._choose(cell)
         network = self.session.network
         if network is not None and self.panel is not None and self.panel.kills and self.controls.modality == "network":
             self.command(lambda: network.toggle_cell(cell))
@@ -82,7 +95,7 @@ class Page(ServedPage):
             self.command(lambda: self.session.approach(cell, distance))
 
     def _drag(self, cell: int, phase: str, length_m: float) -> None:
-        self.chosen = cell
+        self._choose(cell)
         if phase == "end":
             self.command(self.session.release)
         elif self.controls.tool == PUSH:
@@ -140,6 +153,7 @@ class Page(ServedPage):
                 reading = None if network is None or self.chosen is None else network.reading()
                 self.readouts.update(snapshot, self.chosen, self._cable, silent_s, reading)
                 self.controls.update(snapshot, now_s)
+                self.scene.name(self._name_of_chosen(snapshot))
             if self._drawn % FRAMES_PER_PLOT == 0:
                 self.readouts.update_plots()
         self._drawn += 1
@@ -154,6 +168,13 @@ class Page(ServedPage):
         self.wires.update(reading)
         if self._drawn % FRAMES_PER_READOUT == 0:
             self.panel.update(reading)
+
+    def _name_of_chosen(self, snapshot: Snapshot) -> str:
+        cell = snapshot.touch.cell if snapshot.touch is not None else self.chosen
+        if cell is None:
+            return ""
+        force = float(np.sum(snapshot.skin.normal_force[cell]))
+        return f"cell {cell}: {force:.1f} N" if force > FELT_N else f"cell {cell}"
 
     def _follow_network(self, snapshot: Snapshot) -> None:
         """Take over the tree that the cells have grown, where it is known and has changed."""

@@ -9,6 +9,8 @@ from robotskin.viewer.network_view import NetworkReading
 
 PARENT, CHILD, RESERVE = "parent", "child", "reserve"
 
+ROLE_WORDS = {PARENT: "way out", CHILD: "brings frames", RESERVE: "spare"}
+
 
 @dataclass(frozen=True)
 class PortState:
@@ -91,9 +93,9 @@ def _row(state: PortState) -> str:
         return f'<tr style="opacity:.5" data-port="{state.port}">{free}</tr>'
     link = "down" if state.trouble else "up"
     colour = "#ff6b5e" if state.trouble else "#34c38f"
-    told = f"{link}, {state.trouble or state.role}"
+    told = f"down, {state.trouble}" if state.trouble else f"works, {ROLE_WORDS[state.role]}"
     wire = _CELL if state.trouble else f"{_CELL};white-space:nowrap"
-    there = "" if state.damaged_there is None else f"there {state.damaged_there:,}"
+    there = "" if state.damaged_there is None else f"other end {state.damaged_there:,}"
     number = f"{_CELL};text-align:right;white-space:nowrap"
     return (
         f'<tr data-port="{state.port}" data-link="{link}" data-role="{state.role}" data-damaged="{state.damaged}">'

@@ -10,6 +10,7 @@ from viser import uplot
 
 from robotskin.layout import Layout
 from robotskin.viewer.cell_card import cell_card, table_rows
+from robotskin.viewer.joint_sliders import shown_unit
 from robotskin.viewer.legend import PADDING
 from robotskin.viewer.network_view import NetworkReading
 from robotskin.viewer.session_view import Health, Integers, RobotView, Snapshot
@@ -18,15 +19,36 @@ HISTORY_S = 12.0
 PLOT_POINTS = 240
 ROUND_NUMBERS = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 
-# Name of a statistic, what the page calls it, how it is written.
+# Name of a statistic, what the page calls it, how it is written, what it means.
 TILES = (
-    ("realtime_factor", "real time", "{:.2f}×"),
-    ("frames_per_s", "frames/s", "{:,.0f}"),
-    ("datagrams_per_s", "datagrams/s", "{:,.0f}"),
-    ("driver_cpu_percent", "driver CPU", "{:.1f} %"),
-    ("frames_lost", "frames lost", "{:,.0f}"),
-    ("fallback_ticks", "ticks that fell back", "{:,.0f}"),
+    (
+        "realtime_factor",
+        "speed",
+        "{:.2f} × real",
+        "How fast the simulated robot's time goes: 1.00 is real time. Less, and this computer is too busy.",
+    ),
 )
+DATA_TILES = (
+    ("frames_per_s", "frames per second", "{:,.0f}", "Messages of cells that arrive."),
+    ("datagrams_per_s", "datagrams per second", "{:,.0f}", "Network packets that carry them."),
+    ("driver_cpu_percent", "driver, of one core", "{:.1f} %", "Processor time that unpacking them takes."),
+    ("frames_lost", "frames lost", "{:,.0f}", "Messages that left a cell and never arrived."),
+    (
+        "intervention_share",
+        "commands changed",
+        "{:.2%}",
+        "Share of the commands that the guard changed to keep a limit of the robot.",
+    ),
+    (
+        "fallback_ticks",
+        "solver cut short",
+        "{:,.0f}",
+        "Ticks in which the solver ran out of steps: limits and the highest priorities were kept.",
+    ),
+)
+ALIVE_MEANS = "Cells that send fresh values."
+NO_TOUCH_YET = "Click a cell of the robot: its force and its way are drawn here."
+LEFT_WIDTH = 272
 TILE_STYLE = "background:rgba(128,140,160,.13);border-radius:6px;padding:4px 8px"
 
 
@@ -57,16 +79,21 @@ class Readouts:
         self.layout = layout
         self.history = History()
         panel = server.gui.add_panel()
-        with panel.add_tab("Live", viser.Icon.ACTIVITY):
+        with panel.add_tab("Now"):
             self._state = server.gui.add_html("")
+            self._invitation = server.gui.add_html(
+                f'<div style="{PADDING};font-size:13px;opacity:.75">{NO_TOUCH_YET}</div>'
+            )
             self._force = _Plot(server, "Force on the cell [N]", "#ffb454")
-            self._displacement = _Plot(server, "Displacement of the cell [mm]", "#40c4ff")
-        with panel.add_tab("Cell", viser.Icon.HEXAGON):
+            self._displacement = _Plot(server, "Way of the cell [mm]", "#40c4ff")
+        with panel.add_tab("Cell"):
             self._cell = server.gui.add_html("")
-        with panel.add_tab("Joints", viser.Icon.ROBOT):
+        with panel.add_tab("Joints"):
             self._joints = server.gui.add_html("")
+        with panel.add_tab("Data"):
+            self._data = server.gui.add_html("")
         panel.dock_left()
-        panel.set_width(300)
+        panel.set_width(LEFT_WIDTH)
 
     def update(
         self,
@@ -79,7 +106,12 @@ class Readouts:
         """Show a moment that is `silent_s` seconds old, and the chosen cell; what is at its ports is `network`'s."""
         _assign(self._state, state_tiles(snapshot, silent_s))
         _assign(self._cell, cell_card(cell, self.layout, cable, snapshot.skin, network))
-        _assign(self._joints, joint_rows(list(self.robot.joint_names), snapshot))
+        _assign(self._joints, joint_rows(self.robot, snapshot))
+        _assign(self._data, data_tiles(snapshot))
+        chosen = cell is not None
+        if self._invitation.visible == chosen:
+            self._invitation.visible = not chosen
+            self._force.visible = self._displacement.visible = chosen
 
     def update_plots(self) -> None:
         """Draw the history anew."""
@@ -93,7 +125,7 @@ def state_tiles(snapshot: Snapshot, silent_s: float = 0.0) -> str:
     trouble = snapshot.stop_reason or (f"no news for {silent_s:.0f} s: all numbers are old" if silent_s > 0 else "")
     colour = "#ff6b5e" if trouble else "#34c38f"
     skin = "skin on" if snapshot.skin_on else "skin off"
-    detail = trouble or f"{snapshot.interface} interface, {snapshot.mode} mode, {skin}"
+    detail = trouble or f"motors obey {snapshot.interface}, {snapshot.mode} mode, {skin}"
     behaviour = escape(snapshot.behaviour)
     does = f'<span style="font-weight:400;opacity:.8"> · {behaviour.replace("_", " ")}</span>' if behaviour else ""
     head = (
@@ -104,24 +136,53 @@ def state_tiles(snapshot: Snapshot, silent_s: float = 0.0) -> str:
         f'<div style="font-size:12px;opacity:.8">{escape(detail)}</div></div>'
     )
     alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == list(Health).index(Health.ALIVE)))
-    tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}")]
-    tiles += [
-        (title, form.format(snapshot.statistics[name])) for name, title, form in TILES if name in snapshot.statistics
-    ]
-    cells = "".join(
-        f'<div style="{TILE_STYLE}"><div style="font-size:11px;opacity:.65">{escape(title)}</div>'
-        f'<div style="font-variant-numeric:tabular-nums">{escape(value)}</div></div>'
-        for title, value in tiles
+    tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}", ALIVE_MEANS)]
+    return f'<div style="{PADDING}">{head}{_grid(tiles + _tiles(TILES, snapshot))}{held_back(snapshot)}</div>'
+
+
+def held_back(snapshot: Snapshot) -> str:
+    """Which limits changed commands so far, as HTML; empty where none did."""
+    share = snapshot.statistics.get("intervention_share", 0.0)
+    if not snapshot.held_back or share <= 0:
+        return ""
+    return (
+        f'<div style="{TILE_STYLE};margin-top:6px;font-size:12px" data-held-back="{share:.6f}">'
+        f"The guard changed {share:.2%} of the commands: {escape(snapshot.held_back)}.</div>"
     )
-    grid = f'<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px">{cells}</div>'
-    return f'<div style="{PADDING}">{head}{grid}</div>'
 
 
-def joint_rows(joint_names: list[str], snapshot: Snapshot) -> str:
-    """The joint positions as HTML; each number is also in the attribute `data-joint-position`."""
+def data_tiles(snapshot: Snapshot) -> str:
+    """What flows between skin and controller, as HTML."""
+    return f'<div style="{PADDING}">{_grid(_tiles(DATA_TILES, snapshot))}</div>'
+
+
+def _tiles(wanted: tuple[tuple[str, str, str, str], ...], snapshot: Snapshot) -> list[tuple[str, str, str]]:
+    return [
+        (title, form.format(snapshot.statistics[name]), means)
+        for name, title, form, means in wanted
+        if name in snapshot.statistics
+    ]
+
+
+def _grid(tiles: list[tuple[str, str, str]]) -> str:
+    cells = "".join(
+        f'<div style="{TILE_STYLE}" title="{escape(means)}"><div style="font-size:11.5px;opacity:.75">{escape(title)}'
+        f'</div><div style="font-variant-numeric:tabular-nums">{escape(value)}</div></div>'
+        for title, value, means in tiles
+    )
+    return f'<div style="display:grid;grid-template-columns:1fr 1fr;gap:6px">{cells}</div>'
+
+
+def joint_rows(robot: RobotView, snapshot: Snapshot) -> str:
+    """The joint positions as HTML, in degrees and millimetres; in rad and m in the attribute `data-joint-positions`."""
+    joint_names = list(robot.joint_names)
     positions = np.asarray(snapshot.joint_position, dtype=float)
     attributes = " ".join(f"{position:.5f}" for position in positions)
-    rows = [(name, f"{position:+.4f}") for name, position in zip(joint_names, positions, strict=True)]
+    units = [shown_unit(slides) for slides in robot.joint_slides]
+    rows = [
+        (name, f"{factor * position:+.1f}{unit if unit == '°' else ' ' + unit}")
+        for name, position, (unit, factor) in zip(joint_names, positions, units, strict=True)
+    ]
     positions_html = f'<div data-joint-positions="{attributes}">{table_rows(rows)}</div>'
     return f'<div style="{PADDING};font-size:12px">{positions_html}{torque_table(joint_names, snapshot)}</div>'
 
@@ -131,9 +192,12 @@ def torque_table(joint_names: list[str], snapshot: Snapshot) -> str:
     torques = snapshot.torques
     if torques is None:
         return ""
-    state = f"{torques.cells} cells summed" if torques.fresh else "nothing new"
-    head = f"Torque of touch, used: {snapshot.source}; the skin's: {state}"
-    columns = "".join(f'<td style="text-align:right;opacity:.65">{name}</td>' for name in ("host", "skin"))
+    state = f"the cells summed {torques.cells}" if torques.fresh else "the cells sent nothing new"
+    used = {"host": "this computer's", "skin": "the cells'"}.get(snapshot.source, snapshot.source)
+    head = f"Torque of touch [Nm]; used: {used}; {state}"
+    columns = "".join(
+        f'<td style="text-align:right;opacity:.75">{name}</td>' for name in ("this computer", "the cells")
+    )
     rows = "".join(
         f"<tr><td>{escape(name)}</td>"
         + "".join(
@@ -165,7 +229,17 @@ class _Plot:
             cursor=uplot.Cursor(show=False),
             height=150,
             padding=(8, 12, 0, 0),
+            visible=False,
         )
+
+    @property
+    def visible(self) -> bool:
+        """Whether it is drawn."""
+        return self._handle.visible
+
+    @visible.setter
+    def visible(self, shown: bool) -> None:
+        self._handle.visible = shown
 
     def show(self, seconds: np.ndarray, values: np.ndarray) -> None:
         """Draw values (K,) over seconds (K,)."""

@@ -9,9 +9,10 @@ import trimesh
 import viser
 
 from robotskin.layout import Layout
-from robotskin.viewer.camera import Camera
+from robotskin.viewer.camera import Camera, side_of_skin
 from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import Colours
+from robotskin.viewer.screens import fit_to_screens, look_at
 from robotskin.viewer.session_view import Ball, Floats, Integers, RobotView, Touch
 
 LINK_COLOURS = ((200, 204, 209), (172, 179, 188))
@@ -19,6 +20,8 @@ ACCENT = (64, 196, 255)
 HAND_COLOUR = (255, 205, 160)
 HAND_MOST_M = 0.3
 HANDLE_LIFT_M = 0.02
+HAND_OPACITY = 0.25
+NAME_LIFT_M, NAME_LIFT_PUSHED_M = 0.02, 0.15
 CABLE_COLOUR = (255, 150, 60)
 TREE_COLOUR = (250, 250, 250)
 TREE_LIFT_M = 0.002
@@ -150,6 +153,11 @@ class Scene:
             head_length=0.022,
             visible=False,
         )
+        # Drawn over everything, so that the cell is found behind the robot, too.
+        self._name = scene.add_label(
+            "/chosen/name", "", position=(0.0, 0.0, NAME_LIFT_M), anchor="bottom-center", depth_test=False
+        )
+        self._hint = scene.add_label("/hint", "", anchor="bottom-center", depth_test=False, visible=False)
         self.handle = scene.add_transform_controls(
             "/chosen/handle",
             scale=0.12,
@@ -168,12 +176,14 @@ class Scene:
 
     def _place_camera(self) -> None:
         corners = body_corners(self._bounds, self._poses)
-        camera = Camera.around(corners)
+        self.side = side_of_skin(self.cell_poses()[:, :3, 2])
+        camera = Camera.around(corners, 1.0, self.side)
         # Robots without a base to stand on are described from their hips.
         self._floor.position = (0.0, 0.0, min(0.0, float(corners[:, 2].min())))
         initial = self.server.initial_camera
         initial.fov, initial.near = camera.field_of_view_rad, 0.01
         initial.look_at, initial.position = camera.look_at_m, camera.position_m
+        fit_to_screens(self.server, lambda aspect: Camera.around(corners, aspect, self.side))
 
     # What changes ---------------------------------------------------------------------------------------------------
 
@@ -257,7 +267,9 @@ class Scene:
         while len(self.hands) < len(hands):
             name = f"/hand/{len(self.hands)}"
             self.hands.append(
-                self.server.scene.add_icosphere(name, radius=1.0, color=HAND_COLOUR, subdivisions=4, opacity=0.45)
+                self.server.scene.add_icosphere(
+                    name, radius=1.0, color=HAND_COLOUR, subdivisions=4, opacity=HAND_OPACITY
+                )
             )
         for index, handle in enumerate(self.hands):
             if handle.visible != (index < len(hands)):
@@ -266,6 +278,29 @@ class Scene:
                 handle.position = np.asarray(hands[index].position_m, dtype=float)
             if index < len(hands) and handle.scale != hands[index].radius_m:
                 handle.scale = float(hands[index].radius_m)
+
+    def hint(self, text: str) -> None:
+        """Write beside a cell that is well seen what a person may do; nothing takes it away."""
+        if not text:
+            self._hint.visible = False
+            return
+        poses = self.cell_poses()
+        out = np.linalg.norm(poses[:, :3, 3] - poses[:, :3, 3].mean(axis=0), axis=1)
+        seen = np.where(out >= np.median(out), poses[:, :3, 2] @ (self.side / np.linalg.norm(self.side)), -1.0)
+        best = poses[int(np.argmax(seen))]
+        self._hint.position = best[:3, 3] + NAME_LIFT_M * best[:3, 2]
+        self._hint.text = text
+        self._hint.visible = True
+
+    def name(self, text: str) -> None:
+        """Write at the chosen cell what there is to say about it."""
+        if self._name.text != text:
+            self._name.text = text
+
+    def turn_to(self, cell: int) -> None:
+        """Let every browser look at a cell from its own side."""
+        pose = self.cell_poses()[cell]
+        look_at(self.server, pose[:3, 3], pose[:3, 2])
 
     def mark(self, cell: int | None, touch: Touch | None) -> None:
         """Ring the chosen cell, and show the hand at the touched one."""
@@ -278,6 +313,9 @@ class Scene:
         pushing = touch is not None and touch.force_n > 0
         approaching = touch is not None and not pushing
         self.arrow.visible = pushing
+        lift = NAME_LIFT_PUSHED_M if pushing else NAME_LIFT_M
+        if self._name.position[2] != lift:
+            self._name.position = (0.0, 0.0, lift)
         self.handle.visible = approaching
         if touch is not None and pushing:
             self.arrow.scale = (1.0, 1.0, 0.35 + 0.05 * touch.force_n)

@@ -13,10 +13,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from robotskin import firmware
-from robotskin.cycle import SkinSource
+from robotskin._core import firmware
+from robotskin._core.model import CommandMode
+from robotskin._core.robot import SkinSource
 from robotskin.layout import Layout
-from robotskin.model import CommandMode
 
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
@@ -41,6 +41,18 @@ class RobotView(Protocol):
     @property
     def joint_names(self) -> Sequence[str]:
         """The n joints, in the order of every joint array."""
+
+    @property
+    def joint_slides(self) -> Sequence[bool]:
+        """Of each joint whether it slides, in metres; the others turn, in radians."""
+
+    @property
+    def lower(self) -> Floats:
+        """(n,) rad or m; -inf where a joint has no end."""
+
+    @property
+    def upper(self) -> Floats:
+        """(n,) rad or m; inf where a joint has no end."""
 
     @property
     def link_names(self) -> Sequence[str]:
@@ -121,6 +133,21 @@ class Torques:
 
 
 @dataclass(frozen=True)
+class Goal:
+    """What the behaviour is to reach."""
+
+    kind: Literal["joints", "hand"]
+    at: Floats
+    """(n,) rad or m of the joints, or (3,) metres of the hand in the base frame."""
+    given: bool = False
+    """By a person; otherwise it is where the behaviour holds the robot by itself."""
+    left: float = 0.0
+    """Rad or m from it, of the worst joint or of the hand."""
+    told: str = ""
+    """Why it is not reached; empty where it is."""
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """One moment of a session: nothing in it changes after it was taken."""
 
@@ -141,6 +168,10 @@ class Snapshot:
     """Who computes the torque of the skin task: one of `SOURCES`."""
     source_refused: str = ""
     """Why only the host can at present; empty where there is a choice."""
+    goal: Goal | None = None
+    """None where the behaviour takes none."""
+    held_back: str = ""
+    """Which limits of which joints changed commands so far, and in how many ticks; empty where none did."""
     torques: Torques | None = None
     """What both sources say; None where the cells compute no torques."""
     touch: Touch | None = None
@@ -149,8 +180,8 @@ class Snapshot:
     solids: Floats | None = None
     """(K, 4, 4) where the session's `solids` are, in the base frame; None where there are none."""
     statistics: Mapping[str, float] = field(default_factory=dict)
-    """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`, `fallback_ticks`; what
-    is not known is left out."""
+    """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`, `fallback_ticks`,
+    `intervention_share`; what is not known is left out."""
     parent: Integers | None = None
     """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
 
@@ -208,6 +239,9 @@ class SessionView(Protocol):
 
     def set_behaviour(self, behaviour: str) -> None:
         """Do one of `behaviours`."""
+
+    def set_goal(self, goal: Floats) -> None:
+        """Go there: (n,) rad or m of the joints, or (3,) metres of the hand in the base frame, as `Goal.kind` says."""
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in one of `MODES`."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from robotskin.simulator import Imperfections
+from robotskin._core.world import Imperfections
 
 _ideal: ContextVar[bool] = ContextVar("ideal_world", default=False)
 

@@ -6,9 +6,7 @@ import pytest
 from random_skin import at_random_posture, random_posture
 
 from robotskin import robots
-from robotskin.model import RobotDynamics, RobotModel
-from robotskin.skin import SkinState
-from robotskin.tasks import (
+from robotskin._core.control import (
     QUADRATIC_TOLERANCE,
     ControlError,
     Damping,
@@ -24,6 +22,8 @@ from robotskin.tasks import (
     StackEntry,
     TaskStack,
 )
+from robotskin._core.model import RobotDynamics, RobotModel
+from robotskin._core.skin import SkinState
 
 Levels = list[tuple[np.ndarray, np.ndarray]]
 

@@ -6,10 +6,7 @@ import pytest
 from random_skin import random_posture, random_skin, random_state
 
 from robotskin import robots
-from robotskin.model import BASE, ModelError, RobotDynamics, RobotModel
-from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-from robotskin.skin import Health, SkinState
-from robotskin.tasks import (
+from robotskin._core.control import (
     CartesianGains,
     CartesianTask,
     ContactImpedanceGains,
@@ -33,6 +30,9 @@ from robotskin.tasks import (
     Task,
     TouchWrench,
 )
+from robotskin._core.model import BASE, ModelError, RobotDynamics, RobotModel
+from robotskin._core.skin import Health, SkinState
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 CELLS = 200
 PERIOD_S = 0.001

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotskin import robots
-from robotskin.cycle import SafetyState
+from robotskin._core.robot import SafetyState
 
 
 @pytest.mark.parametrize("name", ["ur5", "talos_reduced"])

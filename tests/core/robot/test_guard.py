@@ -9,7 +9,8 @@ import pytest
 from guard_bench import PERIOD_NS, Bench
 
 from robotskin import robots
-from robotskin.cycle import (
+from robotskin._core.model import CommandMode, RobotModel
+from robotskin._core.robot import (
     Condition,
     Guard,
     GuardError,
@@ -20,8 +21,7 @@ from robotskin.cycle import (
     reason_text,
     safety_table,
 )
-from robotskin.model import CommandMode, RobotModel
-from robotskin.skin import Health
+from robotskin._core.skin import Health
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 MODES = [POSITION, VELOCITY, TORQUE]

@@ -6,11 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robotskin.cycle import SafetyState, TaskCycle
-from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin.robots.gains import GainSet
-from robotskin.skin import Health, SkinModel, SkinState
-from robotskin.tasks import (
+from robotskin._core.control import (
     UNPROJECTED,
     CartesianGains,
     CartesianTask,
@@ -25,6 +21,10 @@ from robotskin.tasks import (
     StackEntry,
     TouchWrench,
 )
+from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin._core.robot import SafetyState, TaskCycle
+from robotskin._core.skin import Health, SkinModel, SkinState
+from robotskin.robots.gains import GainSet
 
 PERIOD_S = 0.001
 FADE_S = 0.25

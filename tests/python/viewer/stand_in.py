@@ -18,6 +18,8 @@ RAD_PER_NEWTON = 0.02
 
 class StandInRobot:
     joint_names = ("turn", "bend")
+    joint_slides = (False, False)
+    lower, upper = np.array([-3.0, -2.0]), np.array([3.0, np.inf])
     link_names = ("base", "upper", "lower")
 
     def links_with(self, surface: str) -> tuple[str, ...]:
@@ -134,6 +136,9 @@ class StandInSession:
         self.state = replace(
             self.state, skin=resting(len(self.layout)), joint_position=np.array([0.0, 0.6]), touch=None
         )
+
+    def set_goal(self, goal: np.ndarray) -> None:
+        self.calls.append(("goal", *np.round(goal, 4).tolist()))
 
     def set_interface(self, interface: str) -> None:
         if interface not in INTERFACES:

@@ -9,7 +9,7 @@ from stand_in import StandInSession, resting
 from trimesh import transformations
 
 from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M
-from robotskin.viewer.camera import Camera
+from robotskin.viewer.camera import FREE_OF_CONTROLS, FROM_FRONT_LEFT, NARROW, Camera, side_of_skin
 from robotskin.viewer.cell_card import cell_card
 from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import NO_FRESH_VALUE
@@ -183,7 +183,9 @@ def test_readouts_tell_the_truth_about_a_dead_cell_and_a_stopped_controller() ->
     )
     assert "no fresh skin" in state_tiles(stopped)
     assert f"{len(session.layout) - 1} / {len(session.layout)}" in state_tiles(stopped)
-    assert "0.00000 0.60000" in joint_rows(["turn", "bend"], stopped)
+    rows = joint_rows(session.robot, stopped)
+    assert "0.00000 0.60000" in rows
+    assert "+34.4°" in rows
 
 
 def test_the_hand_is_shown_at_its_distance(page: Page) -> None:
@@ -216,11 +218,27 @@ def test_a_session_that_stands_still_shows_no_fresh_value(page: Page) -> None:
     assert "no news for 3 s" in state_tiles(snapshot, 3.0)
 
 
-def test_the_camera_sees_every_corner_of_the_robot(seed: int) -> None:
+@pytest.mark.parametrize(("width", "height"), [(800, 700), (712, 800), (390, 844)])
+def test_the_camera_sees_every_corner_of_the_robot(seed: int, width: int, height: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(200, 3)) * np.array([0.3, 0.2, 0.8])
+    camera = Camera.around(points, width / height)
+    pixels = camera.pixels(points, width, height)
+    # A telephone's controls cover the bottom.
+    free = height if width / height > NARROW else FREE_OF_CONTROLS * height
+    assert np.all((pixels > 0) & (pixels < [width, free]))
+    assert pixels.max(axis=0)[1] - pixels.min(axis=0)[1] > 0.3 * free or width < free
+
+
+def test_the_camera_looks_from_where_the_skin_is() -> None:
+    ahead = side_of_skin(np.array([[0.0, 1.0, 0.0]]))
+    assert ahead[1] > 0.7
+    around = np.stack([np.cos(np.arange(12)), np.sin(np.arange(12)), np.zeros(12)], axis=1)
+    assert side_of_skin(around) == pytest.approx(FROM_FRONT_LEFT / np.linalg.norm(FROM_FRONT_LEFT))
+
+
+def test_points_are_drawn_where_they_are(seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(200, 3)) * np.array([0.3, 0.2, 0.8])
     camera = Camera.around(points)
-    pixels = camera.pixels(points, 800, 700)
-    assert np.all((pixels > 0) & (pixels < [800, 700]))
     assert camera.pixels(camera.look_at_m[None], 900, 700)[0] == pytest.approx([450, 350])
     higher = camera.pixels(camera.look_at_m[None] + [0, 0, 0.1], 900, 700)[0]
     assert higher[1] < 350

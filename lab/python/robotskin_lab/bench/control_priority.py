@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin.model import RobotDynamics, RobotModel
-from robotskin.tasks import (
+from robotskin._core.control import (
     QUADRATIC_TOLERANCE,
     Damping,
     Inverse,
@@ -21,6 +20,7 @@ from robotskin.tasks import (
     QuadraticFusion,
     QuadraticLimits,
 )
+from robotskin._core.model import RobotDynamics, RobotModel
 
 Array = NDArray[np.float64]
 Level = tuple[Array, Array]

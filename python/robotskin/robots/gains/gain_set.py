@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.cycle import GuardLimits, TaskCycleGains
-from robotskin.errors import UnknownNameError
-from robotskin.model import BASE, RobotDynamics, RobotModel
-from robotskin.robots.gains.fields import LOCKED
-from robotskin.robots.gains.gain_file import GainError, read_gains
-from robotskin.skin import SkinModel
-from robotskin.tasks import (
+from robotskin._core.control import (
     CartesianGains,
     InnerLoopGains,
     JointGains,
@@ -25,6 +19,12 @@ from robotskin.tasks import (
     SkinGains,
     VirtualRobotGains,
 )
+from robotskin._core.model import BASE, RobotDynamics, RobotModel
+from robotskin._core.robot import GuardLimits, TaskCycleGains
+from robotskin._core.skin import SkinModel
+from robotskin.errors import UnknownNameError
+from robotskin.robots.gains.fields import LOCKED
+from robotskin.robots.gains.gain_file import GainError, read_gains
 
 
 def robots_with_gains() -> tuple[str, ...]:

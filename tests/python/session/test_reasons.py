@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from robotskin.cycle import Limit
-from robotskin.scripts.reasons import interventions_told
+from robotskin._core.robot import Limit
+from robotskin.session.reasons import interventions_told
 
 
 def test_the_limits_that_changed_most_commands_are_named() -> None:
@@ -13,4 +13,4 @@ def test_the_limits_that_changed_most_commands_are_named() -> None:
     told = interventions_told(counts, ["a", "b", "c"])
     assert told == "position limit of c in 40 ticks, velocity limit of b in 12 ticks"
     counts[Limit.torque.value] = 1
-    assert interventions_told(counts, ["a", "b", "c"]).endswith("torque limit of a in 1 ticks, and 2 more")
+    assert interventions_told(counts, ["a", "b", "c"]).endswith("torque limit of a in 1 tick, and 2 more")

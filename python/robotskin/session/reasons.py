@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.cycle import Limit
+from robotskin._core.robot import Limit
 from robotskin.robots import Robot
 
 SHOWN = 3
@@ -32,7 +32,8 @@ def interventions_told(counts: NDArray[np.uint64], joints: Sequence[str]) -> str
     found = [(int(counts[limit, joint]), limit, joint) for limit, joint in zip(*np.nonzero(counts), strict=True)]
     found.sort(key=lambda entry: (-entry[0], entry[1], entry[2]))
     told = [
-        f"{IN_WORDS[Limit(int(limit))]} of {joints[joint]} in {ticks} ticks" for ticks, limit, joint in found[:SHOWN]
+        f"{IN_WORDS[Limit(int(limit))]} of {joints[joint]} in {ticks} {'tick' if ticks == 1 else 'ticks'}"
+        for ticks, limit, joint in found[:SHOWN]
     ]
     more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     return ", ".join(told) + more

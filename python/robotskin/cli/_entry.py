@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the `robotskin` command begins: ready for Ctrl-C before anything else is imported."""
+
+import os
+import signal
+import sys
+from typing import Any
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C or SIGTERM, as shells have it."""
+
+
+def main() -> None:
+    """Run the command that the arguments name. Until a verb listens itself, a signal ends the process quietly."""
+    for one in (signal.SIGINT, signal.SIGTERM):
+        # A job in the background may have been told to ignore Ctrl-C; SIGTERM always ends it.
+        if one is signal.SIGTERM or signal.getsignal(one) is not signal.SIG_IGN:
+            signal.signal(one, _leave)
+    from robotskin.cli.main import app
+
+    app()
+
+
+def _leave(*_: Any) -> None:
+    """End at once: in the middle of an import, an exception would surface as whatever the import makes of it."""
+    try:
+        sys.stdout.flush()
+    finally:
+        os.write(2, b"robotskin: interrupted\n")
+        os._exit(INTERRUPTED)
