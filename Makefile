@@ -73,9 +73,7 @@ docs: build  ## rewrite the generated tables of the documentation
 	$(BIN)/python docs/equation_table.py
 
 stubs: build  ## rewrite the type stubs of the compiled core
-	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin._core --output-dir python/robotskin
-	$(BIN)/python -m nanobind.stubgen --quiet --recursive --module robotskin_lab._lab --output-dir lab/python/robotskin_lab
-	$(BIN)/ruff format --quiet python/robotskin/_core lab/python/robotskin_lab/_lab
+	$(BIN)/python core/bindings/stubs.py
 
 lock: $(VENV)/deps.stamp  ## pin every dependency, with hashes, after a change of pyproject.toml
 	(echo '# Written by `make lock` from pyproject.toml; every version and hash is fixed here.'; \

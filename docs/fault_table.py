@@ -3,7 +3,7 @@
 
 from pathlib import Path
 
-from robotskin._core.world import fault_help
+from robotskin.simulator import fault_help
 
 PAGE = Path(__file__).with_name("network.md")
 START, END = "<!-- faults -->", "<!-- end -->"

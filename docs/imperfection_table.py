@@ -4,7 +4,7 @@
 import re
 from pathlib import Path
 
-from robotskin._core.world import Imperfections
+from robotskin.simulator import Imperfections
 
 PAGE = Path(__file__).with_name("imperfections.md")
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from robotskin._core import firmware
+from robotskin import firmware
 
 PAGE = Path(__file__).with_name("protocol.md")
 

@@ -3,9 +3,9 @@
 
 import numpy as np
 
-from robotskin.robots import load
+import robotskin as rs
 
-robot = load("ur5")
+robot = rs.load_robot("ur5")
 for name, lower, upper in zip(robot.joint_names, robot.lower, robot.upper, strict=True):
     print(f"{name:20} {lower:6.2f} to {upper:5.2f} rad")
 print(f"{len(robot.repairs)} repairs", *robot.repairs, sep="\n")

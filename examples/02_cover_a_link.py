@@ -4,10 +4,10 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotskin import layout, robots
+import robotskin as rs
 
-robot = robots.load("ur5")
-skin, _ = layout.cover(robot, ["forearm_link"], 80, seed=1, tries=1)
+robot = rs.load_robot("ur5")
+skin, _ = rs.cover(robot, ["forearm_link"], 80, seed=1, tries=1)
 gaps = 1e3 * skin.gaps()
 print(f"{len(skin)} cells in {len(skin.patches)} patches, {len(gaps)} hinges")
 print(f"hinge gaps: {gaps.mean():.2f} mm on average, {gaps.max():.2f} mm at worst")
@@ -21,6 +21,6 @@ assert gaps.max() <= 3.7, "a flexible joint reaches 3.7 mm"
 with TemporaryDirectory() as folder:
     file = Path(folder) / "forearm.json"
     skin.save(file)
-    assert len(layout.Layout.load(file)) == 80
-    found = layout.read(file)
+    assert len(rs.Layout.load(file)) == 80
+    found = rs.read_layout(file)
     assert found.defects == []

@@ -3,13 +3,11 @@
 
 import numpy as np
 
-from robotskin import layout, robots
-from robotskin.session import Session
-from robotskin.session.touches import push_and_release, pushed_cell
+import robotskin as rs
 
-session = Session(robots.load("ur5"), layout.finished("ur5"), "skin_compliance", interface="position")
+session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), "skin_compliance", interface="position")
 session.boot()
-push = push_and_release(session, pushed_cell(session, "forearm_link"), force_n=10.0)
+push = rs.push_and_release(session, rs.pushed_cell(session, "forearm_link"), force_n=10.0)
 print(
     f"gave way by {1e3 * push.displacement_m:.0f} mm and came back to within {np.rad2deg(push.return_error_rad):.2f}°"
 )

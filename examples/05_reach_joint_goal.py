@@ -3,14 +3,12 @@
 
 import numpy as np
 
-from robotskin import layout, robots
-from robotskin.control import JointGoal
-from robotskin.session import Session
+import robotskin as rs
 
-session = Session(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
+session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), interface="velocity")
 session.boot()
 goal = session.home + np.array([0.3, 0.1, -0.2, 0.1, 0.0, 0.2])
-session.controller.go(JointGoal(goal))
+session.controller.go(rs.JointGoal(goal))
 session.run(seconds=5.0)
 error = np.abs(np.array(session.joints.position) - goal).max()
 print(f"{session.controller.behaviour.name}: {np.rad2deg(error):.2f}° from the goal")

@@ -3,13 +3,11 @@
 
 import numpy as np
 
-from robotskin import layout, robots
-from robotskin.session import Session
-from robotskin.session.touches import pushed_cell
+import robotskin as rs
 
-session = Session(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_joint", interface="position")
+session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), "kinesthetic_joint", interface="position")
 session.boot()
-cell = pushed_cell(session, "forearm_link")
+cell = rs.pushed_cell(session, "forearm_link")
 start = session.cell_position(cell)
 session.world.push(cell, force_n=10.0)
 session.run(seconds=2.0)

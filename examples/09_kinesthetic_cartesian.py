@@ -3,19 +3,16 @@
 
 import numpy as np
 
-from robotskin import layout, robots
-from robotskin.session import Session
-from robotskin.session.goals import hand_pose
-from robotskin.session.touches import pushed_cell
+import robotskin as rs
 
-session = Session(robots.load("ur5"), layout.finished("ur5"), "kinesthetic_cartesian", interface="velocity")
+session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), "kinesthetic_cartesian", interface="velocity")
 session.boot()
-cell = pushed_cell(session, "forearm_link")
+cell = rs.pushed_cell(session, "forearm_link")
 push = -session.world.base_from_cell(cell)[:3, 2]
-start = hand_pose(session)[:3, 3]
+start = rs.hand_pose(session)[:3, 3]
 session.world.push(cell, force_n=10.0)
 session.run(seconds=1.5)
-moved = hand_pose(session)[:3, 3] - start
+moved = rs.hand_pose(session)[:3, 3] - start
 print(f"the hand was led {1e3 * np.linalg.norm(moved):.0f} mm")
 assert moved @ push > 0.5 * np.linalg.norm(moved) > 0.005
 session.shut_down()

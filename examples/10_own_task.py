@@ -3,16 +3,12 @@
 
 import numpy as np
 
-from robotskin import layout, robots
-from robotskin.control import UNPROJECTED, Behaviour, Fusion, PythonTask
-from robotskin.session import Session
-from robotskin.session.goals import hand_pose
-from robotskin.session.touches import pushed_cell
+import robotskin as rs
 
-session = Session(robots.load("ur5"), layout.finished("ur5"), interface="velocity")
+session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), interface="velocity")
 session.boot()
 hand = session.robot.core.link_index("ee_link")
-ceiling_m = hand_pose(session)[2, 3] + 0.02
+ceiling_m = rs.hand_pose(session)[2, 3] + 0.02
 
 
 def under_ceiling(dynamics, position, velocity, skin):
@@ -22,19 +18,19 @@ def under_ceiling(dynamics, position, velocity, skin):
     return -20000.0 * too_high_m * up, min(1.0, too_high_m / 0.005) * up[None]
 
 
-session.controller.library.add("ceiling", lambda library, gains: PythonTask("ceiling", 6, 1, under_ceiling))
-careful = Behaviour(
+session.controller.library.add("ceiling", lambda library, gains: rs.PythonTask("ceiling", 6, 1, under_ceiling))
+careful = rs.Behaviour(
     "under_a_ceiling",
-    {"ceiling": 0, "joint": 1, "skin": 1, "gravity": UNPROJECTED},
-    Fusion.null_space,
+    {"ceiling": 0, "joint": 1, "skin": 1, "gravity": rs.UNPROJECTED},
+    rs.Fusion.null_space,
     gains="skin_compliance",
 )
 height_m = []
 for behaviour in ("skin_compliance", careful):
     session.controller.use(behaviour)
-    session.world.push(pushed_cell(session, "forearm_link"), force_n=15.0)
+    session.world.push(rs.pushed_cell(session, "forearm_link"), force_n=15.0)
     session.run(seconds=1.0)
-    height_m.append(hand_pose(session)[2, 3] - ceiling_m)
+    height_m.append(rs.hand_pose(session)[2, 3] - ceiling_m)
     session.world.release()
     session.run(seconds=1.5)
 free_mm, held_mm = 1e3 * np.array(height_m)

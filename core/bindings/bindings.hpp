@@ -20,16 +20,25 @@ void bind_task_cycle(nanobind::module_& module);
 void bind_loop(nanobind::module_ module);
 void bind_world(nanobind::module_ module);
 
+// A part of the core, whose classes and functions say that they are of `home`, the Python module that shows them.
+inline nanobind::module_ part(nanobind::module_& module, const char* name, const char* home, const char* doc) {
+  nanobind::module_ made = module.def_submodule(name, doc);
+  made.attr("__name__") = home;
+  return made;
+}
+
 inline void bind_all(nanobind::module_& module) {
-  bind_model(module.def_submodule("model", "Stage 0: the robot's kinematics and dynamics, states and commands."));
-  bind_firmware(module.def_submodule("firmware", "Stages 1 to 3: wire format and firmware of cell and section unit."));
-  bind_driver(module.def_submodule("driver", "Stage 4: datagrams to checked samples."));
-  bind_skin(module.def_submodule("skin", "Stage 5: the skin model and the skin state."));
-  bind_record(module.def_submodule("record", "Recording and replay: what happened on the way from datagram to state."));
-  bind_control(module.def_submodule("control", "Stage 7: tasks, fusion and the torque resolver."));
-  bind_robot(module.def_submodule("robot", "Stage 8: limits, watchdog and the last check before the robot."));
-  bind_loop(module.def_submodule("loop", "The loop that runs on a robot, from samples to command."));
-  bind_world(module.def_submodule("world", "The simulated two ends: links between cells, and the robot's body."));
+  bind_model(
+      part(module, "model", "robotskin.model", "Stage 0: the robot's kinematics and dynamics, states, commands."));
+  bind_firmware(
+      part(module, "firmware", "robotskin.firmware", "Stages 1 to 3: wire format, firmware of cell and unit."));
+  bind_driver(part(module, "driver", "robotskin.driver", "Stage 4: datagrams to checked samples."));
+  bind_skin(part(module, "skin", "robotskin.skin", "Stage 5: the skin model and the skin state."));
+  bind_record(part(module, "record", "robotskin.record.tape", "What happened on the way from datagram to state."));
+  bind_control(part(module, "control", "robotskin.tasks", "Stage 7: tasks, fusion and the torque resolver."));
+  bind_robot(part(module, "robot", "robotskin.cycle", "Stage 8: limits, watchdog, last check before the robot."));
+  bind_loop(part(module, "loop", "robotskin.loop", "The loop that runs on a robot, from samples to command."));
+  bind_world(part(module, "world", "robotskin.simulator", "The simulated two ends: links and the robot's body."));
 }
 
 }  // namespace robotskin::bindings

@@ -3,9 +3,9 @@
 
 import numpy as np
 
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
-from robotskin._core.robot import Guard, GuardLimits, SafetyState
-from robotskin._core.skin import Health, SkinState
+from robotskin.cycle import Guard, GuardLimits, SafetyState
+from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics
+from robotskin.skin import Health, SkinState
 
 PERIOD_NS = 1_000_000
 

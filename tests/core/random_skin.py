@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from robotskin._core.model import RobotDynamics, RobotModel
-from robotskin._core.skin import Health, SkinModel, SkinState
+from robotskin.model import RobotDynamics, RobotModel
+from robotskin.skin import Health, SkinModel, SkinState
 
 
 def random_skin(robot: RobotModel, cells: int, rng: np.random.Generator, grouped: bool = False) -> SkinModel:

@@ -19,11 +19,10 @@ from typing import Any
 import numpy as np
 from large_world import MS, sheet
 
-from robotskin import robots
-from robotskin._core import firmware
-from robotskin._core.driver import Driver
-from robotskin._core.world import Fault, LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
+from robotskin import firmware, robots
+from robotskin.driver import Driver
 from robotskin.robots.chains import Chain
+from robotskin.simulator import Fault, LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
 from robotskin_lab.campaign import draw_case, parse_case, run_case
 from robotskin_lab.chip import build
 from robotskin_lab.chip.rig import ChipRig, told_cell

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
 from robotskin_lab import firmware
 
 MS = 1_000_000

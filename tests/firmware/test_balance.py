@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from small_world import SmallWorld
 
-from robotskin._core.world import NetworkOptions, NetworkTrial, UnitDescription, Wiring
+from robotskin.simulator import NetworkOptions, NetworkTrial, UnitDescription, Wiring
 from robotskin_lab import firmware
 from robotskin_lab.bench.network_runs import loads_of, settle, trial_of
 from robotskin_lab.bench.network_set import skins

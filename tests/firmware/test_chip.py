@@ -4,10 +4,9 @@
 import numpy as np
 import pytest
 
-from robotskin import robots
-from robotskin._core import firmware
-from robotskin._core.world import LineQuality
+from robotskin import firmware, robots
 from robotskin.robots.chains import Chain
+from robotskin.simulator import LineQuality
 from robotskin_lab.chip import ChipError, ChipImage, EmulatedCell, build
 from robotskin_lab.chip.image import FLASH_BYTES, RAM_BYTES, SOURCES, read_elf
 from robotskin_lab.chip.meter import Meter

@@ -5,7 +5,7 @@ import importlib.util
 import re
 from pathlib import Path
 
-from robotskin._core import firmware
+from robotskin import firmware
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -6,7 +6,7 @@ from collections import defaultdict
 import pytest
 from small_world import SmallWorld, random_skin
 
-from robotskin._core import firmware
+from robotskin import firmware
 
 
 class Counting:

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from robotskin import robots
-from robotskin._core import firmware
+from robotskin import firmware, robots
 from robotskin.robots.chains import Chain, ChainError
 
 ANGLE_RAD = 2 * np.pi / firmware.TURN

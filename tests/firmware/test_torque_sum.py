@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from large_world import MS, LargeWorld, sheet
 
-from robotskin._core import firmware
+from robotskin import firmware
 
 EPOCH_NS = firmware.EPOCH_TICKS * MS
 BITS = 15  # of a joint's 16, the sign apart

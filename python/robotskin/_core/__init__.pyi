@@ -1,15 +1,11 @@
-"""
-The compiled core of robotskin: one submodule for each stage of the flow.
-"""
+"""The compiled core of robotskin: one submodule for each stage of the flow."""
 
-from robotskin._core import (
-    control as control,
-    driver as driver,
-    firmware as firmware,
-    loop as loop,
-    model as model,
-    record as record,
-    robot as robot,
-    skin as skin,
-    world as world,
-)
+from robotskin._core import model as model
+from robotskin._core import firmware as firmware
+from robotskin._core import driver as driver
+from robotskin._core import skin as skin
+from robotskin._core import record as record
+from robotskin._core import control as control
+from robotskin._core import robot as robot
+from robotskin._core import loop as loop
+from robotskin._core import world as world

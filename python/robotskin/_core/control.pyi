@@ -7,9 +7,9 @@ from typing import Annotated, overload
 import numpy
 from numpy.typing import NDArray
 
-import robotskin._core.model
-import robotskin._core.skin
 import robotskin.errors
+import robotskin.model
+import robotskin.skin
 
 class ControlError(robotskin.errors.RobotskinError):
     pass
@@ -205,7 +205,7 @@ class TouchMatrix:
     What a unit touch of each cell does to its body: constant, shared by touches of any gains.
     """
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel) -> None:
+    def __init__(self, robot: robotskin.model.RobotModel, skin: robotskin.skin.SkinModel) -> None:
         """Raises ModelError for an unknown link."""
 
     @property
@@ -220,9 +220,7 @@ class TouchWrench:
     """
 
     @overload
-    def __init__(
-        self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel, gains: SkinGains
-    ) -> None:
+    def __init__(self, robot: robotskin.model.RobotModel, skin: robotskin.skin.SkinModel, gains: SkinGains) -> None:
         """
         Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.
         """
@@ -235,8 +233,8 @@ class TouchWrench:
     def cell_count(self) -> int: ...
     def compute(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
-        state: robotskin._core.skin.SkinState,
+        dynamics: robotskin.model.RobotDynamics,
+        state: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
     ) -> NDArray[numpy.float64]:
         """
@@ -263,7 +261,7 @@ class VirtualRobot:
     def __init__(self, gains: VirtualRobotGains, joint_count: int) -> None: ...
     def acceleration(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         torque: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float,
@@ -273,20 +271,20 @@ class VirtualRobot:
 class TorqueResolver:
     """One fused torque in, a command for any of the interfaces out."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, gains: ResolverGains) -> None: ...
-    def reset(self, joints: robotskin._core.model.JointState) -> None: ...
-    def begin(self, joints: robotskin._core.model.JointState, mode: robotskin._core.model.CommandMode) -> None: ...
+    def __init__(self, robot: robotskin.model.RobotModel, gains: ResolverGains) -> None: ...
+    def reset(self, joints: robotskin.model.JointState) -> None: ...
+    def begin(self, joints: robotskin.model.JointState, mode: robotskin.model.CommandMode) -> None: ...
     @property
     def position(self) -> NDArray[numpy.float64]: ...
     @property
     def velocity(self) -> NDArray[numpy.float64]: ...
     def resolve(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         fused: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         touch: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        joints: robotskin._core.model.JointState,
-        command: robotskin._core.model.JointCommand,
+        joints: robotskin.model.JointState,
+        command: robotskin.model.JointCommand,
     ) -> None:
         """Fills the command from torques (n) Nm."""
 
@@ -311,10 +309,10 @@ class Task:
 
     def start(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        skin: robotskin._core.skin.SkinState,
+        skin: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float = 0.001,
     ) -> None:
@@ -322,10 +320,10 @@ class Task:
 
     def update(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        skin: robotskin._core.skin.SkinState,
+        skin: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float = 0.001,
     ) -> None:
@@ -355,7 +353,7 @@ class GravityTask(Task):
 class JointTask(Task):
     """K (reference - q) - D v; as a posture, on the lowest level."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointGains, name: str = "joint") -> None: ...
+    def __init__(self, robot: robotskin.model.RobotModel, gains: JointGains, name: str = "joint") -> None: ...
     def request_reference(
         self, reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
     ) -> None:
@@ -371,7 +369,7 @@ class JointTask(Task):
 class SplineJointTask(JointTask):
     """A joint task whose reference moves by a quintic."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointGains, speed: float) -> None:
+    def __init__(self, robot: robotskin.model.RobotModel, gains: JointGains, speed: float) -> None:
         """speed in rad/s, of the fastest joint."""
 
     @property
@@ -396,7 +394,7 @@ class CartesianTask(Task):
     """An impedance of a link's frame about a pose."""
 
     def __init__(
-        self, robot: robotskin._core.model.RobotModel, link: str, gains: CartesianGains, name: str = "Cartesian"
+        self, robot: robotskin.model.RobotModel, link: str, gains: CartesianGains, name: str = "Cartesian"
     ) -> None: ...
     def request_reference(
         self,
@@ -416,7 +414,7 @@ class SplineCartesianTask(CartesianTask):
     """A Cartesian task whose reference moves along a line by a quintic."""
 
     def __init__(
-        self, robot: robotskin._core.model.RobotModel, link: str, gains: CartesianGains, speed: float, turn_speed: float
+        self, robot: robotskin.model.RobotModel, link: str, gains: CartesianGains, speed: float, turn_speed: float
     ) -> None:
         """speeds in m/s and rad/s."""
 
@@ -445,7 +443,7 @@ class JointLimitGains:
 class JointLimitTask(Task):
     """Pushes joints back that come near a position limit."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, gains: JointLimitGains = ...) -> None: ...
+    def __init__(self, robot: robotskin.model.RobotModel, gains: JointLimitGains = ...) -> None: ...
 
 class SelfCollisionGains:
     def __init__(self) -> None: ...
@@ -493,7 +491,7 @@ class SelfCollisionTask(Task):
 
     def __init__(
         self,
-        robot: robotskin._core.model.RobotModel,
+        robot: robotskin.model.RobotModel,
         hulls: Sequence[
             tuple[
                 int,
@@ -546,7 +544,7 @@ class SkinCartesianTask(Task):
 
     def __init__(
         self,
-        robot: robotskin._core.model.RobotModel,
+        robot: robotskin.model.RobotModel,
         touch: TouchWrench,
         link: str,
         bandwidth_hz: float = 0.0,
@@ -632,7 +630,7 @@ class ForceTask(Task):
     """The limb presses with a force that its skin measures."""
 
     def __init__(
-        self, robot: robotskin._core.model.RobotModel, felt: TouchWrench, link: str, gains: ForceGains = ...
+        self, robot: robotskin.model.RobotModel, felt: TouchWrench, link: str, gains: ForceGains = ...
     ) -> None:
         """felt: the force felt, which is a touch of SkinGains.measured_force()."""
 
@@ -749,7 +747,7 @@ class QuadraticLimits:
     """Position, velocity and torque limits of the programmes."""
 
     @staticmethod
-    def of(robot: robotskin._core.model.RobotModel, braking: float = 10.0) -> QuadraticLimits: ...
+    def of(robot: robotskin.model.RobotModel, braking: float = 10.0) -> QuadraticLimits: ...
     @property
     def lower(self) -> list[float]: ...
     @lower.setter
@@ -850,10 +848,10 @@ class TaskStack:
     ) -> None: ...
     def compute(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        skin: robotskin._core.skin.SkinState,
+        skin: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float = 0.001,
     ) -> NDArray[numpy.float64]:
@@ -861,10 +859,10 @@ class TaskStack:
 
     def start(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        skin: robotskin._core.skin.SkinState,
+        skin: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float = 0.001,
     ) -> None: ...
@@ -898,7 +896,7 @@ class QuadraticFusion:
     def __init__(self, joint_count: int, largest_rows: int, levels: int, limits: QuadraticLimits) -> None: ...
     def fuse(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
@@ -913,7 +911,7 @@ class QuadraticFusion:
 
     def fuse_weighted(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],

@@ -1,4 +1,4 @@
-"""Stages 1 to 3: wire format and firmware of cell and section unit."""
+"""Stages 1 to 3: wire format, firmware of cell and unit."""
 
 from collections.abc import Sequence
 

@@ -1,9 +1,9 @@
 """The loop that runs on a robot, from samples to command."""
 
-import robotskin._core.model
-import robotskin._core.robot
-import robotskin._core.skin
+import robotskin.cycle
 import robotskin.errors
+import robotskin.model
+import robotskin.skin
 
 class LoopError(robotskin.errors.RobotskinError):
     pass
@@ -12,19 +12,19 @@ class LoopReport:
     """What became of the last tick, and of all before it."""
 
     @property
-    def input(self) -> robotskin._core.skin.InputStatus:
+    def input(self) -> robotskin.skin.InputStatus:
         """InputStatus of the skin"""
 
     @property
-    def read(self) -> robotskin._core.model.PortStatus:
+    def read(self) -> robotskin.model.PortStatus:
         """PortStatus of the joints"""
 
     @property
-    def sensors(self) -> robotskin._core.model.PortStatus:
+    def sensors(self) -> robotskin.model.PortStatus:
         """PortStatus of what the robot measures beside its joints"""
 
     @property
-    def write(self) -> robotskin._core.model.PortStatus:
+    def write(self) -> robotskin.model.PortStatus:
         """PortStatus of the command; no_new_state: none was sent"""
 
     @property
@@ -51,10 +51,7 @@ class SkinLoop:
     """
 
     def __init__(
-        self,
-        port: robotskin._core.model.RobotPort,
-        input: robotskin._core.skin.SkinInput,
-        cycle: robotskin._core.robot.TaskCycle,
+        self, port: robotskin.model.RobotPort, input: robotskin.skin.SkinInput, cycle: robotskin.cycle.TaskCycle
     ) -> None:
         """Raises LoopError, with the counts, for parts that do not fit together."""
 
@@ -66,27 +63,27 @@ class SkinLoop:
     def request_run(self, run: bool) -> None:
         """To run, or to stop smoothly. Ends a latched stop."""
 
-    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None:
+    def request_mode(self, mode: robotskin.model.CommandMode) -> None:
         """Raises LoopError for one that the port does not offer."""
 
     @property
     def report(self) -> LoopReport: ...
     @property
-    def guard(self) -> robotskin._core.robot.GuardReport:
+    def guard(self) -> robotskin.cycle.GuardReport:
         """GuardReport of the last tick"""
 
     @property
-    def skin(self) -> robotskin._core.skin.SkinState:
+    def skin(self) -> robotskin.skin.SkinState:
         """SkinState of the last tick"""
 
     @property
-    def joints(self) -> robotskin._core.model.JointState:
+    def joints(self) -> robotskin.model.JointState:
         """JointState of the last tick"""
 
     @property
-    def sensors(self) -> robotskin._core.model.SensorReadings:
+    def sensors(self) -> robotskin.model.SensorReadings:
         """SensorReadings of the last tick"""
 
     @property
-    def command(self) -> robotskin._core.model.JointCommand:
+    def command(self) -> robotskin.model.JointCommand:
         """JointCommand of the last tick"""

@@ -1,4 +1,4 @@
-"""Stage 0: the robot's kinematics and dynamics, states and commands."""
+"""Stage 0: the robot's kinematics and dynamics, states, commands."""
 
 from collections.abc import Sequence
 import enum

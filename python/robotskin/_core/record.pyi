@@ -1,12 +1,12 @@
-"""Recording and replay: what happened on the way from datagram to state."""
+"""What happened on the way from datagram to state."""
 
 import enum
 
 import numpy
 
-import robotskin._core.driver
-import robotskin._core.loop
-import robotskin._core.skin
+import robotskin.driver
+import robotskin.loop
+import robotskin.skin
 
 class Entry(enum.Enum):
     """Kinds of entries on a tape."""
@@ -61,13 +61,13 @@ class Recorder:
     """
 
     def __init__(
-        self, model: robotskin._core.skin.SkinModel, driver_mib: float = 64.0, control_mib: float = 16.0
+        self, model: robotskin.skin.SkinModel, driver_mib: float = 64.0, control_mib: float = 16.0
     ) -> None: ...
     def attach(
         self,
-        driver: robotskin._core.driver.Driver,
-        reader: robotskin._core.skin.SkinReader,
-        loop: robotskin._core.loop.SkinLoop | None = None,
+        driver: robotskin.driver.Driver,
+        reader: robotskin.skin.SkinReader,
+        loop: robotskin.loop.SkinLoop | None = None,
     ) -> None:
         """
         Takes down what driver, skin reader and loop do from now on. Call it in the control thread.
@@ -75,9 +75,9 @@ class Recorder:
 
     def detach(
         self,
-        driver: robotskin._core.driver.Driver,
-        reader: robotskin._core.skin.SkinReader,
-        loop: robotskin._core.loop.SkinLoop | None = None,
+        driver: robotskin.driver.Driver,
+        reader: robotskin.skin.SkinReader,
+        loop: robotskin.loop.SkinLoop | None = None,
     ) -> None:
         """Ends that. Call it in the control thread."""
 
@@ -113,14 +113,14 @@ class Player:
     the recording. Raises InputError for bytes that no recorder writes.
     """
 
-    def __init__(self, model: robotskin._core.skin.SkinModel, spare_cells: int = 0, spare_groups: int = 0) -> None: ...
+    def __init__(self, model: robotskin.skin.SkinModel, spare_cells: int = 0, spare_groups: int = 0) -> None: ...
     def give_driver(self, block: bytes) -> None:
         """Entries of the driver's thread."""
 
     def give_control(self, block: bytes) -> None:
         """Entries of the control thread."""
 
-    def advance(self, state: robotskin._core.skin.SkinState) -> int | None:
+    def advance(self, state: robotskin.skin.SkinState) -> int | None:
         """
         The host time of the next read in ns, `state` filled; None where more blocks are needed.
         """

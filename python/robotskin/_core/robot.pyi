@@ -1,4 +1,4 @@
-"""Stage 8: limits, watchdog and the last check before the robot."""
+"""Stage 8: limits, watchdog, last check before the robot."""
 
 from collections.abc import Sequence
 import enum
@@ -6,10 +6,10 @@ import enum
 import numpy
 from numpy.typing import NDArray
 
-import robotskin._core.control
-import robotskin._core.model
-import robotskin._core.skin
 import robotskin.errors
+import robotskin.model
+import robotskin.skin
+import robotskin.tasks
 
 class SafetyState(enum.Enum):
     """The states a controlled robot can be in."""
@@ -268,16 +268,16 @@ class GuardReport:
 class Guard:
     """The last word before the robot."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, limits: GuardLimits) -> None: ...
+    def __init__(self, robot: robotskin.model.RobotModel, limits: GuardLimits) -> None: ...
     def check(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
-        joints: robotskin._core.model.JointState,
-        skin: robotskin._core.skin.SkinState,
+        dynamics: robotskin.model.RobotDynamics,
+        joints: robotskin.model.JointState,
+        skin: robotskin.skin.SkinState,
         now_ns: int,
         run_wanted: bool,
         finite: bool,
-        command: robotskin._core.model.JointCommand,
+        command: robotskin.model.JointCommand,
     ) -> GuardReport:
         """Rewrites the command where it has to; returns the report."""
 
@@ -294,17 +294,15 @@ class SkinSource(enum.Enum):
 class TaskCycleGains:
     """Gains of the task cycle beside those of its tasks."""
 
-    def __init__(
-        self, touch: robotskin._core.control.SkinGains, resolver: robotskin._core.control.ResolverGains
-    ) -> None: ...
+    def __init__(self, touch: robotskin.tasks.SkinGains, resolver: robotskin.tasks.ResolverGains) -> None: ...
     @property
-    def touch(self) -> robotskin._core.control.SkinGains: ...
+    def touch(self) -> robotskin.tasks.SkinGains: ...
     @touch.setter
-    def touch(self, arg: robotskin._core.control.SkinGains, /) -> None: ...
+    def touch(self, arg: robotskin.tasks.SkinGains, /) -> None: ...
     @property
-    def resolver(self) -> robotskin._core.control.ResolverGains: ...
+    def resolver(self) -> robotskin.tasks.ResolverGains: ...
     @resolver.setter
-    def resolver(self, arg: robotskin._core.control.ResolverGains, /) -> None: ...
+    def resolver(self, arg: robotskin.tasks.ResolverGains, /) -> None: ...
     @property
     def touch_bandwidth_hz(self) -> float: ...
     @touch_bandwidth_hz.setter
@@ -350,14 +348,14 @@ class TaskCycle:
 
     def __init__(
         self,
-        robot: robotskin._core.model.RobotModel,
-        skin: robotskin._core.skin.SkinModel,
+        robot: robotskin.model.RobotModel,
+        skin: robotskin.skin.SkinModel,
         gains: TaskCycleGains,
         limits: GuardLimits,
-        entries: Sequence[robotskin._core.control.StackEntry],
-        fusion: robotskin._core.control.Fusion,
-        damping: robotskin._core.control.Damping = ...,
-        quadratic: robotskin._core.control.QuadraticLimits | None = None,
+        entries: Sequence[robotskin.tasks.StackEntry],
+        fusion: robotskin.tasks.Fusion,
+        damping: robotskin.tasks.Damping = ...,
+        quadratic: robotskin.tasks.QuadraticLimits | None = None,
     ) -> None:
         """
         Raises ModelError, ControlError or GuardError for what does not fit together.
@@ -365,11 +363,11 @@ class TaskCycle:
 
     def step(
         self,
-        joints: robotskin._core.model.JointState,
-        skin: robotskin._core.skin.SkinState,
+        joints: robotskin.model.JointState,
+        skin: robotskin.skin.SkinState,
         now_ns: int,
-        command: robotskin._core.model.JointCommand,
-        own_torque: robotskin._core.skin.SkinTorque | None = None,
+        command: robotskin.model.JointCommand,
+        own_torque: robotskin.skin.SkinTorque | None = None,
     ) -> GuardReport:
         """
         One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin has computed itself.
@@ -377,10 +375,10 @@ class TaskCycle:
 
     def time_steps(
         self,
-        joints: Sequence[robotskin._core.model.JointState],
-        skin: robotskin._core.skin.SkinState,
+        joints: Sequence[robotskin.model.JointState],
+        skin: robotskin.skin.SkinState,
         start_ns: int,
-        command: robotskin._core.model.JointCommand,
+        command: robotskin.model.JointCommand,
         steps: int,
     ) -> NDArray[numpy.int64]:
         """
@@ -388,7 +386,7 @@ class TaskCycle:
         """
 
     def request_run(self, run: bool) -> None: ...
-    def request_mode(self, mode: robotskin._core.model.CommandMode) -> None: ...
+    def request_mode(self, mode: robotskin.model.CommandMode) -> None: ...
     def request_skin_source(self, source: SkinSource) -> None:
         """
         Whose torque skin tasks contribute: what the skin says is used while it is fresh.
@@ -400,10 +398,10 @@ class TaskCycle:
     def request_patch_mask(self, patch: int, masked: bool) -> bool: ...
     def request_stack(
         self,
-        entries: Sequence[robotskin._core.control.StackEntry],
-        fusion: robotskin._core.control.Fusion,
-        damping: robotskin._core.control.Damping = ...,
-        quadratic: robotskin._core.control.QuadraticLimits | None = None,
+        entries: Sequence[robotskin.tasks.StackEntry],
+        fusion: robotskin.tasks.Fusion,
+        damping: robotskin.tasks.Damping = ...,
+        quadratic: robotskin.tasks.QuadraticLimits | None = None,
     ) -> None:
         """
         The tasks from the next period on; those that stay go on as they are. The torque does not jump.

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy
 from numpy.typing import NDArray
 
-import robotskin._core.driver
+import robotskin.driver
 
 class SkinTorque:
     """What the skin asks of n joints, as its own cells have computed it."""
@@ -42,7 +42,7 @@ class TorqueReader:
 
     def __init__(
         self,
-        driver: robotskin._core.driver.Driver,
+        driver: robotskin.driver.Driver,
         limbs: Sequence[tuple[int, int, Sequence[int]]],
         joints: int,
         *,
@@ -104,7 +104,7 @@ class DatagramInput(SkinInput):
     def __init__(self, reader: SkinReader) -> None: ...
     def take_own_torque(
         self,
-        driver: robotskin._core.driver.Driver,
+        driver: robotskin.driver.Driver,
         torques: TorqueReader,
         limbs: Sequence[tuple[int, int, Sequence[tuple[int, str]]]],
         joint_count: int,
@@ -225,7 +225,7 @@ class SkinReader:
 
     def __init__(
         self,
-        driver: robotskin._core.driver.Driver,
+        driver: robotskin.driver.Driver,
         model: SkinModel,
         *,
         clock_fresh_s: float = 0.02,

@@ -1,4 +1,4 @@
-"""The simulated two ends: links between cells, and the robot's body."""
+"""The simulated two ends: links and the robot's body."""
 
 from collections.abc import Callable, Sequence
 import enum
@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy
 from numpy.typing import NDArray
 
-import robotskin._core.model
 import robotskin.errors
+import robotskin.model
 
 class Imperfections:
     """
@@ -332,7 +332,7 @@ class HandTask(enum.Enum):
 
     leaving = 3
 
-class SimulatedRobot(robotskin._core.model.RobotPort):
+class SimulatedRobot(robotskin.model.RobotPort):
     """A robot that exists in MuJoCo only, behind the port of a real one."""
 
 class Body:

@@ -102,13 +102,13 @@ def command(
 
     from robotskin import control
     from robotskin import layout as layouts
-    from robotskin._core.control import Fusion
     from robotskin.control.body_limits import BodyLimits
     from robotskin.errors import UnknownNameError
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import SOURCES, Session
+    from robotskin.tasks import Fusion
     from robotskin.world import load_scene
 
     control.behaviour(behaviour)

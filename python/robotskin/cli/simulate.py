@@ -11,8 +11,8 @@ import typer
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
-    from robotskin._core.world import TrialReport
     from robotskin.layout.cell_network import CellNetwork
+    from robotskin.simulator import TrialReport
 
 TABLE_WIDTH = 110
 STANDARD_PORTS = 3
@@ -58,9 +58,9 @@ def command(
     from rich.markup import escape
     from rich.table import Table
 
-    from robotskin._core.world import fault_help
     from robotskin.errors import InputError
     from robotskin.figures import write_figures
+    from robotskin.simulator import fault_help
     from robotskin.world.trial import figures_of, run_trial
 
     console = Console()

@@ -12,14 +12,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import firmware
-from robotskin._core.driver import Driver
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
-from robotskin._core.robot import Guard, GuardLimits, SafetyState
-from robotskin._core.skin import SkinModel, SkinReader, SkinState
+from robotskin import firmware
+from robotskin.cycle import Guard, GuardLimits, SafetyState
+from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
+from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.babbling.plan import BabblingPlan
@@ -27,6 +26,7 @@ from robotskin.selfconfig.common.gravity import ACCELERATION_STEP_MPS2
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
 from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
+from robotskin.skin import SkinModel, SkinReader, SkinState
 from robotskin.world import World
 
 Array = NDArray[np.float64]

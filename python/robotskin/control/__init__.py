@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Behaviours of skinned robots: tasks from the core's library, put together by name, and changed while they run."""
 
-from robotskin._core.control import UNPROJECTED, Fusion, PythonTask
 from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
 from robotskin.control.controller import Controller
 from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
 from robotskin.control.task_library import TASKS, TaskLibrary
+from robotskin.tasks import UNPROJECTED, Fusion, PythonTask
 
 __all__ = [
     "BEHAVIOURS",

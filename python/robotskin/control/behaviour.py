@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from robotskin._core.control import UNPROJECTED, Fusion
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.tasks import UNPROJECTED, Fusion
 
 
 @dataclass(frozen=True)

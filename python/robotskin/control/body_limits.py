@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotskin._core import robot as core
+from robotskin import cycle as core
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
 

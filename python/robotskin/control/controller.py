@@ -8,7 +8,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core.control import (
+from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
+from robotskin.control.primitive import Goal, JointGoal, primitive
+from robotskin.control.task_library import TaskLibrary
+from robotskin.cycle import BodyLimits, GuardReport, SkinSource, TaskCycle
+from robotskin.errors import InputError
+from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.skin import SkinModel, SkinState, SkinTorque
+from robotskin.tasks import (
     CartesianTask,
     ForceTask,
     Fusion,
@@ -21,16 +31,6 @@ from robotskin._core.control import (
     StackEntry,
     Task,
 )
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import BodyLimits, GuardReport, SkinSource, TaskCycle
-from robotskin._core.skin import SkinModel, SkinState, SkinTorque
-from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
-from robotskin.control.primitive import Goal, JointGoal, primitive
-from robotskin.control.task_library import TaskLibrary
-from robotskin.errors import InputError
-from robotskin.robots import Robot
-from robotskin.robots.gains import GainSet
-from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 
 class Controller:

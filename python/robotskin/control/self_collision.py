@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from robotskin._core.control import SelfCollisionGains, SelfCollisionTask
-from robotskin._core.model import BASE, RobotDynamics
-from robotskin._core.skin import SkinState
+from robotskin.model import BASE, RobotDynamics
 from robotskin.robots import Robot
+from robotskin.skin import SkinState
+from robotskin.tasks import SelfCollisionGains, SelfCollisionTask
 
 Hull = tuple[int, NDArray[np.float64]]
 

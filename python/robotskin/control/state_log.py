@@ -8,8 +8,8 @@ from pathlib import Path
 
 from numpy.typing import NDArray
 
-from robotskin._core.model import CommandMode
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
+from robotskin.model import CommandMode
 from robotskin.whole_file import whole_file
 
 UNITS = {

@@ -7,7 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin._core.control import (
+from robotskin.control.self_collision import self_collision_task
+from robotskin.errors import InputError, UnknownNameError
+from robotskin.model import BASE, RobotModel
+from robotskin.robots import Robot
+from robotskin.robots.gains import ChosenGains
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.skin import SkinModel
+from robotskin.tasks import (
     CartesianTask,
     ContactImpedanceTask,
     ForceGains,
@@ -26,13 +33,6 @@ from robotskin._core.control import (
     TouchMatrix,
     TouchWrench,
 )
-from robotskin._core.model import BASE, RobotModel
-from robotskin._core.skin import SkinModel
-from robotskin.control.self_collision import self_collision_task
-from robotskin.errors import InputError, UnknownNameError
-from robotskin.robots import Robot
-from robotskin.robots.gains import ChosenGains
-from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 Maker = Callable[["TaskLibrary", ChosenGains], Task]
 

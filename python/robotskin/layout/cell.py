@@ -7,7 +7,7 @@ Every dimension comes from the firmware's geometry header; here it only becomes 
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 
 PORTS = 4
 CELLS_PER_PORT: int = firmware.CELLS_PER_PORT

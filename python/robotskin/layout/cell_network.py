@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.errors import LayoutError
 
 if TYPE_CHECKING:
-    from robotskin._core.world import UnitDescription
     from robotskin.layout.layout import Layout
+    from robotskin.simulator import UnitDescription
 
 Integers = NDArray[np.int64]
 
@@ -101,7 +101,7 @@ class CellNetwork:
 
     def unit_descriptions(self) -> list[UnitDescription]:
         """The section units as the simulated network takes them."""
-        from robotskin._core.world import UnitDescription
+        from robotskin.simulator import UnitDescription
 
         units: dict[tuple[int, int], dict[int, tuple[int, int]]] = {}
         for cable in self.cables:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.areas import AreasFirst
 from robotskin.layout.cables import plan_cables, plan_studs
 from robotskin.layout.cell import CELL_THICKNESS_M, PORTS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import HINGE_REACH_M, LATTICE_PITCH_M, PORT_POINTS_M, PORTS
 from robotskin.layout.found import Defect, FoundCell, FoundSkin
 from robotskin.layout.surface import DistanceField

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import PORTS
 from robotskin.layout.found import FoundCell
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import PORTS, hinge_gaps
 from robotskin.layout.errors import LayoutError
 
 if TYPE_CHECKING:
-    from robotskin._core.skin import SkinModel
+    from robotskin.skin import SkinModel
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class Layout:
 
     def skin_model(self) -> SkinModel:
         """The constant model that driver and control take, from the same arrays."""
-        from robotskin._core.skin import SkinModel
+        from robotskin.skin import SkinModel
 
         return SkinModel(
             link_names=list(self.links),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import CELL_THICKNESS_M
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import LayoutError, LayoutFileError

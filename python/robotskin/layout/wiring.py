@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import CELLS_PER_PORT, PORTS
 from robotskin.layout.errors import CoveringError
 from robotskin.layout.layout import SectionUnitPort

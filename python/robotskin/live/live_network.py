@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from robotskin._core import world as core
+from robotskin import simulator as core
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork

@@ -13,14 +13,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.robot import SafetyState
-from robotskin._core.world import HandTask
+from robotskin.cycle import SafetyState
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.network_watch import NetworkWatch
 from robotskin.live.session_network import SessionNetwork
 from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
 from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.reasons import interventions_told
+from robotskin.simulator import HandTask
 from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, Floats, Goal, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
 from robotskin.world.drawing import piece_colour, piece_mesh

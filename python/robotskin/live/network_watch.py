@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin._core import world as core
+from robotskin import simulator as core
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork

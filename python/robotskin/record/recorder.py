@@ -21,14 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robotskin
-from robotskin._core.driver import Driver
-from robotskin._core.loop import SkinLoop
-from robotskin._core.record import Entry
-from robotskin._core.record import Recorder as Tapes
-from robotskin._core.skin import SkinReader
+from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
+from robotskin.loop import SkinLoop
 from robotskin.record.messages import TOPICS, Message
+from robotskin.record.tape import Entry
+from robotskin.record.tape import Recorder as Tapes
+from robotskin.skin import SkinReader
 
 FORMAT_VERSION = 1
 DRAIN_S = 0.02

@@ -17,11 +17,11 @@ from mcap.records import Chunk, ChunkIndex, Message
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
-from robotskin._core.record import Player
-from robotskin._core.skin import SkinState
 from robotskin.layout import Layout
 from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_whole, unpacked
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES
+from robotskin.record.tape import Player
+from robotskin.skin import SkinState
 
 if TYPE_CHECKING:
     import pandas

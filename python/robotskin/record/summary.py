@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotskin._core.skin import Health
 from robotskin.record.recording import Recording
+from robotskin.skin import Health
 
 TOUCH_N = 0.5
 FRAMES_PER_REPORT = 500

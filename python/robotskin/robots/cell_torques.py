@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import firmware
-from robotskin._core.control import SkinGains
-from robotskin._core.skin import SkinModel
+from robotskin import firmware
 from robotskin.robots.chains import Chain, ChainError
 from robotskin.robots.robot import Robot
+from robotskin.skin import SkinModel
+from robotskin.tasks import SkinGains
 
 LIMBS_MAX = 16
 """Of one section-unit group."""

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from robotskin._core import firmware
-from robotskin._core.model import JointKind
+from robotskin import firmware
 from robotskin.errors import RobotskinError
+from robotskin.model import JointKind
 from robotskin.robots.robot import Robot
 
 

@@ -9,7 +9,7 @@ published for TOMM's mobile base model, and its highest speed of 0.15 m/s; the o
 from pathlib import Path
 from xml.etree import ElementTree
 
-from robotskin._core.model import UNBOUNDED
+from robotskin.model import UNBOUNDED
 from robotskin.robots.catalog import named_urdf
 
 BASE_MASS_KG = 20.0

@@ -11,7 +11,7 @@ from math import pi
 from pathlib import Path
 from xml.etree import ElementTree
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.robots.catalog import named_urdf
 from robotskin.robots.dual_arm import compose_dual_arm
 

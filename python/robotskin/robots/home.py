@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.model import RobotDynamics
+from robotskin.model import RobotDynamics
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.locking import inside_limits
 from robotskin.robots.urdf_tree import link_of

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from xml.etree import ElementTree
 
-from robotskin._core.model import RobotModel
+from robotskin.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.composed import COMPOSERS
 from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError

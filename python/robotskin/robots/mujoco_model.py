@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import mujoco
 
-from robotskin._core.model import UNBOUNDED
+from robotskin.model import UNBOUNDED
 from robotskin.robots.errors import ModelsDisagreeError
 
 

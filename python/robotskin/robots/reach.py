@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.model import RobotDynamics
+from robotskin.model import RobotDynamics
 
 if TYPE_CHECKING:
     from robotskin.robots.robot import Robot

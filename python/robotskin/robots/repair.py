@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robotskin._core.model import UNBOUNDED
+from robotskin.model import UNBOUNDED
 from robotskin.robots.errors import MalformedUrdfError
 from robotskin.robots.inertia import consistent_inertia, read_inertia, write_inertia
 from robotskin.robots.shapes import check_colour, resolve_shapes

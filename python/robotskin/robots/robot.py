@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio
 import trimesh
 
-from robotskin._core.model import RobotDynamics, RobotModel
 from robotskin.errors import UnknownNameError
+from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots.mujoco_model import build_spec
 from robotskin.robots.repair import Mimic, Repair
 from robotskin.robots.surface import link_surface

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin._core.control import CartesianTask, JointTask
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
 from robotskin.figures import Bound
 from robotskin.scripts.push_script import MOST_INTERVENTIONS
 from robotskin.session import PERIOD_S, Session
 from robotskin.session.goals import REACHED_M, REACHED_RAD, hand_pose, set_goal
 from robotskin.session.reasons import interventions_told, missed_goal_told
+from robotskin.tasks import CartesianTask, JointTask
 
 Progress = Callable[[str], None]
 

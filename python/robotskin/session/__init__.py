@@ -4,17 +4,17 @@
 A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput`; `SkinnedRobot` runs between them.
 """
 
-from robotskin._core.loop import LoopError, LoopReport, SkinLoop
-from robotskin._core.model import (
+from robotskin.loop import LoopError, LoopReport, SkinLoop
+from robotskin.model import (
     CommandMode,
     PortSensors,
     PortStatus,
     RobotPort,
     SensorPlace,
 )
-from robotskin._core.skin import Health, InputStatus, SkinInput
 from robotskin.session.session import MODES, Session
 from robotskin.session.skinned_robot import INTERFACES, PERIOD_S, SOURCES, SessionError, SkinnedRobot
+from robotskin.skin import Health, InputStatus, SkinInput
 
 __all__ = [
     "INTERFACES",

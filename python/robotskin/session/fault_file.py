@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from robotskin._core.robot import Condition, GuardReport, Reason, SafetyState, TaskCycle
 from robotskin.control.state_log import write_state_log
+from robotskin.cycle import Condition, GuardReport, Reason, SafetyState, TaskCycle
 from robotskin.errors import InputError
 
 

@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.control import CartesianTask, JointTask
-from robotskin._core.model import RobotDynamics
 from robotskin.errors import InputError
+from robotskin.model import RobotDynamics
 from robotskin.robots.reach import nearest_to
 from robotskin.session.reasons import missed_goal_told
 from robotskin.session.session import Session
+from robotskin.tasks import CartesianTask, JointTask
 
 Array = NDArray[np.float64]
 GoalKind = Literal["", "joints", "hand"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.robot import Limit
+from robotskin.cycle import Limit
 from robotskin.robots import Robot
 
 SHOWN = 3

@@ -10,14 +10,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
-from robotskin._core.control import Fusion
-from robotskin._core.driver import Driver
-from robotskin._core.robot import SafetyState
-from robotskin._core.skin import DatagramInput, Health, SkinModel, SkinReader, SkinTorque, TorqueReader
-from robotskin._core.world import UdpTransport
+from robotskin import firmware
 from robotskin.control import Behaviour
 from robotskin.control.body_limits import BodyLimits
+from robotskin.cycle import SafetyState
+from robotskin.driver import Driver
 from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
@@ -30,6 +27,9 @@ from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
+from robotskin.simulator import UdpTransport
+from robotskin.skin import DatagramInput, Health, SkinModel, SkinReader, SkinTorque, TorqueReader
+from robotskin.tasks import Fusion
 from robotskin.world import SceneSpec, World
 
 MODES: tuple[str, ...] = firmware.MODES

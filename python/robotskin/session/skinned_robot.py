@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from robotskin._core.control import Fusion
-from robotskin._core.loop import LoopReport, SkinLoop
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotPort
-from robotskin._core.robot import Condition, SafetyState, SkinSource, safety_table
-from robotskin._core.skin import Health, SkinInput, SkinState
 from robotskin.control import Behaviour, Controller
 from robotskin.control.body_limits import BodyLimits
+from robotskin.cycle import Condition, SafetyState, SkinSource, safety_table
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.layout import Layout
+from robotskin.loop import LoopReport, SkinLoop
+from robotskin.model import CommandMode, JointCommand, JointState, RobotPort
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.fault_file import FaultFile
+from robotskin.skin import Health, SkinInput, SkinState
+from robotskin.tasks import Fusion
 
 INTERFACES = tuple(str(one.name) for one in CommandMode)
 SOURCES = tuple(str(one.name) for one in SkinSource)

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
-from robotskin._core.driver import Driver
+from robotskin import firmware
+from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.robots.cell_torques import CellTorques
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.firmware import PORT_POINTS_M
 from robotskin.errors import UnknownNameError
+from robotskin.firmware import PORT_POINTS_M
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet

@@ -13,10 +13,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
-from robotskin._core.model import CommandMode
-from robotskin._core.robot import SkinSource
+from robotskin import firmware
+from robotskin.cycle import SkinSource
 from robotskin.layout import Layout
+from robotskin.model import CommandMode
 
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from robotskin._core.world import Carrier, Waypoint
 from robotskin.layout.cell import LATTICE_CELL_AREA_M2
+from robotskin.simulator import Carrier, Waypoint
 from robotskin.world import things
 from robotskin.world.things import FloorSpec, PartSpec, PathSpec, SceneSpec, Shape, ThingSpec
 

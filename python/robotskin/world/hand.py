@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.world import HandTask
+from robotskin.simulator import HandTask
 
 if TYPE_CHECKING:
     from robotskin.world.world import World

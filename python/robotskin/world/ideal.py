@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from robotskin._core.world import Imperfections
+from robotskin.simulator import Imperfections
 
 _ideal: ContextVar[bool] = ContextVar("ideal_world", default=False)
 

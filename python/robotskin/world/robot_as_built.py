@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from robotskin._core.world import Imperfections
+from robotskin.simulator import Imperfections
 
 PURPOSE = 0x0B17
 """Keeps these draws apart from others of the same seed."""

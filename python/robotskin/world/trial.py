@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import world as core
+from robotskin import simulator as core
 from robotskin.errors import InputError
 from robotskin.keys import SkinKeys
 

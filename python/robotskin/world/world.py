@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import world as core
-from robotskin._core.driver import Driver
+from robotskin import simulator as core
+from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout

@@ -2,7 +2,7 @@
 import pytest
 
 from robotskin import robots
-from robotskin._core.model import RobotModel
+from robotskin.model import RobotModel
 
 
 @pytest.fixture(scope="session", params=["ur5", "talos_reduced"])

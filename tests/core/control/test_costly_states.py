@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.control import QuadraticFusion, QuadraticLimits
-from robotskin._core.model import RobotDynamics
+from robotskin.model import RobotDynamics
+from robotskin.tasks import QuadraticFusion, QuadraticLimits
 
 FILE = Path(__file__).with_name("costly_states.npz")
 LEVELS = 5

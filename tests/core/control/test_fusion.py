@@ -6,7 +6,9 @@ import pytest
 from random_skin import at_random_posture, random_posture
 
 from robotskin import robots
-from robotskin._core.control import (
+from robotskin.model import RobotDynamics, RobotModel
+from robotskin.skin import SkinState
+from robotskin.tasks import (
     QUADRATIC_TOLERANCE,
     ControlError,
     Damping,
@@ -22,8 +24,6 @@ from robotskin._core.control import (
     StackEntry,
     TaskStack,
 )
-from robotskin._core.model import RobotDynamics, RobotModel
-from robotskin._core.skin import SkinState
 
 Levels = list[tuple[np.ndarray, np.ndarray]]
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from robotskin._core.control import QUADRATIC_TOLERANCE, HierarchicalQp
+from robotskin.tasks import QUADRATIC_TOLERANCE, HierarchicalQp
 
 Level = tuple[np.ndarray, np.ndarray, np.ndarray]
 

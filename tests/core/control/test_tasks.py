@@ -6,7 +6,10 @@ import pytest
 from random_skin import random_posture, random_skin, random_state
 
 from robotskin import robots
-from robotskin._core.control import (
+from robotskin.model import BASE, ModelError, RobotDynamics, RobotModel
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import (
     CartesianGains,
     CartesianTask,
     ContactImpedanceGains,
@@ -30,9 +33,6 @@ from robotskin._core.control import (
     Task,
     TouchWrench,
 )
-from robotskin._core.model import BASE, ModelError, RobotDynamics, RobotModel
-from robotskin._core.skin import Health, SkinState
-from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
 CELLS = 200
 PERIOD_S = 0.001

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.control import (
+from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
+from robotskin.tasks import (
     ControlError,
     InnerLoopGains,
     ResolverGains,
@@ -13,7 +14,6 @@ from robotskin._core.control import (
     VirtualRobot,
     VirtualRobotGains,
 )
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 DT = 0.001

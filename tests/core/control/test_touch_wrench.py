@@ -7,9 +7,9 @@ import pytest
 from random_skin import at_random_posture, random_posture, random_skin, random_state
 
 from robotskin import robots
-from robotskin._core.control import ControlError, SkinGains, TouchWrench
-from robotskin._core.model import ModelError, RobotDynamics, RobotModel
-from robotskin._core.skin import Health, SkinModel
+from robotskin.model import ModelError, RobotDynamics, RobotModel
+from robotskin.skin import Health, SkinModel
+from robotskin.tasks import ControlError, SkinGains, TouchWrench
 from robotskin_lab._lab.baselines import NaiveSkinTask
 
 CELLS = 300

@@ -3,7 +3,7 @@
 
 import pytest
 
-from robotskin._core.driver import Driver
+from robotskin.driver import Driver
 from robotskin_lab._lab.traffic import Traffic
 
 MS = 1_000_000

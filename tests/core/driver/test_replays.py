@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from robotskin._core.driver import Driver, Verdict
+from robotskin.driver import Driver, Verdict
 from robotskin_lab import firmware
 
 MS = 1_000_000

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver
+from robotskin.driver import Driver
 from robotskin_lab._lab.traffic import Traffic, send_traffic
 
 KEY = bytes(range(32))

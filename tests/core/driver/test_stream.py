@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver, Verdict
+from robotskin.driver import Driver, Verdict
 from robotskin_lab._lab.traffic import Traffic
 
 MS = 1_000_000

@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from large_world import MS, LargeWorld, sheet
 
-from robotskin import robots
-from robotskin._core import firmware
-from robotskin._core.driver import Driver
-from robotskin._core.world import UnitDescription, World
+from robotskin import firmware, robots
+from robotskin.driver import Driver
 from robotskin.errors import InputError
 from robotskin.robots.chains import Chain
+from robotskin.simulator import UnitDescription, World
 
 EPOCH_NS = firmware.EPOCH_TICKS * MS
 LIMB = 2

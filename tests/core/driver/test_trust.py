@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver, Verdict, keyed_tag
+from robotskin.driver import Driver, Verdict, keyed_tag
 from robotskin.errors import InputError, UnknownNameError
 from robotskin_lab._lab.traffic import Traffic
 

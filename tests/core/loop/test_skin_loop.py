@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin._core.model import NEVER_NS, JointState, SensorReadings
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
+from robotskin.model import NEVER_NS, JointState, SensorReadings
 from robotskin.session import (
     CommandMode,
     Health,

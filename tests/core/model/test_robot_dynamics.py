@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from robotskin._core.model import BASE, ModelError, RobotDynamics, RobotModel
+from robotskin.model import BASE, ModelError, RobotDynamics, RobotModel
 from robotskin.robots import Robot, load
 
 ROBOTS = ["ur5", "panda", "allegro_right_hand", "talos", "tiago", "dual_arm"]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin._core.record import Entry, Player, Recorder
-from robotskin._core.skin import SkinState
 from robotskin.errors import InputError
+from robotskin.record.tape import Entry, Player, Recorder
 from robotskin.session import Session
+from robotskin.skin import SkinState
 
 COLUMNS = (
     "normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated",

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.skin import Health, SkinModel, SkinState
 from robotskin.control import Controller
 from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin.robots.gains import GainSet
+from robotskin.skin import Health, SkinModel, SkinState
 
 PERIOD_NS = 1_000_000
 

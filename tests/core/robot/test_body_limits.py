@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from guard_bench import Bench
 
-from robotskin._core.model import CommandMode
-from robotskin._core.robot import (
+from robotskin.cycle import (
     BodyLimits,
     BodyRegion,
     ContactLimit,
@@ -17,8 +16,9 @@ from robotskin._core.robot import (
     SafetyState,
     cell_area_cm2,
 )
-from robotskin._core.skin import Health
 from robotskin.layout.cell import HEXAGON_M
+from robotskin.model import CommandMode
+from robotskin.skin import Health
 
 INF = float("inf")
 HAND, ARM = list(range(10)), list(range(10, 40))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotskin import robots
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
 
 
 @pytest.mark.parametrize("name", ["ur5", "talos_reduced"])

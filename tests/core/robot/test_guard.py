@@ -9,8 +9,7 @@ import pytest
 from guard_bench import PERIOD_NS, Bench
 
 from robotskin import robots
-from robotskin._core.model import CommandMode, RobotModel
-from robotskin._core.robot import (
+from robotskin.cycle import (
     Condition,
     Guard,
     GuardError,
@@ -21,7 +20,8 @@ from robotskin._core.robot import (
     reason_text,
     safety_table,
 )
-from robotskin._core.skin import Health
+from robotskin.model import CommandMode, RobotModel
+from robotskin.skin import Health
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 MODES = [POSITION, VELOCITY, TORQUE]

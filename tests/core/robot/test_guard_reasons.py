@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from guard_bench import Bench
 
-from robotskin._core.model import CommandMode
-from robotskin._core.robot import Limit
+from robotskin.cycle import Limit
+from robotskin.model import CommandMode
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 

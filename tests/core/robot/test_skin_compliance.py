@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from robotskin._core.control import ControlError, JointGains, JointTask
-from robotskin._core.model import CommandMode, RobotDynamics
-from robotskin._core.robot import SafetyState
+from robotskin.cycle import SafetyState
+from robotskin.model import CommandMode, RobotDynamics
+from robotskin.tasks import ControlError, JointGains, JointTask
 
 POSITION, VELOCITY, TORQUE = CommandMode.position, CommandMode.velocity, CommandMode.torque
 

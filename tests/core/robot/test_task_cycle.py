@@ -6,7 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robotskin._core.control import (
+from robotskin.cycle import SafetyState, TaskCycle
+from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin.robots.gains import GainSet
+from robotskin.skin import Health, SkinModel, SkinState
+from robotskin.tasks import (
     UNPROJECTED,
     CartesianGains,
     CartesianTask,
@@ -21,10 +25,6 @@ from robotskin._core.control import (
     StackEntry,
     TouchWrench,
 )
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import SafetyState, TaskCycle
-from robotskin._core.skin import Health, SkinModel, SkinState
-from robotskin.robots.gains import GainSet
 
 PERIOD_S = 0.001
 FADE_S = 0.25

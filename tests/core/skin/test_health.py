@@ -7,8 +7,8 @@ import struct
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver, Verdict
-from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState
+from robotskin.driver import Driver, Verdict
+from robotskin.skin import Health, SkinModel, SkinReader, SkinState
 from robotskin_lab import firmware
 
 MS = 1_000_000

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver
-from robotskin._core.skin import Health, SkinModel, SkinReader, SkinState
+from robotskin.driver import Driver
+from robotskin.skin import Health, SkinModel, SkinReader, SkinState
 from robotskin_lab._lab.traffic import Traffic
 
 MS = 1_000_000

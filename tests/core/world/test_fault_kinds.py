@@ -4,7 +4,7 @@
 import re
 from pathlib import Path
 
-from robotskin._core.world import fault_kinds
+from robotskin.simulator import fault_kinds
 
 ROOT = Path(__file__).parents[3]
 FAULTS = ROOT / "core/world/network/faults"

@@ -3,7 +3,7 @@
 
 import pytest
 
-from robotskin._core.world import INPUT_KINDS, Processor, processing_ns
+from robotskin.simulator import INPUT_KINDS, Processor, processing_ns
 from robotskin_lab.bench.firmware_chip import CLOCK_HZ
 from robotskin_lab.bench.input_cycles import COLUMNS, counted, filled
 

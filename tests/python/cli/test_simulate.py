@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from robotskin._core.world import fault_kinds
 from robotskin.cli import main
 from robotskin.layout import finished
+from robotskin.simulator import fault_kinds
 
 
 def simulate(*arguments: object):

@@ -5,10 +5,6 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.control import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
-from robotskin._core.model import CommandMode, JointCommand, JointState, ModelError, RobotDynamics
-from robotskin._core.robot import SafetyState
-from robotskin._core.skin import Health, SkinState
 from robotskin.control import (
     BEHAVIOURS,
     Behaviour,
@@ -20,10 +16,14 @@ from robotskin.control import (
     behaviour,
     primitive,
 )
+from robotskin.cycle import SafetyState
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState, ModelError, RobotDynamics
 from robotskin.robots.gains import GainError, GainSet, robot_with_gains, robots_with_gains
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
 
 FIGURE_11 = {
     "skin_compliance": {"joint", "skin", "gravity"},

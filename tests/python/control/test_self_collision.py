@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.model import RobotDynamics
-from robotskin._core.skin import SkinState
 from robotskin.control import JointGoal
 from robotskin.control.self_collision import self_collision_task
+from robotskin.model import RobotDynamics
 from robotskin.robots.gains import GainSet
+from robotskin.skin import SkinState
 from robotskin_lab.bench.control_rig import ControlRig
 
 SETTLE_S = {"talos": 5.0, "dual_arm": 12.0, "allegro_right_hand": 15.0}

@@ -9,11 +9,11 @@ import pytest
 from mcap.records import Attachment, Message
 
 from robotskin import layout, robots
-from robotskin._core.skin import SkinState
 from robotskin.keys import SkinKeys
 from robotskin.record import Recorder, Recording, RecordingFileError, repair
 from robotskin.record.mcap_file import records
 from robotskin.session import Session
+from robotskin.skin import SkinState
 
 COLUMNS = ("normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated")
 STEPS = 400

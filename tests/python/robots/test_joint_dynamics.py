@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from robotskin import robots
-from robotskin._core.model import RobotDynamics
 from robotskin.errors import UnknownNameError
+from robotskin.model import RobotDynamics
 from robotskin.robots.joint_dynamics import JointDynamicsError, apply_dynamics
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from robotskin._core.robot import Limit
+from robotskin.cycle import Limit
 from robotskin.session.reasons import interventions_told
 
 

@@ -9,17 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotskin import layout, robots
-from robotskin._core import firmware
-from robotskin._core.control import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
-from robotskin._core.robot import Reason, SafetyState
+from robotskin import firmware, layout, robots
 from robotskin.control import BEHAVIOURS, Behaviour
 from robotskin.control.body_limits import BodyLimits
+from robotskin.cycle import Reason, SafetyState
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.live_session import LiveSession
 from robotskin.robots.chains import ChainError
 from robotskin.session import Session, SessionError
 from robotskin.session.touches import pushed_cell
+from robotskin.tasks import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 
 SETTLE_S = 1.2
 WITH_SKIN_TASK = [name for name, one in BEHAVIOURS.items() if "skin" in one.tasks]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robotskin._core import world as core
+from robotskin import simulator as core
 from robotskin.errors import RobotskinError
 
 COLUMNS, ROWS = 8, 6

@@ -160,7 +160,7 @@ def test_proximity_depends_on_the_surface_and_sees_the_robot(make_body, skin) ->
 def test_joints_are_read_late_and_in_steps(make_body, ur5) -> None:
     world = make_body(imperfections=only(encoder_bits=17, encoder_delay_s=0.001, joint_friction=0.03))
     assert world.scene.model.dof_frictionloss[:6] == pytest.approx(0.03 * ur5.effort_limit)
-    from robotskin._core.model import JointState
+    from robotskin.model import JointState
 
     state, before = JointState(6), world.joint_positions()
     world.push(140, 12.0)

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from robotskin._core.model import CommandMode, JointCommand
+from robotskin.model import CommandMode, JointCommand
 from robotskin.world import Imperfections
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from robotskin._core.model import CommandMode, JointCommand, JointState, PortStatus, RobotDynamics
+from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotDynamics
 
 
 def command(mode: CommandMode, values) -> JointCommand:

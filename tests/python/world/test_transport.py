@@ -6,7 +6,7 @@ import socket
 import numpy as np
 import pytest
 
-from robotskin._core.driver import Driver
+from robotskin.driver import Driver
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.world import UdpTransport, WorldError
 

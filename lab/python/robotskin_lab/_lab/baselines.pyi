@@ -5,27 +5,27 @@ from typing import Annotated
 
 import numpy
 from numpy.typing import NDArray
-import robotskin._core.control
-import robotskin._core.model
-import robotskin._core.skin
+import robotskin.model
+import robotskin.skin
+import robotskin.tasks
 
 class NaiveSkinTask:
     """The skin task with a Jacobian a cell [Cheng19 eq. 15 to 17]."""
 
-    def __init__(self, robot: robotskin._core.model.RobotModel, skin: robotskin._core.skin.SkinModel) -> None: ...
+    def __init__(self, robot: robotskin.model.RobotModel, skin: robotskin.skin.SkinModel) -> None: ...
     def compute(
         self,
-        dynamics: robotskin._core.model.RobotDynamics,
+        dynamics: robotskin.model.RobotDynamics,
         magnitude: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
     ) -> NDArray[numpy.float64]:
         """(n) Nm from magnitude (N) newton, float32, along each cell's -z."""
 
 def time_skin_task(
-    robot: robotskin._core.model.RobotModel,
-    skin: robotskin._core.skin.SkinModel,
-    gains: robotskin._core.control.SkinGains,
-    state: robotskin._core.skin.SkinState,
-    other: robotskin._core.skin.SkinState,
+    robot: robotskin.model.RobotModel,
+    skin: robotskin.skin.SkinModel,
+    gains: robotskin.tasks.SkinGains,
+    state: robotskin.skin.SkinState,
+    other: robotskin.skin.SkinState,
     position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     rounds: int,
 ) -> dict:
@@ -34,7 +34,7 @@ def time_skin_task(
     """
 
 def time_dynamics_update(
-    robot: robotskin._core.model.RobotModel,
+    robot: robotskin.model.RobotModel,
     position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
     rounds: int,
 ) -> NDArray[numpy.int64]:

@@ -49,7 +49,7 @@ def _spreads(seed: int, cells: int, hold_s: float, rough: bool) -> tuple[float, 
 
 
 def _take_compensation_away(rig: ControlRig) -> None:
-    from robotskin._core.robot import TaskCycle
+    from robotskin.cycle import TaskCycle
 
     cycle = rig.gains.cycle_gains(rig.robot.core, rig.model)
     resolver = cycle.resolver

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotskin._core.control import MapSkinTask, SkinGains, TouchWrench
-from robotskin._core.model import RobotDynamics
-from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
+from robotskin.model import RobotDynamics
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
@@ -17,6 +15,8 @@ from robotskin.selfconfig.learned_map import learn_map
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.recording import simulate_babbling
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import MapSkinTask, SkinGains, TouchWrench
 from robotskin_lab.bench.selfconfig_map import PLAN_SEED, START, STEPS
 
 LEAST_TORQUE_NM = 0.2

@@ -22,10 +22,10 @@ import pinocchio
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin._core.control import QuadraticFusion, QuadraticLimits
-from robotskin._core.model import RobotDynamics
 from robotskin.errors import RobotskinError
+from robotskin.model import RobotDynamics
 from robotskin.robots.gains import GainSet
+from robotskin.tasks import QuadraticFusion, QuadraticLimits
 from robotskin_lab.bench.control_ticks import time_figures
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin._core.control import (
+from robotskin.model import RobotDynamics, RobotModel
+from robotskin.tasks import (
     QUADRATIC_TOLERANCE,
     Damping,
     Inverse,
@@ -20,7 +21,6 @@ from robotskin._core.control import (
     QuadraticFusion,
     QuadraticLimits,
 )
-from robotskin._core.model import RobotDynamics, RobotModel
 
 Array = NDArray[np.float64]
 Level = tuple[Array, Array]

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics
-from robotskin._core.robot import SafetyState
-from robotskin._core.skin import Health, SkinState
 from robotskin.control import Behaviour, Controller
+from robotskin.cycle import SafetyState
 from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics
 from robotskin.robots.gains import GainSet
+from robotskin.skin import Health, SkinState
 from robotskin.world import World
 from robotskin.world.scene import HandSpec
 

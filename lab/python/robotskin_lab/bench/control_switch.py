@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.control import Fusion
-from robotskin._core.model import CommandMode, JointCommand, JointState
-from robotskin._core.skin import Health, SkinState
 from robotskin.control import BEHAVIOURS, Behaviour, Controller
 from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.robots.gains import GainSet
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import Fusion
 
 PERIOD_S = 0.001
 

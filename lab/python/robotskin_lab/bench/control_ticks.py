@@ -14,7 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin._core.control import (
+from robotskin.control.self_collision import self_collision_task
+from robotskin.cycle import SafetyState, TaskCycle
+from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet
+from robotskin.skin import Health, SkinModel, SkinState
+from robotskin.tasks import (
     UNPROJECTED,
     CartesianTask,
     Fusion,
@@ -27,13 +34,6 @@ from robotskin._core.control import (
     StackEntry,
     TouchWrench,
 )
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotModel
-from robotskin._core.robot import SafetyState, TaskCycle
-from robotskin._core.skin import Health, SkinModel, SkinState
-from robotskin.control.self_collision import self_collision_task
-from robotskin.layout import finished
-from robotskin.robots import Robot
-from robotskin.robots.gains import GainSet
 from robotskin_lab._lab.baselines import time_dynamics_update, time_skin_task
 
 Figures = dict[str, Any]
@@ -158,7 +158,7 @@ def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
 
 
 def _gravity(robot: Robot, posture: NDArray[np.float64]) -> NDArray[np.float64]:
-    from robotskin._core.model import RobotDynamics
+    from robotskin.model import RobotDynamics
 
     dynamics = RobotDynamics(robot.core)
     dynamics.update(posture, np.zeros(robot.joint_count))

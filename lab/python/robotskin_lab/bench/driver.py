@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robotskin._core.driver import Driver
+    from robotskin.driver import Driver
     from robotskin_lab._lab.traffic import Traffic
 
 RATE_HZ = 250
@@ -93,7 +93,7 @@ def measure(
     import numpy as np
     from rich.progress import Progress
 
-    from robotskin._core.driver import Driver
+    from robotskin.driver import Driver
     from robotskin_lab._lab.traffic import Traffic
 
     key = random.Random(seed).randbytes(32)
@@ -148,7 +148,7 @@ def measure(
 
 def connected(cells: int, seed: int) -> tuple[Driver, Traffic, int]:
     """Return a driver and the traffic that answers it, both with a key and without a socket, and the time it is."""
-    from robotskin._core.driver import Driver
+    from robotskin.driver import Driver
     from robotskin_lab._lab.traffic import Traffic
 
     key = random.Random(seed).randbytes(32)
@@ -166,7 +166,7 @@ def connected(cells: int, seed: int) -> tuple[Driver, Traffic, int]:
 
 def in_process(cells: int, seed: int) -> dict[str, float]:
     """Time `handle` alone, without a socket, beside the keyed hash of the same bytes, which no driver can leave out."""
-    from robotskin._core.driver import keyed_tag
+    from robotskin.driver import keyed_tag
 
     driver, traffic, now_ns = connected(cells, seed)
     key = random.Random(seed).randbytes(32)
@@ -216,7 +216,7 @@ def skin_read(cells: int, seed: int, reads: int = 2000) -> dict[str, float]:
     """Time the conversion of the newest samples to a skin state, once a millisecond: each finds a quarter renewed."""
     import numpy as np
 
-    from robotskin._core.skin import SkinModel, SkinReader, SkinState
+    from robotskin.skin import SkinModel, SkinReader, SkinState
 
     driver, traffic, now_ns = connected(cells, seed)
     model = SkinModel(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin_lab.bench.event_streams import Packing, carries_whole
 
 if TYPE_CHECKING:

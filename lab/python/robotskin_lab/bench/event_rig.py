@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.driver import Driver
+from robotskin.driver import Driver
 from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.world import World

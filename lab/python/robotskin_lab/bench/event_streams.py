@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.world import World
 
 CHANNEL_BITS = np.array([bits for _, _, bits, _, _ in firmware.CHANNELS])

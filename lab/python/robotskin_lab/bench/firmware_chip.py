@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from robotskin import robots
-from robotskin._core import firmware
-from robotskin._core.world import LineQuality
+from robotskin import firmware, robots
 from robotskin.robots.chains import Chain
+from robotskin.simulator import LineQuality
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.chip import ChipImage, build
 from robotskin_lab.chip.meter import Count, Meter

@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.control import SkinGains
-from robotskin._core.skin import Health, SkinModel, SkinState
-from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.skin import Health, SkinModel, SkinState
+from robotskin.tasks import SkinGains
 from robotskin_lab import firmware
 from robotskin_lab._lab.baselines import time_skin_task
 from robotskin_lab.bench.progress import tell

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin import robots
-from robotskin._core import firmware
+from robotskin import firmware, robots
 from robotskin.robots import Robot
 from robotskin.robots.chains import Chain, ChainError
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from robotskin._core import firmware
-from robotskin._core.world import INPUT_KINDS, LineQuality
+from robotskin import firmware
+from robotskin.simulator import INPUT_KINDS, LineQuality
 from robotskin_lab.bench.firmware_chip import rig_of
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.chip import ChipError, ChipImage, build

@@ -8,8 +8,8 @@ from random import Random
 
 import numpy as np
 
-from robotskin._core.world import NetworkTrial, parse_faults
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.simulator import NetworkTrial, parse_faults
 from robotskin_lab.bench.network_runs import RELEASE_S, STEP_S, run_to_balance, trial_of, wiring_of
 from robotskin_lab.bench.network_set import draw, skins
 

@@ -9,7 +9,7 @@ from statistics import median
 
 import numpy as np
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import bottleneck
 from robotskin.layout.network_shapes import DOWN, UP, assemble, lattice

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import hops_to_cables
 from robotskin_lab._lab.baselines import run_plain_network

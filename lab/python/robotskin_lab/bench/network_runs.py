@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from robotskin._core.world import NetworkOptions, NetworkTrial, TrialReport, Wiring
 from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
+from robotskin.simulator import NetworkOptions, NetworkTrial, TrialReport, Wiring
 from robotskin.world.ideal import is_ideal, make_ideal
 from robotskin_lab.bench.network_set import skins
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin_lab.bench.network_balance import Balance
 from robotskin_lab.bench.network_runs import Service, latency_quantile_ms
 from robotskin_lab.bench.network_set import COMPACT

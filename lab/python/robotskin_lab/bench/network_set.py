@@ -28,7 +28,7 @@ from random import Random
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell_network import CableEnd, CellNetwork
 from robotskin.layout.errors import LayoutError
 from robotskin.layout.finished_layouts import finished

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from statistics import median
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin_lab.bench.network_naive import AROUND, cylinder, most_rows, naive_rows
 from robotskin_lab.bench.network_runs import settle_network
 from robotskin_lab.bench.network_set import PORTS

@@ -12,7 +12,7 @@ from random import Random
 
 import numpy as np
 
-from robotskin._core.world import Mailbox, parse_faults
+from robotskin.simulator import Mailbox, parse_faults
 from robotskin_lab import firmware
 from robotskin_lab.bench.network_faults import fault_text
 from robotskin_lab.bench.network_runs import wiring_of

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.world import NetworkTrial
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits.picture import TREE_COLOURS, flat_map
+from robotskin.simulator import NetworkTrial
 from robotskin_lab.bench.network_runs import NAIVE_FROM_S, loads_of, run_to_balance, trial_of
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin._core.control import SkinGains, TouchWrench
-from robotskin._core.model import RobotDynamics
-from robotskin._core.skin import Health, SkinState
 from robotskin.layout import finished
+from robotskin.model import RobotDynamics
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import SkinGains, TouchWrench
 from robotskin_lab._lab.baselines import NaiveSkinTask, time_skin_task
 
 ROBOT = "talos"

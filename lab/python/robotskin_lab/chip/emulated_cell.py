@@ -6,7 +6,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin_lab.chip.errors import ChipError
 from robotskin_lab.chip.image import FLASH_BYTES, FLASH_START, RAM_BYTES, RAM_START, ChipImage
 
@@ -34,7 +34,7 @@ Answer = tuple[tuple[bytes | None, ...], int, int | None, int, int | None, bytes
 class EmulatedCell:
     """One cell; a call is one input of the cell (cell.h) turned into what its board would tell it.
 
-    What a call answers is what a `robotskin._core.world.Twin` has to answer. Raises ChipError without the emulator.
+    What a call answers is what a `robotskin.simulator.Twin` has to answer. Raises ChipError without the emulator.
     """
 
     def __init__(self, image: ChipImage) -> None:

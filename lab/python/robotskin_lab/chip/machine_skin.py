@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from robotskin._core.driver import Driver
+from robotskin.driver import Driver
 from robotskin_lab import firmware
 from robotskin_lab.chip.errors import ChipError
 from robotskin_lab.chip.machine import SLOWER, Machine

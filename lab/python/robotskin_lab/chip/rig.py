@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
-from robotskin._core.driver import Driver
-from robotskin._core.world import LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
+from robotskin import firmware
+from robotskin.driver import Driver
+from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
 from robotskin_lab.chip.emulated_cell import Answer, EmulatedCell
 from robotskin_lab.chip.image import ChipImage
 

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import PORTS
 from robotskin.layout.errors import LayoutError
 from robotskin.layout.found import FoundCell, FoundSkin

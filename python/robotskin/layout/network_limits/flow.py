@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell_network import CellNetwork
 
 Integers = NDArray[np.int64]

@@ -11,7 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.control import (
+from robotskin.cycle import GuardLimits, TaskCycleGains
+from robotskin.errors import UnknownNameError
+from robotskin.model import BASE, RobotDynamics, RobotModel
+from robotskin.robots.gains.fields import LOCKED
+from robotskin.robots.gains.gain_file import GainError, read_gains
+from robotskin.skin import SkinModel
+from robotskin.tasks import (
     CartesianGains,
     InnerLoopGains,
     JointGains,
@@ -19,12 +25,6 @@ from robotskin._core.control import (
     SkinGains,
     VirtualRobotGains,
 )
-from robotskin._core.model import BASE, RobotDynamics, RobotModel
-from robotskin._core.robot import GuardLimits, TaskCycleGains
-from robotskin._core.skin import SkinModel
-from robotskin.errors import UnknownNameError
-from robotskin.robots.gains.fields import LOCKED
-from robotskin.robots.gains.gain_file import GainError, read_gains
 
 
 def robots_with_gains() -> tuple[str, ...]:

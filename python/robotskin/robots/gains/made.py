@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.model import RobotDynamics
 from robotskin.errors import InputError
+from robotskin.model import RobotDynamics
 from robotskin.robots.gains.fields import LOCKED, SECTIONS, SHARES, USUAL_BEHAVIOURS, USUAL_SETS
 from robotskin.robots.gains.gain_file import GainError
 from robotskin.robots.gains.gain_set import GainSet

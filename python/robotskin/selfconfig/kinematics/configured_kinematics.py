@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from robotskin._core.model import JointKind, RobotDynamics
+from robotskin.model import JointKind, RobotDynamics
 from robotskin.robots import Robot
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics.kinematics import estimate_kinematics

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.errors import InputError
 
 Array = NDArray[np.float64]

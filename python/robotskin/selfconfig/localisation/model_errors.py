@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from robotskin._core.model import RobotModel
+from robotskin.model import RobotModel
 from robotskin.robots import Robot
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.localisation.localisation import Localisation, covariance_of, moved

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin._core.model import BASE, RobotDynamics
+from robotskin.model import BASE, RobotDynamics
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.readings.link_motion import link_gravity

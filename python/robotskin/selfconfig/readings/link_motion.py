@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from robotskin._core.model import RobotDynamics
+from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2

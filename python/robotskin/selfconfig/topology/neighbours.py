@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin._core import firmware
+from robotskin import firmware
 from robotskin.layout.cell import PORTS
 
 
