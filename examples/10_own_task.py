@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A task of one's own: the robot gives way to touch, but its hand stays under a ceiling (10_own_task.cpp: in C++)."""
+"""A task of one's own: the robot gives way to touch, but its hand stays under a ceiling (cpp/own_task.cpp: in C++)."""
 
 import numpy as np
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).resolve().parent.parent
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
@@ -29,13 +31,12 @@ def seed(request: pytest.FixtureRequest) -> int:
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Published layouts outside the repository; a test that needs them is skipped where they are absent."""
-    repository = Path(__file__).resolve().parent.parent
-    candidates = [repository.parent / "shared"]
+    candidates = [ROOT.parent / "shared"]
     if "ROBOTSKIN_SHARED" in os.environ:
         candidates = [Path(os.environ["ROBOTSKIN_SHARED"])]
     else:
         # A linked checkout lies elsewhere than the repository whose neighbour the data is.
-        git_link = repository / ".git"
+        git_link = ROOT / ".git"
         if git_link.is_file():
             common = Path(git_link.read_text().removeprefix("gitdir:").strip()).parent.parent.parent
             candidates.append(common.parent / "shared")
@@ -46,13 +47,18 @@ def shared_data() -> Path:
 
 
 @pytest.fixture(scope="session")
-def built_program() -> Callable[[str], Path]:
-    """Builds a test program by the name of its CMake target, with the flags of the core, and gives its path."""
-    repository = Path(__file__).resolve().parent.parent
-    caches = sorted(repository.glob("build/*/CMakeCache.txt"), key=lambda path: path.stat().st_mtime)
+def build_folder() -> Path:
+    """Where the core was built last."""
+    caches = sorted((ROOT / "build").glob("*/CMakeCache.txt"), key=lambda path: path.stat().st_mtime)
     assert caches, "the core is not built: run make build"
     # The newest: an interpreter of another version leaves its own folder behind.
-    folder = caches[-1].parent
+    return caches[-1].parent
+
+
+@pytest.fixture(scope="session")
+def built_program(build_folder: Path) -> Callable[[str], Path]:
+    """Builds a test program by the name of its CMake target, with the flags of the core, and gives its path."""
+    folder = build_folder
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
     def build(target: str) -> Path:

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "control/gravity_task.hpp"
-#include "control/joint_task.hpp"
-#include "robot/task_cycle.hpp"
+#include <robotskin/control/gravity_task.hpp>
+#include <robotskin/control/joint_task.hpp>
+#include <robotskin/robot/task_cycle.hpp>
 
 using namespace robotskin;
 
