@@ -5,13 +5,12 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include <robotskin/control/gravity_task.hpp>
 #include <robotskin/control/joint_task.hpp>
 #include <robotskin/robot/task_cycle.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
 
 using namespace robotskin;
 
