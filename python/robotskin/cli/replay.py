@@ -18,6 +18,12 @@ def command(
     csv: Annotated[
         Path | None, typer.Option("--csv", help="Write the samples here, a row a sample, SI units.", dir_okay=False)
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html", help="Write the robot and its skin in motion here: a page that needs no server.", dir_okay=False
+        ),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
 ) -> None:
     """Play a recording through the shipping driver and skin reader, and tell what was felt.
@@ -32,12 +38,13 @@ def command(
     from robotskin.record.summary import summarise
 
     recording = Recording(file)
+    until = float("inf") if end is None else end
     console = Console()
     with waiting("replay") as tell:
         found = summarise(
             recording,
             start,
-            float("inf") if end is None else end,
+            until,
             lambda done: tell("replay", done / max(recording.seconds, 1e-9)),
         )
     about = recording.about
@@ -58,7 +65,20 @@ def command(
         console.print(f"{found.gaps} entries were dropped while it was recorded: the replay passes over that time")
     console.print(f"{found.frames} skin states, {found.speed:.1f} x real time", highlight=False)
     if csv is not None:
-        recording.to_pandas(start, float("inf") if end is None else end).to_csv(csv, index=False)
+        recording.to_pandas(start, until).to_csv(csv, index=False)
         console.print(f"samples written to {csv}", highlight=False, soft_wrap=True)
+    if html is not None:
+        from robotskin.viewer.exported_scene import scene_html
+        from robotskin.viewer.recorded_scene import recorded_frames, recorded_robot
+        from robotskin.whole_file import whole_file
+
+        with waiting("scene"):
+            robot = recorded_robot(recording)
+            text = scene_html(
+                f"robotskin: {robot.name}", robot, recording.layout, recorded_frames(recording, start, until)
+            )
+        with whole_file(html) as partial:
+            partial.write_text(text, encoding="utf-8")
+        console.print(f"scene written to {html}: open it in a browser", highlight=False, soft_wrap=True)
     if json_file is not None:
         write_figures(json_file, int(about.get("seed", 0)), found.figures())

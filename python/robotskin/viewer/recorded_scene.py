@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scene of a recording: what was felt and how the robot moved, as frames for a file."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from robotskin import robots
+from robotskin.record import Recording
+from robotskin.robots import Robot
+from robotskin.viewer.exported_scene import ExportError, SceneFrame
+from robotskin.viewer.session_view import SkinReading
+
+FRAMES_PER_S = 20
+
+
+def recorded_robot(recording: Recording) -> Robot:
+    """The robot of a recording: by its name, or by the URDF in the file. Raises ExportError where it has none."""
+    if recording.layout.robot in robots.robot_names():
+        return robots.load(recording.layout.robot)
+    if "robot.urdf" not in recording.attachments:
+        raise ExportError(f"{recording.path}: no robot is in it, so there is nothing to draw")
+    with tempfile.TemporaryDirectory() as folder:
+        urdf = Path(folder) / f"{recording.layout.robot}.urdf"
+        urdf.write_bytes(recording.attachments["robot.urdf"])
+        return robots.load(urdf)
+
+
+def recorded_frames(
+    recording: Recording, start_s: float = 0.0, end_s: float = float("inf"), frames_per_s: float = FRAMES_PER_S
+) -> Iterator[SceneFrame]:
+    """So many moments a second of a recording, between two times from its beginning.
+
+    What was recorded before the first joint state is left out.
+    """
+    period_ns = round(1e9 / frames_per_s)
+    began_ns: int | None = None
+    due_ns = 0
+    for frame in recording.frames(start_s, end_s):
+        if len(frame.position) == 0 or not np.isfinite(frame.position).all():
+            continue
+        if began_ns is None:
+            began_ns = due_ns = frame.time_ns
+        if frame.time_ns < due_ns:
+            continue
+        due_ns += period_ns
+        stamp_ns = np.array(frame.skin.stamp_ns)
+        reading = SkinReading(
+            normal_force=np.array(frame.skin.normal_force),
+            proximity=np.array(frame.skin.proximity),
+            distance=np.array(frame.skin.distance),
+            acceleration=np.array(frame.skin.acceleration),
+            temperature=np.array(frame.skin.temperature),
+            health=np.array(frame.skin.health),
+            age_s=np.where(stamp_ns > 0, (frame.time_ns - stamp_ns) * 1e-9, np.inf),
+        )
+        yield SceneFrame((frame.time_ns - began_ns) * 1e-9, np.array(frame.position), reading)
