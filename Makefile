@@ -71,6 +71,7 @@ docs: build  ## rewrite the generated tables of the documentation
 	$(BIN)/python docs/fault_table.py
 	$(BIN)/python docs/imperfection_table.py
 	$(BIN)/python docs/equation_table.py
+	$(BIN)/python docs/architecture_drawing.py
 
 stubs: build  ## rewrite the type stubs of the compiled core
 	$(BIN)/python core/bindings/stubs.py

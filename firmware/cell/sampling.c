@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
-/* When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
+ * When a cell samples, and which samples it sends: all of them in clock mode; in event mode those in which a channel
  * has moved by its threshold from the value last sent [Cheng19 Algorithm 1], and one for freshness after a silence
  * or a change of route. */
 #include "cell/sampling.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
-/* The torques of a force at a point on the joints below it, in whole numbers. */
+ * The torques of a force at a point on the joints below it, in whole numbers. */
 #include "robotskin/chain.h"
 
 /* A bound of a vector's length: the largest component and half of the others, since (a^2 + b^2)^(1/2) <= a + b^2 / 2a.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
-/* The torque that touch on this cell means for the joints below it [Cheng19 section IV-B6]: parameters kept in flash,
+ * The torque that touch on this cell means for the joints below it [Cheng19 section IV-B6]: parameters kept in flash,
  * force by the newest sample, posture by the newest broadcast. Without any of the three, or with one that is
  * too old, the cell adds nothing and is not among the cells of its limb's sum. */
 #include "cell/torque/own_torque.h"

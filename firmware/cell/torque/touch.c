@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
-/* The force that touch asks for. */
+ * The force that touch asks for. */
 #include "robotskin/touch.h"
 
 /* `counts` times its share of activation times the weight, newton with RS_FORCE_BITS. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
-/* From what a cell senses to the force it asks for along its -z [Cheng19 eq. 14], with smooth activation.
+ * From what a cell senses to the force it asks for along its -z [Cheng19 eq. 14], with smooth activation.
  */
 #ifndef ROBOTSKIN_TOUCH_H
 #define ROBOTSKIN_TOUCH_H

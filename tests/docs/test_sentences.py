@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pages that a newcomer reads first have short sentences."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = ["README.md", "ARCHITECTURE.md", "docs/README.md", "docs/tour.md", *sorted(
+    page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").glob("tutorial_*.md")
+)]  # fmt: skip
+MEAN_WORDS, MOST_WORDS = 18, 35
+
+
+def sentences(page: str) -> list[str]:
+    """The sentences of a page in Markdown, of its tables too; code and drawings are none."""
+    text = re.sub(r"```.*?```", "", page, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    blocks = re.split(r"\n\s*\n|\n(?=\||#|- |\d+\. )", text)
+    found = []
+    for block in blocks:
+        if block.startswith(("    ", "|--")) or not block.strip():
+            continue
+        plain = re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", block)
+        plain = re.sub(r"[`*]", "", plain)
+        cells = plain.strip("| \n").split(" | ") if block.startswith("|") else [plain]
+        for cell in cells:
+            found += [part for part in re.split(r"(?<=[.!?:;])\s+", cell.replace("\n", " ")) if re.search(r"\w", part)]
+    return found
+
+
+def words(sentence: str) -> int:
+    return len(re.findall(r"[A-Za-z0-9][^\s]*", sentence))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_sentences_are_short(name: str) -> None:
+    found = sentences((ROOT / name).read_text(encoding="utf-8"))
+    longest = max(found, key=words)
+    assert words(longest) <= MOST_WORDS, f"{words(longest)} words: {longest}"
+    running = [words(sentence) for sentence in found if words(sentence) > 3]  # cells of tables are often a name
+    assert sum(running) / len(running) <= MEAN_WORDS
+
+
+def test_a_long_sentence_is_seen() -> None:
+    page = "# Title\n\nOne two three. " + "word " * 40 + "end.\n\n    code that is long " + "x " * 60 + "\n"
+    assert max(map(words, sentences(page))) == 41
+    assert len(sentences(page)) == 3
