@@ -51,6 +51,7 @@ PYTHON_ORDER = [
     "cycle",
     "loop",
     "simulator",
+    "choices",
     "robots",
     "layout",
     "selfconfig",

@@ -102,21 +102,19 @@ def command(
 
     from robotskin import control
     from robotskin import layout as layouts
+    from robotskin.choices import member
     from robotskin.control.body_limits import BodyLimits
-    from robotskin.errors import UnknownNameError
+    from robotskin.cycle import SkinSource
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-    from robotskin.session import SOURCES, Session
+    from robotskin.session import Session
     from robotskin.tasks import Fusion
     from robotskin.world import load_scene
 
     control.behaviour(behaviour)
-    names = [one.name for one in Fusion]
-    if fusion is not None and fusion not in names:
-        raise UnknownNameError("fusion", fusion, names)
-    if skin_source not in SOURCES:
-        raise UnknownNameError("skin source", skin_source, SOURCES)
+    fused = None if fusion is None else member("fusion", Fusion, fusion)
+    source = member("skin source", SkinSource, skin_source)
     target = numbers_of(goal)
     around = None if scene is None else load_scene(scene)
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
@@ -133,8 +131,8 @@ def command(
             seed=seed,
             interface=interface,
             mode=mode,
-            fusion=None if fusion is None else Fusion[fusion],
-            own_torques=True if skin_source == "skin" else (False if headless else None),
+            fusion=fused,
+            own_torques=True if source is SkinSource.skin else (False if headless else None),
             self_collision=self_collision,
             skin_map=learnt,
             body_limits=limits,
@@ -142,7 +140,7 @@ def command(
             gains=chosen,
             scene=around,
         )
-        session.set_source(skin_source)
+        session.set_source(source)
     tell_made(console, ready)
     with recorded(session, record):
         if headless:

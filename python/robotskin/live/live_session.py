@@ -13,11 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.cycle import SafetyState
+from robotskin.choices import member, require_mode
+from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.network_watch import NetworkWatch
 from robotskin.live.session_network import SessionNetwork
-from robotskin.session import INTERFACES, MODES, PERIOD_S, SOURCES, Session, SessionError
+from robotskin.model import CommandMode
+from robotskin.session import PERIOD_S, Session, SessionError
 from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.reasons import interventions_told
 from robotskin.simulator import HandTask
@@ -118,9 +120,8 @@ class LiveSession:
 
     def set_interface(self, interface: str) -> None:
         """Command the robot through another interface."""
-        if interface not in INTERFACES:
-            raise UnknownNameError("interface", interface, INTERFACES)
-        self._ask(lambda: self.session.set_interface(interface))
+        chosen = member("interface", CommandMode, interface)
+        self._ask(lambda: self.session.set_interface(chosen))
 
     @property
     def behaviours(self) -> dict[str, str]:
@@ -144,14 +145,12 @@ class LiveSession:
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send in another mode."""
-        if mode not in MODES:
-            raise UnknownNameError("mode", mode, MODES)
+        require_mode(mode)
         self._ask(lambda: self.session.set_mode(mode))
 
     def set_source(self, source: str) -> None:
         """Let the host or the skin itself compute the torque of the skin task."""
-        if source not in SOURCES:
-            raise UnknownNameError("source", source, SOURCES)
+        member("source", SkinSource, source)
         if source == "skin" and self.session.torques is None:
             raise SessionError("the cells of this session do not compute torques")
         self._ask(lambda: self._set_source(source))

@@ -4,6 +4,7 @@
 A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput`; `SkinnedRobot` runs between them.
 """
 
+from robotskin.choices import INTERFACES, MODES, SOURCES
 from robotskin.loop import LoopError, LoopReport, SkinLoop
 from robotskin.model import (
     CommandMode,
@@ -12,8 +13,8 @@ from robotskin.model import (
     RobotPort,
     SensorPlace,
 )
-from robotskin.session.session import MODES, Session
-from robotskin.session.skinned_robot import INTERFACES, PERIOD_S, SOURCES, SessionError, SkinnedRobot
+from robotskin.session.session import Session
+from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput
 
 __all__ = [

@@ -10,15 +10,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin import firmware
+from robotskin.choices import MODES, require_mode
 from robotskin.control import Behaviour
 from robotskin.control.body_limits import BodyLimits
 from robotskin.cycle import SafetyState
 from robotskin.driver import Driver
-from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.model import CommandMode
 from robotskin.robots import Robot
 from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
@@ -31,9 +31,6 @@ from robotskin.simulator import UdpTransport
 from robotskin.skin import DatagramInput, Health, SkinModel, SkinReader, SkinTorque, TorqueReader
 from robotskin.tasks import Fusion
 from robotskin.world import SceneSpec, World
-
-MODES: tuple[str, ...] = firmware.MODES
-"""In the order of the numbers that cells know them by."""
 
 LOOPBACK = "127.0.0.1"
 TORQUE_STEP_BITS = 4
@@ -56,7 +53,7 @@ class Session(SkinnedRobot):
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
         keys: of datagrams and cells. By default the cells' come from the seed; the datagrams' do so in process, and are
             drawn fresh where they go through a socket.
-        interface: "position", "velocity" or "torque"; mode: "clock" or "event".
+        interface: by member or name; mode: "clock" or "event".
         believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
             told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
@@ -85,7 +82,7 @@ class Session(SkinnedRobot):
         seed: int = 1,
         link: Link = "udp",
         keys: SkinKeys | None = None,
-        interface: str = "position",
+        interface: CommandMode | str = CommandMode.position,
         mode: str = "clock",
         believed: Layout | None = None,
         control: Robot | None = None,
@@ -100,8 +97,7 @@ class Session(SkinnedRobot):
     ) -> None:
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
-        if mode not in MODES:
-            raise UnknownNameError("mode", mode, MODES)
+        require_mode(mode)
         known, believed = control or robot, believed or layout
         self.seed, self.mode = seed, mode
         self.world_cells = cells_in(layout, believed)
@@ -239,8 +235,7 @@ class Session(SkinnedRobot):
 
     def set_mode(self, mode: str) -> None:
         """Let the cells send at the clock rate, or when something changes."""
-        if mode not in MODES:
-            raise UnknownNameError("mode", mode, MODES)
+        require_mode(mode)
         for section_unit in sorted({int(group) for group in self.layout.section_unit}):
             self.driver.command("event_mask", TOUCH_EVENT_MASK, section_unit=section_unit)
             self.driver.command("mode", MODES.index(mode), section_unit=section_unit)

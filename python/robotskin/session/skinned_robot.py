@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from robotskin.choices import member
 from robotskin.control import Behaviour, Controller
 from robotskin.control.body_limits import BodyLimits
 from robotskin.cycle import Condition, SafetyState, SkinSource, safety_table
-from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.loop import LoopReport, SkinLoop
 from robotskin.model import CommandMode, JointCommand, JointState, RobotPort
@@ -22,8 +23,6 @@ from robotskin.session.fault_file import FaultFile
 from robotskin.skin import Health, SkinInput, SkinState
 from robotskin.tasks import Fusion
 
-INTERFACES = tuple(str(one.name) for one in CommandMode)
-SOURCES = tuple(str(one.name) for one in SkinSource)
 PERIOD_S = 0.001
 
 
@@ -40,7 +39,7 @@ class SkinnedRobot:
         port: what moves the robot: n joints. Derive from `RobotPort` for a robot of your own.
         skin: where the N cells' samples come from. Derive from `SkinInput` for a skin of your own.
         behaviour: to begin with, by name or made by hand.
-        interface: "position", "velocity" or "torque"; one that the port offers.
+        interface: one that the port offers; by member or name.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
         gains: of this robot; by default those of its name that come with the project, else made.
         fusion: how tasks are fused, instead of the behaviours' own way.
@@ -63,7 +62,7 @@ class SkinnedRobot:
         skin: SkinInput,
         behaviour: str | Behaviour = "skin_compliance",
         *,
-        interface: str = "position",
+        interface: CommandMode | str = CommandMode.position,
         control: Robot | None = None,
         gains: GainSet | None = None,
         fusion: Fusion | None = None,
@@ -91,8 +90,10 @@ class SkinnedRobot:
             body_limits=limits,
         )
         self.loop = SkinLoop(port, skin, self.controller.cycle)
-        self.interface = interface
+        self.interface = ""
+        """How the robot is commanded, by name."""
         self.source = "host"
+        """Which side sums the torque of touch, by name."""
         self.skin_on = True
         self.set_interface(interface)
 
@@ -142,27 +143,25 @@ class SkinnedRobot:
 
     # ---- What may be asked of it ----
 
-    def set_interface(self, interface: str) -> None:
+    def set_interface(self, interface: CommandMode | str) -> None:
         """Command the robot by position, velocity or torque from the next step on.
 
         Raises UnknownNameError, and LoopError for one that the port does not offer.
         """
-        if interface not in INTERFACES:
-            raise UnknownNameError("interface", interface, INTERFACES)
-        self.loop.request_mode(CommandMode[interface])
-        self.interface = interface
+        chosen = member("interface", CommandMode, interface)
+        self.loop.request_mode(chosen)
+        self.interface = str(chosen.name)
 
-    def set_source(self, source: str) -> None:
+    def set_source(self, source: SkinSource | str) -> None:
         """Let the host or the skin itself compute the torque of the skin task, from the next step on.
 
         Raises SessionError for "skin" where the cells compute none.
         """
-        if source not in SOURCES:
-            raise UnknownNameError("source", source, SOURCES)
-        if source == "skin" and not self.computes_torques:
+        chosen = member("source", SkinSource, source)
+        if chosen is SkinSource.skin and not self.computes_torques:
             raise SessionError(f"{self.source_refused}: give own_torques")
-        self.controller.request_skin_source(SkinSource[source])
-        self.source = source
+        self.controller.request_skin_source(chosen)
+        self.source = str(chosen.name)
 
     @property
     def computes_torques(self) -> bool:
@@ -195,7 +194,7 @@ class SkinnedRobot:
         """Do something else from the next step on; the torque does not jump. Raises UnknownNameError."""
         self.controller.use(name)
         if not self.controller.takes_own_torque:
-            self.set_source("host")
+            self.set_source(SkinSource.host)
 
     def mask_patch(self, patch: int, masked: bool) -> None:
         """Let the cells of a patch contribute nothing to the skin task."""

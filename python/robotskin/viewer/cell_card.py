@@ -6,12 +6,13 @@ from html import escape
 import numpy as np
 
 from robotskin.layout import Layout
-from robotskin.viewer.colours import HEALTH_COLOURS
+from robotskin.skin import Health
+from robotskin.viewer.colours import HEALTH_COLOURS, health_word
 from robotskin.viewer.legend import PADDING, css
 from robotskin.viewer.network import cable_names
 from robotskin.viewer.network_view import NetworkReading
 from robotskin.viewer.port_table import port_table
-from robotskin.viewer.session_view import Health, Integers, SkinReading
+from robotskin.viewer.session_view import Integers, SkinReading
 
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see what it measures.</div>'
 
@@ -22,7 +23,8 @@ def cell_card(
     """The identity, health, nine channels and, where they are seen, ports of a cell; an invitation where it is None."""
     if cell is None:
         return NOTHING_CHOSEN
-    health = list(Health)[int(reading.health[cell])]
+    health = Health(int(reading.health[cell]))
+    word = health_word(health)
     age = float(reading.age_s[cell])
     force = [float(newton) for newton in reading.normal_force[cell]]
     rows = [
@@ -35,11 +37,11 @@ def cell_card(
         ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C"),
     ]
     # Last values of a cell that is not alive are shown, but never as if they were fresh.
-    faded = "" if health is Health.ALIVE else "opacity:.55;"
+    faded = "" if health is Health.alive else "opacity:.55;"
     head = (
         f'<div style="display:flex;justify-content:space-between;font-weight:600;margin-bottom:3px">'
         f'<span data-cell="{cell}">Cell {cell}</span>'
-        f'<span data-health="{health}" style="color:{css(HEALTH_COLOURS[health])}">{health}</span></div>'
+        f'<span data-health="{word}" style="color:{css(HEALTH_COLOURS[health])}">{word}</span></div>'
     )
     values = f'<div style="{faded}">{table_rows(rows)}</div>'
     ports = "" if network is None else port_table(cell, layout, network)

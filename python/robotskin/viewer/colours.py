@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
-from robotskin.viewer.session_view import Floats, Health, Integers, SkinReading
+from robotskin.skin import Health
+from robotskin.viewer.session_view import Floats, Integers, SkinReading
 
 Colours = NDArray[np.uint8]
 
@@ -25,6 +26,11 @@ NO_FRESH_VALUE: tuple[int, int, int] = (88, 92, 100)
 HEALTH_COLOURS = dict(
     zip(Health, ((0, 158, 115), (240, 228, 66), (204, 121, 167), (213, 94, 0), (110, 114, 122)), strict=True)
 )
+
+
+def health_word(health: Health) -> str:
+    """For people."""
+    return str(health.name).replace("_", " ")
 
 
 @dataclass(frozen=True)

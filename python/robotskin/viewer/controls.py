@@ -7,10 +7,11 @@ from typing import Any
 
 import viser
 
+from robotskin.choices import INTERFACES
 from robotskin.viewer.colours import MODALITIES
 from robotskin.viewer.goal_panel import GoalPanel
 from robotskin.viewer.legend import PADDING, legend
-from robotskin.viewer.session_view import INTERFACES, Integers, SessionView, Snapshot
+from robotskin.viewer.session_view import Integers, SessionView, Snapshot
 
 # How long a session may take to do as it is told before the page shows what it does instead.
 WISH_S = 2.0

@@ -14,6 +14,7 @@ from robotskin.viewer.colours import (
     SCALES,
     Scale,
     category_colours,
+    health_word,
     table,
 )
 from robotskin.viewer.network import cable_names
@@ -41,7 +42,9 @@ def legend(modality: str, layout: Layout, cable: Integers) -> str:
     if modality in SCALES:
         return _bar(SCALES[modality], reverse_numbers=modality == "proximity")
     if modality == "health":
-        return _swatches("Health of the cell", [swatch(colour, name) for name, colour in HEALTH_COLOURS.items()])
+        return _swatches(
+            "Health of the cell", [swatch(colour, health_word(one)) for one, colour in HEALTH_COLOURS.items()]
+        )
     if modality == "patch":
         return _numbers("Patches, each laid as one piece", "patch", layout.patch)
     if modality == "network":

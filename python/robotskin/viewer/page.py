@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotskin.skin import Health
 from robotskin.viewer.colours import cell_colours
 from robotskin.viewer.controls import APPROACH, PUSH, Controls
 from robotskin.viewer.network import follow, wired_tree
@@ -19,7 +20,7 @@ from robotskin.viewer.network_scene import cell_colours as network_colours
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.served_page import ServedPage
-from robotskin.viewer.session_view import Health, SessionView, Snapshot
+from robotskin.viewer.session_view import SessionView, Snapshot
 from robotskin.viewer.solids import Solids
 
 FRAMES_PER_S = 30
@@ -137,7 +138,7 @@ class Page(ServedPage):
         if silent_s < SILENCE_S:
             silent_s = 0.0
         else:
-            stale = np.full(len(self.session.layout), list(Health).index(Health.STALE))
+            stale = np.full(len(self.session.layout), Health.stale.value)
             snapshot = replace(snapshot, skin=replace(snapshot.skin, health=stale))
         with self.server.atomic():
             self.scene.move(snapshot.joint_position)

@@ -9,11 +9,12 @@ import viser
 from viser import uplot
 
 from robotskin.layout import Layout
+from robotskin.skin import Health
 from robotskin.viewer.cell_card import cell_card, table_rows
 from robotskin.viewer.joint_sliders import shown_unit
 from robotskin.viewer.legend import PADDING
 from robotskin.viewer.network_view import NetworkReading
-from robotskin.viewer.session_view import Health, Integers, RobotView, Snapshot
+from robotskin.viewer.session_view import Integers, RobotView, Snapshot
 
 HISTORY_S = 12.0
 PLOT_POINTS = 240
@@ -135,7 +136,7 @@ def state_tiles(snapshot: Snapshot, silent_s: float = 0.0) -> str:
         f'data-behaviour="{behaviour}">{escape(snapshot.controller_state)}{does}</div>'
         f'<div style="font-size:12px;opacity:.8">{escape(detail)}</div></div>'
     )
-    alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == list(Health).index(Health.ALIVE)))
+    alive = int(np.count_nonzero(np.asarray(snapshot.skin.health) == Health.alive.value))
     tiles = [("cells alive", f"{alive} / {len(snapshot.skin.health)}", ALIVE_MEANS)]
     return f'<div style="{PADDING}">{head}{_grid(tiles + _tiles(TILES, snapshot))}{held_back(snapshot)}</div>'
 

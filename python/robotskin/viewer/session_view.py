@@ -6,33 +6,19 @@ The page knows no world, driver or controller: a simulated arm, a replayed log a
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from robotskin import firmware
-from robotskin.cycle import SkinSource
 from robotskin.layout import Layout
-from robotskin.model import CommandMode
 
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
 
 Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
-
-
-class Health(StrEnum):
-    """The health of a cell, in the order of the numbers that stand for it (`core/skin/skin_state.hpp`)."""
-
-    ALIVE = "alive"
-    STALE = "stale"
-    STUCK = "stuck"
-    DEAD = "dead"
-    NEVER_SEEN = "never seen"
 
 
 class RobotView(Protocol):
@@ -83,7 +69,7 @@ class SkinReading:
     temperature: Floats
     """(N, 2) degrees Celsius."""
     health: Integers
-    """(N,) position in `Health`."""
+    """(N,) the numbers of `robotskin.skin.Health`."""
     age_s: Floats
     """(N,) seconds since the cell's last sample, +inf for one that never sent any."""
 
@@ -165,7 +151,7 @@ class Snapshot:
     stop_reason: str = ""
     """Why it stopped; empty while it runs."""
     source: str = "host"
-    """Who computes the torque of the skin task: one of `SOURCES`."""
+    """Who computes the torque of the skin task: one of `robotskin.choices.SOURCES`."""
     source_refused: str = ""
     """Why only the host can at present; empty where there is a choice."""
     goal: Goal | None = None
@@ -186,9 +172,6 @@ class Snapshot:
     """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
 
 
-INTERFACES = tuple(str(one.name) for one in CommandMode)
-MODES: tuple[str, ...] = firmware.MODES
-SOURCES = tuple(str(one.name) for one in SkinSource)
 """Which side sums the torque of touch."""
 
 
@@ -231,7 +214,7 @@ class SessionView(Protocol):
         """Take the hand away."""
 
     def set_interface(self, interface: str) -> None:
-        """Command the robot through one of `INTERFACES`."""
+        """Command the robot through one of `robotskin.choices.INTERFACES`."""
 
     @property
     def behaviours(self) -> Mapping[str, str]:
@@ -244,10 +227,10 @@ class SessionView(Protocol):
         """Go there: (n,) rad or m of the joints, or (3,) metres of the hand in the base frame, as `Goal.kind` says."""
 
     def set_mode(self, mode: str) -> None:
-        """Let the cells send in one of `MODES`."""
+        """Let the cells send in one of `robotskin.choices.MODES`."""
 
     def set_source(self, source: str) -> None:
-        """Let one of `SOURCES` compute the torque of the skin task."""
+        """Let one of `robotskin.choices.SOURCES` compute the torque of the skin task."""
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""

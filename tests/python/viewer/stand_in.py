@@ -7,9 +7,10 @@ from typing import ClassVar
 import numpy as np
 import trimesh
 
+from robotskin.choices import INTERFACES
 from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout, Patch, SectionUnitPort
-from robotskin.viewer.session_view import INTERFACES, SkinReading, Snapshot, Touch
+from robotskin.viewer.session_view import SkinReading, Snapshot, Touch
 
 RADIUS_M, LENGTH_M = 0.05, 0.3
 CELLS_AROUND, ROWS = 10, 6

@@ -8,6 +8,7 @@ import pytest
 from stand_in import resting, stand_in_layout
 
 from robotskin.errors import UnknownNameError
+from robotskin.skin import Health
 from robotskin.viewer.colours import (
     HEALTH_COLOURS,
     MODALITIES,
@@ -19,7 +20,6 @@ from robotskin.viewer.colours import (
 )
 from robotskin.viewer.legend import legend
 from robotskin.viewer.network import follow, grown_tree, wired_tree
-from robotskin.viewer.session_view import Health
 
 
 def lightness(colours: np.ndarray) -> np.ndarray:

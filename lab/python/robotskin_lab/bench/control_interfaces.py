@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from robotskin.choices import INTERFACES
 from robotskin_lab.bench.control_rig import PERIOD_S, ControlRig
 
-INTERFACES = ("position", "velocity", "torque")
 FORCES_N = (5.0, 15.0, 30.0)
 COLLISION_M_S = 0.25
 WALL_N_PER_M = 10_000.0
