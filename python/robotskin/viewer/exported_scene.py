@@ -91,6 +91,9 @@ class CoarseRobot:
     def __init__(self, robot: RobotView, most_triangles: int = MOST_TRIANGLES) -> None:
         self._robot = robot
         self.joint_names: Sequence[str] = robot.joint_names
+        self.joint_slides: Sequence[bool] = robot.joint_slides
+        self.lower: Floats = robot.lower
+        self.upper: Floats = robot.upper
         self.link_names: Sequence[str] = robot.link_names
         meshes = {link: robot.link_mesh(link, "visual") for link in robot.links_with("visual")}
         for grain_m in GRAINS_M:
