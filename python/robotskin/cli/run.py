@@ -24,10 +24,7 @@ def command(
     ],
     behaviour: Annotated[
         str,
-        typer.Option(
-            help="skin_compliance, reach_joint_goal_compliant, reach_cartesian_compliant, "
-            "reach_cartesian_goal_compliant, kinesthetic_joint or kinesthetic_cartesian."
-        ),
+        typer.Option(help="A name, such as skin_compliance or kinesthetic_joint; a wrong one tells all."),
     ] = "skin_compliance",
     interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
     fusion: Annotated[
