@@ -21,7 +21,7 @@ def under_ceiling(dynamics, position, velocity, skin):
 session.controller.library.add("ceiling", lambda library, gains: rs.PythonTask("ceiling", 6, 1, under_ceiling))
 careful = rs.Behaviour(
     "under_a_ceiling",
-    {"ceiling": 0, "joint": 1, "skin": 1, "gravity": rs.UNPROJECTED},
+    {"ceiling": 0, "joint": 1, "skin": 1, "gravity": rs.FEEDFORWARD},
     rs.Fusion.null_space,
     gains="skin_compliance",
 )

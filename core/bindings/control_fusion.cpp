@@ -153,7 +153,7 @@ void bind_control_fusion(nb::module_& module) {
       .def_ro("task", &StackEntry::task)
       .def_ro("level", &StackEntry::level)
       .def_ro("weight", &StackEntry::weight);
-  module.attr("UNPROJECTED") = StackEntry::unprojected;
+  module.attr("FEEDFORWARD") = StackEntry::feedforward;
   nb::class_<TaskStack>(module, "TaskStack", "Which tasks, on which levels, fused in which way.")
       .def(nb::init<std::size_t, std::vector<StackEntry>, Fusion, Damping, std::optional<QuadraticLimits>>(),
            "joint_count"_a, "entries"_a, "fusion"_a, "damping"_a = Damping{}, "limits"_a = nb::none())
@@ -205,12 +205,12 @@ void bind_control_fusion(nb::module_& module) {
           "mass"_a, "levels"_a, "(n) Nm from mass (n, n) and levels [(torque (n), rows (s, n))], the highest first.");
   // (n) Nm that `fuse`, told the input and where the torque goes, makes; false from it raises an error with the
   // message.
-  const auto fused_by = [](const RobotDynamics& dynamics, Doubles position, Doubles velocity, Doubles unprojected,
+  const auto fused_by = [](const RobotDynamics& dynamics, Doubles position, Doubles velocity, Doubles feedforward,
                            const char* otherwise, const auto& fuse) {
     const std::size_t joints = dynamics.joint_count();
     std::vector<double> fused(joints);
     const skin::SkinState none;
-    require(position.shape(0) == joints && velocity.shape(0) == joints && unprojected.shape(0) == joints,
+    require(position.shape(0) == joints && velocity.shape(0) == joints && feedforward.shape(0) == joints,
             "arrays must have one entry a joint");
     require(fuse(TaskInput{dynamics, span_of(position), span_of(velocity), none, {}, 0.001}, fused), otherwise);
     return copy_of(std::span<const double>(fused));
@@ -221,32 +221,32 @@ void bind_control_fusion(nb::module_& module) {
       .def(
           "fuse",
           [spans, fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-                            Doubles unprojected, const Levels& levels) {
-            return fused_by(dynamics, position, velocity, unprojected, "the programmes have no finite answer",
+                            Doubles feedforward, const Levels& levels) {
+            return fused_by(dynamics, position, velocity, feedforward, "the programmes have no finite answer",
                             [&](const TaskInput& input, std::vector<double>& fused) {
                               return self.fuse(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
-                                               span_of(unprojected), spans(levels, fused.size()), fused);
+                                               span_of(feedforward), spans(levels, fused.size()), fused);
                             });
           },
-          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "levels"_a,
-          "(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse.")
+          "dynamics"_a, "position"_a, "velocity"_a, "feedforward"_a, "levels"_a,
+          "(n) Nm, feedforward (n) included; see NullSpaceFusion.fuse.")
       .def(
           "fuse_weighted",
           [fused_by](QuadraticFusion& self, const RobotDynamics& dynamics, Doubles position, Doubles velocity,
-                     Doubles unprojected, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
+                     Doubles feedforward, const std::vector<std::tuple<double, Rows, Doubles>>& terms) {
             std::vector<control::WeightedRows> all;
             for (const auto& [weight, rows, acceleration] : terms)
               all.push_back({{rows.data(), rows.size()}, span_of(acceleration), weight});
             return fused_by(
-                dynamics, position, velocity, unprojected,
+                dynamics, position, velocity, feedforward,
                 "rows must be (rows, n) and accelerations (rows), no more than the largest, weights not negative",
                 [&](const TaskInput& input, std::vector<double>& fused) {
                   return self.fuse_weighted(input, dynamics.mass_matrix(), dynamics.nonlinear_effects(),
-                                            span_of(unprojected), all, fused);
+                                            span_of(feedforward), all, fused);
                 });
           },
-          "dynamics"_a, "position"_a, "velocity"_a, "unprojected"_a, "terms"_a,
-          "(n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
+          "dynamics"_a, "position"_a, "velocity"_a, "feedforward"_a, "terms"_a,
+          "(n) Nm, feedforward (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
           "acceleration (rows)).")
       .def_prop_ro("constrained", &QuadraticFusion::constrained, "levels of the last fuse that met a limit")
       .def_prop_ro("report", &QuadraticFusion::report)

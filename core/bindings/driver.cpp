@@ -114,7 +114,7 @@ nb::list units_list(SnapshotTable<UnitRow>& table) {
   for (const UnitRow& unit : table.read()) {
     if (unit.heard_ns == 0) continue;
     nb::dict dict;
-    dict["section_unit"] = unit.section_unit;
+    dict["group"] = unit.group;
     dict["unit"] = unit.unit;
     dict["session"] = unit.session;
     dict["heard_ns"] = unit.heard_ns;
@@ -149,7 +149,7 @@ nb::dict torques_dict(SnapshotTable<LimbTorque>& table) {
   const auto column = [&]<class Value>(const char* name, std::size_t columns, Value, const auto& value) {
     dict[name] = filled<Value>(rows.size(), columns, [&](std::size_t i, std::size_t c) { return value(rows[i], c); });
   };
-  column("section_unit", 1, std::uint16_t{}, [](const LimbTorque& r, std::size_t) { return r.section_unit; });
+  column("group", 1, std::uint16_t{}, [](const LimbTorque& r, std::size_t) { return r.group; });
   column("limb", 1, std::uint8_t{}, [](const LimbTorque& r, std::size_t) { return r.limb; });
   column("epoch", 1, std::int64_t{}, [](const LimbTorque& r, std::size_t) { return r.epoch; });
   column("joint", torque_joints_max, std::int32_t{}, [](const LimbTorque& r, std::size_t c) { return r.joint[c]; });
@@ -169,7 +169,7 @@ nb::list replies_list(Driver& driver) {
   nb::list list;
   while (const std::optional<Reply> reply = driver.reply()) {
     nb::dict dict;
-    dict["key"] = CellKey{reply->section_unit} << 16 | reply->source;
+    dict["key"] = CellKey{reply->group} << 16 | reply->source;
     dict["operation"] = operation_name(reply->operation);
     dict["status"] = reply_status_name(reply->status);
     dict["ticket"] = reply->ticket;
@@ -286,7 +286,7 @@ Raises InputError for a bad key or cell, a host that is not known and an address
             self.demand_no_thread("downlink");
             nb::list list;
             self.driver.downlink(now_ns, [&](const Recipient& to, std::span<const std::uint8_t> bytes) {
-              list.append(nb::make_tuple(to.section_unit, to.unit,
+              list.append(nb::make_tuple(to.group, to.unit,
                                          nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size())));
             });
             return list;
@@ -327,7 +327,7 @@ Raises InputError for a bad key or cell, a host that is not known and an address
       .def(
           "command",
           [](HostDriver& self, const std::string& operation, std::int64_t value, std::uint16_t index,
-             std::optional<CellKey> cell, std::uint16_t section_unit) {
+             std::optional<CellKey> cell, std::uint16_t group) {
             return with_input_errors([&] {
               Command command;
               command.operation = operation_from(operation);
@@ -339,7 +339,7 @@ Raises InputError for a bad key or cell, a host that is not known and an address
               }
               command.value = wide ? static_cast<std::uint64_t>(value) : static_cast<std::uint32_t>(value);
               command.index = index;
-              command.section_unit = cell ? static_cast<std::uint16_t>(*cell >> 16) : section_unit;
+              command.group = cell ? static_cast<std::uint16_t>(*cell >> 16) : group;
               if (cell) command.target = static_cast<std::uint16_t>(*cell & 0xFFFF);
               if (command.target != RS_ID_ALL && !CellIndex::valid(command.target)) {
                 throw std::invalid_argument("cell id " + std::to_string(command.target) +
@@ -350,25 +350,25 @@ Raises InputError for a bad key or cell, a host that is not known and an address
               return *ticket;
             });
           },
-          "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "section_unit"_a = 0,
+          "operation"_a, "value"_a = 0, "index"_a = 0, nb::kw_only(), "cell"_a = nb::none(), "group"_a = 0,
           R"(Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
 It goes out as soon as the section units have been heard. Returns the ticket that its replies carry.
 Raises UnknownNameError for an unknown operation, InputError for a cell or value that cannot be, RuntimeError when 256
 commands are waiting.)")
       .def(
           "power",
-          [](HostDriver& self, bool on, std::uint16_t section_unit, std::uint8_t unit, std::uint8_t port) {
-            if (!self.driver.power({section_unit, unit, port, on})) throw std::runtime_error("64 switches are waiting");
+          [](HostDriver& self, bool on, std::uint16_t group, std::uint8_t unit, std::uint8_t port) {
+            if (!self.driver.power({group, unit, port, on})) throw std::runtime_error("64 switches are waiting");
           },
-          "on"_a, nb::kw_only(), "section_unit"_a = 0, "unit"_a = 255, "port"_a = 0,
+          "on"_a, nb::kw_only(), "group"_a = 0, "unit"_a = 255, "port"_a = 0,
           "Switches the power of a section unit's port (0: all ports; unit 255: all units).")
       .def(
           "set_joints",
-          [](HostDriver& self, unsigned limb, const std::vector<int>& positions, std::uint16_t section_unit,
+          [](HostDriver& self, unsigned limb, const std::vector<int>& positions, std::uint16_t group,
              std::optional<std::int64_t> now_ns) {
             with_input_errors([&] {
               LimbJoints joints{.set_ns = now_ns ? *now_ns : monotonic_ns(),
-                                .section_unit = section_unit,
+                                .group = group,
                                 .limb = static_cast<std::uint8_t>(std::min(limb, 255U)),
                                 .joints = static_cast<std::uint8_t>(std::min<std::size_t>(positions.size(), 255)),
                                 .position = {}};
@@ -383,14 +383,14 @@ commands are waiting.)")
                                             " joints: there are limbs 0 to 15 of 1 to 24 joints, 64 in all");
             });
           },
-          "limb"_a, "positions"_a, nb::kw_only(), "section_unit"_a = 0, "now_ns"_a = nb::none(),
+          "limb"_a, "positions"_a, nb::kw_only(), "group"_a = 0, "now_ns"_a = nb::none(),
           R"(Where the joints of a limb are, (n,) in 2 pi / 65536 rad or 2^-15 m, at `now_ns` (by default now).
 The newest positions go to the cells once an epoch of 4 ms; positions older than 20 ms do not.
 Raises InputError for a limb, a count or a position that cannot be.)")
       .def(
           "torques", [](HostDriver& self) { return torques_dict(self.driver.torques()); },
           nb::sig("def torques(self) -> dict[str, numpy.ndarray]"),
-          R"(The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
+          R"(The limbs' torques as the skin computes them, limb axis first: group, limb, epoch, joint (L, 24) in
 the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
 positions used), saturated, whole (every source is in it), heard_ns, epoch_ns (when its epoch began), and the counts
 vectors and partial. Not beside a TorqueReader in another thread.)")

@@ -102,7 +102,7 @@ void bind_array(nb::class_<SkinState>& state, const char* name, std::size_t row,
   state.def_prop_ro(name, view, nb::rv_policy::automatic, doc);
 }
 
-void bind_own_torque(nb::module_& module) {
+void bind_skin_computed_torque(nb::module_& module) {
   using skin::SkinTorque;
   using skin::TorqueReader;
   nb::class_<SkinTorque>(module, "SkinTorque", "What the skin asks of n joints, as its own cells have computed it.")
@@ -122,7 +122,7 @@ void bind_own_torque(nb::module_& module) {
              const std::vector<std::tuple<std::uint16_t, std::uint8_t, std::vector<std::size_t>>>& limbs,
              std::size_t joints, double step, double fresh_s) {
             std::vector<skin::LimbPlace> places;
-            for (const auto& [section_unit, limb, indices] : limbs) places.push_back({section_unit, limb, indices});
+            for (const auto& [group, limb, indices] : limbs) places.push_back({group, limb, indices});
             new (self) TorqueReader(host.driver.torques(), std::move(places), joints,
                                     {.step = step, .fresh_ns = static_cast<std::int64_t>(fresh_s * 1e9)});
           },
@@ -138,7 +138,7 @@ Raises ValueError for a joint that there is not.)")
 }  // namespace
 
 void bind_skin(nb::module_ module) {
-  bind_own_torque(module);
+  bind_skin_computed_torque(module);
   bind_skin_input(module);
   module.attr("STANDARD_GRAVITY_MPS2") = skin::standard_gravity;
   module.attr("ACCELERATION_STEP_MPS2") = skin::acceleration_x_step * skin::standard_gravity;

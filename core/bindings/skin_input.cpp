@@ -50,27 +50,27 @@ overridden, too: position (n) rad or m of the robot's joints. An input that rais
   nb::class_<DatagramInput, SkinInput>(module, "DatagramInput", "The samples of our own cells, as the driver has them.")
       .def(nb::init<skin::SkinReader&>(), "reader"_a, nb::keep_alive<1, 2>())
       .def(
-          "take_own_torque",
+          "take_skin_computed_torque",
           [](DatagramInput& self, HostDriver& host, skin::TorqueReader& torques,
              const std::vector<std::tuple<std::uint16_t, std::uint8_t, std::vector<std::tuple<std::size_t, char>>>>&
                  limbs,
              std::size_t joint_count) {
             std::vector<skin::LimbCodes> codes;
-            for (const auto& [section_unit, limb, joints] : limbs) {
-              codes.push_back({section_unit, limb, {}});
+            for (const auto& [group, limb, joints] : limbs) {
+              codes.push_back({group, limb, {}});
               for (const auto& [joint, kind] : joints)
                 codes.back().joints.push_back({joint, kind == 't'   ? JointCode::Kind::turn
                                                       : kind == 's' ? JointCode::Kind::slide
                                                                     : JointCode::Kind::none});
             }
-            self.take_own_torque(host.driver, torques, std::move(codes), joint_count);
+            self.take_skin_computed_torque(host.driver, torques, std::move(codes), joint_count);
           },
           "driver"_a, "torques"_a, "limbs"_a, "joint_count"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
           "From then on the cells hear where the joints are. limbs: [(section unit group, limb, [(joint, 't' turns, "
           "'s' "
           "slides or 'n' not needed)])].")
       .def("tell", &DatagramInput::tell, "on"_a, "False: the cells hear no more where the joints are.")
-      .def_prop_ro("own_torque", &DatagramInput::own_torque, nb::rv_policy::reference_internal,
+      .def_prop_ro("skin_computed_torque", &DatagramInput::skin_computed_torque, nb::rv_policy::reference_internal,
                    "What the skin has computed itself (SkinTorque); None where it computes nothing.");
 }
 

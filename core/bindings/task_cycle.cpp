@@ -98,12 +98,14 @@ void bind_task_cycle(nb::module_& module) {
       .def(
           "step",
           [](TaskCycle& self, const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-             JointCommand& command, const skin::SkinTorque* own_torque) -> const GuardReport& {
+             JointCommand& command, const skin::SkinTorque* skin_computed_torque) -> const GuardReport& {
             require_joints(self.joint_count(), joints, command);
-            return self.step(joints, skin, now_ns, command, own_torque);
+            return self.step(joints, skin, now_ns, command, skin_computed_torque);
           },
-          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, "own_torque"_a = nb::none(), nb::rv_policy::reference_internal,
-          "One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin "
+          "joints"_a, "skin"_a, "now_ns"_a, "command"_a, "skin_computed_torque"_a = nb::none(),
+          nb::rv_policy::reference_internal,
+          "One period. Fills the command, which goes to the robot if the report says send. `skin_computed_torque`: "
+          "what the skin "
           "has computed itself.")
       .def(
           "time_steps",

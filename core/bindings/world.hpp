@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The world stage is bound in six files: the body, faults, the network with what steps both, its survey, its
-// trials, a cell's twin.
+// trials, a cell that runs elsewhere.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -14,6 +14,6 @@ void bind_world_faults(nanobind::module_& module);
 void bind_world_network(nanobind::module_& module);
 void bind_world_survey(nanobind::class_<world::Network>& network);
 void bind_world_trial(nanobind::module_& module);
-void bind_world_twin(nanobind::module_& module);
+void bind_world_external_cell(nanobind::module_& module);
 
 }  // namespace robotskin::bindings

@@ -13,7 +13,7 @@
 #include "bindings/bytes.hpp"
 #include "bindings/contribution.hpp"
 #include "bindings/world.hpp"
-#include "world/network/mailbox.hpp"
+#include "world/network/in_process.hpp"
 #include "world/network/udp_transport.hpp"
 #include "world/world.hpp"
 
@@ -24,8 +24,8 @@ namespace robotskin::bindings {
 namespace {
 
 using world::Body;
+using world::InProcess;
 using world::LineQuality;
-using world::Mailbox;
 using world::Network;
 using world::NetworkCounts;
 using world::NetworkOptions;
@@ -92,16 +92,16 @@ void bind_options(nb::module_& module) {
   nb::class_<UnitDescription>(module, "UnitDescription", "A section unit and the cells at its ports.")
       .def(
           "__init__",
-          [](UnitDescription* self, std::uint16_t section_unit, std::uint8_t unit,
+          [](UnitDescription* self, std::uint16_t group, std::uint8_t unit,
              const std::vector<std::tuple<int, int>>& ports, std::int64_t skew_ns, double drift_ppm) {
-            new (self) UnitDescription{section_unit, unit, {}, skew_ns, drift_ppm};
+            new (self) UnitDescription{group, unit, {}, skew_ns, drift_ppm};
             for (const auto& [cell, port] : ports) self->ports.push_back({cell, static_cast<std::uint8_t>(port)});
           },
-          "section_unit"_a, "unit"_a, "ports"_a, "skew_ns"_a = 0, "drift_ppm"_a = 0.0,
+          "group"_a, "unit"_a, "ports"_a, "skew_ns"_a = 0, "drift_ppm"_a = 0.0,
           "ports: (cell, cell port) of port p at index p - 1; skew and drift of its clock against virtual time.")
       .def_rw("skew_ns", &UnitDescription::skew_ns)
       .def_rw("drift_ppm", &UnitDescription::drift_ppm)
-      .def_ro("section_unit", &UnitDescription::section_unit)
+      .def_ro("group", &UnitDescription::group)
       .def_ro("unit", &UnitDescription::unit);
 
   nb::enum_<world::Processor>(module, "Processor",
@@ -214,11 +214,11 @@ void bind_network(nb::module_& module) {
           "cell"_a, "image"_a, "Torque parameters in a cell's flash, which it finds at its next start.")
       .def(
           "put",
-          [check](Network& self, std::size_t cell, world::Twin& twin) {
+          [check](Network& self, std::size_t cell, world::ExternalCell& external) {
             check(self, cell);
-            self.put(cell, twin);
+            self.put(cell, external);
           },
-          "cell"_a, "twin"_a, nb::keep_alive<1, 3>(), "From its boot on the twin lives as this cell.")
+          "cell"_a, "external"_a, nb::keep_alive<1, 3>(), "From its boot on the external cell lives as this cell.")
       .def(
           "torque_epochs",
           [](const Network& self, std::size_t unit) {
@@ -277,21 +277,21 @@ void bind_network(nb::module_& module) {
 void bind_world_network(nb::module_& module) {
   bind_world_faults(module);
   bind_options(module);
-  bind_world_twin(module);
+  bind_world_external_cell(module);
   bind_network(module);
   bind_world_trial(module);
   nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");
-  nb::class_<Mailbox, Transport>(module, "Mailbox", "In process: datagrams wait until they are taken.")
+  nb::class_<InProcess, Transport>(module, "InProcess", "In process: datagrams wait until they are taken.")
       .def(nb::init<>())
-      .def_prop_ro("overflowed", &Mailbox::overflowed, "datagrams that gave way because nobody took them")
+      .def_prop_ro("overflowed", &InProcess::overflowed, "datagrams that gave way because nobody took them")
       .def(
-          "post", [](Mailbox& self, std::size_t unit, const Bytes& datagram) { self.post(unit, bytes_of(datagram)); },
+          "post", [](InProcess& self, std::size_t unit, const Bytes& datagram) { self.post(unit, bytes_of(datagram)); },
           "unit"_a, "datagram"_a, "From the host to a section unit (its index).")
       .def(
           "take",
-          [](Mailbox& self) {
+          [](InProcess& self) {
             nb::list letters;
-            for (const Mailbox::Letter& letter : self.take())
+            for (const InProcess::Waiting& letter : self.take())
               letters.append(
                   nb::make_tuple(letter.unit, letter.time_ns, Bytes(letter.datagram.data(), letter.datagram.size())));
             return letters;
@@ -330,7 +330,7 @@ void bind_world_network(nb::module_& module) {
              const std::vector<UnitDescription>& units, const NetworkOptions& options, Transport& transport,
              double step_s) {
             new (self) World(body, wiring_of(neighbours, id, units), options, transport, step_s);
-            if (auto* mailbox = dynamic_cast<Mailbox*>(&transport)) mailbox->set_clock(&self->network());
+            if (auto* mailbox = dynamic_cast<InProcess*>(&transport)) mailbox->set_clock(&self->network());
           },
           nb::keep_alive<1, 2>(), nb::keep_alive<1, 7>(), "body"_a.none(), "neighbours"_a, "id"_a, "units"_a,
           "options"_a, "transport"_a, "step_s"_a = 0.001)

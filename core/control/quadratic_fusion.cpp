@@ -54,7 +54,7 @@ struct QuadraticFusion::Workspace {
   std::size_t n, capacity;
   std::vector<double> factor;        // (n, n) L, zero above the diagonal
   std::vector<double> matrix;        // (2 n, n) acceleration and torque of t: L^-T, L
-  std::vector<double> low, high;     // (2 n) their bounds, beside the unprojected torque
+  std::vector<double> low, high;     // (2 n) their bounds, beside the feedforward torque
   std::vector<double> rows, wanted;  // (rows of all levels, n) J L^-T, and what these are to be
   std::vector<QpLevel> levels;
   HierarchicalQp solver;
@@ -68,10 +68,10 @@ struct QuadraticFusion::Workspace {
   FusionReport report;
 
   bool begin(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
-             std::span<const double> unprojected);
-  bool solve(std::size_t count, const TaskInput& input, std::span<const double> unprojected, std::span<double> fused);
+             std::span<const double> feedforward);
+  bool solve(std::size_t count, const TaskInput& input, std::span<const double> feedforward, std::span<double> fused);
   void set_matrix();
-  void set_bounds(const TaskInput& input, std::span<const double> bias, std::span<const double> unprojected);
+  void set_bounds(const TaskInput& input, std::span<const double> bias, std::span<const double> feedforward);
   void widen_to_a_feasible_torque();
   double* take_rows(std::span<const double> own, double* place, std::size_t first, std::size_t count, double weight);
   void fade(double period_s);
@@ -87,10 +87,10 @@ void QuadraticFusion::Workspace::set_matrix() {
   divide_by_transposed(factor.data(), n, n, matrix.data(), 2 * n, n);
 }
 
-// Rows 0 to n - 1 bound the acceleration, rows n to 2 n - 1 the torque beside the unprojected one.
+// Rows 0 to n - 1 bound the acceleration, rows n to 2 n - 1 the torque beside the feedforward one.
 void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<const double> bias,
-                                            std::span<const double> unprojected) {
-  for (std::size_t i = 0; i < n; ++i) z[i] = unprojected[i] - bias[i];
+                                            std::span<const double> feedforward) {
+  for (std::size_t i = 0; i < n; ++i) z[i] = feedforward[i] - bias[i];
   solve_lower(factor.data(), n, n, z.data());
   solve_lower_transposed(factor.data(), n, n, z.data());
   at_rest = z;
@@ -104,8 +104,8 @@ void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<co
                                   limits.velocity_rate * (limits.velocity[i] - velocity)});
       const double down = std::max({-torque_bound, limits.position_rate * (limits.lower[i] - position),
                                     limits.velocity_rate * (-limits.velocity[i] - velocity)});
-      low[n + i] = std::max(std::min(down, up) - unprojected[i], -1e20);
-      high[n + i] = std::min(up - unprojected[i], 1e20);
+      low[n + i] = std::max(std::min(down, up) - feedforward[i], -1e20);
+      high[n + i] = std::min(up - feedforward[i], 1e20);
       continue;
     }
     const double room_up = std::max(limits.upper[i] - limits.margin_rad - position, 0.0);
@@ -114,8 +114,8 @@ void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<co
     const double fastest_down = std::min(limits.velocity[i], std::sqrt(2 * limits.braking[i] * room_down));
     low[i] = std::max((-fastest_down - velocity) / limits.horizon_s - z[i], -1e20);
     high[i] = std::min((fastest_up - velocity) / limits.horizon_s - z[i], 1e20);
-    low[n + i] = std::max(-torque_bound - unprojected[i], -1e20);
-    high[n + i] = std::min(torque_bound - unprojected[i], 1e20);
+    low[n + i] = std::max(-torque_bound - feedforward[i], -1e20);
+    high[n + i] = std::min(torque_bound - feedforward[i], 1e20);
   }
 }
 
@@ -151,7 +151,7 @@ double* QuadraticFusion::Workspace::take_rows(std::span<const double> own, doubl
   return place + count * n;
 }
 
-bool QuadraticFusion::Workspace::solve(std::size_t count, const TaskInput& input, std::span<const double> unprojected,
+bool QuadraticFusion::Workspace::solve(std::size_t count, const TaskInput& input, std::span<const double> feedforward,
                                        std::span<double> fused) {
   StepBudget budget{.most = limits.steps, .deadline_ns = input.deadline_ns};
   const std::size_t finished = report.finished;
@@ -172,7 +172,7 @@ bool QuadraticFusion::Workspace::solve(std::size_t count, const TaskInput& input
   if (fades) fade(input.period_s);
   last = torque;
   running = true;
-  for (std::size_t i = 0; i < n; ++i) fused[i] = torque[i] + unprojected[i];
+  for (std::size_t i = 0; i < n; ++i) fused[i] = torque[i] + feedforward[i];
   return std::ranges::all_of(fused, [](double value) { return std::isfinite(value); });
 }
 
@@ -238,27 +238,27 @@ double QuadraticFusion::add_within_limits(std::span<const double> addition, std:
 }
 
 bool QuadraticFusion::Workspace::begin(const TaskInput& input, std::span<const double> mass,
-                                       std::span<const double> bias, std::span<const double> unprojected) {
-  if (mass.size() != n * n || bias.size() != n || unprojected.size() != n || input.position.size() != n ||
+                                       std::span<const double> bias, std::span<const double> feedforward) {
+  if (mass.size() != n * n || bias.size() != n || feedforward.size() != n || input.position.size() != n ||
       input.velocity.size() != n)
     return false;
   std::ranges::copy(mass, factor.begin());  // symmetric
   if (!factorise(factor.data(), n, n)) return false;
   set_matrix();
-  set_bounds(input, bias, unprojected);
+  set_bounds(input, bias, feedforward);
   widen_to_a_feasible_torque();
   return true;
 }
 
 bool QuadraticFusion::fuse(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
-                           std::span<const double> unprojected, std::span<const FusionLevel> levels,
+                           std::span<const double> feedforward, std::span<const FusionLevel> levels,
                            std::span<double> fused) noexcept {
   Workspace& work = *workspace_;
   const std::size_t n = work.n;
   std::size_t total = 0;
   for (const FusionLevel& level : levels) total += level.rows.size() / n;
   if (fused.size() != n || levels.size() > work.levels.size() || total > work.capacity ||
-      !work.begin(input, mass, bias, unprojected))
+      !work.begin(input, mass, bias, feedforward))
     return false;
   double *rows = work.rows.data(), *wanted = work.wanted.data();
   for (std::size_t index = 0; index < levels.size(); ++index) {
@@ -272,17 +272,17 @@ bool QuadraticFusion::fuse(const TaskInput& input, std::span<const double> mass,
     rows = next;
     wanted += count;
   }
-  return work.solve(levels.size(), input, unprojected, fused);
+  return work.solve(levels.size(), input, feedforward, fused);
 }
 
 bool QuadraticFusion::fuse_weighted(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
-                                    std::span<const double> unprojected, std::span<const WeightedRows> terms,
+                                    std::span<const double> feedforward, std::span<const WeightedRows> terms,
                                     std::span<double> fused) noexcept {
   Workspace& work = *workspace_;
   const std::size_t n = work.n;
   std::size_t count = 0;
   for (const WeightedRows& term : terms) count += term.acceleration.size();
-  if (fused.size() != n || work.levels.empty() || count > work.capacity || !work.begin(input, mass, bias, unprojected))
+  if (fused.size() != n || work.levels.empty() || count > work.capacity || !work.begin(input, mass, bias, feedforward))
     return false;
   std::size_t first = 0;
   double* wanted = work.wanted.data();
@@ -297,7 +297,7 @@ bool QuadraticFusion::fuse_weighted(const TaskInput& input, std::span<const doub
   }
   divide_by_transposed(work.factor.data(), n, n, work.rows.data(), count, count);
   work.levels[0] = {work.rows.data(), {wanted, count}, {wanted, count}};
-  return work.solve(count > 0 ? 1 : 0, input, unprojected, fused);
+  return work.solve(count > 0 ? 1 : 0, input, feedforward, fused);
 }
 
 }  // namespace robotskin::control

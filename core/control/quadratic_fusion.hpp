@@ -68,16 +68,16 @@ class QuadraticFusion {
   QuadraticFusion(QuadraticFusion&&) noexcept;
   QuadraticFusion& operator=(QuadraticFusion&&) noexcept;
 
-  // fused (n) Nm, `unprojected` (n) included. `mass` (n, n) is the inertia that answers to torques and `bias` (n) the
+  // fused (n) Nm, `feedforward` (n) included. `mass` (n, n) is the inertia that answers to torques and `bias` (n) the
   // torque of no acceleration. False if a size is wrong or there is no finite answer. Allocates nothing.
   [[nodiscard]] bool fuse(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
-                          std::span<const double> unprojected, std::span<const FusionLevel> levels,
+                          std::span<const double> feedforward, std::span<const FusionLevel> levels,
                           std::span<double> fused) noexcept;
 
   // All rows in one programme, without a hierarchy: min of the sum of weight |rows a - acceleration|^2 within the
   // limits. The other arguments are those of fuse, and so is what is returned.
   [[nodiscard]] bool fuse_weighted(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
-                                   std::span<const double> unprojected, std::span<const WeightedRows> terms,
+                                   std::span<const double> feedforward, std::span<const WeightedRows> terms,
                                    std::span<double> fused) noexcept;
 
   // After fuse: fused += share addition (n) Nm, with the largest share, 0 to 1, that keeps all limits.

@@ -16,8 +16,8 @@ SkinReactionTask::SkinReactionTask(std::shared_ptr<TouchWrench> touch, double ba
 
 bool SkinReactionTask::update(const TaskInput& input) noexcept {
   if (!touch_->update(input)) return false;
-  const std::span<const double> used =
-      source_.step(input.source, touch_->torque(), input.own_torque, input.period_s, own_scale_ * input.skin_share);
+  const std::span<const double> used = source_.step(input.source, touch_->torque(), input.skin_computed_torque,
+                                                    input.period_s, own_scale_ * input.skin_share);
   std::ranges::copy(filter_.step(used), torque_.begin());
   row_count_ = 0;
   for (std::size_t body = 0; body < touch_->matrix().body_count(); ++body) {

@@ -23,7 +23,7 @@ struct TaskInput {
   std::span<const float> share;  // (N) 0 to 1, how much of each cell counts
   double period_s;
   // What the skin has computed itself, null where it does not, and whose sum tasks of touch are to use.
-  const skin::SkinTorque* own_torque = nullptr;
+  const skin::SkinTorque* skin_computed_torque = nullptr;
   SkinSource source = SkinSource::host;
   double skin_share = 1;  // 0 to 1, how much the skin counts at all; part of `share`
   // Another one every tick, so that what tasks share is computed once in it; 0: nothing is shared.

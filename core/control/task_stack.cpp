@@ -12,7 +12,7 @@ namespace robotskin::control {
 
 TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
                      std::optional<QuadraticLimits> limits)
-    : joints_(joint_count), entries_(std::move(entries)), fusion_(fusion), unprojected_(joint_count) {
+    : joints_(joint_count), entries_(std::move(entries)), fusion_(fusion), feedforward_(joint_count) {
   if (entries_.empty()) throw ControlError("task stack: there is no task in it");
   std::size_t largest_rows = 0;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
@@ -24,18 +24,18 @@ TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, F
     if (entry.task->joint_count() != joints_)
       throw ControlError("task stack: task '" + name + "' is for " + std::to_string(entry.task->joint_count()) +
                          " joints, the robot has " + std::to_string(joints_));
-    if (entry.level < StackEntry::unprojected)
+    if (entry.level < StackEntry::feedforward)
       throw ControlError("task stack: level " + std::to_string(entry.level) + " of task '" + name +
-                         "' must be 0 or more, or -1 for unprojected");
+                         "' must be 0 or more, or -1 for feedforward");
     if (!std::isfinite(entry.weight) || entry.weight < 0)
       throw ControlError("task stack: weight " + std::to_string(entry.weight) + " of task '" + name +
                          "' must be finite and not negative");
-    if (entry.level != StackEntry::unprojected) largest_rows += entry.task->largest_rows();
+    if (entry.level != StackEntry::feedforward) largest_rows += entry.task->largest_rows();
   }
   std::ranges::stable_sort(entries_, {}, &StackEntry::level);
   std::size_t levels = 0;
   for (std::size_t i = 0; i < entries_.size(); ++i)
-    if (entries_[i].level != StackEntry::unprojected && (i == 0 || entries_[i].level != entries_[i - 1].level))
+    if (entries_[i].level != StackEntry::feedforward && (i == 0 || entries_[i].level != entries_[i - 1].level))
       ++levels;
   levels_.resize(levels);
   level_torque_.resize(levels * joints_);
@@ -68,15 +68,15 @@ double TaskStack::add(std::span<const double> addition, std::span<double> fused)
 
 bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
                         std::span<double> fused) noexcept {
-  std::ranges::fill(unprojected_, 0.0);
+  std::ranges::fill(feedforward_, 0.0);
   std::ranges::fill(level_torque_, 0.0);
-  double* torque = unprojected_.data();
+  double* torque = feedforward_.data();
   double* rows = level_rows_.data();
   std::size_t level = 0;  // of the next new one
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const StackEntry& entry = entries_[i];
     if (!entry.task->update(input)) return false;
-    const bool projected = entry.level != StackEntry::unprojected;
+    const bool projected = entry.level != StackEntry::feedforward;
     if (projected && (i == 0 || entry.level != entries_[i - 1].level)) {
       torque = &level_torque_[level * joints_];
       levels_[level++] = {{torque, joints_}, {rows, 0}};
@@ -101,9 +101,9 @@ bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, st
       if (!null_space_->fuse(mass, levels_, fused)) return false;
       break;
     case Fusion::quadratic:
-      return quadratic_->fuse(input, mass, bias, unprojected_, levels_, fused);
+      return quadratic_->fuse(input, mass, bias, feedforward_, levels_, fused);
   }
-  for (std::size_t joint = 0; joint < joints_; ++joint) fused[joint] += unprojected_[joint];
+  for (std::size_t joint = 0; joint < joints_; ++joint) fused[joint] += feedforward_[joint];
   return std::ranges::all_of(fused, [](double value) { return std::isfinite(value); });
 }
 

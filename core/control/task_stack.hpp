@@ -22,7 +22,7 @@ enum class Fusion : std::uint8_t { weighted_sum, null_space, null_space_at_rest,
 
 struct StackEntry {
   // Of a task that no level projects and that claims nothing, such as gravity.
-  static constexpr int unprojected = -1;
+  static constexpr int feedforward = -1;
 
   std::shared_ptr<Task> task;
   int level = 0;      // 0 is the highest; tasks of one level are added up
@@ -32,7 +32,7 @@ struct StackEntry {
 class TaskStack {
  public:
   // `limits` are needed for Fusion::quadratic. Throws ControlError for a stack without tasks, a task that is missing,
-  // twice there or of another robot, a level below `unprojected`, a weight that is negative or not finite, or no
+  // twice there or of another robot, a level below `feedforward`, a weight that is negative or not finite, or no
   // limits.
   TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, Fusion fusion, Damping damping = {},
             std::optional<QuadraticLimits> limits = {});
@@ -64,7 +64,7 @@ class TaskStack {
   std::vector<FusionLevel> levels_;
   std::vector<double> level_torque_;  // (levels, n)
   std::vector<double> level_rows_;    // (largest rows of all, n)
-  std::vector<double> unprojected_;   // (n)
+  std::vector<double> feedforward_;   // (n)
   std::optional<NullSpaceFusion> null_space_;
   std::optional<QuadraticFusion> quadratic_;
 };

@@ -29,7 +29,7 @@ class CellIndex {
         if (groups_.size() == groups_max) {
           throw std::invalid_argument("cells of more than " + std::to_string(groups_max) + " section-unit groups");
         }
-        groups_.push_back({static_cast<std::uint16_t>(key >> 16), std::vector<std::int32_t>(ids, nobody)});
+        groups_.push_back({static_cast<std::uint16_t>(key >> 16), std::vector<std::int32_t>(ids, no_row)});
         group = &groups_.back();
       }
       const std::uint16_t id = static_cast<std::uint16_t>(key);
@@ -37,7 +37,7 @@ class CellIndex {
         throw std::invalid_argument("cell id " + std::to_string(id) + " of section unit " + std::to_string(key >> 16) +
                                     " is not between 1 and 16382");
       }
-      if (group->row[id] != nobody) {
+      if (group->row[id] != no_row) {
         throw std::invalid_argument("cell id " + std::to_string(id) + " of section unit " + std::to_string(key >> 16) +
                                     " is given twice");
       }
@@ -45,29 +45,29 @@ class CellIndex {
       keys_.push_back(key);
     }
     for (std::size_t i = 0; i < spare_groups && groups_.size() < groups_max; ++i)
-      spare_tables_.emplace_back(ids, nobody);
+      spare_tables_.emplace_back(ids, no_row);
   }
 
-  static constexpr std::int32_t nobody = -1;
+  static constexpr std::int32_t no_row = -1;
 
   struct Group {
-    std::uint16_t section_unit;
+    std::uint16_t number;
     std::vector<std::int32_t> row;  // by id
   };
 
   // The group, null if it is unknown.
-  Group* find(std::uint16_t section_unit) {
+  Group* find(std::uint16_t number) {
     for (Group& group : groups_) {
-      if (group.section_unit == section_unit) return &group;
+      if (group.number == number) return &group;
     }
     return nullptr;
   }
 
   // The group, added if there is spare room for it; null if it is unknown.
-  Group* group(std::uint16_t section_unit) {
-    Group* known = find(section_unit);
+  Group* group(std::uint16_t group) {
+    Group* known = find(group);
     if (known != nullptr || spare_tables_.empty()) return known;
-    groups_.push_back({section_unit, std::move(spare_tables_.back())});
+    groups_.push_back({group, std::move(spare_tables_.back())});
     spare_tables_.pop_back();
     return &groups_.back();
   }
@@ -77,9 +77,9 @@ class CellIndex {
   // The row of a cell with a valid id, added if there is spare room for it.
   std::int32_t row(Group& group, std::uint32_t id) {
     std::int32_t& row = group.row[id];
-    if (row == nobody && keys_.size() < capacity_) {
+    if (row == no_row && keys_.size() < capacity_) {
       row = static_cast<std::int32_t>(keys_.size());
-      keys_.push_back(CellKey{group.section_unit} << 16 | id);
+      keys_.push_back(CellKey{group.number} << 16 | id);
     }
     return row;
   }

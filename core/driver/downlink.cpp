@@ -24,7 +24,7 @@ bool Driver::joints(const LimbJoints& joints) {
   if (joints.set_ns <= 0 || joints.limb > 15 || joints.joints == 0 || joints.joints > joints.position.size())
     return false;
   std::size_t at = 0;
-  while (at < limbs_ && (joints_.row(at).section_unit != joints.section_unit || joints_.row(at).limb != joints.limb)) {
+  while (at < limbs_ && (joints_.row(at).group != joints.group || joints_.row(at).limb != joints.limb)) {
     ++at;
   }
   if (at == limbs_max) return false;
@@ -35,10 +35,10 @@ bool Driver::joints(const LimbJoints& joints) {
 }
 
 void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
-  for (Stranger& stranger : strangers_) {
-    if (!stranger.due) continue;
-    stranger.due = false;
-    send(RS_DATAGRAM_KIND_keep_alive, 0, stranger.unit, stranger.session, now_ns, sink);
+  for (PendingUnit& pending : pending_units_) {
+    if (!pending.due) continue;
+    pending.due = false;
+    send(RS_DATAGRAM_KIND_keep_alive, 0, pending.unit, pending.session, now_ns, sink);
     statistics_.keep_alives_sent.add();
   }
   if (keep_alive_due_ || now_ns - keep_alive_ns_ >= RS_KEEP_ALIVE_MS * std::int64_t{1'000'000}) {
@@ -53,13 +53,13 @@ void Driver::downlink(std::int64_t now_ns, const Sink& sink) {
 void Driver::keep_alive(std::int64_t now_ns, const Sink& sink) {
   // With answering 0 it wakes units that have not been heard yet, or have restarted.
   for (const CellIndex::Group& group : index_.groups()) {
-    send(RS_DATAGRAM_KIND_keep_alive, 0, {group.section_unit, RS_UNIT_ALL}, 0, now_ns, sink);
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {group.number, RS_UNIT_ALL}, 0, now_ns, sink);
     statistics_.keep_alives_sent.add();
   }
   for (std::size_t i = 0; i < unit_count_; ++i) {
     const UnitRow& unit = units_.row(i);
     if (silent(unit, now_ns)) continue;
-    send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    send(RS_DATAGRAM_KIND_keep_alive, 0, {unit.group, unit.unit}, unit.session, now_ns, sink);
     statistics_.keep_alives_sent.add();
   }
 }
@@ -70,18 +70,18 @@ bool Driver::ready_to_command(std::int64_t now_ns) {
   if (now_ns - counter_known_ns_ > commands_patience_ns) return true;
   return std::ranges::all_of(index_.groups(), [this](const CellIndex::Group& group) {
     for (std::size_t i = 0; i < unit_count_; ++i) {
-      if (unit_names_[i] >> 8 == group.section_unit) return true;
+      if (unit_names_[i] >> 8 == group.number) return true;
     }
     return false;
   });
 }
 
 void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
-  const auto send_to_units = [&](rs_datagram_kind kind, std::uint16_t section_unit, std::uint8_t which) {
+  const auto send_to_units = [&](rs_datagram_kind kind, std::uint16_t group, std::uint8_t which) {
     for (std::size_t i = 0; i < unit_count_; ++i) {
       const UnitRow& unit = units_.row(i);
-      if (unit.section_unit != section_unit || (which != RS_UNIT_ALL && which != unit.unit)) continue;
-      send(kind, 1, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+      if (unit.group != group || (which != RS_UNIT_ALL && which != unit.unit)) continue;
+      send(kind, 1, {unit.group, unit.unit}, unit.session, now_ns, sink);
     }
   };
   std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
@@ -101,14 +101,14 @@ void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
     frame.value_low = static_cast<std::uint32_t>(command->value);
     rs_command_pack(record, &frame);
     rs_record_arrival_pack(record, 0, 0);
-    send_to_units(RS_DATAGRAM_KIND_inject, command->section_unit, RS_UNIT_ALL);
+    send_to_units(RS_DATAGRAM_KIND_inject, command->group, RS_UNIT_ALL);
     statistics_.commands_sent.add();
   }
   while (const std::optional<Power> power = powers_.pop()) {
     std::fill_n(record, RS_DATAGRAM_RECORD_BYTES, std::uint8_t{0});
     record[0] = power->on ? 1 : 0;
     rs_record_arrival_pack(record, power->port, 0);
-    send_to_units(RS_DATAGRAM_KIND_power, power->section_unit, power->unit);
+    send_to_units(RS_DATAGRAM_KIND_power, power->group, power->unit);
   }
 }
 
@@ -128,8 +128,7 @@ void Driver::send_joints(std::int64_t now_ns, const Sink& sink) {
     std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
     std::uint16_t count = 0;
     for (const LimbJoints& limb : limbs) {
-      if (limb.set_ns == 0 || limb.section_unit != unit.section_unit || now_ns - limb.set_ns > joints_fresh_ns)
-        continue;
+      if (limb.set_ns == 0 || limb.group != unit.group || now_ns - limb.set_ns > joints_fresh_ns) continue;
       for (unsigned part = 0; RS_JOINTS_PER_PART * part < limb.joints && count < RS_DATAGRAM_RECORDS_MAX; ++part) {
         const std::int16_t* position = &limb.position[std::size_t{RS_JOINTS_PER_PART} * part];
         const rs_joints frame{.type = RS_TYPE_joints,
@@ -151,7 +150,7 @@ void Driver::send_joints(std::int64_t now_ns, const Sink& sink) {
     }
     if (count == 0) continue;
     link.joints_epoch = epoch;
-    send(RS_DATAGRAM_KIND_inject, count, {unit.section_unit, unit.unit}, unit.session, now_ns, sink);
+    send(RS_DATAGRAM_KIND_inject, count, {unit.group, unit.unit}, unit.session, now_ns, sink);
     statistics_.joints_sent.add(count);
   }
 }
@@ -162,7 +161,7 @@ void Driver::send(rs_datagram_kind kind, std::uint16_t count, const Recipient& t
   rs_datagram_header header{};
   header.kind = static_cast<std::uint8_t>(kind);
   header.flags = hash_ ? RS_DATAGRAM_KEYED : 0;
-  header.section_unit = to.section_unit;
+  header.group = to.group;
   header.unit = to.unit;
   header.session = session_;
   header.sequence = ++sequence_;

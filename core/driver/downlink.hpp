@@ -13,7 +13,7 @@ namespace robotskin::driver {
 
 // One command to a cell, or to all cells of a group (target 16383). What index and value mean: operations.h.
 struct Command {
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint16_t target = RS_ID_ALL;
   std::uint8_t operation = 0;
   std::uint16_t index = 0;
@@ -23,7 +23,7 @@ struct Command {
 
 struct Reply {
   std::int64_t heard_ns = 0;
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint16_t source = 0;
   std::uint8_t operation = 0;
   std::uint8_t status = 0;
@@ -36,7 +36,7 @@ struct Reply {
 // Where the joints of a limb are, for its cells to compute their torques from.
 struct LimbJoints {
   std::int64_t set_ns = 0;  // host clock; 0: this row is not used
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t limb = 0;
   std::uint8_t joints = 0;
   std::array<std::int16_t, std::size_t{4} * RS_JOINTS_PER_PART> position{};  // 2 pi / 65536 rad; m with 15 bits
@@ -44,18 +44,18 @@ struct LimbJoints {
 
 // Switches the power of a section unit's port (0: all) on or off.
 struct Power {
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t unit = 255;  // 255: every unit of the group
   std::uint8_t port = 0;
   bool on = true;
 };
 
-// To whom a datagram goes: a unit, or 255 for all of the group. `stranger`: a unit that has not shown yet that it lives
+// To whom a datagram goes: a unit, or 255 for all of the group. `pending`: a unit that has not shown yet that it lives
 // now, to be answered where its last datagram came from.
 struct Recipient {
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t unit = 255;
-  bool stranger = false;
+  bool pending = false;
 };
 
 }  // namespace robotskin::driver

@@ -19,7 +19,7 @@ Driver::Driver(const Options& options)
       joints_(limbs_max),
       references_(index_.capacity(), 0),
       heard_(index_.capacity(), 0),
-      way_(index_.capacity(), 0),
+      arrival_port_(index_.capacity(), 0),
       links_(units_max),
       unit_names_(units_max),
       random_(options.session_seed),
@@ -28,13 +28,13 @@ Driver::Driver(const Options& options)
   departures_ns_.reserve(departures_max);
   for (std::size_t i = 0; i < options.keys.size(); ++i) samples_.change(i).key = options.keys[i];
   own_sessions_.fill(0);
-  strangers_.reserve(units_max);
+  pending_units_.reserve(units_max);
   draw_session();
 }
 
 // Has the rows that the records name fetched while the tag is computed, which needs no memory.
 void Driver::prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram) {
-  const CellIndex::Group* group = index_.find(header.section_unit);
+  const CellIndex::Group* group = index_.find(header.group);
   if (group == nullptr) return;
   const std::uint8_t* record = datagram.data() + RS_DATAGRAM_HEADER_BYTES;
   for (unsigned i = 0; i < header.count; ++i, record += RS_DATAGRAM_RECORD_BYTES) {
@@ -42,7 +42,7 @@ void Driver::prefetch(const rs_datagram_header& header, std::span<const std::uin
     rs_clock_unpack(&frame, record);
     if (!CellIndex::valid(frame.source)) continue;
     const std::int32_t row = group->row[frame.source];
-    if (row != CellIndex::nobody) samples_.prefetch(static_cast<std::size_t>(row));
+    if (row != CellIndex::no_row) samples_.prefetch(static_cast<std::size_t>(row));
   }
 }
 
@@ -86,10 +86,10 @@ Verdict Driver::take(std::span<const std::uint8_t> datagram, std::int64_t now_ns
       return verdict(Verdict::unauthenticated);
     }
   }
-  CellIndex::Group* group = index_.group(header.section_unit);
+  CellIndex::Group* group = index_.group(header.group);
   if (group == nullptr) return verdict(Verdict::foreign);
   std::size_t unit_row = 0;
-  const Verdict fresh = admit(header, now_ns, trusted, &unit_row);
+  const Verdict fresh = check_session(header, now_ns, trusted, &unit_row);
   if (fresh != Verdict::accepted) return verdict(fresh);
   looking_on_ = witness_.load(std::memory_order_acquire);
   if (looking_on_ != nullptr) looking_on_->accepted(datagram, now_ns);
@@ -117,7 +117,7 @@ Verdict Driver::take(std::span<const std::uint8_t> datagram, std::int64_t now_ns
   if (departures_ns_.size() < departures_max) {
     departures_ns_.push_back(std::clamp(link.clock.host_ns(header.time_ns), now_ns - oldest_ns, now_ns));
   }
-  last_heard_ = {header.section_unit, header.unit, false};
+  last_heard_ = {header.group, header.unit, false};
   return verdict(Verdict::accepted);
 }
 

@@ -7,7 +7,7 @@
 // table is read by one other thread. Time is an argument: nanoseconds of the host's monotonic clock, growing.
 //
 // Sessions. With a key, a datagram must carry a right tag, must answer one of this driver's own last sessions, and its
-// sequence number must be new. A unit whose tag is right but that answers nobody yet is a stranger: it gets a
+// sequence number must be new. A unit whose tag is right but that answers nobody yet is pending: it gets a
 // keep-alive that answers its session, whereupon it answers ours, which proves that it lives now. When a known unit
 // comes back with another session, the driver draws itself a new one, so that nothing of before can come back. Without
 // a key anyone can send anything: a new session is then taken for a restart at once, and only ended ones are refused.
@@ -74,7 +74,7 @@ class Driver {
   // Hands every datagram that is due to `sink`. Keep-alives are due every 100 ms, and at once after a restart.
   void downlink(std::int64_t now_ns, const Sink& sink);
 
-  // The unit whose datagram was handled last, if it was accepted or came with a right tag from a stranger.
+  // The unit whose datagram was handled last, if it was accepted or came with a right tag from a pending one.
   Recipient last_heard() const { return last_heard_; }
 
   // All that samples depend on, as bytes: `keyframe_parts` shows where they lie, without a copy; they hold until the
@@ -126,7 +126,7 @@ class Driver {
     std::int64_t joints_epoch = -1;  // in which joint positions were last sent
   };
 
-  struct Stranger {
+  struct PendingUnit {
     Recipient unit;
     std::uint32_t session = 0;
     bool due = false;
@@ -138,9 +138,9 @@ class Driver {
   // trust.cpp
   void draw_session();
   bool answers_us(std::uint32_t session) const;
-  std::optional<std::size_t> find_unit(std::uint16_t section_unit, std::uint8_t unit);
-  void meet(const rs_datagram_header& header);
-  Verdict admit(const rs_datagram_header& header, std::int64_t now_ns, bool trusted, std::size_t* unit);
+  std::optional<std::size_t> find_unit(std::uint16_t group, std::uint8_t unit);
+  void register_unit(const rs_datagram_header& header);
+  Verdict check_session(const rs_datagram_header& header, std::int64_t now_ns, bool trusted, std::size_t* unit);
 
   // records.cpp
   void take_record(const rs_datagram_header& header, CellIndex::Group& group, std::size_t unit_row,
@@ -169,15 +169,15 @@ class Driver {
   SnapshotTable<TopologyRow> topology_;
   SnapshotTable<UnitRow> units_;
   TorqueTable torques_;
-  SnapshotTable<LimbJoints> joints_;      // written by the thread that commands
-  std::size_t limbs_ = 0;                 // rows of it in use, of that thread
-  std::vector<std::uint8_t> references_;  // by row: neighbours that report the cell
-  std::vector<std::uint32_t> heard_;      // by row: bit i: the sample i before the newest has been heard
-  std::vector<std::uint16_t> way_;        // by row: unit's row * 16 + port of the newest sample
-  std::vector<Link> links_;               // by row of units_
+  SnapshotTable<LimbJoints> joints_;         // written by the thread that commands
+  std::size_t limbs_ = 0;                    // rows of it in use, of that thread
+  std::vector<std::uint8_t> references_;     // by row: neighbours that report the cell
+  std::vector<std::uint32_t> heard_;         // by row: bit i: the sample i before the newest has been heard
+  std::vector<std::uint16_t> arrival_port_;  // by row: unit's row * 16 + port of the newest sample
+  std::vector<Link> links_;                  // by row of units_
   std::size_t unit_count_ = 0;
   std::vector<std::uint32_t> unit_names_;  // by row of units_: section-unit group << 8 | unit
-  std::vector<Stranger> strangers_;
+  std::vector<PendingUnit> pending_units_;
   Recipient last_heard_;
 
   std::uint64_t random_;

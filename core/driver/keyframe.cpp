@@ -68,7 +68,7 @@ Driver::KeyframeParts Driver::keyframe_parts() const {
           bytes_of(std::span<const Link>(links_).first(unit_count_)),
           bytes_of(std::span<const std::uint32_t>(unit_names_).first(unit_count_)),
           bytes_of(std::span<const std::uint32_t>(heard_)),
-          bytes_of(std::span<const std::uint16_t>(way_)),
+          bytes_of(std::span<const std::uint16_t>(arrival_port_)),
           bytes_of(std::span<const std::uint8_t>(references_))};
 }
 
@@ -122,7 +122,7 @@ void Driver::restore(std::span<const std::uint8_t> keyframe) {
   std::copy(names.begin(), names.end(), unit_names_.begin());
   unit_count_ = units;
   heard_ = heard;
-  way_ = way;
+  arrival_port_ = way;
   references_ = references;
 }
 

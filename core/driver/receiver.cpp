@@ -10,15 +10,15 @@ namespace robotskin::driver {
 Receiver::Receiver(Driver& driver, const Address& local, ReceiverOptions options)
     : driver_(driver), options_(std::move(options)), socket_(local, options_.buffer_bytes) {
   known_.reserve(Driver::units_max);
-  strangers_.reserve(Driver::units_max);
+  pending_units_.reserve(Driver::units_max);
 }
 
 // Remembers where the datagram of the unit heard last came from: what is for it goes there.
 void Receiver::learn(std::size_t datagram) {
   const Recipient unit = driver_.last_heard();
-  std::vector<Known>& list = unit.stranger ? strangers_ : known_;
+  std::vector<Known>& list = unit.pending ? pending_units_ : known_;
   for (Known& known : list) {
-    if (known.unit.section_unit != unit.section_unit || known.unit.unit != unit.unit) continue;
+    if (known.unit.group != unit.group || known.unit.unit != unit.unit) continue;
     known.address = socket_.sender(datagram);
     return;
   }
@@ -30,8 +30,8 @@ void Receiver::send(const Recipient& to, std::span<const std::uint8_t> datagram)
     for (const Address& address : options_.units) socket_.send(datagram, address);
     return;
   }
-  for (const Known& known : to.stranger ? strangers_ : known_) {
-    if (known.unit.section_unit == to.section_unit && known.unit.unit == to.unit) {
+  for (const Known& known : to.pending ? pending_units_ : known_) {
+    if (known.unit.group == to.group && known.unit.unit == to.unit) {
       socket_.send(datagram, known.address);
     }
   }

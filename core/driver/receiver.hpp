@@ -52,8 +52,8 @@ class Receiver {
   Driver& driver_;
   ReceiverOptions options_;
   UdpSocket socket_;
-  std::vector<Known> known_;      // where accepted datagrams came from
-  std::vector<Known> strangers_;  // where others with a right tag came from: they change nothing of the former
+  std::vector<Known> known_;          // where accepted datagrams came from
+  std::vector<Known> pending_units_;  // where others with a right tag came from: they change nothing of the former
   std::thread thread_;
   std::atomic<bool> stopping_{false};
 };

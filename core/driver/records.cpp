@@ -51,7 +51,7 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
       const std::int64_t next = static_cast<std::int64_t>(unit_ns) / epoch_ns + 1;
       const std::int64_t epoch = next - ((next - static_cast<std::int64_t>(frame.epoch)) & RS_EPOCH_MASK);
       const std::int64_t began_ns = link.clock.host_ns(static_cast<std::uint64_t>(epoch * epoch_ns));
-      return torques_.take(header.section_unit, header.unit, frame, epoch, began_ns, arrival_ns, statistics_);
+      return torques_.take(header.group, header.unit, frame, epoch, began_ns, arrival_ns, statistics_);
     }
     default:
       return statistics_.frames_invalid.add();
@@ -59,7 +59,7 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
 }
 
 // Whether a sample is newer than all before it. One that is not has been overtaken, or has come before: after a failure
-// cells send again what may have been lost, and say so (`replayed`), no more than 16 ms after it was sampled.
+// cells send again what may have been lost, and say so (`retransmitted`), no more than 16 ms after it was sampled.
 bool Driver::is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns) {
   const Sample& before = samples_.row(row);
   std::uint32_t& heard = heard_[row];
@@ -71,7 +71,7 @@ bool Driver::is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival
   const std::int64_t later_ns = arrival_ns - before.arrival_ns;
   const bool close = std::abs(later_ns) < sequence_ordered_ns;
   const bool known = ahead <= 0 && ahead > -32 && (heard >> -ahead & 1U) != 0;
-  if (known && (close || frame.replayed != 0)) {
+  if (known && (close || frame.retransmitted != 0)) {
     statistics_.frames_duplicated.add();
     return false;
   }
@@ -91,7 +91,7 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
   rs_clock_unpack(&frame, record);
   if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
   const std::int32_t row = index_.row(group, frame.source);
-  if (row == CellIndex::nobody) return statistics_.frames_unknown_cell.add();
+  if (row == CellIndex::no_row) return statistics_.frames_unknown_cell.add();
   const Sample& before = samples_.row(static_cast<std::size_t>(row));
   if (!is_new(static_cast<std::size_t>(row), frame, arrival_ns)) return;
   const bool event = frame.type == RS_TYPE_event;
@@ -108,7 +108,7 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
   Sample& sample = samples_.change(static_cast<std::size_t>(row));
   const auto acceleration = sample.acceleration;
   take_channels(sample, frame);
-  sample.key = CellKey{group.section_unit} << 16 | frame.source;
+  sample.key = CellKey{group.number} << 16 | frame.source;
   sample.stamp_ns = arrival_ns - sample_age_ns(frame, unit_ns);
   sample.arrival_ns = arrival_ns;
   if (!sample.seen || acceleration != sample.acceleration) sample.moved_ns = sample.stamp_ns;
@@ -121,7 +121,7 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
   sample.refresh = frame.refresh != 0;
   const std::uint32_t port = rs_record_port(record);
   sample.rate_divisor = units_.row(unit_row).ports[port].rate_divisor & 0xF;
-  way_[static_cast<std::size_t>(row)] = static_cast<std::uint16_t>(unit_row << 4 | port);
+  arrival_port_[static_cast<std::size_t>(row)] = static_cast<std::uint16_t>(unit_row << 4 | port);
   if (looking_on_ != nullptr) looking_on_->sampled(sample);
 }
 
@@ -162,14 +162,14 @@ void Driver::take_topology(CellIndex::Group& group, UnitRow& unit, const std::ui
   }
   if (!CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
   const std::int32_t row = index_.row(group, frame.source);
-  if (row == CellIndex::nobody) return statistics_.frames_unknown_cell.add();
+  if (row == CellIndex::no_row) return statistics_.frames_unknown_cell.add();
   statistics_.topology_frames.add();
   const TopologyRow before = topology_.row(static_cast<std::size_t>(row));
   if (arrival_ns < before.heard_ns) return;
   TopologyRow& now = topology_.change(static_cast<std::size_t>(row));
   now = topology_row(frame, arrival_ns);
   if (samples_.row(static_cast<std::size_t>(row)).key == 0) {
-    samples_.change(static_cast<std::size_t>(row)).key = CellKey{group.section_unit} << 16 | frame.source;
+    samples_.change(static_cast<std::size_t>(row)).key = CellKey{group.number} << 16 | frame.source;
   }
   for (unsigned i = 0; i < RS_PORTS; ++i) {
     if (before.neighbours[i].id == now.neighbours[i].id) continue;
@@ -182,7 +182,7 @@ void Driver::take_topology(CellIndex::Group& group, UnitRow& unit, const std::ui
 void Driver::reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns) {
   if (!CellIndex::valid(neighbour.id)) return;
   const std::int32_t row = group.row[neighbour.id];
-  if (row == CellIndex::nobody) return;
+  if (row == CellIndex::no_row) return;
   std::uint8_t& count = references_[static_cast<std::size_t>(row)];
   if (by < 0 && count == 0) return;
   count = static_cast<std::uint8_t>(std::clamp(count + by, 0, 255));
@@ -203,8 +203,8 @@ void Driver::take_rate_divisor(std::size_t unit_row, const std::uint8_t* record)
   if (row.rate_divisor == divisor) return;
   row.rate_divisor = divisor;
   const std::size_t way = unit_row << 4 | port;
-  for (std::size_t cell = 0; cell < way_.size(); ++cell) {
-    if (way_[cell] == way && samples_.row(cell).seen) samples_.change(cell).rate_divisor = divisor & 0xF;
+  for (std::size_t cell = 0; cell < arrival_port_.size(); ++cell) {
+    if (arrival_port_[cell] == way && samples_.row(cell).seen) samples_.change(cell).rate_divisor = divisor & 0xF;
   }
 }
 
@@ -222,7 +222,7 @@ void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std
   statistics_.reply_frames.add();
   const Sent& sent = sent_[frame.counter % sent_.size()];
   const Reply reply{.heard_ns = arrival_ns,
-                    .section_unit = group.section_unit,
+                    .group = group.number,
                     .source = static_cast<std::uint16_t>(frame.source),
                     .operation = static_cast<std::uint8_t>(frame.operation),
                     .status = static_cast<std::uint8_t>(frame.status),

@@ -41,7 +41,7 @@ struct UnitRow {
   std::uint64_t datagrams = 0, datagrams_lost = 0;
   std::uint32_t frames_dropped = 0;
   std::uint32_t session = 0;
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t unit = 0;
   std::array<UnitPortRow, 16> ports{};  // by port number; 0 is not used
 };

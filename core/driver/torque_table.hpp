@@ -28,7 +28,7 @@ struct LimbTorque {
   std::array<std::int32_t, torque_joints_max> joint{};  // in the limb's step
   std::array<std::uint32_t, 4> cells{};                 // summed, by part
   std::uint32_t active = 0;                             // of those of part 0, in contact
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t limb = 0;
   std::uint8_t joints = 0;  // 6 a part
   std::uint8_t age = 0;     // epochs of the oldest joint positions used
@@ -44,9 +44,9 @@ class TorqueTable {
   TorqueTable() : rows_(limbs_max), limbs_(limbs_max) {}
 
   // A frame of section unit `unit` (0 to 15) of a group, of an epoch that is known in full and began at `epoch_ns`.
-  void take(std::uint16_t section_unit, std::uint8_t unit, const rs_torque& frame, std::int64_t epoch,
-            std::int64_t epoch_ns, std::int64_t heard_ns, Statistics& statistics) {
-    const std::size_t at = row_of(section_unit, frame);
+  void take(std::uint16_t group, std::uint8_t unit, const rs_torque& frame, std::int64_t epoch, std::int64_t epoch_ns,
+            std::int64_t heard_ns, Statistics& statistics) {
+    const std::size_t at = row_of(group, frame);
     if (at == limbs_max) return statistics.torque_late.add();
     Limb& limb = limbs_[at];
     const std::uint64_t source = std::uint64_t{1} << (4 * (unit & 15U) + (frame.part & 3U));
@@ -90,14 +90,14 @@ class TorqueTable {
     std::array<Pending, pending_max> pending{};
   };
 
-  std::size_t row_of(std::uint16_t section_unit, const rs_torque& frame) {
+  std::size_t row_of(std::uint16_t group, const rs_torque& frame) {
     std::size_t at = 0;
     for (; at < used_; ++at) {
-      if (rows_.row(at).section_unit == section_unit && rows_.row(at).limb == frame.limb) return at;
+      if (rows_.row(at).group == group && rows_.row(at).limb == frame.limb) return at;
     }
     if (at < limbs_max) {
       LimbTorque& row = rows_.change(used_++);
-      row.section_unit = section_unit;
+      row.group = group;
       row.limb = static_cast<std::uint8_t>(frame.limb);
     }
     return at;

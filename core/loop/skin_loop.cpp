@@ -49,7 +49,7 @@ const LoopReport& SkinLoop::step(std::int64_t now_ns) noexcept {
   input_.tell_joints(now_ns, joints_.position);
 
   // Control: tasks, fusion, resolver; its guard has the last word on the command.
-  const robot::GuardReport& guard = cycle_.step(joints_, skin_, now_ns, command_, input_.own_torque());
+  const robot::GuardReport& guard = cycle_.step(joints_, skin_, now_ns, command_, input_.skin_computed_torque());
 
   // Command or stop.
   report_.offline = report_.read == PortStatus::disconnected;

@@ -39,7 +39,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
 }
 
 const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-                                   JointCommand& command, const skin::SkinTorque* own_torque) noexcept {
+                                   JointCommand& command, const skin::SkinTorque* skin_computed_torque) noexcept {
   const double period = gains_.resolver.period_s;
   const std::int64_t deadline_ns =
       gains_.fusion_ends_s > 0 ? control::StepBudget::now_ns() + static_cast<std::int64_t>(1e9 * gains_.fusion_ends_s)
@@ -82,7 +82,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .skin = skin,
         .share = share_,
         .period_s = period,
-        .own_torque = own_torque,
+        .skin_computed_torque = skin_computed_torque,
         .source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole()),
         .skin_share = skin_share,
         .tick = ++tick_,

@@ -52,9 +52,9 @@ class TaskCycle {
 
   // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,
   // which has n joints; it goes to the robot if the report says `send`. Never allocates, locks or throws.
-  // `own_torque`: what the skin has computed itself, if it does.
+  // `skin_computed_torque`: what the skin has computed itself, if it does.
   const GuardReport& step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-                          JointCommand& command, const skin::SkinTorque* own_torque = nullptr) noexcept;
+                          JointCommand& command, const skin::SkinTorque* skin_computed_torque = nullptr) noexcept;
 
   void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
   bool run_requested() const noexcept { return run_.load(std::memory_order_relaxed); }

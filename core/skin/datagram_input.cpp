@@ -27,8 +27,8 @@ std::int16_t code_of(JointCode::Kind kind, double position) noexcept {
 
 }  // namespace
 
-void DatagramInput::take_own_torque(driver::Driver& driver, TorqueReader& torques, std::vector<LimbCodes> limbs,
-                                    std::size_t joint_count) {
+void DatagramInput::take_skin_computed_torque(driver::Driver& driver, TorqueReader& torques,
+                                              std::vector<LimbCodes> limbs, std::size_t joint_count) {
   for (const LimbCodes& limb : limbs) {
     if (limb.joints.empty() || limb.joints.size() > driver::LimbJoints{}.position.size())
       throw std::invalid_argument("limb " + std::to_string(limb.limb) + " has " + std::to_string(limb.joints.size()) +
@@ -41,21 +41,21 @@ void DatagramInput::take_own_torque(driver::Driver& driver, TorqueReader& torque
   driver_ = &driver;
   torques_ = &torques;
   limbs_ = std::move(limbs);
-  own_torque_ = SkinTorque(joint_count);
+  skin_computed_torque_ = SkinTorque(joint_count);
 }
 
 InputStatus DatagramInput::read(std::int64_t now_ns, SkinState& state) noexcept {
   const std::int64_t before_ns = state.time_ns;
   reader_.read(now_ns, state);
-  if (torques_ != nullptr) torques_->read(now_ns, own_torque_);
+  if (torques_ != nullptr) torques_->read(now_ns, skin_computed_torque_);
   return state.time_ns != before_ns ? InputStatus::ok : InputStatus::nothing_new;
 }
 
 void DatagramInput::tell_joints(std::int64_t now_ns, std::span<const double> position) noexcept {
-  if (driver_ == nullptr || !telling_ || position.size() != own_torque_.joint.size()) return;
+  if (driver_ == nullptr || !telling_ || position.size() != skin_computed_torque_.joint.size()) return;
   for (const LimbCodes& limb : limbs_) {
     driver::LimbJoints told{.set_ns = now_ns,
-                            .section_unit = limb.section_unit,
+                            .group = limb.group,
                             .limb = limb.limb,
                             .joints = static_cast<std::uint8_t>(limb.joints.size()),
                             .position = {}};

@@ -21,7 +21,7 @@ struct JointCode {
 };
 
 struct LimbCodes {
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t limb = 0;
   std::vector<JointCode> joints;  // in the order of its vector
 };
@@ -34,8 +34,8 @@ class DatagramInput final : public SkinInput {
 
   // From then on the cells hear where the joints are, and what they compute is read. Not while the loop runs. Throws
   // std::invalid_argument for a limb with a joint that there is not.
-  void take_own_torque(driver::Driver& driver, TorqueReader& torques, std::vector<LimbCodes> limbs,
-                       std::size_t joint_count);
+  void take_skin_computed_torque(driver::Driver& driver, TorqueReader& torques, std::vector<LimbCodes> limbs,
+                                 std::size_t joint_count);
   // False: the cells are told no more, and what they said last grows old. From the loop's thread.
   void tell(bool on) noexcept { telling_ = on; }
 
@@ -43,14 +43,16 @@ class DatagramInput final : public SkinInput {
   [[nodiscard]] InputStatus read(std::int64_t now_ns, SkinState& state) noexcept override;
   std::int64_t fresh_ns() const noexcept override { return reader_.longest_fresh_ns(); }
   void tell_joints(std::int64_t now_ns, std::span<const double> position) noexcept override;
-  const SkinTorque* own_torque() const noexcept override { return torques_ == nullptr ? nullptr : &own_torque_; }
+  const SkinTorque* skin_computed_torque() const noexcept override {
+    return torques_ == nullptr ? nullptr : &skin_computed_torque_;
+  }
 
  private:
   SkinReader& reader_;
   driver::Driver* driver_ = nullptr;
   TorqueReader* torques_ = nullptr;
   std::vector<LimbCodes> limbs_;
-  SkinTorque own_torque_;
+  SkinTorque skin_computed_torque_;
   bool telling_ = true;
 };
 

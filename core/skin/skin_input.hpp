@@ -41,7 +41,7 @@ class SkinInput {
   // position (n) rad or m of the robot's joints, for skins whose cells compute with it.
   virtual void tell_joints(std::int64_t /*now_ns*/, std::span<const double> /*position*/) noexcept {}
   // What the skin has computed itself; null where it computes nothing.
-  virtual const SkinTorque* own_torque() const noexcept { return nullptr; }
+  virtual const SkinTorque* skin_computed_torque() const noexcept { return nullptr; }
 };
 
 // What an input calls alive but cannot be: a sample older than `fresh_ns` or from the future is stale, a force or a

@@ -7,13 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "driver/sample.hpp"
+
 namespace robotskin::skin {
 
 // The host's name of a cell: section-unit group in the upper half, 14-bit wire id in the lower.
-using CellKey = std::uint32_t;
+using driver::CellKey;
 
-constexpr CellKey cell_key(std::uint16_t section_unit, std::uint16_t id) {
-  return (static_cast<CellKey>(section_unit) << 16) | id;
+constexpr CellKey cell_key(std::uint16_t group, std::uint16_t id) {
+  return (static_cast<CellKey>(group) << 16) | id;
 }
 
 struct Neighbour {

@@ -34,8 +34,7 @@ void TorqueReader::read(std::int64_t now_ns, SkinTorque& torque) {
   const auto rows = torques_.read();
   for (std::size_t i = 0; i < limbs_.size(); ++i) {
     const auto row = std::ranges::find_if(rows, [&](const driver::LimbTorque& candidate) {
-      return candidate.heard_ns != 0 && candidate.section_unit == limbs_[i].section_unit &&
-             candidate.limb == limbs_[i].limb;
+      return candidate.heard_ns != 0 && candidate.group == limbs_[i].group && candidate.limb == limbs_[i].limb;
     });
     driver::LimbTorque& newest = newest_[i];
     if (row != rows.end() && (row->whole || is_old(newest))) newest = *row;

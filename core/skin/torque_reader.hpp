@@ -24,7 +24,7 @@ struct SkinTorque {
 
 // A limb's joints in the order of its vector, as indices of the robot's.
 struct LimbPlace {
-  std::uint16_t section_unit = 0;
+  std::uint16_t group = 0;
   std::uint8_t limb = 0;
   std::vector<std::size_t> joints;
 };

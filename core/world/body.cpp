@@ -16,9 +16,9 @@ Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<Ha
       mounting_(std::move(mounting)),
       contact_law_(*model, mounting_),
       contacts_(*model, mounting_, imperfections),
-      motion_(mounting_),
-      reflection_(*model, mounting_, imperfections, seed),
-      warmth_(mounting_),
+      accelerometer_(mounting_),
+      proximity_(*model, mounting_, imperfections, seed),
+      temperature_(mounting_),
       sensors_(mounting_.cell_count(), imperfections, seed),
       robot_(*model, *data, robot_joints, effort_limit, gains, imperfections),
       carriers_(std::move(carriers)) {
@@ -39,10 +39,10 @@ void Body::step(std::int64_t time_ns) {
   mj_step2(model_, data_);
   mj_rnePostConstraint(model_, data_);
   contacts_.update(*model_, *data_);
-  motion_.update(*model_, *data_);
-  reflection_.update(*data_, robot_.position_address());
+  accelerometer_.update(*model_, *data_);
+  proximity_.update(*data_, robot_.position_address());
   const double time_s = 1e-9 * static_cast<double>(time_ns);
-  for (const int cell : contacts_.changed()) warmth_.touch(cell, contacts_.toucher()[cell], time_s);
+  for (const int cell : contacts_.changed()) temperature_.touch(cell, contacts_.toucher()[cell], time_s);
   robot_.measure(*data_, time_ns + std::llround(1e9 * model_->opt.timestep));
 }
 
@@ -50,23 +50,23 @@ Truth Body::truth(std::size_t cell, double time_s, const Seen& seen) const {
   const int toucher = contacts_.toucher()[cell];
   return {contacts_.sensor_force()[cell],
           toucher >= 0 ? 0.0 : seen.distance_m,
-          toucher >= 0 ? reflection_.reflectance_of_object(toucher) : seen.reflectance,
-          motion_.specific_force(cell),
-          warmth_.surface_temperature(cell, time_s),
-          warmth_.board_temperature(cell, time_s)};
+          toucher >= 0 ? proximity_.reflectance_of_object(toucher) : seen.reflectance,
+          accelerometer_.specific_force(cell),
+          temperature_.surface_temperature(cell, time_s),
+          temperature_.board_temperature(cell, time_s)};
 }
 
 Truth Body::truth(std::size_t cell, std::int64_t time_ns, bool with_distance) const {
   const bool looks = with_distance && contacts_.toucher()[cell] < 0;
   return truth(cell, 1e-9 * static_cast<double>(time_ns),
-               looks ? reflection_.look(*model_, *data_, cell) : Seen{0.0, 1.0});
+               looks ? proximity_.look(*model_, *data_, cell) : Seen{0.0, 1.0});
 }
 
 bool Body::sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) {
   const double time_s = 1e-9 * static_cast<double>(time_ns);
   // Rays cost most of a reading, and a proximity sensor that holds its value sends none.
   const bool looks = sensors_.measures_proximity(cell, time_s) && contacts_.toucher()[cell] < 0;
-  const Seen seen = looks ? reflection_.measure(*model_, *data_, cell) : Seen{0.0, 1.0};
+  const Seen seen = looks ? proximity_.measure(*model_, *data_, cell) : Seen{0.0, 1.0};
   return sensors_.sample(cell, time_s, truth(cell, time_s, seen), sample);
 }
 

@@ -9,16 +9,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "world/accelerometer.hpp"
 #include "world/carrier.hpp"
 #include "world/contact.hpp"
 #include "world/contact_law.hpp"
 #include "world/hand.hpp"
-#include "world/motion.hpp"
 #include "world/mounting.hpp"
-#include "world/reflection.hpp"
+#include "world/proximity.hpp"
 #include "world/sensors.hpp"
 #include "world/simulated_robot.hpp"
-#include "world/warmth.hpp"
+#include "world/temperature.hpp"
 
 namespace robotskin::world {
 
@@ -57,9 +57,9 @@ class Body {
   Mounting mounting_;
   ContactLaw contact_law_;
   Contacts contacts_;
-  Motion motion_;
-  Reflection reflection_;
-  Warmth warmth_;
+  Accelerometer accelerometer_;
+  Proximity proximity_;
+  Temperature temperature_;
   Sensors sensors_;
   SimulatedRobot robot_;
   std::vector<Hand> hands_;

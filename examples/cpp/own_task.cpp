@@ -76,7 +76,7 @@ int main(int argument_count, char** arguments) {
       n,
       std::vector<control::StackEntry>{{std::make_shared<CeilingTask>(robot, "ee_link", ceiling_m), 0},
                                        {posture, 1},
-                                       {std::make_shared<control::GravityTask>(n), control::StackEntry::unprojected}},
+                                       {std::make_shared<control::GravityTask>(n), control::StackEntry::feedforward}},
       control::Fusion::null_space);
 
   robot::TaskCycleGains gains;

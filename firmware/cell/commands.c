@@ -10,7 +10,7 @@
 #include "cell/time/sample_clock.h"
 #include "cell/time/tick_time.h"
 #include "cell/time/timer.h"
-#include "cell/torque/own_torque.h"
+#include "cell/torque/cell_torque.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
@@ -78,10 +78,10 @@ static rs_reply_status set(rs_cell* cell, const rs_command* command, uint32_t no
       cell->led_changed = true;
       return RS_REPLY_done;
     case RS_OPERATION_torque_word:
-      rs_own_torque_write(cell, command);
+      rs_cell_torque_write(cell, command);
       return RS_REPLY_done;
     case RS_OPERATION_torque_commit:
-      return rs_own_torque_commit(cell, value) ? RS_REPLY_done : RS_REPLY_bad_value;
+      return rs_cell_torque_commit(cell, value) ? RS_REPLY_done : RS_REPLY_bad_value;
     default:
       return RS_REPLY_unknown_operation;
   }
@@ -117,7 +117,7 @@ static bool get(const rs_cell* cell, uint32_t operation, uint32_t index, uint32_
       *value = rs_load32(cell->flash + RS_FLASH_TORQUE_AT + index % RS_TORQUE_WORDS * RS_TORQUE_WORD_BYTES + 2);
       return true;
     case RS_OPERATION_torque_commit:
-      *value = rs_own_torque_checksum(cell);
+      *value = rs_cell_torque_checksum(cell);
       return true;
     default:
       return false;

@@ -20,7 +20,8 @@
 RS_INLINE bool take_sample(rs_cell* cell, rs_neighbour* neighbour, const uint8_t* frame, bool checked,
                            uint32_t now_us) {
   rs_queues* queues = &cell->queues;
-  if (!rs_sample_has_hop(frame) || queues->data.count >= queues->data_most || rs_frame_is_replayed(frame)) return false;
+  if (!rs_sample_has_hop(frame) || queues->data.count >= queues->data_most || rs_frame_is_retransmitted(frame))
+    return false;
   if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
   uint8_t* place = rs_ring_place(&queues->data, queues->data_frame, RS_QUEUE_DATA);
@@ -43,19 +44,19 @@ static bool as_before(const rs_neighbour* neighbour, const rs_tick* tick) {
   return tick->hops == neighbour->hops && tick->hops != RS_HOPS_POISON && tick->sender == neighbour->id &&
          tick->sender_port + 1U == neighbour->port && tick->nonce == neighbour->nonce && tick->heard != 0U &&
          neighbour->hears_us && neighbour->met && !neighbour->lagging &&
-         (tick->parent != 0U) == (neighbour->child != 0U) && (tick->leaving != 0U) == (neighbour->leaving != 0U);
+         (tick->parent != 0U) == (neighbour->child != 0U) && (tick->draining != 0U) == (neighbour->draining != 0U);
 }
 
 /* Whether a neighbour with the own wave could become the parent. */
 static bool could_be_parent(const rs_route* route, const rs_neighbour* neighbour) {
   if (neighbour->child) return false;
-  return route->hold || route->neighbour[(route->parent_port - 1U) % RS_PORTS].leaving || route->unbound ||
+  return route->handover || route->neighbour[(route->parent_port - 1U) % RS_PORTS].draining || route->unbound ||
          route->wave.sequence != route->feasible_sequence || neighbour->hops < route->feasible_hops;
 }
 
 /* A tick of a neighbour that is not the parent, about a wave that is known to be a root's. */
-static RS_APART RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked,
-                                      uint32_t now_us) {
+static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked,
+                                         uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;
@@ -69,8 +70,8 @@ static RS_APART RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uint8_
   }
   if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
-  if (tick.parent != 0U && rs_hearing_compare(&neighbour->hearing, tick.echo)) {
-    cell->queues.advert_due |= (uint8_t)(1U << port);
+  if (tick.parent != 0U && rs_arq_receiver_compare(&neighbour->arq_receiver, tick.ack)) {
+    cell->queues.beacon_due |= (uint8_t)(1U << port);
     cell->queues.waiting |= (uint8_t)(1U << port);
   }
   if (!rs_waves_equal(&route->wave, &neighbour->wave)) {
@@ -115,12 +116,12 @@ RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us) {
   queues->data_passed_over = 0;
   queues->started_us[port] = now_us;
   rs_samples_take(queues, now_us, queues->sending[port]);
-  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->advert_due;
+  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->beacon_due;
   return port;
 }
 
 /* Whatever is next goes out on these ports; on which something does. */
-static RS_APART unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
+static RS_NOINLINE unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
   const unsigned started = rs_transmit_start(cell, ready, now_us);
   cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
   cell->queues.samples_alone = rs_samples_alone(cell);

@@ -9,7 +9,7 @@
 #include "cell/time/clock.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/spread.h"
-#include "cell/torque/own_torque.h"
+#include "cell/torque/cell_torque.h"
 #include "cell/transport/queues.h"
 #include "robotskin/crc.h"
 
@@ -94,7 +94,7 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
     counts += cell->settings.offset[c];
     value[c] = counts < channel_low[c] ? channel_low[c] : counts > channel_high[c] ? channel_high[c] : counts;
   }
-  rs_own_torque_feel(cell, &calibrated, now_us);
+  rs_cell_torque_feel(cell, &calibrated, now_us);
   if (cell->settings.mode == RS_MODE_EVENT) {
     const bool event = changed(cell, value);
     const bool due = sampling->refresh_due && (int32_t)(now_us - sampling->refresh_us) >= 0;

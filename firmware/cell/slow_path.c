@@ -8,7 +8,7 @@
 #include "cell/commands.h"
 #include "cell/link/link.h"
 #include "cell/memory/integrity.h"
-#include "cell/routing/adverts.h"
+#include "cell/routing/beacons.h"
 #include "cell/routing/identity.h"
 #include "cell/routing/links.h"
 #include "cell/routing/moves.h"
@@ -19,18 +19,18 @@
 #include "cell/time/clock.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/timer.h"
+#include "cell/torque/cell_torque.h"
 #include "cell/torque/joints.h"
-#include "cell/torque/own_torque.h"
 #include "cell/torque/torque_epoch.h"
 #include "cell/transmit.h"
+#include "cell/transport/arq_sender.h"
 #include "cell/transport/parent_change.h"
 #include "cell/transport/queues.h"
-#include "cell/transport/retention.h"
 #include "robotskin/crc.h"
 
-static RS_APART void check(rs_cell* cell, uint32_t now_us) {
+static RS_NOINLINE void check(rs_cell* cell, uint32_t now_us) {
   rs_queues_check(cell, now_us);
-  rs_retention_check(cell, now_us);
+  rs_arq_sender_check(cell, now_us);
   rs_torque_check(cell);
   rs_cell_heal_settings(cell, now_us);
   rs_sampling_check(cell, now_us);
@@ -42,14 +42,14 @@ static RS_APART void check(rs_cell* cell, uint32_t now_us) {
   rs_timer_set(cell, now_us);
 }
 
-static RS_APART void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
+static RS_NOINLINE void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   memset(cell, 0, sizeof *cell);
   cell->uid = with->uid;
   rs_settings_load(&cell->settings, with->flash);
   rs_cell_keep_settings(cell);
   cell->led_complement = ~cell->led_rgb;
   if (with->flash != NULL) memcpy(cell->flash, with->flash, RS_FLASH_BYTES);
-  rs_own_torque_load(cell);
+  rs_cell_torque_load(cell);
   cell->turn = RS_TURN_NONE;
   cell->keyed = with->keys != NULL;
   if (cell->keyed) {
@@ -75,24 +75,24 @@ static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, ui
   rs_queue_up(cell, frame, now_us);
 }
 
-static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
+static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   if (!checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     rs_link_damage(neighbour, now_us);
-    if (port + 1U == cell->route.parent_port && rs_link_spoilt(neighbour, now_us)) {
-      rs_queues_repeat_spoilt(cell, now_us);
+    if (port + 1U == cell->route.parent_port && rs_link_lossy(neighbour, now_us)) {
+      rs_queues_repeat_lossy(cell, now_us);
     }
     return;
   }
   rs_link_heard(cell, port, now_us);
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_event:
-      rs_hearing_count(&neighbour->hearing);
+      rs_arq_receiver_count(&neighbour->arq_receiver);
       forward_up(cell, port, frame, now_us);
       break;
     case RS_TYPE_torque:
-      rs_hearing_count(&neighbour->hearing);
+      rs_arq_receiver_count(&neighbour->arq_receiver);
       rs_torque_receive(cell, port, frame, now_us);
       break;
     case RS_TYPE_clock:
@@ -102,7 +102,7 @@ static RS_APART void receive(rs_cell* cell, unsigned port, const uint8_t* frame,
       forward_up(cell, port, frame, now_us);
       break;
     case RS_TYPE_tick:
-      rs_advert_tick(cell, port, frame, now_us);
+      rs_beacon_tick(cell, port, frame, now_us);
       break;
     case RS_TYPE_status:
       if (neighbour->child) {
@@ -160,9 +160,9 @@ static void pass_note(rs_cell* cell, uint32_t now_us) {
 
 /* A new parent has to be told what the last one was. */
 RS_INLINE void follow_parent(rs_cell* cell, uint32_t now_us) {
-  const rs_retention* retention = &cell->retention;
-  if (retention->parent_port != cell->route.parent_port || retention->parent_changes != cell->counts.parent_changes) {
-    rs_retention_move(cell, now_us);
+  const rs_arq_sender* arq_sender = &cell->arq_sender;
+  if (arq_sender->parent_port != cell->route.parent_port || arq_sender->parent_changes != cell->counts.parent_changes) {
+    rs_arq_sender_move(cell, now_us);
   }
 }
 
@@ -174,7 +174,7 @@ RS_INLINE void follow_epoch(rs_cell* cell, uint32_t now_us) {
   }
 }
 
-RS_APART void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
+RS_NOINLINE void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_output* output) {
   *output = (rs_output){.timer_us = now_us + RS_TOPOLOGY_US};
   if (input->kind == RS_INPUT_BOOT) {
     boot(cell, input->boot, now_us);

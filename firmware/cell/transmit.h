@@ -25,16 +25,16 @@ RS_INLINE unsigned rs_transmit_wanted(const rs_cell* cell) {
   const rs_queues* queues = &cell->queues;
   if (queues->down.count > 0U) return RS_ALL_PORTS;
   const unsigned parent = 1U << cell->route.parent_port >> 1;
-  return (queues->advert_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
+  return (queues->beacon_due | (queues->status_due || rs_cell_waiting(cell) > 0U ? parent : 0U)) & RS_ALL_PORTS;
 }
 
 /* Whether nothing but samples waits for the parent; as long as it is calm, that remains so. */
 RS_INLINE bool rs_samples_alone(const rs_cell* cell) {
   const rs_queues* queues = &cell->queues;
-  const rs_retention* retention = &cell->retention;
-  return (queues->advert_due & queues->parent_bit) == 0U &&
+  const rs_arq_sender* arq_sender = &cell->arq_sender;
+  return (queues->beacon_due & queues->parent_bit) == 0U &&
          (queues->status_due | queues->slow.count | queues->data_again) == 0U &&
-         retention->event.sent >= retention->event.count && retention->torque.sent >= retention->torque.count;
+         arq_sender->event.sent >= arq_sender->event.count && arq_sender->torque.sent >= arq_sender->torque.count;
 }
 
 #endif

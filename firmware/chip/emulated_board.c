@@ -61,7 +61,7 @@ void rs_board_wanted(uint32_t wanted) {
   outside()->wanted = wanted;
 }
 
-RS_APART RS_HOT uint32_t rs_board_wait(void) {
+RS_NOINLINE RS_HOT uint32_t rs_board_wait(void) {
   /* The emulator stops at the first instruction, and goes on at the second when something has happened. So there is one
    * such place, in a function apart. */
   __asm__ volatile(".global rs_board_asleep\nrs_board_asleep:\n wfi" ::: "memory");

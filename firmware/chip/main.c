@@ -18,7 +18,7 @@ static rs_input input;
 static rs_output output;
 
 /* Carries out `input` the long way; `sent` has been noted. */
-static RS_APART void step(rs_input_kind kind, uint32_t now_us) {
+static RS_NOINLINE void step(rs_input_kind kind, uint32_t now_us) {
   input.kind = kind;
   rs_step(&cell, &input, now_us, &output);
   for (unsigned port = 0; port < RS_PORTS; ++port) {
@@ -32,7 +32,7 @@ static RS_APART void step(rs_input_kind kind, uint32_t now_us) {
 }
 
 /* Starts the frames of a step the short way; bit p: on port p. */
-static RS_APART void start_all(unsigned started) {
+static RS_NOINLINE void start_all(unsigned started) {
   for (; started != 0U; started &= started - 1U) rs_board_send(lowest[started], cell.queues.sending[lowest[started]]);
 }
 
@@ -46,7 +46,7 @@ RS_INLINE void pass_on(unsigned ready, uint32_t now_us) {
     start_all(send_anything(&cell, ready, now_us));
   }
 }
-static RS_APART RS_HOT void pass_on_apart(unsigned ready, uint32_t now_us) {
+static RS_NOINLINE RS_HOT void pass_on_apart(unsigned ready, uint32_t now_us) {
   pass_on(ready, now_us);
   rs_board_wanted(cell.queues.waiting);
 }
@@ -58,7 +58,7 @@ RS_INLINE void note_sent(void) {
 }
 
 /* The long way of a frame; `checked`: it is known to be right. */
-static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
+static RS_NOINLINE void take_the_long_way(unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
   input.port = (uint8_t)(port + 1U);
   input.checked = checked;
   input.frame = frame;
@@ -67,7 +67,7 @@ static RS_APART void take_the_long_way(unsigned port, const uint8_t* frame, bool
 
 /* Which frames are out the board says once, and the first input after that fills those ports anew. So the events of a
  * word that came with others may be stale, and only ask. */
-static RS_APART RS_HOT void take_sent(void) {
+static RS_NOINLINE RS_HOT void take_sent(void) {
   const uint32_t sent = rs_board_sent();
   if (sent == 0U) return;
   const uint32_t now_us = rs_board_now_us();
@@ -83,13 +83,13 @@ static RS_APART RS_HOT void take_sent(void) {
 }
 
 /* What is neither. */
-static RS_APART void take(rs_input_kind kind) {
+static RS_NOINLINE void take(rs_input_kind kind) {
   note_sent();
   step(kind, rs_board_now_us());
 }
 
 /* Bytes that are not one whole frame. */
-static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t count, bool idle) {
+static RS_NOINLINE void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t count, bool idle) {
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   if (idle) rs_receiver_idle(&line[port]);
   for (; count > 0U; --count) {
@@ -103,7 +103,7 @@ static RS_APART void receive_bytes(unsigned port, const uint8_t* bytes, uint32_t
 
 /* Takes what has come together; if more has, the board says so again. Nearly always that is a whole frame, right, at
  * the beginning of a word. */
-static RS_APART RS_HOT void receive(unsigned port) {
+static RS_NOINLINE RS_HOT void receive(unsigned port) {
   const uint8_t* bytes;
   bool idle;
   const uint32_t count = rs_board_receive(port, &bytes, &idle);

@@ -4,11 +4,11 @@
  * under way at a time, so nothing swings. */
 #include "section_unit/balance.h"
 
+#include "section_unit/demands.h"
 #include "section_unit/depth_cap.h"
 #include "section_unit/forming.h"
 #include "section_unit/port.h"
 #include "section_unit/trees.h"
-#include "section_unit/wants.h"
 
 enum {
   BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */
@@ -84,12 +84,12 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
                           .target_root = offer->cell == RS_ID_NONE ? 0U : offer->root,
                           .whole = offer->cell == RS_ID_NONE ? 0U : offer->whole,
                           .last_resort = balance->last_resort,
-                          .want_1_root = balance->want_root[0],
-                          .want_1_size = balance->want_size[0],
-                          .want_2_root = balance->want_root[1],
-                          .want_2_size = balance->want_size[1],
-                          .want_3_root = balance->want_root[2],
-                          .want_3_size = balance->want_size[2]};
+                          .demand_1_root = balance->demand_root[0],
+                          .demand_1_size = balance->demand_size[0],
+                          .demand_2_root = balance->demand_root[1],
+                          .demand_2_size = balance->demand_size[1],
+                          .demand_3_root = balance->demand_root[2],
+                          .demand_3_size = balance->demand_size[2]};
   uint8_t content[RS_CONTENT_BYTES];
   rs_grant_pack(content, &grant);
   rs_ports_send(unit, port, content);
@@ -99,7 +99,7 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
  * there, or it would become fuller than what it takes from. */
 static uint32_t gap_left(const rs_unit_balance* balance, uint8_t root) {
   uint32_t gap = 0, gone = 0;
-  for (unsigned w = 0; w < RS_WANTS; ++w) {
+  for (unsigned w = 0; w < RS_DEMANDS; ++w) {
     const bool there = balance->given_root[w] == root;
     if (there) gap = balance->gap[w];
     gone += (there ? 2U : 1U) * balance->given[w];
@@ -124,8 +124,8 @@ static bool fits(const rs_section_unit* unit, unsigned port) {
     if (balance->granted[i] == offer->cell) return false;
   }
   if (size_of(unit, offer->root) + offer->size > unit->port[port].size) return false;
-  for (unsigned w = 0; w < RS_WANTS; ++w) {
-    if (balance->want_root[w] == offer->root && balance->want_size[w] >= offer->size) return true;
+  for (unsigned w = 0; w < RS_DEMANDS; ++w) {
+    if (balance->demand_root[w] == offer->root && balance->demand_size[w] >= offer->size) return true;
   }
   return false;
 }
@@ -133,16 +133,16 @@ static bool fits(const rs_section_unit* unit, unsigned port) {
 /* What is wanted still leaves no tree fuller than the own one. */
 static void give(rs_unit_balance* balance) {
   const rs_offer* offer = &balance->offer;
-  for (unsigned w = 0; w < RS_WANTS; ++w) {
+  for (unsigned w = 0; w < RS_DEMANDS; ++w) {
     if (balance->given_root[w] == offer->root) balance->given[w] = (uint16_t)(balance->given[w] + offer->size);
-    if (balance->want_root[w] == offer->root) {
-      balance->want_size[w] = (uint16_t)(balance->want_size[w] - offer->size);
+    if (balance->demand_root[w] == offer->root) {
+      balance->demand_size[w] = (uint16_t)(balance->demand_size[w] - offer->size);
     }
   }
-  for (unsigned w = RS_WANTS; w-- > 0U;) {
-    const uint32_t left = gap_left(balance, balance->want_root[w]);
-    if (balance->want_size[w] > left) balance->want_size[w] = (uint16_t)left;
-    if (balance->want_size[w] == 0U) rs_want_remove(balance, w);
+  for (unsigned w = RS_DEMANDS; w-- > 0U;) {
+    const uint32_t left = gap_left(balance, balance->demand_root[w]);
+    if (balance->demand_size[w] > left) balance->demand_size[w] = (uint16_t)left;
+    if (balance->demand_size[w] == 0U) rs_demand_remove(balance, w);
   }
   balance->granted[balance->granted_next++ % RS_UNIT_GRANTED] = offer->cell;
 }
@@ -154,7 +154,7 @@ static void serve(rs_section_unit* unit, unsigned port) {
   const uint64_t tick = unit->tick_time;
   if (!balance->open) return;
   if (!here->root) {
-    rs_wants_close(balance);
+    rs_demands_close(balance);
     balance->open = false;
     return;
   }
@@ -166,13 +166,13 @@ static void serve(rs_section_unit* unit, unsigned port) {
     balance->close_at = tick + RS_OFFER_TICKS + rs_there_and_back(here);
     balance->failed = 0;
     ++unit->grants;
-  } else if (balance->want_left > 0U || (tick - balance->opened_at) % REPEAT_TICKS == 0U) {
-    if (balance->want_left > 0U) --balance->want_left;
+  } else if (balance->demand_left > 0U || (tick - balance->opened_at) % REPEAT_TICKS == 0U) {
+    if (balance->demand_left > 0U) --balance->demand_left;
     send_grant(unit, port, &nobody);
   }
-  if (balance->want_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
+  if (balance->demand_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
   /* Now the sizes have to settle before anything new is wanted. */
-  rs_wants_close(balance);
+  rs_demands_close(balance);
   balance->open = false;
   send_grant(unit, port, &nobody);
   balance->busy_until = tick + (balance->failed > 0U ? 0U : RS_SETTLE_TICKS + rs_there_and_back(here));
@@ -199,7 +199,7 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
       const rs_unit_port* here = &unit->port[trees.port[k]];
       if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
           unit->tick_time >= here->balance.busy_until) {
-        rs_wants_start(unit, &trees, k, cells, count, &unit->port[lead].balance);
+        rs_demands_start(unit, &trees, k, cells, count, &unit->port[lead].balance);
       }
     }
     rs_depth_cap_watch(unit, &trees, first, &unit->port[lead].balance);

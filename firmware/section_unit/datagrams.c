@@ -93,7 +93,7 @@ static bool tags_match(const rs_section_unit* unit, const uint8_t* bytes, uint32
 static bool genuine(const rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes,
                     uint32_t count) {
   const bool keyed = unit->config.tag != NULL;
-  if (header->section_unit != unit->config.section_unit || header->session == 0U) return false;
+  if (header->group != unit->config.group || header->session == 0U) return false;
   if (((header->flags & RS_DATAGRAM_KEYED) != 0) != keyed) return false;
   return !keyed || tags_match(unit, bytes, count);
 }

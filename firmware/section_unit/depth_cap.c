@@ -3,8 +3,8 @@
  * the depth of the deepest cell and is raised by one when several rounds have brought no progress. */
 #include "section_unit/depth_cap.h"
 
+#include "section_unit/demands.h"
 #include "section_unit/trees.h"
-#include "section_unit/wants.h"
 
 enum { STEADY_ROUNDS = 3 };
 

@@ -58,7 +58,7 @@ static bool key_of(const rs_section_unit* unit, const rs_command* command, uint8
   const bool by_uid = command->operation == RS_OPERATION_assign || command->operation == RS_OPERATION_rejoin;
   memcpy(key, unit->turn_key, RS_CELL_KEY_BYTES);
   if (!by_uid && command->target == RS_ID_ALL) return true;
-  const uint32_t uid = by_uid ? command->value_low : unit->names.uid_of[command->target];
+  const uint32_t uid = by_uid ? command->value_low : unit->ids.uid_of[command->target];
   uint8_t keys[RS_CELL_KEYS_BYTES];
   rs_cell_keys(unit->config.cell_key, uid, keys);
   rs_key_of_turn(keys + RS_CELL_KEY_BYTES, unit->turn, key);
@@ -124,7 +124,7 @@ void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now
                   .sender_port = port & 3U,
                   .nonce = unit->config.session & 0xFFU,
                   .heard = rs_port_alive(&unit->port[port], now_ns),
-                  .echo = rs_hearing_echo(&unit->port[port].hearing),
+                  .ack = rs_arq_receiver_ack(&unit->port[port].arq_receiver),
                   .age_us = age_us > RS_FIELD_MAX(tick_age_us) ? RS_FIELD_MAX(tick_age_us) : (uint32_t)age_us};
   const rs_wave wave = rs_port_wave(unit, port);
   rs_wave_into_tick(&tick, &wave);

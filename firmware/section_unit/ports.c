@@ -9,7 +9,7 @@
 #include "robotskin/operations.h"
 #include "section_unit/balance.h"
 #include "section_unit/group_time.h"
-#include "section_unit/names.h"
+#include "section_unit/id_allocator.h"
 #include "section_unit/peers.h"
 #include "section_unit/port.h"
 #include "section_unit/rate.h"
@@ -57,7 +57,7 @@ static void send_by_uid(rs_section_unit* unit, unsigned port, rs_command command
 static void receive_join(rs_section_unit* unit, unsigned port, const uint8_t* frame) {
   rs_join join;
   rs_join_unpack(&join, frame);
-  const uint16_t id = rs_names_give(&unit->names, &unit->config, join.uid, (uint16_t)join.wanted);
+  const uint16_t id = rs_ids_give(&unit->ids, &unit->config, join.uid, (uint16_t)join.wanted);
   if (id == RS_ID_NONE) return;
   send_by_uid(unit, port,
               (rs_command){.operation = RS_OPERATION_assign,
@@ -70,7 +70,7 @@ static void receive_join(rs_section_unit* unit, unsigned port, const uint8_t* fr
 static void receive_topology(rs_section_unit* unit, unsigned port, const uint8_t* frame) {
   rs_topology topology;
   rs_topology_unpack(&topology, frame);
-  if (rs_names_agree(&unit->names, &unit->config, topology.uid, (uint16_t)topology.source)) return;
+  if (rs_ids_agree(&unit->ids, &unit->config, topology.uid, (uint16_t)topology.source)) return;
   send_by_uid(unit, port,
               (rs_command){.operation = RS_OPERATION_rejoin, .index = topology.source, .value_low = topology.uid});
 }
@@ -87,8 +87,8 @@ static void receive_tick(rs_unit_port* here, const uint8_t* frame, uint64_t now_
   if (now_ns - here->turned_ns >= (uint64_t)RS_STALE_LIMIT_US * 1000U) tick.parent = 0;
   if (tick.parent != 0U) {
     if (!here->root || rebooted) {
-      rs_hearing_start(&here->hearing, tick.echo);
-    } else if (rs_hearing_compare(&here->hearing, tick.echo)) {
+      rs_arq_receiver_start(&here->arq_receiver, tick.ack);
+    } else if (rs_arq_receiver_compare(&here->arq_receiver, tick.ack)) {
       here->tick_due = true;
     }
   }
@@ -129,11 +129,11 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
       rs_datagrams_gather(unit, port + 1U, frame, now_ns);
       break;
     case RS_TYPE_torque:
-      rs_hearing_count(&here->hearing);
+      rs_arq_receiver_count(&here->arq_receiver);
       rs_unit_torque_receive(unit, port, frame, now_ns);
       break;
     case RS_TYPE_event:
-      rs_hearing_count(&here->hearing);
+      rs_arq_receiver_count(&here->arq_receiver);
       rs_datagrams_gather(unit, port + 1U, frame, now_ns);
       break;
     case RS_TYPE_clock:

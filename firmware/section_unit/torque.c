@@ -112,7 +112,7 @@ void rs_unit_torque_receive(rs_section_unit* unit, unsigned port, const uint8_t*
   rs_torque torque;
   rs_torque_unpack(&torque, frame);
   rs_unit_port* here = &unit->port[port];
-  if (!here->root || !rs_hearing_first(&here->hearing, torque.serial)) return;
+  if (!here->root || !rs_arq_receiver_first(&here->arq_receiver, torque.serial)) return;
   rs_unit_epoch* epoch = &unit->torque.epoch;
   const uint64_t early_ns = (uint64_t)RS_TORQUE_EARLY_US * 1000U;
   if (torque.epoch == ((epoch->number + 1U) & RS_EPOCH_MASK) &&

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "section_unit/datagrams.h"
-#include "section_unit/names.h"
+#include "section_unit/id_allocator.h"
 #include "section_unit/peers.h"
 #include "section_unit/port.h"
 #include "section_unit/ports.h"
@@ -27,7 +27,7 @@ static void boot(rs_section_unit* unit, const rs_section_unit_config* config, ui
     rs_chaskey_key_expand(&unit->key, keys);
     unit->turn = RS_TURN_NONE;
   }
-  rs_names_init(&unit->names, config);
+  rs_ids_init(&unit->ids, config);
   unit->power = config->powered ? (uint16_t)((1U << config->ports) - 1U) : 0;
   unit->heartbeat_ns = unit->peers_due_ns = unit->booted_ns = now_ns;
   unit->leapt_ns = now_ns;

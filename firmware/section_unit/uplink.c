@@ -32,7 +32,7 @@ void rs_datagram_finish(rs_section_unit* unit, rs_datagram_kind kind, uint32_t c
   const rs_datagram_header header = {.kind = (uint8_t)kind,
                                      .flags = unit->config.tag != NULL ? RS_DATAGRAM_KEYED : 0,
                                      .unit = unit->config.unit,
-                                     .section_unit = unit->config.section_unit,
+                                     .group = unit->config.group,
                                      .session = unit->config.session,
                                      .sequence = to_host ? unit->sequence++ : unit->peers_sequence++,
                                      .time_ns = rs_unit_time(unit, now_ns),

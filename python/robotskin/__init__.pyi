@@ -20,14 +20,14 @@ from robotskin.session import Session, SkinnedRobot
 from robotskin.session.goals import hand_pose
 from robotskin.session.touches import push_and_release, pushed_cell
 from robotskin.skin import Health, InputStatus, SkinInput, SkinModel, SkinState
-from robotskin.tasks import UNPROJECTED, Fusion, PythonTask
+from robotskin.tasks import FEEDFORWARD, Fusion, PythonTask
 from robotskin.world import Imperfections, World, load_scene, scene_names
 
 __version__: str
 
 __all__ = [
     "BEHAVIOURS",
-    "UNPROJECTED",
+    "FEEDFORWARD",
     "Behaviour",
     "CartesianGoal",
     "CommandMode",

@@ -22,7 +22,7 @@ from large_world import MS, sheet
 from robotskin import firmware, robots
 from robotskin.driver import Driver
 from robotskin.robots.chains import Chain
-from robotskin.simulator import Fault, LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
+from robotskin.simulator import Fault, LineQuality, InProcess, NetworkOptions, ExternalCell, UnitDescription, World
 from robotskin_lab.campaign import draw_case, parse_case, run_case
 from robotskin_lab.chip import build
 from robotskin_lab.chip.rig import ChipRig, told_cell
@@ -69,7 +69,7 @@ def of_skin(seed: int, orders: tuple[tuple[str, int, int], ...] = ORDERS) -> str
         options.set_cell_key(bytes(range(firmware.CELL_KEY_BYTES)))
     if seed > 2:
         options.line.lost_share, options.line.bit_error_rate = 2e-3, 1e-5
-    mailbox = Mailbox()
+    mailbox = InProcess()
     units = [UnitDescription(0, 0, [(2, 4), (39, 1)]), UnitDescription(0, 1, [(71, 2)])]
     world = World(None, sheet(10, 8), [0] * 80, units, options, mailbox, 0.001)
     told = _told()
@@ -118,8 +118,8 @@ def _of_chip(image: Any, seed: int) -> str:
         total.update(repr((kind, port, sent, fault, content, now_us, told)).encode())
         return told
 
-    twin = Twin(note)
-    rig.network.put(seed, twin)
+    external = ExternalCell(note)
+    rig.network.put(seed, external)
     rig.run_ms(120)
     rig.press(16)
     for operation, value, index in ORDERS:
@@ -129,7 +129,7 @@ def _of_chip(image: Any, seed: int) -> str:
     rig.run_ms(30)
     rig.network.reboot(seed, 2_000_000)
     rig.run_ms(40)
-    assert twin.differences == 0, twin.first_difference
+    assert external.differences == 0, external.first_difference
     return f"answers {total.hexdigest()[:16]} frames {rig.network.log_hash:016x}"
 
 

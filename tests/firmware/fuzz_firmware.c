@@ -50,7 +50,7 @@ static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, cons
     grant.sequence = (cell->route.wave.sequence + draw() % 4U - 2U) & 0xFFFFU;
     grant.root = cell->route.wave.root;
     if (draw() % 2U == 0U) grant.cell = cell->id;
-    if (draw() % 2U == 0U) grant.target_root = grant.want_1_root = cell->route.neighbour[draw() % RS_PORTS].wave.root;
+    if (draw() % 2U == 0U) grant.target_root = grant.demand_1_root = cell->route.neighbour[draw() % RS_PORTS].wave.root;
     rs_grant_pack(frame, &grant);
   } else if (kind < 5U) {
     rs_command command;
@@ -85,7 +85,7 @@ static void hostile_frame(uint8_t frame[RS_FRAME_BYTES], uint16_t sequence, cons
   if (draw() % 16U != 0U) rs_frame_seal(frame);
 }
 
-static void check_ring(const rs_retained* ring, unsigned size) {
+static void check_ring(const rs_arq_ring* ring, unsigned size) {
   require(
       ring->confirmed <= ring->sent && ring->sent <= ring->tried && ring->tried <= ring->count && ring->count <= size,
       "what is retained is in order");
@@ -100,9 +100,9 @@ static void check_cell(const rs_cell* cell, const rs_output* output, uint8_t bus
   require(route->parent_port == RS_NO_PARENT || !route->unbound, "a parent bounds the feasible distance");
   require(route->parent_port == RS_NO_PARENT || route->hops >= route->feasible_hops, "hops are not below the best");
   require(queues->data.count <= RS_QUEUE_DATA, "queues are bounded");
-  check_ring(&cell->retention.event, RS_RETAINED_EVENTS);
-  check_ring(&cell->retention.torque, RS_RETAINED_TORQUES);
-  require(cell->retention.announcements <= RS_ANNOUNCEMENTS, "announcements are bounded");
+  check_ring(&cell->arq_sender.event, RS_ARQ_EVENTS);
+  check_ring(&cell->arq_sender.torque, RS_ARQ_TORQUES);
+  require(cell->arq_sender.announcements <= RS_ANNOUNCEMENTS, "announcements are bounded");
   require(cell->torque.used <= RS_TORQUE_SLOTS, "slots are bounded");
   require(queues->slow.count <= RS_QUEUE_SLOW && queues->down.count <= RS_QUEUE_DOWN, "queues are bounded");
   require(output->timer_us - now_us <= RS_TOPOLOGY_US, "the timer comes");
@@ -226,7 +226,7 @@ static void hostile_peer(uint8_t* records, uint32_t count, const rs_datagram_hea
 
 static void fuzz_unit(uint32_t steps, bool keyed) {
   rs_section_unit* unit = calloc(1, sizeof *unit);
-  const rs_section_unit_config config = {.section_unit = 3,
+  const rs_section_unit_config config = {.group = 3,
                                          .unit = 2,
                                          .ports = 5,
                                          .first_id = 10,
@@ -260,7 +260,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
                                                   : keyed           ? RS_DATAGRAM_KEYED
                                                                     : 0,
                                          .unit = draw() % 2U == 0U ? (uint8_t)(draw() % 18U) : RS_UNIT_ALL,
-                                         .section_unit = 3,
+                                         .group = 3,
                                          .session = 1U + draw() % 2U,
                                          .sequence = i - draw() % 3U,
                                          .time_ns = now_ns,
@@ -279,7 +279,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
     const uint32_t refused = unit->refused;
     rs_section_unit_step(unit, &input, now_ns, &output);
     if (input.kind == RS_UNIT_INPUT_DATAGRAM) accepted += unit->refused == refused;
-    named += unit->names.count > 0U;
+    named += unit->ids.count > 0U;
     /* After a leap of the group's time it is due at once. */
     require((int64_t)(output.timer_ns - now_ns) <= RS_SEQUENCE_WINDOW * 1000000, "the timer comes");
     require(output.datagram == NULL || output.datagram_bytes <= RS_DATAGRAM_BYTES_MAX, "datagrams fit");
@@ -298,7 +298,7 @@ static void fuzz_unit(uint32_t steps, bool keyed) {
       require(output.frame[port] == NULL, "nothing goes out where no port is");
     }
     for (uint32_t id = 0; id < config.first_id; ++id) {
-      require((unit->names.taken[id / 8U] >> (id % 8U) & 1U) == 0U, "only own ids are given");
+      require((unit->ids.taken[id / 8U] >> (id % 8U) & 1U) == 0U, "only own ids are given");
     }
   }
   require(steps < 100000U || (accepted > 0U && named > 0U), "the fuzzer gets past the doors");
@@ -337,10 +337,10 @@ static void lively_frame(uint8_t frame[RS_FRAME_BYTES], unsigned port, uint32_t 
         .nonce = port + (draw() % 4096U == 0U),
         .parent = port == 2U || port == 3U,
         .heard = draw() % 2048U != 0U,
-        .leaving = draw() % 2048U == 0U,
+        .draining = draw() % 2048U == 0U,
         .depth_cap = 20,
         .gain_threshold = 4,
-        .echo = port == 2U || port == 3U ? cell->route.neighbour[port - 1U].hearing.next : draw() % 128U,
+        .ack = port == 2U || port == 3U ? cell->route.neighbour[port - 1U].arq_receiver.next : draw() % 128U,
         .age_us = age_us};
     rs_tick_pack(frame, &tick);
   } else if (kind < 511U) {

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.simulator import LineQuality, InProcess, NetworkOptions, UnitDescription, World
 from robotskin_lab import firmware
 
 MS = 1_000_000
@@ -43,7 +43,7 @@ class LargeWorld:
     def __init__(self, neighbours: np.ndarray, roots: list[tuple[int, int]], seed: int, **options: object) -> None:
         self.cells = len(neighbours)
         self.neighbours = neighbours
-        self.mailbox = Mailbox()
+        self.mailbox = InProcess()
         self.options = NetworkOptions()
         self.options.seed = seed
         self.options.unasked = True

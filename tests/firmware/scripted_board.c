@@ -151,7 +151,7 @@ static void pass(uint32_t us) {
 
 static void build_skin(void) {
   static const rs_section_unit_config config = {
-      .section_unit = 1, .ports = 1, .first_id = 1, .last_id = 99, .batch_us = 1000, .session = 9, .powered = true};
+      .group = 1, .ports = 1, .first_id = 1, .last_id = 99, .batch_us = 1000, .session = 9, .powered = true};
   step_unit((rs_unit_input){.kind = RS_UNIT_INPUT_BOOT, .config = &config});
   for (unsigned port = 1; port < RS_PORTS; ++port) {
     const rs_boot boot = {.uid = 50 + port, .random = draw()};

@@ -161,7 +161,7 @@ def test_where_all_of_a_tree_hangs_at_the_border_few_let_go_at_a_time(seed: int)
     neighbours = network.neighbours[cells].copy()
     neighbours[:, :, 0] = [[place.get(int(cell), -1) for cell in row] for row in neighbours[:, :, 0]]
     unit = UnitDescription(
-        section_unit=0,
+        group=0,
         unit=0,
         ports=[(place[cable.cell], cable.cell_port) for cable in network.cables if cable.cell in place],
     )

@@ -62,8 +62,8 @@ def test_an_emulated_cell_of_a_faulty_skin_says_what_the_host_built_one_says(
         if round_ == 1:
             rig.network.reboot(chip_cell, 3_000_000)
     rig.run_ms(50)
-    assert rig.twin.differences == 0, rig.twin.first_difference
-    assert rig.twin.samples > 40
+    assert rig.external.differences == 0, rig.external.first_difference
+    assert rig.external.samples > 40
     assert rig.chip.ram_bytes <= RAM_BYTES
 
 
@@ -76,13 +76,13 @@ def test_the_emulated_cells_torque_is_in_the_sum(image: ChipImage, seed: int) ->
     assert torques["cells"][0][0] == 3
     assert torques["active"][0] == 3
     assert np.abs(torques["joint"][0][:6]).max() > 100
-    assert rig.twin.differences == 0
+    assert rig.external.differences == 0
 
 
 def test_a_different_answer_is_noticed(image: ChipImage, seed: int) -> None:
     rig = rig_of(image, seed, 2, 1, 1)
     rig.run_ms(100)
-    assert rig.twin.differences == 0
+    assert rig.external.differences == 0
     # One bit of the emulated cell's own memory: its id.
     from robotskin_lab.chip.image import RAM_START
 
@@ -90,8 +90,8 @@ def test_a_different_answer_is_noticed(image: ChipImage, seed: int) -> None:
     uid = state.find((2).to_bytes(4, "little"))
     rig.chip.machine.mem_write(RAM_START + uid + 4, bytes([state[uid + 4] ^ 2]))
     rig.run_ms(20)
-    assert rig.twin.differences > 0
-    assert rig.twin.first_difference
+    assert rig.external.differences > 0
+    assert rig.external.first_difference
 
 
 def test_a_meter_changes_nothing_and_counts_what_the_manual_says(image: ChipImage, seed: int) -> None:
@@ -99,9 +99,9 @@ def test_a_meter_changes_nothing_and_counts_what_the_manual_says(image: ChipImag
     meter = Meter(rig.chip)
     meter.on = True
     rig.run_ms(60)
-    assert rig.twin.differences == 0
+    assert rig.external.differences == 0
     counts = meter.take()
-    assert len(counts) == rig.twin.steps
+    assert len(counts) == rig.external.steps
     for count in counts:
         assert count.instructions <= count.cycles <= count.cycles_one_wait
         assert count.cycles <= count.cycles_slow_multiplier

@@ -77,7 +77,7 @@ def test_every_cell_has_a_name_of_its_own(skin: SmallWorld) -> None:
     ids = [skin.cell(index).id for index in range(len(skin.nodes))]
     assert len(set(ids)) == len(ids)
     assert all(firmware.ID_FIRST <= id <= firmware.ID_LAST for id in ids)
-    assert skin.unit.names == {1000 + index: id for index, id in enumerate(ids)}
+    assert skin.unit.ids == {1000 + index: id for index, id in enumerate(ids)}
 
 
 def test_names_are_unique_under_loss(seed: int) -> None:
@@ -183,10 +183,10 @@ def test_a_stored_name_is_kept_if_it_is_free(seed: int) -> None:
     again.run_ms(40)
     assert [again.cell(index).id for index in range(4)] == ids
 
-    twins = SmallWorld(4, chain, [(0, 2)], seed + 2, flash={index: flash[2] for index in range(4)})
-    twins.run_ms(40)
-    assert len({twins.cell(index).id for index in range(4)}) == 4
-    assert ids[2] in {twins.cell(index).id for index in range(4)}
+    duplicates = SmallWorld(4, chain, [(0, 2)], seed + 2, flash={index: flash[2] for index in range(4)})
+    duplicates.run_ms(40)
+    assert len({duplicates.cell(index).id for index in range(4)}) == 4
+    assert ids[2] in {duplicates.cell(index).id for index in range(4)}
 
 
 def test_bit_errors_are_counted_and_break_nothing(seed: int) -> None:
@@ -235,10 +235,10 @@ def test_no_parent_is_followed_further_than_frames_live(hops: int) -> None:
     assert (cell.parent_port, cell.hops) == (0, firmware.HOPS_POISON)
 
 
-def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, spoilt: set[int]) -> int:
+def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, lossy: set[int]) -> int:
     """Ticks of a neighbour at port 1 each millisecond, 0.3 ms later of one with a hop more at port 2.
 
-    Of what comes in at the ports in `spoilt`, three frames of four are damaged.
+    Of what comes in at the ports in `lossy`, three frames of four are damaged.
     """
     told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
     for sequence in range(first, first + ticks):
@@ -249,7 +249,7 @@ def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, spoilt
             cell.timer(now)
             fields = {"sender": 4 + port, "sender_port": port, "hops": 3 + port, "sequence": sequence}
             frame = bytearray(firmware.pack("tick", {**told, **fields}))
-            if port in spoilt and sequence % 4:
+            if port in lossy and sequence % 4:
                 frame[7] ^= 1
             cell.frame(port, bytes(frame), now)
             assert cell.parent_port != 0, sequence

@@ -16,11 +16,11 @@ def tag(data: bytes) -> bytes:
 
 
 def datagram(kind: int, sequence: int, records: tuple[bytes, ...] = (), *, keyed: bool = False, **more: int) -> bytes:
-    fields = {"section_unit": 0, "unit": 0, "session": 5, "time_ns": START, "answering": 0, **more}
+    fields = {"group": 0, "unit": 0, "session": 5, "time_ns": START, "answering": 0, **more}
     header = (
         firmware.DATAGRAM_MAGIC.to_bytes(4, "big")
         + bytes([firmware.DATAGRAM_VERSION, kind])
-        + fields["section_unit"].to_bytes(2, "big")
+        + fields["group"].to_bytes(2, "big")
         + fields["session"].to_bytes(4, "big")
         + sequence.to_bytes(4, "big")
         + fields["time_ns"].to_bytes(8, "big")
@@ -205,7 +205,7 @@ def test_repeated_reordered_and_foreign_datagrams_are_refused() -> None:
     inject = [datagram(INJECT, sequence, (command_record(sequence),)) for sequence in range(1, 6)]
     for sequence in (2, 2, 1, 4, 3, 4, 5):
         bench.say(inject[sequence - 1])
-    bench.say(datagram(INJECT, 9, (command_record(60),), section_unit=1))
+    bench.say(datagram(INJECT, 9, (command_record(60),), group=1))
     bench.say(datagram(INJECT, 10, (command_record(61),), unit=3))
     bench.say(inject[4][:-1])
     bench.say(b"RSKN")
@@ -296,7 +296,7 @@ def test_a_second_cell_with_a_name_is_told_to_ask_anew() -> None:
     told = [firmware.unpack(frame)[1] for _, frame in bench.frames if firmware.unpack(frame)[0] == "command"]
     rejoin = {name: number for name, number, *_ in firmware.OPERATIONS}["rejoin"]
     assert [(fields["operation"], fields["index"], fields["value_low"]) for fields in told] == [(rejoin, 50, 2)]
-    assert bench.unit.names == {1: 50}
+    assert bench.unit.ids == {1: 50}
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ def part_of(skin: layout.Layout, rows: np.ndarray) -> layout.Layout:
     return replace(
         skin,
         id=skin.id[rows],
-        section_unit=skin.section_unit[rows],
+        group=skin.group[rows],
         link=skin.link[rows],
         link_from_cell=skin.link_from_cell[rows],
         neighbours=np.stack([other, port], axis=2).astype(np.int32),

@@ -52,7 +52,7 @@ def test_an_unknown_skin_is_heard_moved_and_found(ur5, skin, seed) -> None:
     exploration.stop()
     assert exploration.guard.report.violations == 0
     assert exploration.guard.report.interventions == 0
-    keys = skin.section_unit.astype(np.int64) << 16 | skin.id
+    keys = skin.group.astype(np.int64) << 16 | skin.id
     assert set(recording.lists.cell.tolist()) == set(np.delete(keys, dead).tolist())
     known = explore(recording.lists)
     whole = {frozenset({int(keys[a]), int(keys[b])}) for a, _, b, _ in skin.edges() if not {a, b} & set(dead)}
@@ -111,17 +111,17 @@ def test_the_motion_that_a_servo_made_is_found_with_its_delay(seed) -> None:
 
 def test_a_session_runs_on_a_believed_layout_and_refuses_a_foreign_one(ur5, skin, seed) -> None:
     cells = np.random.default_rng(seed).permutation(np.flatnonzero(skin.link == skin.links.index("forearm_link")))
-    believed = layout.Layout(
+    estimated_layout = layout.Layout(
         skin.robot,
         skin.links,
         skin.id[cells],
-        skin.section_unit[cells],
+        skin.group[cells],
         skin.link[cells],
         skin.link_from_cell[cells],
         np.full((len(cells), 4, 2), (-1, 0)),
         np.full(len(cells), -1),
     )
-    session = Session(ur5, skin, seed=seed, link="in process", believed=believed)
+    session = Session(ur5, skin, seed=seed, link="in process", estimated_layout=estimated_layout)
     session.boot()
     assert session.alive == len(cells)
     assert session.in_world(3) == cells[3]
@@ -135,4 +135,4 @@ def test_a_session_runs_on_a_believed_layout_and_refuses_a_foreign_one(ur5, skin
         skin.robot, skin.links, [9999], [1], [0], np.eye(4)[None], np.full((1, 4, 2), (-1, 0)), [-1]
     )
     with pytest.raises(InputError, match="wears no such cell"):
-        Session(ur5, skin, seed=seed, believed=stranger)
+        Session(ur5, skin, seed=seed, estimated_layout=stranger)

@@ -124,7 +124,7 @@ def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, sk
 def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right_cells(ur5, skin, seed) -> None:
     """Cells that were not placed still carry paths; what is shown and clicked is counted as the found layout counts."""
     rows = np.flatnonzero(skin.patch != skin.patch[0])[::-1]
-    session = Session(ur5, skin, seed=seed, link="in process", believed=part_of(skin, rows))
+    session = Session(ur5, skin, seed=seed, link="in process", estimated_layout=part_of(skin, rows))
     session.boot()
     world = session.world
     network = SessionNetwork(
@@ -159,8 +159,8 @@ def test_the_page_of_a_skin_that_found_a_part_of_itself_shows_and_cuts_the_right
 def test_a_slower_clock_rate_does_not_look_stale(ur5, skin, seed, rate_hz) -> None:
     session = Session(ur5, skin, seed=seed, link="udp", keys=KEYS)
     session.boot()
-    for group in sorted(set(skin.section_unit.tolist())):
-        session.driver.command("clock_rate", rate_hz, section_unit=group)
+    for group in sorted(set(skin.group.tolist())):
+        session.driver.command("clock_rate", rate_hz, group=group)
     session.run(0.2)
     frames = session.driver.statistics()["clock_frames"]
     for _ in range(300):

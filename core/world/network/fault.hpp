@@ -21,7 +21,7 @@ enum class FaultKind : std::uint8_t {};
 
 enum class FaultWay : std::uint8_t { out, in };
 // `all` is the first three; those behind it are not drawn.
-enum class FaultPart : std::uint8_t { route, queues, sampling, all, retention, torque, commands, settings, whole };
+enum class FaultPart : std::uint8_t { route, queues, sampling, all, arq, torque, commands, settings, whole };
 enum class FaultFrame : std::uint8_t { tick, grant, command, joints };  // that carry a tag
 
 // Of the targets and parameters, a kind uses those its keys name; the others keep these values.

@@ -13,9 +13,20 @@ namespace robotskin::world {
 namespace {
 
 constexpr std::array<std::string_view, 2> ways{"out", "in"};
-constexpr std::array<std::string_view, 9> parts{"route",  "queues",   "sampling", "all",  "retention",
+constexpr std::array<std::string_view, 9> parts{"route",  "queues",   "sampling", "all",  "arq",
                                                 "torque", "commands", "settings", "whole"};
 constexpr std::array<std::string_view, 4> frames{"tick", "grant", "command", "joints"};
+
+// Words of faults that were written before these had the names of today; they are still read.
+struct OldWord {
+  std::string_view was, is;
+};
+constexpr std::array<OldWord, 2> old_words{{{"twin", "duplicate_id"}, {"retention", "arq"}}};
+
+std::string_view todays(std::string_view word) {
+  const auto* old = std::ranges::find(old_words, word, &OldWord::was);
+  return old == old_words.end() ? word : old->is;
+}
 
 using Member = std::variant<std::int32_t Fault::*, std::int64_t Fault::*, double Fault::*, FaultWay Fault::*,
                             FaultPart Fault::*, FaultFrame Fault::*>;  // the second is a time
@@ -166,7 +177,7 @@ void set(Fault& fault, const Key& key, std::string_view text, std::string_view w
     if (at == ways.end()) refuse("choose from " + list_of(ways));
     fault.way = static_cast<FaultWay>(at - ways.begin());
   } else if (std::holds_alternative<FaultPart Fault::*>(key.member)) {
-    const auto* at = std::ranges::find(parts, text);
+    const auto* at = std::ranges::find(parts, todays(text));
     if (at == parts.end()) refuse("choose from " + list_of(parts));
     fault.part = static_cast<FaultPart>(at - parts.begin());
   } else {
@@ -254,7 +265,7 @@ Fault parse_fault(std::string_view text) {
   text = trimmed(text);
   const Pieces pieces = pieces_of(text);
   const std::vector<std::string_view> names = fault_names();
-  const auto name = std::ranges::find(names, pieces.kind);
+  const auto name = std::ranges::find(names, todays(pieces.kind));
   if (name == names.end())
     throw FaultError("fault '" + std::string(text) + "': no kind '" + std::string(pieces.kind) + "': choose from " +
                      list_of(names));

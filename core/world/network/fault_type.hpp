@@ -63,11 +63,11 @@ struct FaultType {
   // ---- In a run ----
   FaultCourse course = FaultCourse::lasting;
   void (*at_start)(const Fault&, NetworkOptions&) = nullptr;  // before the network is built; it cannot come later
-  void (*await)(Network::Act&) = nullptr;                     // when it is announced, at the start as a rule
-  void (*begin)(Network::Act&, int phase) = nullptr;
-  void (*end)(Network::Act&) = nullptr;
-  void (*heard)(Network::Act&, std::size_t wire, const std::uint8_t* frame) = nullptr;  // on a taped wire
-  void (*passage)(const Fault&, FaultyPassage&) = nullptr;                              // while it is in force
+  void (*await)(Network::RunningFault&) = nullptr;            // when it is announced, at the start as a rule
+  void (*begin)(Network::RunningFault&, int phase) = nullptr;
+  void (*end)(Network::RunningFault&) = nullptr;
+  void (*heard)(Network::RunningFault&, std::size_t wire, const std::uint8_t* frame) = nullptr;  // on a taped wire
+  void (*passage)(const Fault&, FaultyPassage&) = nullptr;                                       // while it is in force
 
   // ---- What is true then ----
   FaultTruth truth{};

@@ -15,13 +15,13 @@ void Network::inject(const Fault& fault) {
   const FaultType& type = type_of(fault);
   if (type.at_start != nullptr)
     throw FaultError("fault '" + to_string(fault) + "': the clocks are set when a network is built");
-  Act& act = acts_.emplace_back(*this, acts_.size(), fault);
+  RunningFault& act = acts_.emplace_back(*this, acts_.size(), fault);
   if (type.await != nullptr) type.await(act);
   queue_.push(fault.time_ns, act_event | static_cast<std::uint32_t>(act.number));
 }
 
 void Network::act(std::size_t index) {
-  Act& act = acts_[index];
+  RunningFault& act = acts_[index];
   const Fault fault = act.fault;
   const FaultType& type = type_of(fault);
   const int phase = act.phase++;
@@ -82,42 +82,42 @@ void Network::sever(std::size_t index, std::uint8_t why, bool out, bool in) {
 
 // ---- What a kind may do ----
 
-std::uint64_t Network::Act::random_key(std::uint64_t of) const {
+std::uint64_t Network::RunningFault::random_key(std::uint64_t of) const {
   return stream_key(network.options_.seed, purpose_act, of);
 }
 
-bool Network::Act::cell_is_on() const {
+bool Network::RunningFault::cell_is_on() const {
   return network.cells_[cell_index()].power == Cell::Power::on;
 }
 
-bool Network::Act::cell_has_power() const {
+bool Network::RunningFault::cell_has_power() const {
   return network.cells_[cell_index()].power != Cell::Power::off;
 }
 
-bool Network::Act::cell_is_zombie() const {
+bool Network::RunningFault::cell_is_zombie() const {
   return network.cells_[cell_index()].power == Cell::Power::zombie;
 }
 
-void Network::Act::set_zombie(bool zombie) {
+void Network::RunningFault::set_zombie(bool zombie) {
   cell().power = zombie ? Cell::Power::zombie : Cell::Power::on;
 }
 
-std::size_t Network::Act::wire_at(std::int32_t cell, std::int32_t port) const {
+std::size_t Network::RunningFault::wire_at(std::int32_t cell, std::int32_t port) const {
   return network.wire_of({WireEnd::At::cell, static_cast<std::uint8_t>(port), static_cast<std::uint32_t>(cell)});
 }
 
-void Network::Act::sever(const std::vector<std::size_t>& which, std::uint8_t why, bool out, bool in) {
+void Network::RunningFault::sever(const std::vector<std::size_t>& which, std::uint8_t why, bool out, bool in) {
   for (const std::size_t index : which) network.sever(index, why, out, in);
 }
 
-void Network::Act::take_own_wires_both_ways() {
+void Network::RunningFault::take_own_wires_both_ways() {
   wires = own_wires();
   if (fault.cell < 0 && fault.unit < 0) return;
   for (std::size_t i = 0, named = wires.size(); i < named; ++i)
     if (wire(wires[i]).to >= 0) wires.push_back(static_cast<std::size_t>(wire(wires[i]).to));
 }
 
-void Network::Act::trouble(double bit_error_rate, double lost_share) {
+void Network::RunningFault::trouble(double bit_error_rate, double lost_share) {
   network.troubles_.resize(wire_count());
   for (const std::size_t index : wires) {
     wire(index).troubled = true;
@@ -128,7 +128,7 @@ void Network::Act::trouble(double bit_error_rate, double lost_share) {
 }
 
 // The cell first does what is due, so that what changes then comes from the frame.
-void Network::Act::plant(const std::uint8_t* frame) {
+void Network::RunningFault::plant(const std::uint8_t* frame) {
   rs_input input{};
   input.kind = RS_INPUT_TIMER;
   step_cell(input);
@@ -141,7 +141,7 @@ void Network::Act::plant(const std::uint8_t* frame) {
   step_cell(input);
 }
 
-void Network::Act::trouble_ethernet(bool begins) {
+void Network::RunningFault::trouble_ethernet(bool begins) {
   std::vector<Fault>& in_force = network.ethernet_faults_;
   if (begins) {
     in_force.push_back(fault);

@@ -55,7 +55,8 @@ void Network::step_cell(std::size_t index, rs_input input, std::int64_t begin_ns
   const BeforeInput before(cell.state);
   const std::uint32_t now_us = cell.clock_us(now_ns_);
   rs_cell_step(&cell.state, &input, now_us, &output);
-  if (twin_ != nullptr && index == twin_cell_) twin_->step(input, kind_of(input, before, cell.state), now_us, output);
+  if (external_ != nullptr && index == external_index_)
+    external_->step(input, kind_of(input, before, cell.state), now_us, output);
   ++counts_.cell_steps;
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
@@ -209,7 +210,7 @@ void Network::finish(std::uint32_t index) {
     } else if (to < cells_end) {
       ++counts_.frames_delivered;
       if (wires_[to].taped)
-        for (Act& act : acts_)
+        for (RunningFault& act : acts_)
           if (const auto heard = type_of(act.fault).heard) heard(act, to, frame);
       arrive(to, frame);
     } else {
@@ -273,7 +274,7 @@ void Network::wake(std::size_t index) {
   } else if (cell.power == Cell::Power::starting) {
     boot(index);
   } else if (cell.power == Cell::Power::zombie) {
-    haunt(index);
+    run_zombie(index);
   }
 }
 
@@ -333,10 +334,10 @@ void Network::set_torque_image(std::size_t index, std::span<const std::uint8_t, 
   std::copy(image.begin(), image.end(), cells_.at(index).flash + RS_FLASH_TORQUE_AT);
 }
 
-void Network::put(std::size_t index, Twin& twin) {
+void Network::put(std::size_t index, ExternalCell& external) {
   cells_.at(index);
-  twin_cell_ = index;
-  twin_ = &twin;
+  external_index_ = index;
+  external_ = &external;
 }
 
 void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) {

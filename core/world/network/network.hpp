@@ -18,10 +18,10 @@
 #include "robotskin/section_unit.h"
 #include "robotskin/settings.h"
 #include "world/network/event_queue.hpp"
+#include "world/network/external_cell.hpp"
 #include "world/network/fault.hpp"
 #include "world/network/observer.hpp"
 #include "world/network/processor.hpp"
-#include "world/network/twin.hpp"
 #include "world/network/wiring.hpp"
 
 namespace robotskin::world {
@@ -104,8 +104,9 @@ class Network {
   // Torque parameters in a cell's flash (torque_parameters.h), which it finds at its next start.
   void set_torque_image(std::size_t cell, std::span<const std::uint8_t, RS_TORQUE_IMAGE_BYTES> image);
 
-  // From now on the twin lives as this cell; it must live as long. Its first input is the boot, so give it before that.
-  void put(std::size_t cell, Twin& twin);
+  // From now on the external cell lives as this cell; it must live as long. Its first input is the boot, so give it
+  // before that.
+  void put(std::size_t cell, ExternalCell& external);
 
   // ---- What is so ----
   const Wiring& wiring() const { return wiring_; }  // as it was built
@@ -130,12 +131,12 @@ class Network {
   bool formed() const;                             // every cell that can be reached has a parent and that depth
   std::uint64_t log_hash() const { return log_hash_; }
 
-  struct Act;  // a fault at work: what faults/ sees of a network
+  struct RunningFault;  // a fault at work: what faults/ sees of a network
 
  private:
   struct Cell;
   struct Unit;
-  struct Letter;
+  struct InFlightDatagram;
   struct Wire;   // one direction
   struct Board;  // of a cell whose processor takes time
 
@@ -182,7 +183,7 @@ class Network {
   void part(std::size_t wire);
   void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
   void deliver_letter(std::size_t index);
-  void haunt(std::size_t cell);
+  void run_zombie(std::size_t cell);
   void report_idle_wires(std::size_t cell);
   template <typename Tell>
   void tell(const Tell& what) {
@@ -201,13 +202,13 @@ class Network {
   std::vector<Unit> units_;
   std::vector<Wire> wires_;
   std::vector<Trouble> troubles_;  // by wire, once there are any
-  std::vector<Act> acts_;
+  std::vector<RunningFault> acts_;
   std::vector<Fault> ethernet_faults_;  // in force
-  std::vector<Letter> letters_;
+  std::vector<InFlightDatagram> in_flight_;
   std::uint64_t letters_posted_ = 0;
   std::vector<Observer*> observers_;
-  std::size_t twin_cell_ = 0;
-  Twin* twin_ = nullptr;
+  std::size_t external_index_ = 0;
+  ExternalCell* external_ = nullptr;
   NetworkCounts counts_;
   std::uint64_t topology_revision_ = 0;
   std::int64_t now_ns_ = 0;

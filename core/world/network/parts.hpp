@@ -118,7 +118,7 @@ struct Network::Unit {
 };
 
 // A datagram on its way between section units.
-struct Network::Letter {
+struct Network::InFlightDatagram {
   std::int64_t due_ns = never;  // never: the place is free
   std::uint32_t from = 0, to = 0, bytes = 0;
   std::array<std::uint8_t, RS_DATAGRAM_BYTES_MAX> datagram;
@@ -146,7 +146,7 @@ struct Network::Taped {
 };
 
 // A fault, from its announcement on, and what of the network its file of faults/ may touch.
-struct Network::Act {
+struct Network::RunningFault {
   Network& network;
   std::size_t number;  // among the acts
   Fault fault;

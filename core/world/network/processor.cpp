@@ -23,7 +23,7 @@ InputKind kind_of_frame(const std::uint8_t* frame) {
 
 InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cell& after) {
   if (input.kind == RS_INPUT_BOOT) return InputKind::boot;
-  if (after.torque.epoch != before.epoch && after.own_torque.known != 0) return InputKind::epoch;
+  if (after.torque.epoch != before.epoch && after.cell_torque.known != 0) return InputKind::epoch;
   switch (input.kind) {
     case RS_INPUT_SAMPLE:
       return InputKind::sample;

@@ -32,7 +32,7 @@ NetworkTrial::NetworkTrial(const Wiring& wiring, NetworkOptions options)
       network_(wiring, prepared(std::move(options)), *this, *this),
       paths_(network_) {
   // Every cell's ids are those of the group whose cable is nearest.
-  for (const UnitDescription& unit : wiring.units) group_of_unit_.push_back(unit.section_unit);
+  for (const UnitDescription& unit : wiring.units) group_of_unit_.push_back(unit.group);
   std::vector<std::uint16_t> groups = group_of_unit_;
   std::ranges::sort(groups);
   groups.erase(std::ranges::unique(groups).begin(), groups.end());

@@ -58,13 +58,13 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     const UnitDescription& description = wiring.units[u];
     std::size_t of_group = 0, place = 0;
     for (std::size_t v = 0; v < units_.size(); ++v) {
-      if (wiring.units[v].section_unit != description.section_unit) continue;
+      if (wiring.units[v].group != description.group) continue;
       if (v < u) ++place;
       ++of_group;
     }
     const std::size_t ids = (RS_ID_LAST - RS_ID_FIRST + 1) / of_group;
     rs_section_unit_config& config = units_[u].config;
-    config.section_unit = description.section_unit;
+    config.group = description.group;
     config.unit = description.unit;
     config.ports = static_cast<std::uint8_t>(description.ports.size());
     config.first_id = static_cast<std::uint16_t>(RS_ID_FIRST + place * ids);

@@ -15,10 +15,10 @@ struct CellEnd {
 };
 
 struct UnitDescription {
-  std::uint16_t section_unit = 0;  // group: the name space of cell ids
-  std::uint8_t unit = 0;           // within the group
-  std::vector<CellEnd> ports;      // the cell at port p at index p - 1; at most 15
-  std::int64_t skew_ns = 0;        // of its clock against virtual time, at the start
+  std::uint16_t group = 0;     // the name space of cell ids
+  std::uint8_t unit = 0;       // within the group
+  std::vector<CellEnd> ports;  // the cell at port p at index p - 1; at most 15
+  std::int64_t skew_ns = 0;    // of its clock against virtual time, at the start
   double drift_ppm = 0;
 };
 

@@ -9,19 +9,19 @@ bool rs_link_usable(const rs_neighbour* neighbour) {
 }
 
 /* Time that is left from now until the bucket of damaged frames is empty. More than it holds is damaged memory. */
-static uint32_t spoilt_left_us(const rs_neighbour* neighbour, uint32_t now_us) {
-  const uint32_t left_us = neighbour->spoilt_us - now_us;
-  return left_us <= RS_SPOILT_MAX_US ? left_us : 0U;
+static uint32_t damage_left_us(const rs_neighbour* neighbour, uint32_t now_us) {
+  const uint32_t left_us = neighbour->damage_until_us - now_us;
+  return left_us <= RS_LOSSY_MAX_US ? left_us : 0U;
 }
 
-bool rs_link_spoilt(const rs_neighbour* neighbour, uint32_t now_us) {
-  return spoilt_left_us(neighbour, now_us) > RS_SPOILT_MANY_US;
+bool rs_link_lossy(const rs_neighbour* neighbour, uint32_t now_us) {
+  return damage_left_us(neighbour, now_us) > RS_LOSSY_MANY_US;
 }
 
 void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us) {
-  const uint32_t left_us = spoilt_left_us(neighbour, now_us) + RS_SPOILT_US;
+  const uint32_t left_us = damage_left_us(neighbour, now_us) + RS_LOSSY_US;
   ++neighbour->lost;
-  neighbour->spoilt_us = now_us + (left_us < RS_SPOILT_MAX_US ? left_us : RS_SPOILT_MAX_US);
+  neighbour->damage_until_us = now_us + (left_us < RS_LOSSY_MAX_US ? left_us : RS_LOSSY_MAX_US);
   /* A line that damages frames is no dead one: only silence is, or a neighbour of whom nothing new comes through. */
   if (neighbour->up && !neighbour->stale && now_us - neighbour->heard_us < RS_LINK_DOWN_US)
     neighbour->heard_us = now_us;
@@ -29,7 +29,7 @@ void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us) {
 
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint32_t now_us) {
   /* It may have gone unheard, and is counted where it is then. */
-  if (rs_link_spoilt(neighbour, now_us)) return neighbour->child;
+  if (rs_link_lossy(neighbour, now_us)) return neighbour->child;
   const uint32_t behind =
       (rs_wave_time(&route->wave) - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
   /* However long a stuck child has said the same, what it says does not become new by that. */
@@ -39,6 +39,6 @@ bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint3
 
 bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {
   const uint16_t behind = (uint16_t)(route->wave.sequence - neighbour->wave.sequence);
-  return rs_link_usable(neighbour) && !neighbour->child && !neighbour->leaving && neighbour->hops < RS_HOPS_MAX &&
+  return rs_link_usable(neighbour) && !neighbour->child && !neighbour->draining && neighbour->hops < RS_HOPS_MAX &&
          (behind < RS_STALE_TICKS || behind >= 0x8000U);
 }

@@ -7,7 +7,7 @@
 
 enum { SUM_START = 0x5EA1 }; /* any but 0: memory that is all zeros is damaged */
 
-static RS_APART uint32_t lasting(const rs_cell* cell) {
+static RS_NOINLINE uint32_t identity_checksum(const rs_cell* cell) {
   uint32_t sum = cell->uid ^ ((uint32_t)cell->id << 8) ^ cell->keyed ^ SUM_START;
   for (unsigned i = 0; i < sizeof cell->key.word / sizeof cell->key.word[0]; ++i) {
     sum = ((sum << 5) | (sum >> 27)) ^ cell->key.word[i];
@@ -58,9 +58,9 @@ void rs_cell_heal_settings(rs_cell* cell, uint32_t now_us) {
 }
 
 void rs_cell_seal(rs_cell* cell) {
-  cell->lasting = lasting(cell);
+  cell->identity_checksum = identity_checksum(cell);
 }
 
 bool rs_cell_sealed(const rs_cell* cell) {
-  return cell->lasting == lasting(cell);
+  return cell->identity_checksum == identity_checksum(cell);
 }

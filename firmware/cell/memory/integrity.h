@@ -12,7 +12,7 @@ bool rs_cell_sealed(const rs_cell* cell);
 /* Indices that damaged memory could carry out of their arrays before the next check. */
 RS_INLINE void rs_cell_hold_indices(rs_cell* cell) {
   if (cell->route.parent_port > RS_PORTS) cell->route.parent_port = RS_NO_PARENT;
-  if (cell->retention.announcements > RS_ANNOUNCEMENTS) cell->retention.announcements = 0;
+  if (cell->arq_sender.announcements > RS_ANNOUNCEMENTS) cell->arq_sender.announcements = 0;
   if (cell->torque.used > RS_TORQUE_SLOTS) cell->torque.used = 0;
 }
 

@@ -37,7 +37,7 @@ void rs_identity_assign(rs_cell* cell, uint16_t id, uint32_t now_us) {
   rs_cell_seal(cell);
   rs_identity_changed(cell, now_us);
   rs_sampling_restart(cell, now_us);
-  cell->queues.advert_due = RS_ALL_PORTS; /* neighbours learn the name */
+  cell->queues.beacon_due = RS_ALL_PORTS; /* neighbours learn the name */
 }
 
 void rs_identity_rejoin(rs_cell* cell, uint32_t now_us) {
@@ -46,7 +46,7 @@ void rs_identity_rejoin(rs_cell* cell, uint32_t now_us) {
   rs_cell_seal(cell);
   cell->join_us = now_us;
   rs_sampling_restart(cell, now_us);
-  cell->queues.advert_due = RS_ALL_PORTS;
+  cell->queues.beacon_due = RS_ALL_PORTS;
 }
 
 /* Binary logarithm plus one, capped at 7; 0 for none. */

@@ -22,7 +22,7 @@ static void set_flaps(rs_neighbour* neighbour, uint32_t flaps) {
 static void check_flaps(rs_neighbour* neighbour) {
   if ((neighbour->flaps ^ neighbour->flaps_complement) == 0xFF) return;
   set_flaps(neighbour, 0);
-  neighbour->held = false;
+  neighbour->hold_down = false;
 }
 
 void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
@@ -33,15 +33,15 @@ void rs_link_down(rs_cell* cell, unsigned port, uint32_t now_us) {
     /* A link that falls again soon after coming up is kept out for longer and longer. */
     if (now_us - neighbour->up_us >= RS_FLAP_FORGET_US) set_flaps(neighbour, 0);
     if (neighbour->flaps > 0U) {
-      neighbour->held = true;
-      neighbour->held_until_us = now_us + hold_down_us(neighbour->flaps);
+      neighbour->hold_down = true;
+      neighbour->hold_down_until_us = now_us + hold_down_us(neighbour->flaps);
     }
     if (neighbour->flaps < 16U) set_flaps(neighbour, neighbour->flaps + 1U);
   }
   neighbour->up = false;
   neighbour->good = 0;
   neighbour->hops = RS_HOPS_POISON;
-  if (neighbour->child) neighbour->hearing.kept = true;
+  if (neighbour->child) neighbour->arq_receiver.kept = true;
   neighbour->child = false;
   neighbour->hears_us = false;
   rs_identity_changed(cell, now_us);
@@ -63,12 +63,12 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   if (neighbour->good < RS_LINK_UP_FRAMES) ++neighbour->good;
   if (neighbour->good < RS_LINK_UP_FRAMES || !neighbour->met) return;
   check_flaps(neighbour);
-  if (neighbour->held) {
-    const uint32_t left_us = neighbour->held_until_us - now_us;
+  if (neighbour->hold_down) {
+    const uint32_t left_us = neighbour->hold_down_until_us - now_us;
     if (left_us != 0U && neighbour->flaps > 1U && neighbour->flaps <= 16U &&
         left_us <= hold_down_us(neighbour->flaps - 1U))
       return;
-    neighbour->held = false;
+    neighbour->hold_down = false;
   }
   neighbour->up = true;
   neighbour->up_us = now_us;
@@ -79,7 +79,7 @@ void rs_links_check(rs_cell* cell, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (neighbour->up && now_us - neighbour->heard_us >= RS_LINK_DOWN_US) rs_link_down(cell, port, now_us);
-    if (neighbour->up) neighbour->held = false; /* damaged memory: a link that is kept out is down */
+    if (neighbour->up) neighbour->hold_down = false; /* damaged memory: a link that is kept out is down */
     /* A stuck cell may say the same for ever; a cell that has forgotten how near it was must not believe it again. */
     if (now_us - neighbour->turned_us >= RS_STALE_LIMIT_US) neighbour->stale = true;
     const bool lagging = rs_link_lagging(&cell->route, neighbour, now_us);

@@ -2,7 +2,7 @@
  * Planned moves (R10): a granted cell changes its tree without losing a frame.
  *
  * It cannot simply adopt a neighbour in the other tree, because that must come strictly before its feasible distance.
- * So it stops adopting ticks of its old parent, keeps forwarding through it, says that it is leaving, and adopts the
+ * So it stops adopting ticks of its old parent, keeps forwarding through it, says that it is draining, and adopts the
  * target at its next tick, which is newer. Feasibility remains the only law, and the old path stays whole until the new
  * one is. Children that have an equally near parent which stays in the tree change over to it meanwhile. */
 #include "cell/routing/moves.h"
@@ -32,20 +32,20 @@ static void rest(rs_route* route) {
 }
 
 /* Begins a move to the neighbour at a port. */
-static void hold(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32_t now_us) {
+static void begin_handover(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32_t now_us) {
   rs_route* route = &cell->route;
-  route->hold = true;
-  route->hold_whole = whole;
-  route->hold_size = (uint16_t)size;
+  route->handover = true;
+  route->handover_whole = whole;
+  route->handover_size = (uint16_t)size;
   route->target_port = (uint8_t)(port + 1U);
   route->target_root = route->neighbour[port].wave.root;
-  route->hold_us = now_us;
+  route->handover_us = now_us;
 }
 
 static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
-  if (route->told_round != route->wants.round) return;
+  if (route->handover || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
+  if (route->told_round != route->demands.round) return;
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
@@ -54,8 +54,8 @@ static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  hold(cell, best, whole, route->told_size, now_us);
-  rs_route_advertise(cell, now_us);
+  begin_handover(cell, best, whole, route->told_size, now_us);
+  rs_route_beacon(cell, now_us);
 }
 
 void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -72,18 +72,18 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     return;
   }
   /* Its wants and grants are in force already, or over. */
-  const uint16_t before = (uint16_t)(route->wants.sequence - grant.sequence);
-  if (route->wants.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return;
+  const uint16_t before = (uint16_t)(route->demands.sequence - grant.sequence);
+  if (route->demands.root == grant.root && before > 0U && before <= 2U * RS_SEQUENCE_WINDOW) return;
   rs_queue_down(cell, frame);
-  if (route->wants.root != grant.root || route->wants.round != grant.round) route->told_round = NO_ROUND;
-  route->wants =
-      (rs_wants){.sequence = (uint16_t)grant.sequence,
-                 .size = {(uint16_t)grant.want_1_size, (uint16_t)grant.want_2_size, (uint16_t)grant.want_3_size},
-                 .target = {(uint8_t)grant.want_1_root, (uint8_t)grant.want_2_root, (uint8_t)grant.want_3_root},
-                 .root = (uint8_t)grant.root,
-                 .round = (uint8_t)grant.round,
-                 .open = grant.want_1_root != 0U,
-                 .last_resort = (uint8_t)grant.last_resort};
+  if (route->demands.root != grant.root || route->demands.round != grant.round) route->told_round = NO_ROUND;
+  route->demands = (rs_demands){
+      .sequence = (uint16_t)grant.sequence,
+      .size = {(uint16_t)grant.demand_1_size, (uint16_t)grant.demand_2_size, (uint16_t)grant.demand_3_size},
+      .target = {(uint8_t)grant.demand_1_root, (uint8_t)grant.demand_2_root, (uint8_t)grant.demand_3_root},
+      .root = (uint8_t)grant.root,
+      .round = (uint8_t)grant.round,
+      .open = grant.demand_1_root != 0U,
+      .last_resort = (uint8_t)grant.last_resort};
   for (unsigned p = 0; p < RS_PORTS; ++p) {
     rs_offer* offer = &route->neighbour[p].offer;
     if (grant.cell != RS_ID_NONE && offer->cell == grant.cell) offer->cell = RS_ID_NONE;
@@ -97,7 +97,7 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
-    if (port + 1U == route->parent_port || neighbour->child || neighbour->leaving || !rs_link_usable(neighbour))
+    if (port + 1U == route->parent_port || neighbour->child || neighbour->draining || !rs_link_usable(neighbour))
       continue;
     if (neighbour->wave.root != route->wave.root || neighbour->hops >= route->hops) continue;
     if (!rs_route_feasible(route, port)) continue;
@@ -110,19 +110,19 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
 
 void rs_move_detour(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold || route->parent_port == RS_NO_PARENT) return;
+  if (route->handover || route->parent_port == RS_NO_PARENT) return;
   /* Who hangs on a cell that may go a longer way soon says so at once: nobody deep comes below it meanwhile, whom that
    * way would bring beyond the cap on the depth. */
-  if (route->yielding == 0U && route->neighbour[route->parent_port - 1U].leaving) rs_subtree_update(cell);
-  if (route->yielding == 0U) return;
+  if (route->draining_ticks == 0U && route->neighbour[route->parent_port - 1U].draining) rs_subtree_update(cell);
+  if (route->draining_ticks == 0U) return;
   /* Those who hang on this cell have to know it first, so that it does not go to one of them; and they go first, so
    * that it is known how deep its subtree is. */
-  if (route->yielding < 255U) ++route->yielding;
-  if (route->yielding <= DETOUR_TICKS + route->subtree_height) return;
+  if (route->draining_ticks < 255U) ++route->draining_ticks;
+  if (route->draining_ticks <= DETOUR_TICKS + route->subtree_height) return;
   const rs_neighbour* parent = &route->neighbour[route->parent_port - 1U];
-  /* One hold at a time along a way, or those below lose patience; and few, as each costs an advert or two. */
+  /* One hold at a time along a way, or those below lose patience; and few, as each costs a beacon or two. */
   const bool behind = parent->wave.sequence != (uint16_t)(route->wave.sequence + 1U);
-  if (!parent->leaving || behind || now_us - route->hold_us < RS_DETOUR_PAUSE_US) return;
+  if (!parent->draining || behind || now_us - route->handover_us < RS_DETOUR_PAUSE_US) return;
   unsigned best = RS_PORTS;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
@@ -131,21 +131,21 @@ void rs_move_detour(rs_cell* cell, uint32_t now_us) {
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  hold(cell, best, true, route->subtree_size, now_us); /* nobody has to know before it is done */
+  begin_handover(cell, best, true, route->subtree_size, now_us); /* nobody has to know before it is done */
   rs_subtree_update(cell);
   rs_timer_set(cell, now_us);
 }
 
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold && port + 1U == route->target_port) {
+  if (route->handover && port + 1U == route->target_port) {
     const rs_neighbour* target = &route->neighbour[port];
     const bool within = target->hops < RS_HOPS_POISON && within_cap(route, target, &target->wave);
     const bool detour = route->target_root == route->wave.root;
     const bool light =
-        detour || (now_us - route->hold_us >= RS_HOLD_LEAVE_US && route->subtree_size <= route->hold_size);
-    if (target->wave.root != route->target_root || target->leaving || !within) {
-      route->hold = false;
+        detour || (now_us - route->handover_us >= RS_HANDOVER_LEAVE_US && route->subtree_size <= route->handover_size);
+    if (target->wave.root != route->target_root || target->draining || !within) {
+      route->handover = false;
     } else if (light && rs_route_feasible(route, port)) {
       rs_route_adopt(cell, port, now_us);
       if (detour) return true;
@@ -154,13 +154,13 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
     }
   }
   const unsigned parent = route->parent_port - 1U;
-  return parent < RS_PORTS && route->neighbour[parent].leaving && rs_move_shed(cell, now_us);
+  return parent < RS_PORTS && route->neighbour[parent].draining && rs_move_shed(cell, now_us);
 }
 
 void rs_move_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
-  if (route->hold && now_us - route->hold_us >= rs_move_longest_us(route)) {
-    route->hold = false;
+  if (route->handover && now_us - route->handover_us >= rs_move_longest_us(route)) {
+    route->handover = false;
     if (route->target_root != route->wave.root) rest(route); /* others may be luckier */
   }
   if ((uint16_t)(route->wave.sequence - route->moved_sequence) >= RS_REST_TICKS) route->resting = false;

@@ -10,7 +10,7 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
 bool rs_move_shed(rs_cell* cell, uint32_t now_us);
 /* Begins to leave a parent that hangs at the border for a farther one that does not. */
 void rs_move_detour(rs_cell* cell, uint32_t now_us);
-/* What an advert of another neighbour than the parent means for a move; true if the cell has moved. */
+/* What a beacon of another neighbour than the parent means for a move; true if the cell has moved. */
 bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us);
 void rs_move_check(rs_cell* cell, uint32_t now_us);
 

@@ -11,46 +11,46 @@
 
 enum { MOST_DELTA = 15 }; /* that an offer can tell */
 
-bool rs_wants_open(const rs_route* route) {
-  const rs_wants* wants = &route->wants;
-  return wants->open != 0U && route->parent_port != RS_NO_PARENT && wants->root == route->wave.root &&
-         (uint16_t)(route->wave.sequence - wants->sequence + 1U) <= RS_WANTS_TICKS;
+bool rs_demands_open(const rs_route* route) {
+  const rs_demands* demands = &route->demands;
+  return demands->open != 0U && route->parent_port != RS_NO_PARENT && demands->root == route->wave.root &&
+         (uint16_t)(route->wave.sequence - demands->sequence + 1U) <= RS_DEMANDS_TICKS;
 }
 
 void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best) {
-  if (offer->cell == RS_ID_NONE || offer->round != route->wants.round) return;
+  if (offer->cell == RS_ID_NONE || offer->round != route->demands.round) return;
   if (best->cell != RS_ID_NONE) {
     const int32_t cheaper = (int32_t)best->delta - offer->delta;
     const int32_t larger = (int32_t)offer->size - best->size;
-    const int32_t first = route->wants.last_resort ? -larger : cheaper;
-    const int32_t second = route->wants.last_resort ? cheaper : larger;
+    const int32_t first = route->demands.last_resort ? -larger : cheaper;
+    const int32_t second = route->demands.last_resort ? cheaper : larger;
     if (first < 0 || (first == 0 && second < 0)) return;
     if (first == 0 && second == 0 && offer->cell >= best->cell) return;
   }
   *best = *offer;
 }
 
-void rs_offer_own(const rs_cell* cell, uint32_t lean_size, rs_offer* best) {
+void rs_offer_own(const rs_cell* cell, uint32_t captive_size, rs_offer* best) {
   const rs_route* route = &cell->route;
   /* A root cell stays: without it the port would have no tree. */
-  if (cell->id == RS_ID_NONE || route->hops <= 1U || route->hold || route->resting) return;
+  if (cell->id == RS_ID_NONE || route->hops <= 1U || route->handover || route->resting) return;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || !rs_move_open(route, neighbour)) continue;
     const uint32_t hops = neighbour->hops + 1U;
     const uint32_t delta = hops > route->hops ? hops - route->hops : 0U;
     if (delta >= route->wave.gain_threshold) continue;
-    for (unsigned w = 0; w < RS_WANTS; ++w) {
-      if (route->wants.target[w] != neighbour->wave.root) continue;
-      const uint32_t wanted = route->wants.size[w], cap = route->wave.depth_cap;
-      const bool whole = route->subtree_size <= wanted, lean = route->wants.last_resort && lean_size <= wanted;
+    for (unsigned w = 0; w < RS_DEMANDS; ++w) {
+      if (route->demands.target[w] != neighbour->wave.root) continue;
+      const uint32_t wanted = route->demands.size[w], cap = route->wave.depth_cap;
+      const bool whole = route->subtree_size <= wanted, lean = route->demands.last_resort && captive_size <= wanted;
       /* All may come along, so the deepest of all must not come too deep. */
       if ((!whole && !lean) || hops + route->subtree_height > cap) continue;
       const rs_offer own = {.cell = cell->id,
-                            .size = whole ? route->subtree_size : (uint16_t)lean_size,
+                            .size = whole ? route->subtree_size : (uint16_t)captive_size,
                             .delta = (uint8_t)(delta < MOST_DELTA ? delta : MOST_DELTA),
                             .root = neighbour->wave.root,
-                            .round = route->wants.round,
+                            .round = route->demands.round,
                             .whole = whole};
       rs_offer_better(route, &own, best);
     }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The parent of a cell: which neighbour may be it (R2), becoming its child (R3), losing it (R5).
  *
- * Loop freedom rests on one rule (R2): an advert may be adopted only if it comes strictly before the cell's feasible
- * distance, that is, its sequence is newer, or equal with fewer hops than the cell ever had in it. As a parent's advert
+ * Loop freedom rests on one rule (R2): a beacon may be adopted only if it comes strictly before the cell's feasible
+ * distance, that is, its sequence is newer, or equal with fewer hops than the cell ever had in it. As a parent's beacon
  * never comes before its own feasible distance, and that only moves forward, distances decrease strictly along parents
  * at every instant, whatever is lost, late or switched (DUAL, Garcia-Luna-Aceves 1993; Babel, RFC 8966). Roots issue a
  * new sequence every millisecond, so a cell without a feasible neighbour waits no longer. */
@@ -30,15 +30,15 @@ void rs_route_boot(rs_cell* cell, uint32_t now_us) {
   route->quarantine_us = now_us + RS_QUARANTINE_US;
   route->orphaned_us = route->advanced_us = route->origin_us = now_us;
   route->reported_us = now_us - RS_STATUS_US;
-  route->advertised_us = now_us;
-  cell->queues.advert_due = RS_ALL_PORTS;
+  route->beacon_sent_us = now_us;
+  cell->queues.beacon_due = RS_ALL_PORTS;
   cell->queues.data_most = RS_QUEUE_DATA;
   rs_subtree_update(cell);
 }
 
-void rs_route_advertise(rs_cell* cell, uint32_t now_us) {
-  cell->queues.advert_due = RS_ALL_PORTS;
-  cell->route.advertised_us = now_us;
+void rs_route_beacon(rs_cell* cell, uint32_t now_us) {
+  cell->queues.beacon_due = RS_ALL_PORTS;
+  cell->route.beacon_sent_us = now_us;
   rs_timer_set(cell, now_us);
 }
 
@@ -72,7 +72,7 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
   route->hops = (uint8_t)(neighbour->hops + 1U);
   route->wave = neighbour->wave;
   route->origin_us = neighbour->origin_us;
-  rs_queues_calm(cell);
+  rs_queues_relax(cell);
   if (route->unbound || rs_newer(route->wave.sequence, route->feasible_sequence)) {
     route->unbound = false;
     route->feasible_sequence = route->wave.sequence;
@@ -85,12 +85,12 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
     route->timed = true;
     rs_sampling_restart(cell, now_us);
   }
-  if (moved) route->hold = false;
+  if (moved) route->handover = false;
   if (elsewhere) rs_subtree_update(cell);
-  rs_route_advertise(cell, now_us);
+  rs_route_beacon(cell, now_us);
 }
 
-enum { SPOILT_COST = 1024 }; /* more than any number of hops */
+enum { LOSSY_COST = 1024 }; /* more than any number of hops */
 
 /* The best neighbour to adopt: over a line that does not spoil frames, fewest hops, the own root first, then the lowest
  * port; RS_PORTS if none is feasible. */
@@ -101,7 +101,7 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
     if (!rs_route_feasible(route, port)) continue;
-    const uint32_t cost = (rs_link_spoilt(neighbour, now_us) ? SPOILT_COST : 0U) + 2U * neighbour->hops +
+    const uint32_t cost = (rs_link_lossy(neighbour, now_us) ? LOSSY_COST : 0U) + 2U * neighbour->hops +
                           (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {
       best = port;
@@ -135,10 +135,10 @@ void rs_route_lose(rs_cell* cell, uint32_t now_us) {
   }
   route->parent_port = RS_NO_PARENT;
   route->hops = RS_HOPS_POISON;
-  route->hold = false;
+  route->handover = false;
   route->orphaned_us = now_us;
   ++cell->counts.orphanings;
   rs_identity_changed(cell, now_us);
   rs_subtree_update(cell);
-  rs_route_advertise(cell, now_us);
+  rs_route_beacon(cell, now_us);
 }

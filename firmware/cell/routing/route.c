@@ -23,12 +23,12 @@ static void tick_of_parent(rs_cell* cell, unsigned port, uint32_t now_us) {
   rs_route_heal_distance(route);
   if (parent->child || parent->hops >= RS_HOPS_MAX) {
     rs_route_lose(cell, now_us);
-  } else if (parent->leaving && rs_move_shed(cell, now_us)) {
+  } else if (parent->draining && rs_move_shed(cell, now_us)) {
     return;
   } else if (rs_newer(parent->wave.sequence, route->wave.sequence)) {
     rs_move_check(cell, now_us);
     rs_move_detour(cell, now_us);
-    if (!route->hold) rs_route_adopt(cell, port, now_us);
+    if (!route->handover) rs_route_adopt(cell, port, now_us);
   } else if (parent->wave.sequence != route->wave.sequence) {
     rs_route_lose(cell, now_us);
   } else if (parent->hops + 1U != route->hops || parent->wave.root != route->wave.root) {
@@ -54,15 +54,15 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   const bool too_deep = route->hops > route->wave.depth_cap;
   const int wanted = same || too_deep ? 1 : (int)route->wave.gain_threshold;
   /* Nobody goes back to a cell at the border while it is to become light, but for being too deep. */
-  const bool back = same && neighbour->leaving && !route->neighbour[route->parent_port - 1U].leaving &&
+  const bool back = same && neighbour->draining && !route->neighbour[route->parent_port - 1U].draining &&
                     route->hops + route->subtree_height <= route->wave.depth_cap;
-  const bool spoilt = rs_link_spoilt(neighbour, now_us);
-  const bool parent_spoilt = rs_link_spoilt(&route->neighbour[route->parent_port - 1U], now_us);
-  if (parent_spoilt && !spoilt && same) {
+  const bool lossy = rs_link_lossy(neighbour, now_us);
+  const bool parent_lossy = rs_link_lossy(&route->neighbour[route->parent_port - 1U], now_us);
+  if (parent_lossy && !lossy && same) {
     rs_route_adopt(cell, port, now_us);
     return;
   }
-  if (gain >= 1 && gain >= wanted && !back && (parent_spoilt || !spoilt)) {
+  if (gain >= 1 && gain >= wanted && !back && (parent_lossy || !lossy)) {
     rs_route_adopt(cell, port, now_us);
     return;
   }
@@ -97,10 +97,10 @@ void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us) {
 void rs_route_check(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_route_heal_distance(route);
-  /* Without a parent there is no way to advertise, and with one there is. */
+  /* Without a parent there is no way to announce, and with one there is. */
   if (route->parent_port == RS_NO_PARENT && route->hops != RS_HOPS_POISON) {
     route->hops = RS_HOPS_POISON;
-    rs_route_advertise(cell, now_us);
+    rs_route_beacon(cell, now_us);
   }
   if (route->parent_port != RS_NO_PARENT && (route->hops == 0U || route->hops == RS_HOPS_POISON || route->unbound)) {
     rs_route_lose(cell, now_us);
@@ -110,15 +110,15 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
     if (route->parent_port != RS_NO_PARENT || left_us == 0U || left_us > RS_QUARANTINE_US) route->in_quarantine = false;
   }
   rs_links_check(cell, now_us);
-  const bool held = route->hold;
+  const bool held = route->handover;
   rs_move_check(cell, now_us);
 
   const rs_neighbour* parent = parent_of(route);
   if (parent != NULL) {
-    const bool stale = now_us - route->advanced_us >= RS_STALE_LIMIT_US && !rs_link_spoilt(parent, now_us);
+    const bool stale = now_us - route->advanced_us >= RS_STALE_LIMIT_US && !rs_link_lossy(parent, now_us);
     if (!rs_link_usable(parent) || stale) {
       rs_route_lose(cell, now_us);
-    } else if (held && !route->hold && rs_newer(parent->wave.sequence, route->wave.sequence)) {
+    } else if (held && !route->handover && rs_newer(parent->wave.sequence, route->wave.sequence)) {
       tick_of_parent(cell, route->parent_port - 1U, now_us); /* what was held back */
     }
   } else if (!route->in_quarantine) {
@@ -132,5 +132,5 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
       if (alone) route->unbound = true;
     }
   }
-  if (now_us - route->advertised_us >= RS_HEARTBEAT_US) rs_route_advertise(cell, now_us);
+  if (now_us - route->beacon_sent_us >= RS_HEARTBEAT_US) rs_route_beacon(cell, now_us);
 }

@@ -46,21 +46,21 @@ enum { MOST_IN_TURNS = 48, MOST_AT_ONCE = 12 };
 
 /* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in six of
  * eight rounds only one in eight of them does. */
-static bool in_turns(const rs_wants* wants) {
-  return (wants->round & 6U) != 0U;
+static bool in_turns(const rs_demands* demands) {
+  return (demands->round & 6U) != 0U;
 }
 
 /* Up to so many cells may hang on a cell at the border that lets them go, by round: trunks become light from their ends
  * upwards, and the ways of all others stay as they are. Where few let go at a time, a trunk may be most of its tree. */
-static uint32_t most_to_let_go(const rs_wants* wants) {
-  return (uint32_t)(in_turns(wants) ? MOST_IN_TURNS : MOST_AT_ONCE) << 2U * (wants->round & 1U);
+static uint32_t most_to_let_go(const rs_demands* demands) {
+  return (uint32_t)(in_turns(demands) ? MOST_IN_TURNS : MOST_AT_ONCE) << 2U * (demands->round & 1U);
 }
 
 /* Whose turn it is changes every 32 ticks. Neighbours have consecutive ids as a rule; their turns are far apart, so
  * that a trunk is let go of at one place. */
 static bool takes_turn(const rs_cell* cell) {
-  const rs_wants* wants = &cell->route.wants;
-  return !in_turns(wants) || (cell->id * (uint32_t)RS_GOLDEN_FRACTION >> 7U & 7U) == (wants->sequence >> 5U & 7U);
+  const rs_demands* demands = &cell->route.demands;
+  return !in_turns(demands) || (cell->id * (uint32_t)RS_GOLDEN_FRACTION >> 7U & 7U) == (demands->sequence >> 5U & 7U);
 }
 
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
@@ -71,11 +71,11 @@ static bool hangs_at_border(const rs_cell* cell) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (neighbour->child || !rs_link_usable(neighbour) || neighbour->hops >= RS_HOPS_POISON) continue;
     if (port + 1U == route->parent_port) {
-      if (neighbour->leaving) return true;
+      if (neighbour->draining) return true;
       continue;
     }
-    for (unsigned w = 0; w < RS_WANTS; ++w) {
-      if (route->wants.target[w] == neighbour->wave.root && takes_turn(cell)) return true;
+    for (unsigned w = 0; w < RS_DEMANDS; ++w) {
+      if (route->demands.target[w] == neighbour->wave.root && takes_turn(cell)) return true;
     }
   }
   return false;
@@ -88,8 +88,8 @@ static void set_size(rs_neighbour* neighbour, uint32_t size) {
 
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
-  const bool wanted = rs_wants_open(route);
-  uint32_t size = 1, lean_size = 1, height = 0;
+  const bool wanted = rs_demands_open(route);
+  uint32_t size = 1, captive_size = 1, height = 0;
   bool alternative = false;
   root_set foreign = {.count = 0};
   rs_offer best = {.cell = RS_ID_NONE};
@@ -101,7 +101,7 @@ void rs_subtree_update(rs_cell* cell) {
       if ((neighbour->size ^ neighbour->size_complement) != 0xFFFF) rs_subtree_forget(neighbour);
       size += neighbour->size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
-      if (!neighbour->alternative) lean_size += neighbour->lean_size;
+      if (!neighbour->alternative) captive_size += neighbour->captive_size;
       for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
         if (neighbour->foreign[i] != route->wave.root) add_root(&foreign, neighbour->foreign[i]);
       }
@@ -109,30 +109,30 @@ void rs_subtree_update(rs_cell* cell) {
     } else if (rs_link_usable(neighbour) && neighbour->hops < RS_HOPS_POISON) {
       if (neighbour->wave.root != route->wave.root) {
         add_root(&foreign, neighbour->wave.root);
-      } else if (neighbour->hops < route->hops && !neighbour->leaving) {
+      } else if (neighbour->hops < route->hops && !neighbour->draining) {
         alternative = true;
       }
     }
   }
   if (size > 0xFFFFU) size = 0xFFFFU;
-  if (lean_size > 0xFFFFU) lean_size = 0xFFFFU;
+  if (captive_size > 0xFFFFU) captive_size = 0xFFFFU;
   if (height > 0xFFU) height = 0xFFU;
   if (size != route->subtree_size || height != route->subtree_height) {
     cell->queues.status_due = cell->queues.size_due = true;
-    rs_queues_crowd(cell, route->subtree_size, size);
+    rs_queues_throttle(cell, route->subtree_size, size);
   }
   route->subtree_size = (uint16_t)size;
-  route->subtree_lean_size = (uint16_t)lean_size;
+  route->subtree_captive_size = (uint16_t)captive_size;
   route->subtree_height = (uint8_t)height;
   route->alternative = alternative;
   const bool may_yield =
-      wanted && route->wants.last_resort && route->hops > 1U && size <= most_to_let_go(&route->wants);
+      wanted && route->demands.last_resort && route->hops > 1U && size <= most_to_let_go(&route->demands);
   if (!may_yield || !hangs_at_border(cell)) {
-    route->yielding = 0;
-  } else if (route->yielding == 0U) {
-    route->yielding = 1;
+    route->draining_ticks = 0;
+  } else if (route->draining_ticks == 0U) {
+    route->draining_ticks = 1;
   }
-  if (wanted) rs_offer_own(cell, lean_size, &best);
+  if (wanted) rs_offer_own(cell, captive_size, &best);
   if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;
   report_roots(route, &foreign);
@@ -140,7 +140,7 @@ void rs_subtree_update(rs_cell* cell) {
 
 void rs_subtree_forget(rs_neighbour* neighbour) {
   set_size(neighbour, 1);
-  neighbour->lean_size = 1;
+  neighbour->captive_size = 1;
   neighbour->height = 0;
   neighbour->alternative = false;
   neighbour->offer = (rs_offer){.cell = RS_ID_NONE};
@@ -152,7 +152,7 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
   rs_status status;
   rs_status_unpack(&status, frame);
   set_size(neighbour, status.size);
-  neighbour->lean_size = (uint16_t)status.lean_size;
+  neighbour->captive_size = (uint16_t)status.captive_size;
   neighbour->height = (uint8_t)status.height;
   neighbour->alternative = status.alternative != 0U;
   neighbour->foreign[0] = (uint8_t)status.foreign_1;
@@ -180,7 +180,7 @@ void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
   const rs_status status = {.type = RS_TYPE_status,
                             .sender = cell->id,
                             .size = route->subtree_size,
-                            .lean_size = route->subtree_lean_size,
+                            .captive_size = route->subtree_captive_size,
                             .height = route->subtree_height,
                             .alternative = route->alternative,
                             .candidate = route->offer.cell,

@@ -13,7 +13,7 @@ enum {
   CYCLE = 16 * 64, /* sample times are told modulo 16 ticks, in 64ths */
   /* The time of another tree, whose cells have just come here, may be ahead by so much. What is left of the cycle must
    * hold the oldest event that may come, which has been kept to the last and then sent on its way. */
-  GUARD = CYCLE - (RS_RETENTION_US + 500) * 64 / RS_TICK_US
+  GUARD = CYCLE - (RS_ARQ_KEEP_US + 500) * 64 / RS_TICK_US
 };
 
 uint32_t rs_sample_age_us(const rs_cell* cell, const uint8_t* frame, uint32_t now_us) {

@@ -2,10 +2,10 @@
  * When the cell has something to do again without being asked: the least of the waits of all its parts. */
 #include "cell/time/timer.h"
 
-uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us) {
+uint32_t rs_beacon_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us) {
   const rs_queues* queues = &cell->queues;
-  const uint32_t since_us = now_us - queues->advert_us[port][queues->advert_next[port] % RS_ADVERTS];
-  return since_us < RS_ADVERTS_US ? RS_ADVERTS_US - since_us : 0U;
+  const uint32_t since_us = now_us - queues->beacon_us[port][queues->beacon_next[port] % RS_BEACONS];
+  return since_us < RS_BEACONS_US ? RS_BEACONS_US - since_us : 0U;
 }
 
 /* A bucket that holds a burst of status frames and fills again by one in each mean time; `status_spent_us` is when it
@@ -44,9 +44,9 @@ RS_INLINE uint32_t sooner(uint32_t wait_us, uint32_t limit_us) {
 
 void rs_timer_set(rs_cell* cell, uint32_t now_us) {
   const rs_route* route = &cell->route;
-  uint32_t wait_us = sooner(RS_HEARTBEAT_US, route->advertised_us + RS_HEARTBEAT_US - now_us);
+  uint32_t wait_us = sooner(RS_HEARTBEAT_US, route->beacon_sent_us + RS_HEARTBEAT_US - now_us);
   wait_us = sooner(wait_us, rs_torque_wait_us(cell, now_us));
-  if (route->hold) wait_us = sooner(wait_us, route->hold_us + rs_move_longest_us(route) - now_us);
+  if (route->handover) wait_us = sooner(wait_us, route->handover_us + rs_move_longest_us(route) - now_us);
   if (route->in_quarantine) wait_us = sooner(wait_us, route->quarantine_us - now_us);
   if (route->parent_port != RS_NO_PARENT) {
     /* What is asked for at least so often brings the checks of all else, and is itself never looked past. */
@@ -59,8 +59,8 @@ void rs_timer_set(rs_cell* cell, uint32_t now_us) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (neighbour->up) wait_us = sooner(wait_us, neighbour->heard_us + RS_LINK_DOWN_US - now_us);
   }
-  for (unsigned due = cell->queues.advert_due, port = 0; due != 0U; due >>= 1, ++port) {
-    if ((due & 1U) != 0U) wait_us = sooner(wait_us, rs_advert_wait_us(cell, port & 3U, now_us));
+  for (unsigned due = cell->queues.beacon_due, port = 0; due != 0U; due >>= 1, ++port) {
+    if ((due & 1U) != 0U) wait_us = sooner(wait_us, rs_beacon_wait_us(cell, port & 3U, now_us));
   }
   cell->timer_us = now_us + wait_us;
 }

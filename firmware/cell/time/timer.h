@@ -8,7 +8,7 @@
 /* When the next check is due; called after each change of one of its reasons. */
 void rs_timer_set(rs_cell* cell, uint32_t now_us);
 
-uint32_t rs_advert_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us); /* until it may be sent; 0: now */
+uint32_t rs_beacon_wait_us(const rs_cell* cell, unsigned port, uint32_t now_us); /* until it may be sent; 0: now */
 uint32_t rs_status_wait_us(const rs_cell* cell, uint32_t now_us);                /* likewise */
 void rs_status_note(rs_cell* cell, uint32_t now_us);                             /* one is sent */
 uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us);

@@ -62,12 +62,12 @@ static void lower(int32_t vector[3], const int16_t rotation[9], int32_t sine, in
 }
 
 /* force * lever in Nm with RS_TORQUE_BITS. The force is brought to 15 bits first, so that small ones stay exact. */
-static int32_t torque_of(int32_t force, unsigned force_shift, int32_t lever, int length_exponent, bool* held) {
+static int32_t torque_of(int32_t force, unsigned force_shift, int32_t lever, int length_exponent, bool* saturated) {
   const int32_t product = (force >> force_shift) * lever; /* RS_FORCE_BITS - force_shift + RS_LENGTH_BITS */
   const int drop = RS_FORCE_BITS + RS_LENGTH_BITS - RS_TORQUE_BITS - length_exponent - (int)force_shift;
   if (drop > 0) return rs_shifted(product, (unsigned)drop);
   const int32_t limit = INT32_MAX >> -drop;
-  if (product > limit || product < -limit) *held = true;
+  if (product > limit || product < -limit) *saturated = true;
   return rs_saturated(product, limit) * ((int32_t)1 << -drop);
 }
 
@@ -79,17 +79,17 @@ bool rs_chain_torque(const rs_chain* chain, const int16_t* position, int32_t for
   }
   unsigned force_shift = 0;
   while ((force >> force_shift) > INT16_MAX) ++force_shift;
-  bool held = false;
+  bool saturated = false;
   for (unsigned l = chain->joints; l-- > 0U;) {
     int32_t sine = 0, cosine = (int32_t)1 << RS_UNIT_BITS;
     if ((chain->prismatic >> l & 1U) != 0U) {
-      torque[l] = torque_of(force, force_shift, direction[2], 0, &held);
+      torque[l] = torque_of(force, force_shift, direction[2], 0, &saturated);
       point[2] += chain->length_exponent > 0 ? rs_shifted(position[l], (unsigned)chain->length_exponent)
                                              : position[l] * ((int32_t)1 << -chain->length_exponent);
     } else {
       /* [Cheng19 eq. 16] of one joint: the lever of the force about its axis, times the force */
       const int32_t lever = rs_shifted(point[0] * direction[1] - point[1] * direction[0], RS_UNIT_BITS);
-      torque[l] = torque_of(force, force_shift, lever, chain->length_exponent, &held);
+      torque[l] = torque_of(force, force_shift, lever, chain->length_exponent, &saturated);
       sine = rs_sine(position[l]);
       cosine = rs_cosine(position[l]);
     }
@@ -99,5 +99,5 @@ bool rs_chain_torque(const rs_chain* chain, const int16_t* position, int32_t for
     lower(direction, place->rotation, sine, cosine);
     for (unsigned i = 0; i < 3U; ++i) point[i] += place->offset[i]; /* [Cheng19 eq. 21] */
   }
-  return !held;
+  return !saturated;
 }

@@ -37,9 +37,9 @@ void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   if (joints.limb != cell->torque.own.limb || joints.part >= RS_TORQUE_PARTS) return;
   if (state->limb != joints.limb) {
     state->limb = (uint8_t)joints.limb;
-    state->held = 0;
+    state->received_mask = 0;
   }
-  state->held |= (uint8_t)(1U << joints.part);
+  state->received_mask |= (uint8_t)(1U << joints.part);
   const int32_t position[RS_JOINTS_PER_PART] = {joints.joint_1, joints.joint_2, joints.joint_3,
                                                 joints.joint_4, joints.joint_5, joints.joint_6};
   for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i) {

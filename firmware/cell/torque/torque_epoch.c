@@ -4,8 +4,8 @@
 
 #include "cell/time/clock.h"
 #include "cell/time/timer.h"
-#include "cell/torque/own_torque.h"
-#include "cell/transport/retention.h"
+#include "cell/torque/cell_torque.h"
+#include "cell/transport/arq_sender.h"
 #include "cell/wire/wave.h"
 
 enum {
@@ -46,7 +46,7 @@ static void add_own(rs_cell* cell, uint32_t now_us) {
     } else {
       rs_torque torque;
       rs_torque_sum_frame(&sum, epoch->epoch, false, &torque);
-      if (!rs_retention_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
+      if (!rs_arq_sender_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
     }
   }
 }
@@ -56,7 +56,7 @@ static void send(rs_cell* cell, unsigned at, bool last, uint32_t now_us) {
   rs_torque_sum* sum = &epoch->slot[at];
   rs_torque torque;
   rs_torque_sum_frame(sum, epoch->epoch, last, &torque);
-  if (!rs_retention_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
+  if (!rs_arq_sender_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
   rs_torque_sum_start(sum, torque.limb, torque.part);
   epoch->filled &= (uint8_t)~(1U << at);
 }
@@ -111,7 +111,7 @@ static void begin(rs_cell* cell, uint32_t number, uint32_t begin_us, uint32_t no
     epoch->waiting |= (uint8_t)(1U << port);
   }
   clear_slots(epoch);
-  rs_own_torque_update(cell, number, now_us);
+  rs_cell_torque_update(cell, number, now_us);
   add_own(cell, now_us);
   epoch->open = epoch->used > 0U || epoch->waiting != 0U;
   if (!epoch->open) return;
@@ -153,7 +153,7 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     ++cell->counts.torques_dropped;
     return;
   }
-  if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return;
+  if (!rs_arq_receiver_first(&neighbour->arq_receiver, torque.serial)) return;
   const bool last = torque.last != 0U;
   if (last) epoch->reports[port] = RS_TORQUE_FAITH;
 
@@ -174,7 +174,7 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     /* it only said that there is no more */
   } else if (behind <= 1U || behind == RS_EPOCH_MASK) {
     torque.last = 0;
-    if (!rs_retention_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
+    if (!rs_arq_sender_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
   } else {
     ++cell->counts.torques_dropped;
   }

@@ -6,7 +6,7 @@ static uint32_t at_most(uint32_t value, uint32_t limit) {
   return value < limit ? value : limit;
 }
 
-static int32_t held(int32_t value, bool* saturated) {
+static int32_t clamped(int32_t value, bool* saturated) {
   if (value > INT16_MAX) return *saturated = true, INT16_MAX;
   if (value < INT16_MIN) return *saturated = true, INT16_MIN;
   return value;
@@ -34,12 +34,12 @@ void rs_torque_sum_frame(const rs_torque_sum* sum, uint32_t epoch, bool last, rs
                         .epoch = epoch & RS_EPOCH_MASK,
                         .limb = sum->limb,
                         .part = sum->part,
-                        .joint_1 = held(sum->joint[0], &saturated),
-                        .joint_2 = held(sum->joint[1], &saturated),
-                        .joint_3 = held(sum->joint[2], &saturated),
-                        .joint_4 = held(sum->joint[3], &saturated),
-                        .joint_5 = held(sum->joint[4], &saturated),
-                        .joint_6 = held(sum->joint[5], &saturated),
+                        .joint_1 = clamped(sum->joint[0], &saturated),
+                        .joint_2 = clamped(sum->joint[1], &saturated),
+                        .joint_3 = clamped(sum->joint[2], &saturated),
+                        .joint_4 = clamped(sum->joint[3], &saturated),
+                        .joint_5 = clamped(sum->joint[4], &saturated),
+                        .joint_6 = clamped(sum->joint[5], &saturated),
                         .cells = at_most(sum->cells, RS_FIELD_MAX(torque_cells)),
                         .active = at_most(sum->active, RS_FIELD_MAX(torque_active)),
                         .age = at_most(sum->age, RS_FIELD_MAX(torque_age)),

@@ -5,6 +5,6 @@
 
 #include "robotskin/cell.h"
 
-void rs_retention_move(rs_cell* cell, uint32_t now_us); /* the parent has changed */
+void rs_arq_sender_move(rs_cell* cell, uint32_t now_us); /* the parent has changed */
 
 #endif

@@ -7,7 +7,7 @@
 
 #include "cell/time/sample_clock.h"
 #include "cell/time/tick_time.h"
-#include "cell/transport/retention.h"
+#include "cell/transport/arq_sender.h"
 #include "cell/transport/rings.h"
 #include "cell/wire/frame_copy.h"
 #include "robotskin/crc.h"
@@ -51,11 +51,11 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   uint8_t* place = NULL;
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_event:
-      if (rs_retention_event(cell, frame, now_us)) return true;
+      if (rs_arq_sender_event(cell, frame, now_us)) return true;
       cell->sampling.dropped = true;
       break;
     case RS_TYPE_clock:
-      if (rs_frame_is_replayed(frame) && is_here(queues, frame)) return true;
+      if (rs_frame_is_retransmitted(frame) && is_here(queues, frame)) return true;
       if (queues->data.count >= queues->data_most && rs_sampling_left_out(cell, frame, now_us)) {
         ++cell->counts.frames_dropped;
         /* While more cells have just come than a line carries, the section unit knows better what to do. */
@@ -124,7 +124,7 @@ static bool too_many(const rs_cell* cell, uint32_t size) {
   return period_us != 0U && size * PERIOD_US > RS_LINE_CELLS * period_us;
 }
 
-void rs_queues_crowd(rs_cell* cell, uint32_t before, uint32_t size) {
+void rs_queues_throttle(rs_cell* cell, uint32_t before, uint32_t size) {
   if (too_many(cell, size)) {
     if (size > before) cell->queues.data_most = RS_QUEUE_CROWDED;
   } else if (too_many(cell, before)) {
@@ -149,7 +149,7 @@ static void repeat(rs_cell* cell, uint32_t oldest_us, unsigned most, bool again_
   for (; queues->data_sent > 0U && ring->count < most; --queues->data_sent) {
     const uint8_t last = (uint8_t)((ring->first - 1U) & (RS_QUEUE_DATA - 1U));
     const uint8_t* frame = queues->data_frame[last];
-    if (rs_sample_age_us(cell, frame, now_us) > oldest_us || (!again_too && rs_frame_is_replayed(frame))) return;
+    if (rs_sample_age_us(cell, frame, now_us) > oldest_us || (!again_too && rs_frame_is_retransmitted(frame))) return;
     ring->first = last;
     ++ring->count;
     ++queues->data_again;
@@ -179,7 +179,7 @@ void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us) {
 
 /* What came here as a repetition is not repeated: where many lines spoil frames, it would multiply from cell to cell.
  */
-void rs_queues_repeat_spoilt(rs_cell* cell, uint32_t now_us) {
+void rs_queues_repeat_lossy(rs_cell* cell, uint32_t now_us) {
   repeat(cell, RS_REPEAT_MOST_US, SPOILT_AT_ONCE, false, now_us);
 }
 

@@ -61,12 +61,12 @@ RS_STATIC_ASSERT((int)RS_tick_sender_port_LAST == RS_CONTENT_BITS - 1 - 92 && (i
                  "U12_5 is the last bit of the port");
 RS_STATIC_ASSERT((int)RS_tick_heard_AT == RS_CONTENT_BITS - 1 - 82 && (int)RS_tick_parent_AT == 60,
                  "U11_3 is the bit that tells a neighbour that it is heard");
-RS_STATIC_ASSERT((int)RS_tick_echo_LAST == RS_CONTENT_BITS - 1 - 54 && (int)RS_tick_echo_AT == 82,
+RS_STATIC_ASSERT((int)RS_tick_ack_LAST == RS_CONTENT_BITS - 1 - 54 && (int)RS_tick_ack_AT == 82,
                  "U7_7 is the last bit of the echo");
 #define LINK_4(i) LINK(i), LINK((i) + 1), LINK((i) + 2), LINK((i) + 3)
 #define LINK(i) ENTRY((i), U11_3, U11_4, U12_5, U12_6, 0, 0, 0, 0)
 const uint16_t rs_tick_link_change[16] = {LINK_4(0), LINK_4(4), LINK_4(8), LINK_4(12)};
-const uint16_t rs_tick_echo_change[256] = TABLE(U7_7, U7, U8_1, U8_2, U8_3, U8_4, U8_5, U8_6);
+const uint16_t rs_tick_ack_change[256] = TABLE(U7_7, U7, U8_1, U8_2, U8_3, U8_4, U8_5, U8_6);
 
 /* The checksums below have their two bytes swapped, so that the next bytes of a little-endian word meet theirs. */
 static uint32_t load_little(const uint8_t* bytes) {
@@ -151,10 +151,10 @@ static void change(uint8_t frame[RS_FRAME_BYTES], unsigned byte, uint32_t change
   frame[RS_CONTENT_BYTES + 1] ^= (uint8_t)(difference >> 8);
 }
 
-void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]) {
-  RS_STATIC_ASSERT((int)RS_clock_replayed_AT == (int)RS_event_replayed_AT, "samples are laid out alike");
-  const unsigned byte = RS_clock_replayed_AT / 8;
-  const uint32_t bit = 0x8000U >> RS_clock_replayed_AT % 8;
+void rs_frame_mark_retransmitted(uint8_t frame[RS_FRAME_BYTES]) {
+  RS_STATIC_ASSERT((int)RS_clock_retransmitted_AT == (int)RS_event_retransmitted_AT, "samples are laid out alike");
+  const unsigned byte = RS_clock_retransmitted_AT / 8;
+  const uint32_t bit = 0x8000U >> RS_clock_retransmitted_AT % 8;
   if ((((uint32_t)frame[byte] << 8) & bit) == 0U) change(frame, byte, bit);
 }
 

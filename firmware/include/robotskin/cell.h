@@ -22,12 +22,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "robotskin/arq_receiver.h"
+#include "robotskin/arq_sender.h"
 #include "robotskin/channels.h"
 #include "robotskin/chaskey.h"
 #include "robotskin/geometry.h"
-#include "robotskin/hearing.h"
 #include "robotskin/keys.h"
-#include "robotskin/retention.h"
 #include "robotskin/settings.h"
 #include "robotskin/timing.h"
 #include "robotskin/torque.h"
@@ -119,21 +119,21 @@ RS_INLINE void rs_wave_into_tick(rs_tick* tick, const rs_wave* wave) {
 }
 
 enum {
-  RS_WANTS = 3,        /* trees a root can want to give cells to at once */
+  RS_DEMANDS = 3,      /* trees a root can want to give cells to at once */
   RS_FOREIGN_ROOTS = 3 /* roots beside its subtree that a cell reports at once */
 };
 
 /* What a root wants its tree to give away, from its grant frames. */
 typedef struct {
-  uint16_t sequence;        /* tick number of the last such frame */
-  uint16_t size[RS_WANTS];  /* most cells to move at once */
-  uint8_t target[RS_WANTS]; /* roots that may receive them, 0: none */
+  uint16_t sequence;          /* tick number of the last such frame */
+  uint16_t size[RS_DEMANDS];  /* most cells to move at once */
+  uint8_t target[RS_DEMANDS]; /* roots that may receive them, 0: none */
   uint8_t root;
   uint8_t round;
   uint8_t open;        /* 0: nothing is wanted */
   uint8_t last_resort; /* any move that levels, the smallest first, and children may be left behind */
   uint8_t none;
-} rs_wants;
+} rs_demands;
 
 /* A cell that could move to another tree; `cell` RS_ID_NONE: none. */
 typedef struct {
@@ -147,37 +147,37 @@ typedef struct {
 
 /* What is known of the neighbour at one port. */
 typedef struct {
-  rs_wave wave;         /* its last accepted advert */
-  rs_hearing hearing;   /* of its events and torque sums; if it is a child */
-  uint32_t origin_us;   /* when the root sent that tick, cell's clock */
-  uint32_t heard_us;    /* last valid frame */
-  uint32_t turned_us;   /* when its wave last became another one */
-  uint32_t poisoned_us; /* when it last said that it has no way to a root */
-  uint32_t up_us;       /* link up since */
-  uint32_t held_until_us;
-  uint32_t lost;      /* frames with a wrong checksum, */
-  uint32_t spoilt_us; /* and how full their bucket is: when it will be empty */
+  rs_wave wave;                 /* its last accepted beacon */
+  rs_arq_receiver arq_receiver; /* of its events and torque sums; if it is a child */
+  uint32_t origin_us;           /* when the root sent that tick, cell's clock */
+  uint32_t heard_us;            /* last valid frame */
+  uint32_t turned_us;           /* when its wave last became another one */
+  uint32_t poisoned_us;         /* when it last said that it has no way to a root */
+  uint32_t up_us;               /* link up since */
+  uint32_t hold_down_until_us;
+  uint32_t lost;            /* frames with a wrong checksum, */
+  uint32_t damage_until_us; /* and how full their bucket is: when it will be empty */
   uint16_t id;
   uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
-  uint16_t lean_size;
+  uint16_t captive_size;
   uint16_t size_complement; /* of `size`: a damaged one must not thin out a whole tree */
   rs_offer offer;           /* the best of its subtree */
   uint8_t foreign[RS_FOREIGN_ROOTS];
   uint8_t height; /* of its subtree */
-  uint8_t hops;   /* as advertised */
+  uint8_t hops;   /* as announced */
   uint8_t nonce;
   uint8_t port;             /* 1 to 4: the neighbour's own port */
   uint8_t good;             /* valid frames since the link was down, at most RS_LINK_UP_FRAMES */
   uint8_t flaps;            /* link losses in short order, */
   uint8_t flaps_complement; /* and its complement: damaged memory must not keep a link out */
-  uint8_t met;              /* nonce and advert have been heard */
+  uint8_t met;              /* nonce and beacon have been heard */
   uint8_t up;               /* enough valid frames, none missed */
   uint8_t hears_us;         /* says that it hears this cell */
   uint8_t child;            /* says that this cell is its parent */
-  uint8_t leaving;
+  uint8_t draining;
   uint8_t alternative; /* a child that has another parent in reach */
   uint8_t lagging;     /* a child that does not take over the own ticks: nothing hangs on it */
-  uint8_t held;        /* hold-down until held_until_us */
+  uint8_t hold_down;   /* kept out until hold_down_until_us */
   uint8_t stale;       /* its wave has stood still: no way to a root, whatever it says */
 } rs_neighbour;
 
@@ -187,42 +187,42 @@ typedef struct {
   uint32_t origin_us;   /* when the root sent that tick, cell's clock */
   uint32_t advanced_us; /* when the sequence last advanced */
   uint32_t orphaned_us;
-  uint32_t advertised_us;
+  uint32_t beacon_sent_us;
   uint32_t reported_us;       /* last status to the parent */
   uint32_t status_spent_us;   /* until then, status frames sent count against the burst */
   uint32_t quarantine_us;     /* end of quarantine, if in_quarantine */
-  uint16_t feasible_sequence; /* feasible distance: an advert must come strictly before it to be adopted */
+  uint16_t feasible_sequence; /* feasible distance: a beacon must come strictly before it to be adopted */
   uint8_t feasible_hops;
   uint8_t hops;
   uint8_t parent_port; /* RS_NO_PARENT or 1 to 4 */
   uint8_t in_quarantine;
-  uint8_t unbound; /* no feasible distance yet: any advert may be adopted */
+  uint8_t unbound; /* no feasible distance yet: any beacon may be adopted */
   uint8_t timed;   /* a tick has been adopted since boot: wave and origin give the time */
 
-  /* A planned move: while `hold`, no new tick of the old parent is adopted */
-  uint8_t hold;
-  uint8_t hold_whole; /* children shall come along */
-  uint8_t resting;    /* has moved at tick number `moved_sequence`, and offers itself not for a while */
+  /* A planned move: while `handover`, no new tick of the old parent is adopted */
+  uint8_t handover;
+  uint8_t handover_whole; /* children shall come along */
+  uint8_t resting;        /* has moved at tick number `moved_sequence`, and offers itself not for a while */
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
-  uint8_t yielding; /* ticks, 255 at most, since it hangs at the border to a tree that shall grow: children who need not
-                       hang on it leave */
-  uint16_t hold_size; /* most cells that may move with this one */
-  uint16_t told_size; /* least size in an own offer told to the parent in round `told_round` */
+  uint8_t draining_ticks; /* ticks, 255 at most, since it hangs at the border to a tree that shall grow: children who
+                       need not hang on it leave */
+  uint16_t handover_size; /* most cells that may move with this one */
+  uint16_t told_size;     /* least size in an own offer told to the parent in round `told_round` */
   uint8_t told_round;
-  uint32_t hold_us; /* since */
+  uint32_t handover_us; /* since */
 
   /* Tick time of the last adopted tick, and its complement: it says which ticks are played again, so it has to be
    * right. Where the two disagree, no time is known. */
   uint32_t known_time, known_time_complement;
 
   /* The subtree, for the parent's status */
-  rs_wants wants;
+  rs_demands demands;
   rs_offer offer;
   uint8_t foreign[RS_FOREIGN_ROOTS]; /* roots seen beside it, 0: none */
   uint8_t foreign_turn;              /* who is left out if there are more */
-  uint16_t subtree_size, subtree_lean_size;
+  uint16_t subtree_size, subtree_captive_size;
   uint8_t subtree_height;
   uint8_t alternative; /* another parent of the same tree is in reach */
 } rs_route;
@@ -237,7 +237,7 @@ typedef struct {
   uint32_t calm_us; /* until then nothing but traffic is to be done, and the short way may be taken (passing.c) */
   rs_ring data, slow, down;
   uint8_t busy;          /* bit p - 1: a frame is going out on port p */
-  uint8_t advert_due;    /* bit p - 1: port p is to get a tick frame */
+  uint8_t beacon_due;    /* bit p - 1: port p is to get a tick frame */
   uint8_t waiting;       /* bit p - 1: something waits for port p, as of the last step */
   uint8_t parent_port;   /* 1 to 4: the parent's, while calm, */
   uint8_t parent_bit;    /* its bit, */
@@ -251,8 +251,8 @@ typedef struct {
   uint8_t data_again;            /* of those that wait, the first so many have been sent before */
   uint32_t data_sent_us;         /* when the last one was sent */
   uint32_t started_us[RS_PORTS]; /* when the frame that is going out started */
-  uint32_t advert_us[RS_PORTS][RS_ADVERTS]; /* when a port got its last adverts, */
-  uint8_t advert_next[RS_PORTS];            /* the oldest of them here */
+  uint32_t beacon_us[RS_PORTS][RS_BEACONS]; /* when a port got its last beacons, */
+  uint8_t beacon_next[RS_PORTS];            /* the oldest of them here */
   uint8_t down_ports[RS_QUEUE_DOWN];        /* bit p - 1: still to go out on port p */
   RS_WORDS uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
   RS_WORDS uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
@@ -306,7 +306,7 @@ typedef struct {
   int32_t force;    /* that touch asks for, RS_FORCE_BITS */
   uint8_t known;    /* the parameters are */
   uint8_t felt;     /* force and time are valid */
-} rs_own_torque;
+} rs_cell_torque;
 
 #define RS_COUNT_MEMBER(name, text) uint32_t name;
 typedef struct {
@@ -321,7 +321,7 @@ typedef struct {
   rs_queues queues; /* near the beginning, see there */
   uint8_t nonce;
   uint8_t keyed;
-  uint32_t lasting;                   /* check sum of what lasts from boot to boot: uid, id and keys */
+  uint32_t identity_checksum;         /* check sum of what lasts from boot to boot: uid, id and keys */
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint8_t topology_revision;
   uint32_t timer_us;
@@ -339,9 +339,9 @@ typedef struct {
   uint32_t turn;                                /* RS_TURN_NONE until it is named */
   uint8_t flash[RS_FLASH_BYTES];
   rs_torque_epoch torque;
-  rs_own_torque own_torque;
+  rs_cell_torque cell_torque;
   rs_joints_state joints;
-  rs_retention retention;
+  rs_arq_sender arq_sender;
 } rs_cell;
 
 RS_STATIC_ASSERT(sizeof(rs_cell) <= 8192, "a cell's state must leave room on a part with 12 KB of RAM");
@@ -356,9 +356,9 @@ void rs_cell_contribute(rs_cell* cell, const rs_contribution* contribution);
 
 /* Frames that wait for the parent. */
 RS_INLINE uint32_t rs_cell_waiting(const rs_cell* cell) {
-  const rs_retention* retention = &cell->retention;
-  return (uint32_t)(retention->event.count - retention->event.sent) +
-         (uint32_t)(retention->torque.count - retention->torque.sent) + cell->queues.data.count +
+  const rs_arq_sender* arq_sender = &cell->arq_sender;
+  return (uint32_t)(arq_sender->event.count - arq_sender->event.sent) +
+         (uint32_t)(arq_sender->torque.count - arq_sender->torque.sent) + cell->queues.data.count +
          cell->queues.slow.count;
 }
 

@@ -31,9 +31,9 @@ bool rs_frame_intact(const uint8_t frame[RS_FRAME_BYTES]);
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]);
 
 /* Says of a sample that it is sent again; the checksum follows likewise. */
-void rs_frame_mark_replayed(uint8_t frame[RS_FRAME_BYTES]);
-RS_INLINE bool rs_frame_is_replayed(const uint8_t frame[RS_FRAME_BYTES]) {
-  return (frame[RS_clock_replayed_AT / 8] >> (7U - RS_clock_replayed_AT % 8) & 1U) != 0U;
+void rs_frame_mark_retransmitted(uint8_t frame[RS_FRAME_BYTES]);
+RS_INLINE bool rs_frame_is_retransmitted(const uint8_t frame[RS_FRAME_BYTES]) {
+  return (frame[RS_clock_retransmitted_AT / 8] >> (7U - RS_clock_retransmitted_AT % 8) & 1U) != 0U;
 }
 
 /* What a hop taken changes in a sample's checksum, by the hops left before: it is linear, and the time to live is the
@@ -45,7 +45,7 @@ RS_STATIC_ASSERT((int)RS_clock_ttl_AT == 26 && (int)RS_clock_ttl_LAST == 31 && (
 /* What a tick's fields of a link change in the checksum of one that has 0 in them: by sender_port << 2 | parent << 1 |
  * heard, and by echo. The two are to be added (XOR), in the byte order of rs_sample_hop_change. */
 extern const uint16_t rs_tick_link_change[16];
-extern const uint16_t rs_tick_echo_change[256];
+extern const uint16_t rs_tick_ack_change[256];
 
 /* Adds such a change to a frame's checksum. */
 RS_INLINE void rs_frame_change_checksum(uint8_t frame[RS_FRAME_BYTES], uint32_t change) {

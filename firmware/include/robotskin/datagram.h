@@ -56,8 +56,8 @@ typedef enum { RS_DATAGRAM_KINDS(RS_DATAGRAM_KIND_NUMBER) RS_DATAGRAM_KIND_LIMIT
 typedef struct {
   uint8_t kind;
   uint8_t flags;
-  uint8_t unit;          /* physical section unit within its group */
-  uint16_t section_unit; /* section-unit group: the name space of cell ids */
+  uint8_t unit;   /* physical section unit within its group */
+  uint16_t group; /* of section units: the name space of cell ids */
   uint32_t session;
   uint32_t sequence;
   uint64_t time_ns;   /* sender's clock when the datagram left */
@@ -66,14 +66,14 @@ typedef struct {
   uint32_t answering; /* session of the other end, 0: not heard yet */
 } rs_datagram_header;
 
-/* Byte positions: magic 0, version 4, kind 5, section_unit 6, session 8, sequence 12, time_ns 16, count 24, unit 26,
+/* Byte positions: magic 0, version 4, kind 5, group 6, session 8, sequence 12, time_ns 16, count 24, unit 26,
  * flags 27, dropped 28, answering 32. */
 RS_INLINE void rs_datagram_header_pack(uint8_t* bytes, const rs_datagram_header* in) {
   rs_store32(bytes, (uint32_t)RS_DATAGRAM_MAGIC);
   bytes[4] = RS_DATAGRAM_VERSION;
   bytes[5] = in->kind;
-  bytes[6] = (uint8_t)(in->section_unit >> 8);
-  bytes[7] = (uint8_t)in->section_unit;
+  bytes[6] = (uint8_t)(in->group >> 8);
+  bytes[7] = (uint8_t)in->group;
   rs_store32(bytes + 8, in->session);
   rs_store32(bytes + 12, in->sequence);
   rs_store32(bytes + 16, (uint32_t)(in->time_ns >> 32));
@@ -101,7 +101,7 @@ RS_INLINE rs_datagram_fault rs_datagram_header_unpack(rs_datagram_header* out, c
   if (rs_load32(bytes) != (uint32_t)RS_DATAGRAM_MAGIC) return RS_DATAGRAM_FOREIGN;
   if (bytes[4] != RS_DATAGRAM_VERSION) return RS_DATAGRAM_VERSION_ALIEN;
   out->kind = bytes[5];
-  out->section_unit = (uint16_t)(((uint32_t)bytes[6] << 8) | bytes[7]);
+  out->group = (uint16_t)(((uint32_t)bytes[6] << 8) | bytes[7]);
   out->session = rs_load32(bytes + 8);
   out->sequence = rs_load32(bytes + 12);
   out->time_ns = ((uint64_t)rs_load32(bytes + 16) << 32) | rs_load32(bytes + 20);

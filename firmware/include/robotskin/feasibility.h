@@ -3,7 +3,7 @@
  * this very text on every small network (core/campaign/model_check.hpp).
  *
  * A distance is a tick's sequence number and hops. One comes before another if its sequence is newer, or equal with
- * fewer hops. A cell's feasible distance is the foremost it ever had; an advert may be adopted only if it comes
+ * fewer hops. A cell's feasible distance is the foremost it ever had; a beacon may be adopted only if it comes
  * strictly before that (the feasibility condition of DUAL, Garcia-Luna-Aceves 1993, with the sequence numbers of Babel,
  * RFC 8966, section 2.4 and 2.5). */
 #ifndef ROBOTSKIN_FEASIBILITY_H
@@ -25,7 +25,7 @@ RS_INLINE bool rs_newer(uint16_t a, uint16_t b) {
   return ahead != 0U && ahead < 0x8000U;
 }
 
-/* R2: whether a cell with this feasible distance (`unbound`: none yet) may adopt a neighbour that advertises `offer`.
+/* R2: whether a cell with this feasible distance (`unbound`: none yet) may adopt a neighbour that announces `offer`.
  */
 RS_INLINE bool rs_feasible(bool unbound, rs_distance bound, rs_distance offer) {
   if (offer.hops >= RS_HOPS_MAX) return false;

@@ -11,18 +11,18 @@
 
 /* RS_AT_WORD: of an address where a frame begins. A processor that loads whole words from whole words alone is built
  * with RS_FRAMES_AT_WORDS, and then all frames begin at one; others take them as they come.
- * RS_APART: a function that is never merged with its caller, which then has the few registers of a small processor for
- * itself. RS_HOT: a function that runs so often that a chip holds it in RAM, where no fetch waits; built with
+ * RS_NOINLINE: a function that is never merged with its caller, which then has the few registers of a small processor
+ * for itself. RS_HOT: a function that runs so often that a chip holds it in RAM, where no fetch waits; built with
  * RS_HOT_IN_RAM. RS_WORDS: begins at a whole word, so that it can be copied a word at a time. RS_ALIAS: of a type
  * through which objects of other types are read. */
 #if defined(__GNUC__)
 #define RS_INLINE static inline __attribute__((always_inline, unused))
-#define RS_APART __attribute__((noinline))
+#define RS_NOINLINE __attribute__((noinline))
 #define RS_WORDS __attribute__((aligned(4)))
 #define RS_ALIAS __attribute__((may_alias))
 #else
 #define RS_INLINE static inline
-#define RS_APART
+#define RS_NOINLINE
 #define RS_WORDS
 #define RS_ALIAS
 #endif

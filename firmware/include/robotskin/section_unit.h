@@ -26,10 +26,10 @@ extern "C" {
 typedef void (*rs_tag_hook)(void* context, const uint8_t* bytes, uint32_t count, uint8_t tag[RS_DATAGRAM_TAG_BYTES]);
 
 typedef struct {
-  uint16_t section_unit; /* group: the name space of cell ids */
-  uint8_t unit;          /* 0 to 15 within the group */
-  uint8_t ports;         /* 1 to 15 */
-  uint16_t first_id;     /* ids this unit may give, apart from those of other units of the group */
+  uint16_t group;    /* of section units: the name space of cell ids */
+  uint8_t unit;      /* 0 to 15 within the group */
+  uint8_t ports;     /* 1 to 15 */
+  uint16_t first_id; /* ids this unit may give, apart from those of other units of the group */
   uint16_t last_id;
   uint32_t batch_us;       /* a frame waits at most this long for a datagram to fill; 0: one frame a datagram */
   uint32_t session;        /* drawn at each start, never 0 */
@@ -82,15 +82,15 @@ typedef struct {
   uint8_t beside[RS_UNIT_BESIDE]; /* roots, 0: free */
   uint64_t beside_seen[RS_UNIT_BESIDE];
   rs_offer offer; /* last one heard */
-  uint16_t want_size[RS_WANTS];
-  uint8_t want_root[RS_WANTS];  /* 0: none */
-  uint16_t gap[RS_WANTS];       /* cells by which that tree was smaller when the round was opened */
-  uint16_t given[RS_WANTS];     /* granted to it in this round, */
-  uint8_t given_root[RS_WANTS]; /* whose root this is: it counts until the sizes are right again */
+  uint16_t demand_size[RS_DEMANDS];
+  uint8_t demand_root[RS_DEMANDS]; /* 0: none */
+  uint16_t gap[RS_DEMANDS];        /* cells by which that tree was smaller when the round was opened */
+  uint16_t given[RS_DEMANDS];      /* granted to it in this round, */
+  uint8_t given_root[RS_DEMANDS];  /* whose root this is: it counts until the sizes are right again */
   uint8_t round;
-  bool open;         /* a round of wants is under way */
-  bool last_resort;  /* the round before found no offer */
-  uint8_t want_left; /* frames still to send */
+  bool open;           /* a round of wants is under way */
+  bool last_resort;    /* the round before found no offer */
+  uint8_t demand_left; /* frames still to send */
   uint8_t granted_next;
   uint16_t granted[RS_UNIT_GRANTED]; /* last cells granted in this round */
   uint16_t failed;                   /* rounds in a row without an offer */
@@ -168,7 +168,7 @@ typedef struct {
   rs_unit_balance balance;
   uint8_t nonce; /* of the cell there, by its ticks */
   bool met;      /* nonce is valid */
-  rs_hearing hearing;
+  rs_arq_receiver arq_receiver;
   rs_unit_rate rate;
   uint8_t queue_first, queue_count;
   uint8_t sending[RS_FRAME_BYTES];
@@ -188,7 +188,7 @@ typedef struct {
   uint32_t count;
   uint16_t next_id;
   uint32_t refused; /* requests without a free id */
-} rs_unit_names;
+} rs_unit_ids;
 
 /* Another unit of the group, as heard over Ethernet. */
 typedef struct {
@@ -212,7 +212,7 @@ typedef struct {
   uint8_t turn_key[RS_CELL_KEY_BYTES]; /* and of what else is for all cells, in this turn */
   uint32_t turn;
   rs_unit_port port[RS_SECTION_UNIT_PORTS_MAX];
-  rs_unit_names names;
+  rs_unit_ids ids;
   uint64_t tick_time; /* milliseconds; number of the last tick */
   uint64_t ahead_ns;  /* the group's time minus the own clock, modulo 2^64 */
   uint64_t booted_ns; /* own clock */

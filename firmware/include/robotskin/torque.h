@@ -45,7 +45,7 @@ typedef struct {
   uint8_t newest[16][4];           /* low bits of the newest epoch heard, by limb and part */
   uint8_t known[16];               /* by limb; bit p: part p has been heard */
   uint8_t limb;                    /* whose positions these are */
-  uint8_t held;                    /* bit p: part p of them */
+  uint8_t received_mask;           /* bit p: part p of them */
 } rs_joints_state;
 
 /* The sum of one part of one limb. */

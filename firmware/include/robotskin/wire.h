@@ -42,7 +42,7 @@ enum {
 #define RS_FRAME_TYPES(X)                                                        \
   X(clock, 1, "cell to host: one sample, at the clock rate")                     \
   X(event, 2, "cell to host: one sample, because a channel changed")             \
-  X(tick, 3, "to every neighbour: heartbeat, route advert, clock")               \
+  X(tick, 3, "to every neighbour: heartbeat, route beacon, clock")               \
   X(status, 4, "cell to parent: its subtree, and offers for balance")            \
   X(grant, 5, "section unit to its tree: wants, and leave for one cell to move") \
   X(joints, 6, "host to all cells: joint positions of one epoch")                \
@@ -69,7 +69,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(sample_phase, 0, 6, "sample time: elapsed 64ths of the tick period")              \
   X(refresh, 0, 1, "sent for freshness or after a change of route, not for an event") \
   X(fault, 0, 1, "a sensor is missing or saturated")                                  \
-  X(replayed, 0, 1, "sent again after a change of route")                             \
+  X(retransmitted, 0, 1, "sent again after a change of route")                             \
   X(dropped, 0, 1, "the cell had to drop samples since its last one")                  \
   X(proximity, 0, 16, "counts")                                                       \
   X(force_1, 0, 10, "counts")                                                         \
@@ -96,12 +96,12 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(nonce, 0, 8, "drawn at the sender's boot")                         \
   X(parent, 0, 1, "the receiver is the sender's parent")               \
   X(heard, 0, 1, "the sender hears the receiver")                      \
-  X(leaving, 0, 1, "the sender is about to change its parent")         \
+  X(draining, 0, 1, "the sender is about to change its parent")         \
   X(forming, 0, 1, "the network is being formed")                      \
   X(depth_cap, 0, 8, "deepest hops a granted move may reach")          \
   X(rate_divisor, 0, 4, "cells send every n-th sample")                \
   X(gain_threshold, 0, 6, "hops to gain before a change of root")      \
-  X(echo, 0, 8, "to the parent: number of the next event or torque frame; to a child: hearing.h") \
+  X(ack, 0, 8, "to the parent: number of the next event or torque frame; to a child: arq_receiver.h") \
   X(age_us, 0, 12, "from the root's start of sending to this frame's") \
   X(era, 0, 10, "wraps of sequence")                                   \
   X(tag, 0, 32, "of what the root fixed")
@@ -110,7 +110,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(type, 0, 4, "frame type")                                         \
   X(sender, 0, 14, "id")                                              \
   X(size, 0, 16, "cells in the subtree")                              \
-  X(lean_size, 0, 16, "those without another parent in reach")        \
+  X(captive_size, 0, 16, "those without another parent in reach")        \
   X(height, 0, 8, "hops to the deepest cell")                         \
   X(alternative, 0, 1, "another parent of the same tree is in reach") \
   X(candidate, 0, 14, "cell that offers to move, 0: none")            \
@@ -122,7 +122,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
   X(foreign_2, 0, 8, "another one")                                   \
   X(foreign_3, 0, 8, "another one")                                   \
-  X(echo, 0, 8, "sequence of the last event heard on this link")      \
+  X(ack, 0, 8, "sequence of the last event heard on this link")      \
   X(spare, 0, 7, "")
 
 #define RS_GRANT_FIELDS(X)                                       \
@@ -132,12 +132,12 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(round, 0, 3, "counts changes of the wants")                  \
   X(cell, 0, 14, "cell that may move, 0: none")                  \
   X(target_root, 0, 8, "where to")                               \
-  X(want_1_root, 0, 8, "root that may receive cells, 0: none")   \
-  X(want_1_size, 0, 11, "how many at once")                      \
-  X(want_2_root, 0, 8, "another one")                            \
-  X(want_2_size, 0, 11, "how many at once")                      \
-  X(want_3_root, 0, 8, "another one")                            \
-  X(want_3_size, 0, 11, "how many at once")                      \
+  X(demand_1_root, 0, 8, "root that may receive cells, 0: none")   \
+  X(demand_1_size, 0, 11, "how many at once")                      \
+  X(demand_2_root, 0, 8, "another one")                            \
+  X(demand_2_size, 0, 11, "how many at once")                      \
+  X(demand_3_root, 0, 8, "another one")                            \
+  X(demand_3_size, 0, 11, "how many at once")                      \
   X(whole, 0, 1, "it takes its whole subtree along")             \
   X(last_resort, 0, 1, "small moves have not been offered")      \
   X(tag, 0, 32, "of all before it and the second")

@@ -50,12 +50,12 @@ void bind_cases(nb::module_& module) {
       .def_ro("whole_lines", &FaultCase::whole_lines, "no frame is lost or damaged by chance")
       .def_ro("while_forming", &FaultCase::while_forming, "faults begin before the network has formed")
       .def_prop_ro(
-          "events", [](const FaultCase& self) { return self.traffic.events; },
+          "events", [](const FaultCase& self) { return self.workload.events; },
           "cells send what changes, not every sample")
       .def_prop_ro(
-          "limbs", [](const FaultCase& self) { return self.traffic.limbs; }, "whose torques are summed; 0: none")
+          "limbs", [](const FaultCase& self) { return self.workload.limbs; }, "whose torques are summed; 0: none")
       .def_prop_ro(
-          "orders", [](const FaultCase& self) { return self.traffic.orders; }, "the host sends commands and joints")
+          "orders", [](const FaultCase& self) { return self.workload.orders; }, "the host sends commands and joints")
       .def_ro("duration_ns", &FaultCase::duration_ns)
       .def_prop_ro(
           "text", [](const FaultCase& self) { return campaign::text_of(self); },

@@ -162,7 +162,7 @@ void bind_firmware_cell(nb::module_& module) {
           },
           "what it added in the last epoch; 0 parts: nothing")
       .def_prop_ro(
-          "torque_known", [](const Cell& cell) { return cell.state().own_torque.known != 0; },
+          "torque_known", [](const Cell& cell) { return cell.state().cell_torque.known != 0; },
           "it has the parameters to compute its own torque")
       .def_prop_ro(
           "joint_positions",
@@ -195,7 +195,7 @@ void bind_firmware_cell(nb::module_& module) {
           "waiting",
           [](const Cell& cell) {
             const rs_queues& queues = cell.state().queues;
-            const rs_retained& events = cell.state().retention.event;
+            const rs_arq_ring& events = cell.state().arq_sender.event;
             return nb::make_tuple(events.count - events.sent, queues.data.count, queues.slow.count, queues.down.count);
           },
           "frames that wait: events, clock samples, slow ones, downward ones")

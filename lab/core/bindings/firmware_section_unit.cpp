@@ -33,10 +33,9 @@ class SectionUnit {
   SectionUnit(const SectionUnit&) = delete;
   SectionUnit& operator=(const SectionUnit&) = delete;
 
-  UnitOutput boot(std::uint64_t now_ns, unsigned ports, std::uint32_t session, std::uint16_t section_unit,
-                  unsigned unit, std::uint16_t first_id, std::uint16_t last_id, std::uint32_t batch_us, bool unasked,
-                  bool powered, const std::optional<nb::bytes>& cell_key, std::optional<nb::callable> tag,
-                  std::uint32_t turns) {
+  UnitOutput boot(std::uint64_t now_ns, unsigned ports, std::uint32_t session, std::uint16_t group, unsigned unit,
+                  std::uint16_t first_id, std::uint16_t last_id, std::uint32_t batch_us, bool unasked, bool powered,
+                  const std::optional<nb::bytes>& cell_key, std::optional<nb::callable> tag, std::uint32_t turns) {
     tag_ = std::move(tag);
     cell_key_.clear();
     if (cell_key) {
@@ -44,7 +43,7 @@ class SectionUnit {
       cell_key_.assign(key, key + RS_CELL_KEY_BYTES);
     }
     rs_section_unit_config config{};
-    config.section_unit = section_unit;
+    config.group = group;
     config.unit = static_cast<std::uint8_t>(unit);
     config.ports = static_cast<std::uint8_t>(ports);
     config.first_id = first_id;
@@ -158,8 +157,8 @@ void bind_firmware_section_unit(nb::module_& module) {
       "The firmware of one section unit (section_unit.h): boot it, then one input at a time. Times are "
       "nanoseconds of its clock. `tag` maps bytes to a tag of 16 bytes; None: no authentication.")
       .def(nb::init<>())
-      .def("boot", &SectionUnit::boot, "now_ns"_a, "ports"_a, "session"_a, nb::kw_only(), "section_unit"_a = 0,
-           "unit"_a = 0, "first_id"_a = static_cast<int>(RS_ID_FIRST), "last_id"_a = static_cast<int>(RS_ID_LAST),
+      .def("boot", &SectionUnit::boot, "now_ns"_a, "ports"_a, "session"_a, nb::kw_only(), "group"_a = 0, "unit"_a = 0,
+           "first_id"_a = static_cast<int>(RS_ID_FIRST), "last_id"_a = static_cast<int>(RS_ID_LAST),
            "batch_us"_a = 1000, "unasked"_a = false, "powered"_a = true, "cell_key"_a = nb::none(),
            "tag"_a = nb::none(), "turns"_a = 0)
       .def("frame", &SectionUnit::frame, "port"_a, "frame"_a, "now_ns"_a)
@@ -171,7 +170,7 @@ void bind_firmware_section_unit(nb::module_& module) {
       .def_prop_ro("refused", [](const SectionUnit& unit) { return unit.state().refused; })
       .def_prop_ro("names", [](const SectionUnit& unit) {
         nb::dict names;
-        for (const rs_unit_name& name : unit.state().names.entry) {
+        for (const rs_unit_name& name : unit.state().ids.entry) {
           if (name.uid != 0 && name.id != RS_ID_NONE) names[nb::int_(name.uid)] = name.id;
         }
         return names;

@@ -104,7 +104,7 @@ void read_cell(Line& line, FaultCase& read) {
 
 void read_unit(Line& line, FaultCase& read) {
   world::UnitDescription unit;
-  unit.section_unit = line.number<std::uint16_t>();
+  unit.group = line.number<std::uint16_t>();
   unit.unit = line.number<std::uint8_t>();
   for (std::string end; line.next(end);) unit.ports.push_back(line.end(end));
   read.wiring.units.push_back(unit);
@@ -137,12 +137,12 @@ void read_line(Line& line, FaultCase& read, std::string& faults) {
   } else if (name == "epoch_ns") {
     read.options.epoch_ns = line.number<std::int64_t>();
   } else if (name == "events") {
-    read.traffic.events = true;
-    read.traffic.touched_percent = line.number<std::int32_t>();
+    read.workload.events = true;
+    read.workload.touched_percent = line.number<std::int32_t>();
   } else if (name == "limbs") {
-    read.traffic.limbs = line.number<std::int32_t>();
+    read.workload.limbs = line.number<std::int32_t>();
   } else if (name == "orders") {
-    read.traffic.orders = true;
+    read.workload.orders = true;
   } else if (name == "while_forming") {
     read.while_forming = true;
   } else if (name == "duration_ns") {
@@ -182,13 +182,13 @@ std::string text_of(const FaultCase& drawn) {
     text +=
         "processor " + std::string(world::processor_names[static_cast<std::size_t>(drawn.options.processor)]) + "\n";
   text += "epoch_ns " + std::to_string(drawn.options.epoch_ns) + "\n";
-  if (drawn.traffic.events) text += "events " + std::to_string(drawn.traffic.touched_percent) + "\n";
-  text += "limbs " + std::to_string(drawn.traffic.limbs) + "\n";
-  if (drawn.traffic.orders) text += "orders\n";
+  if (drawn.workload.events) text += "events " + std::to_string(drawn.workload.touched_percent) + "\n";
+  text += "limbs " + std::to_string(drawn.workload.limbs) + "\n";
+  if (drawn.workload.orders) text += "orders\n";
   if (drawn.while_forming) text += "while_forming\n";
   text += "duration_ns " + std::to_string(drawn.duration_ns) + "\n";
   for (const world::UnitDescription& unit : drawn.wiring.units) {
-    text += "unit " + std::to_string(unit.section_unit) + " " + std::to_string(unit.unit);
+    text += "unit " + std::to_string(unit.group) + " " + std::to_string(unit.unit);
     for (const CellEnd end : unit.ports) text += " " + text_of(end);
     text += "\n";
   }
@@ -212,7 +212,7 @@ FaultCase case_of(std::string_view text) {
   }
   check_ends(read);
   read.whole_lines = read.options.line.lost_share == 0 && read.options.line.bit_error_rate == 0;
-  read.options.settings = settings_of(read.traffic);
+  read.options.settings = settings_of(read.workload);
   read.faults = world::parse_faults(faults, read.wiring, read.seed);
   return read;
 }

@@ -7,39 +7,40 @@
 
 namespace robotskin::campaign {
 
-void ControlMeter::frame_sent(const Ground& ground, std::size_t index, const std::uint8_t* frame, std::int64_t now_ns) {
+void ControlMeter::frame_sent(const GroundTruth& ground, std::size_t index, const std::uint8_t* frame,
+                              std::int64_t now_ns) {
   const unsigned type = frame[0] >> 4;
   if (type != RS_TYPE_tick && type != RS_TYPE_status && type != RS_TYPE_grant) return;
   Wire& wire = wires_[index];
   ++wire.control;
   if (type != RS_TYPE_tick) return;
-  ++wire.adverts;
-  wire.advert_ns[wire.next] = now_ns;
-  wire.next = static_cast<std::uint8_t>((wire.next + 1) % wire.advert_ns.size());
-  const std::int64_t first_ns = wire.advert_ns[wire.next];
-  if (first_ns == 0 || now_ns - first_ns >= advert_window_ns || ground.lawless(now_ns)) return;
+  ++wire.beacons;
+  wire.beacon_ns[wire.next] = now_ns;
+  wire.next = static_cast<std::uint8_t>((wire.next + 1) % wire.beacon_ns.size());
+  const std::int64_t first_ns = wire.beacon_ns[wire.next];
+  if (first_ns == 0 || now_ns - first_ns >= beacon_window_ns || ground.lawless(now_ns)) return;
   const bool cell = ground.is_cell(index);
-  breaks_.add(Invariant::advert_rate, now_ns, {cell ? Ground::cell_of(index) : index},
+  breaks_.add(Invariant::beacon_rate, now_ns, {cell ? GroundTruth::cell_of(index) : index},
               {{"port", static_cast<std::int64_t>(index % RS_PORTS) + 1},
                {"of a cell", cell},
-               {"us for five adverts", (now_ns - first_ns) / us}});
+               {"us for five beacons", (now_ns - first_ns) / us}});
 }
 
-void ControlMeter::poll(const Ground& ground, std::int64_t now_ns) {
+void ControlMeter::poll(const GroundTruth& ground, std::int64_t now_ns) {
   if (now_ns < window_start_ns_ + window_ns) return;
   const bool quiet = ground.repaired_ns() < window_start_ns_;
   const auto capacity = static_cast<double>(now_ns - window_start_ns_) / (RS_FRAME_US * us);
   for (std::size_t index = 0; index < wires_.size(); ++index) {
     Wire& wire = wires_[index];
     const double share = wire.control / capacity;
-    const double adverts = wire.adverts / capacity;
-    wire.control = wire.adverts = 0;
+    const double beacons = wire.beacons / capacity;
+    wire.control = wire.beacons = 0;
     if (!quiet || !ground.joined(index)) continue;
     largest_share_ = std::max(largest_share_, share);
     if (share <= share_max) continue;
-    breaks_.add(Invariant::control_share, now_ns, {ground.is_cell(index) ? Ground::cell_of(index) : index},
+    breaks_.add(Invariant::control_share, now_ns, {ground.is_cell(index) ? GroundTruth::cell_of(index) : index},
                 {{"1/1000 of the wire", static_cast<std::int64_t>(1e3 * share)},
-                 {"of it adverts", static_cast<std::int64_t>(1e3 * adverts)}});
+                 {"of it beacons", static_cast<std::int64_t>(1e3 * beacons)}});
   }
   window_start_ns_ = now_ns;
 }

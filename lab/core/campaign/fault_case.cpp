@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "campaign/ground.hpp"
+#include "campaign/ground_truth.hpp"
 
 namespace robotskin::campaign {
 namespace {
@@ -39,15 +39,15 @@ constexpr std::int32_t events_hz = 250;
 // at most 66 below it, so half of them.
 constexpr std::array touched_percents{5, 20, 50};
 
-Traffic draw_traffic(std::size_t cells, world::RandomStream& draw) {
-  Traffic traffic;
-  traffic.events = draw.below(3) == 0;
-  if (traffic.events) traffic.touched_percent = touched_percents[draw.below(touched_percents.size())];
+Workload draw_workload(std::size_t cells, world::RandomStream& draw) {
+  Workload workload;
+  workload.events = draw.below(3) == 0;
+  if (workload.events) workload.touched_percent = touched_percents[draw.below(touched_percents.size())];
   const auto limbs = static_cast<std::int32_t>((cells + cells_per_limb - 1) / cells_per_limb);
-  if (draw.below(3) == 0) traffic.limbs = std::min(limbs + static_cast<std::int32_t>(draw.below(2)), limbs_max);
-  if (limbs > limbs_max) traffic.limbs = 0;
-  traffic.orders = draw.below(3) == 0;
-  return traffic;
+  if (draw.below(3) == 0) workload.limbs = std::min(limbs + static_cast<std::int32_t>(draw.below(2)), limbs_max);
+  if (limbs > limbs_max) workload.limbs = 0;
+  workload.orders = draw.below(3) == 0;
+  return workload;
 }
 
 }  // namespace
@@ -60,8 +60,8 @@ std::int64_t end_of(const std::vector<world::Fault>& faults) {
   return end_ns;
 }
 
-std::optional<rs_settings> settings_of(const Traffic& traffic) {
-  if (!traffic.events) return std::nullopt;
+std::optional<rs_settings> settings_of(const Workload& workload) {
+  if (!workload.events) return std::nullopt;
   rs_settings settings;
   rs_settings_default(&settings);
   settings.mode = RS_MODE_EVENT;
@@ -88,12 +88,12 @@ FaultCase draw_case(std::uint64_t seed) {
     if (count > 400) asked = 376;
     if (count >= 20 && count <= 400 && drawn.ports() >= 2 && depth_of(drawn.wiring) <= hops_max) break;
   }
-  drawn.traffic = draw_traffic(drawn.wiring.cell_count(), draw);
+  drawn.workload = draw_workload(drawn.wiring.cell_count(), draw);
 
   world::NetworkOptions& options = drawn.options;
   options.seed = seed;
   options.unasked = true;
-  options.settings = settings_of(drawn.traffic);
+  options.settings = settings_of(drawn.workload);
   drawn.keyed = draw.below(2) == 0;
   options.line.jitter_us = static_cast<double>(jitters_us[draw.below(jitters_us.size())]);
   options.line.clock_drift_ppm = draw.below(3) == 0 ? 20000 : 100;
@@ -138,9 +138,9 @@ std::string FaultCase::text() const {
          std::to_string(wiring.cell_count()) + " cells, " + std::to_string(ports()) + " ports on " +
          std::to_string(wiring.units.size()) + " section units" + (keyed ? ", keyed" : "") +
          (whole_lines ? "" : ", lossy") +
-         (traffic.events ? ", events of " + std::to_string(traffic.touched_percent) + " %" : "") +
-         (traffic.limbs > 0 ? ", torques of " + std::to_string(traffic.limbs) + " limbs" : "") +
-         (traffic.orders ? ", orders" : "") + ": " + world::to_string(faults);
+         (workload.events ? ", events of " + std::to_string(workload.touched_percent) + " %" : "") +
+         (workload.limbs > 0 ? ", torques of " + std::to_string(workload.limbs) + " limbs" : "") +
+         (workload.orders ? ", orders" : "") + ": " + world::to_string(faults);
 }
 
 FaultCase with_faults(const FaultCase& original, const std::vector<bool>& faults) {

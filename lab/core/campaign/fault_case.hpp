@@ -17,13 +17,13 @@ namespace robotskin::campaign {
 inline constexpr std::size_t cells_per_limb = 15 * RS_JOINTS_PER_PART;
 
 // What the cells send.
-struct Traffic {
+struct Workload {
   bool events = false;               // of what changes, instead of every sample
   std::int32_t touched_percent = 0;  // of the cells at a time, in event mode
   std::int32_t limbs = 0;            // whose torques are summed, 0 to 4; 0: none
   bool orders = false;               // the host sends commands and joint positions down
 
-  bool operator==(const Traffic&) const = default;
+  bool operator==(const Workload&) const = default;
 };
 
 struct FaultCase {
@@ -32,7 +32,7 @@ struct FaultCase {
   bool keyed = false;          // ticks and commands carry tags
   bool whole_lines = true;     // no frame is lost or damaged by chance
   bool while_forming = false;  // the first fault strikes before the network has formed
-  Traffic traffic;
+  Workload workload;
   world::Wiring wiring;
   world::NetworkOptions options;     // without the faults
   std::vector<world::Fault> faults;  // in order of time
@@ -46,7 +46,7 @@ struct FaultCase {
 std::int64_t end_of(const std::vector<world::Fault>& faults);
 
 // The firmware's settings under which cells send so; none: as they are by default.
-std::optional<rs_settings> settings_of(const Traffic& traffic);
+std::optional<rs_settings> settings_of(const Workload& workload);
 
 // 20 to 400 cells at most 40 hops from 2 to 5 ports on 1 to 3 section units, 1 to 4 faults of the whole
 // catalogue, and at least 300 ms after the last of them.

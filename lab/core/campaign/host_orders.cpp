@@ -59,7 +59,7 @@ void HostOrders::send(world::Network& network) {
   for (std::size_t unit = 0; unit < network.unit_count(); ++unit) network.receive(unit, datagram);
 }
 
-void HostOrders::poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
+void HostOrders::poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
                       bool may_lose) {
   if (!in_use_) return;
   const std::int64_t now_ns = network.time_ns();

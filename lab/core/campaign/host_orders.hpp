@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "campaign/ground.hpp"
+#include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
-#include "campaign/recovery_watch.hpp"
+#include "campaign/recovery_checker.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
@@ -19,7 +19,7 @@ class HostOrders {
 
   void send(world::Network& network);  // every millisecond; now and then something goes down
   // Every millisecond. `may_lose`: frames get lost on lines without a fault.
-  void poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery, bool may_lose);
+  void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery, bool may_lose);
   std::uint32_t orders() const { return static_cast<std::uint32_t>(sent_ns_.size()); }  // so far
 
  private:

@@ -19,7 +19,7 @@ namespace robotskin::campaign {
 #define ROBOTSKIN_INVARIANTS(X)                                                                                   \
   X(acyclic, 1, "parent pointers form no circle")                                                                  \
   X(distance_order, 2, "a parent's feasible distance comes strictly before its child's")                           \
-  X(true_adoption, 3, "a cell's hops and tick are those of an advert that arrived at its parent port, one hop on") \
+  X(true_adoption, 3, "a cell's hops and tick are those of a beacon that arrived at its parent port, one hop on") \
   X(hops_left, 3, "no frame runs out of hops, and no sample comes from the own parent")                            \
   X(own_child, 4, "no cell adopts a neighbour that says to be its child")                                          \
   X(quarantine, 4, "no cell has a parent before its quarantine is over")                                           \
@@ -43,7 +43,7 @@ namespace robotskin::campaign {
   X(event_kept, 11, "no event is lost to a single failure of a link or of another cell")                           \
   X(queue_bound, 13, "queues stay within their size")                                                              \
   X(waiting, 13, "no sample waits 8 ms in a cell at up to 66 cells a port")                                        \
-  X(advert_rate, 14, "at most four adverts a millisecond and wire")                                                \
+  X(beacon_rate, 14, "at most four beacons a millisecond and wire")                                                \
   X(control_share, 14, "control takes at most its share of each wire")                                             \
   X(recovery, 15, "cut-off cells are back within the bound for their distance")                                    \
   X(legal_again, 16, "60 ms after any corruption of a cell's memory everything holds again")                       \

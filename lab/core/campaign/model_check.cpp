@@ -16,10 +16,10 @@ constexpr int hops_max = 6;  // a longer path than there are cells shows only af
 constexpr unsigned root_parent = 7;
 
 // One cell in 32 bits: parent (3: 0 none, 1 + its number, 7 a root), feasible sequence (2) and hops (3), and above them
-// a bit for every advert it has sent since boot, `hops_max` bits a sequence. No advert yet: no feasible distance.
+// a bit for every beacon it has sent since boot, `hops_max` bits a sequence. No beacon yet: no feasible distance.
 using Cell = std::uint32_t;
 
-constexpr int adverts_at = 8;
+constexpr int beacons_at = 8;
 
 unsigned parent_of(Cell cell) {
   return cell & 7U;
@@ -27,10 +27,10 @@ unsigned parent_of(Cell cell) {
 rs_distance distance_of(Cell cell) {
   return {static_cast<std::uint16_t>(cell >> 3 & 3U), static_cast<std::uint8_t>(cell >> 5 & 7U)};
 }
-std::uint32_t adverts_of(Cell cell) {
-  return cell >> adverts_at;
+std::uint32_t beacons_of(Cell cell) {
+  return cell >> beacons_at;
 }
-std::uint32_t advert_bit(int sequence, int hops) {
+std::uint32_t beacon_bit(int sequence, int hops) {
   return 1U << ((sequence - 1) * hops_max + hops - 1);
 }
 
@@ -133,9 +133,9 @@ class Exploration {
     return false;
   }
 
-  // R3: what a cell is after adopting an advert, if the rule (R2) lets it; otherwise as it was.
+  // R3: what a cell is after adopting a beacon, if the rule (R2) lets it; otherwise as it was.
   static Cell adopted(Cell cell, unsigned parent, int sequence, int hops) {
-    const bool unbound = adverts_of(cell) == 0;
+    const bool unbound = beacons_of(cell) == 0;
     rs_distance bound = distance_of(cell);
     const rs_distance offer{static_cast<std::uint16_t>(sequence), static_cast<std::uint8_t>(hops)};
     const int own = hops + 1;
@@ -145,7 +145,7 @@ class Exploration {
     else
       bound.hops = static_cast<std::uint8_t>(std::min<int>(bound.hops, own));
     return parent | Cell{bound.sequence} << 3 | Cell{bound.hops} << 5 |
-           (adverts_of(cell) | advert_bit(sequence, own)) << adverts_at;
+           (beacons_of(cell) | beacon_bit(sequence, own)) << beacons_at;
   }
 
   template <typename Visit>
@@ -161,9 +161,9 @@ class Exploration {
         if ((options_.roots >> i & 1) != 0) adopt(i, root_parent, s, 0);
         for (int j = 0; j < options_.cells; ++j) {
           if ((options_.linked[i] >> j & 1) == 0) continue;
-          const std::uint32_t adverts = adverts_of(state.cell[j]);
+          const std::uint32_t beacons = beacons_of(state.cell[j]);
           for (int h = 1; h <= hops_max; ++h)
-            if ((adverts & advert_bit(s, h)) != 0) adopt(i, static_cast<unsigned>(j) + 1, s, h);
+            if ((beacons & beacon_bit(s, h)) != 0) adopt(i, static_cast<unsigned>(j) + 1, s, h);
         }
       }
       if (static_cast<int>(state.boots) < options_.boots && state.cell[i] != 0) boot(state, i, visit);
@@ -184,7 +184,7 @@ class Exploration {
 
   static std::string step_text(int i, unsigned parent, int sequence, int hops) {
     const std::string from = parent == root_parent ? "the root" : "cell " + std::to_string(parent - 1);
-    return "cell " + std::to_string(i) + " adopts " + from + ", which advertised sequence " + std::to_string(sequence) +
+    return "cell " + std::to_string(i) + " adopts " + from + ", which announced sequence " + std::to_string(sequence) +
            " at " + std::to_string(hops) + " hops";
   }
 

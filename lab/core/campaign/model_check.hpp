@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Explores every state of a small network under the parent rule of the firmware (rs_feasible, the text the cells run).
 //
-// The network is the worst one there can be: every advert that a cell has ever sent since its boot may arrive at any of
+// The network is the worst one there can be: every beacon that a cell has ever sent since its boot may arrive at any of
 // its neighbours at any time, once, often or never. That covers loss, delay, reordering and repetition, silent death of
 // links, and every policy of switching, since a cell may adopt whatever the rule lets it. A cell that loses its parent
 // keeps its feasible distance; it is left pointing there, as a pointer more can only close a loop more. Roots send any
@@ -9,7 +9,7 @@
 // of it does, so the largest graphs on so many cells speak for all others (`largest_graphs`).
 //
 // A boot clears what a cell knows. With quarantine its children have noticed before it acts (R9): they let go, and its
-// old adverts are void. Without, they still point at it, and its old adverts still arrive.
+// old beacons are void. Without, they still point at it, and its old beacons still arrive.
 #pragma once
 
 #include <array>

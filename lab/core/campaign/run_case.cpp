@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "campaign/referee.hpp"
+#include "campaign/checkers.hpp"
 
 namespace robotskin::campaign {
 
@@ -11,34 +11,34 @@ CaseReport run_case(const FaultCase& drawn) {
   world::NetworkOptions options = drawn.options;
   options.faults = drawn.faults;
   const std::size_t cells = drawn.wiring.cell_count();
-  Referee referee(drawn);
-  world::Network network(drawn.wiring, options, referee.ledger(), referee);
-  referee.watch(network, drawn.faults);
-  for (std::size_t cell = 0; cell < cells && drawn.traffic.limbs > 0; ++cell)
-    network.contribute(cell, contribution_of(cell, cells, drawn.traffic.limbs));
+  Checkers checkers(drawn);
+  world::Network network(drawn.wiring, options, checkers.ledger(), checkers);
+  checkers.watch(network, drawn.faults);
+  for (std::size_t cell = 0; cell < cells && drawn.workload.limbs > 0; ++cell)
+    network.contribute(cell, contribution_of(cell, cells, drawn.workload.limbs));
   for (std::int64_t time_ns = ms; time_ns <= drawn.duration_ns; time_ns += ms) {
     network.run_until(time_ns);
-    referee.poll();
-    referee.orders().send(network);
+    checkers.poll();
+    checkers.orders().send(network);
   }
-  referee.finish();
+  checkers.finish();
 
   CaseReport report;
   report.seed = drawn.seed;
-  report.breaks = referee.breaks().kept();
-  report.break_count = referee.breaks().count();
+  report.breaks = checkers.breaks().kept();
+  report.break_count = checkers.breaks().count();
   report.log_hash = network.log_hash();
   report.events = network.counts().events;
-  report.samples_taken = referee.ledger().taken();
-  report.samples_delivered = referee.ledger().delivered();
-  report.events_repeated = referee.ledger().repeated();
-  report.torque_sums = referee.torques().sums();
-  report.torque_epochs = referee.torques().epochs_judged();
-  report.frames_planted = referee.forgeries().planted();
+  report.samples_taken = checkers.ledger().taken();
+  report.samples_delivered = checkers.ledger().delivered();
+  report.events_repeated = checkers.ledger().repeated();
+  report.torque_sums = checkers.torques().sums();
+  report.torque_epochs = checkers.torques().epochs_judged();
+  report.frames_planted = checkers.forgeries().planted();
   report.simulated_s = 1e-9 * static_cast<double>(network.time_ns());
-  report.longest_repair_ms = 1e-6 * static_cast<double>(referee.recovery().longest_repair_ns());
-  report.longest_wait_ms = 1e-6 * static_cast<double>(referee.queues().longest_ns());
-  report.largest_control_share = referee.control().largest_share();
+  report.longest_repair_ms = 1e-6 * static_cast<double>(checkers.recovery().longest_repair_ns());
+  report.longest_wait_ms = 1e-6 * static_cast<double>(checkers.queues().longest_ns());
+  report.largest_control_share = checkers.control().largest_share();
   return report;
 }
 

@@ -20,8 +20,8 @@ constexpr std::int32_t touch_counts = 100;  // more than any threshold
 }  // namespace
 
 SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
-    : breaks_(breaks), cells_(drawn.wiring.cell_count()), traffic_(drawn.traffic), seed_(drawn.seed) {
-  if (!traffic_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
+    : breaks_(breaks), cells_(drawn.wiring.cell_count()), workload_(drawn.workload), seed_(drawn.seed) {
+  if (!workload_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
   const world::Fault& fault = drawn.faults.front();
   const world::FaultType& type = world::type_of(fault);
   const bool of_cell = type.truth.loses == world::FaultTruth::Loses::cell;
@@ -30,7 +30,7 @@ SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
   if (of_cell) failure_.victim = fault.cell;
 }
 
-void SampleLedger::struck(const world::Network& network, Ground& ground, const RecoveryWatch& recovery,
+void SampleLedger::struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery,
                           bool within_load) {
   if (!failure_.possible || failure_.time_ns != 0) return;
   failure_.time_ns = network.time_ns();
@@ -43,8 +43,8 @@ void SampleLedger::struck(const world::Network& network, Ground& ground, const R
 
 // Copies are kept for 12 ms after the sample. That is enough if the repair, whose bound is known, leaves 2 ms for the
 // way.
-bool SampleLedger::must_be_kept(const Ground& ground, std::size_t cell, const Entry& entry, bool may_lose) const {
-  constexpr std::int64_t repair_max_ns = RS_RETENTION_US * us - 2 * ms;
+bool SampleLedger::must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const {
+  constexpr std::int64_t repair_max_ns = RS_ARQ_KEEP_US * us - 2 * ms;
   const std::int64_t since_ns = entry.time_ns - failure_.time_ns;
   return failure_.judged && !may_lose && failure_.spared[cell] != 0 && since_ns > -20 * ms && since_ns < 60 * ms &&
          ground.booted_ns(cell) < entry.time_ns - delivery_ns &&
@@ -54,7 +54,7 @@ bool SampleLedger::must_be_kept(const Ground& ground, std::size_t cell, const En
 // Touches come and go, each on a few cells beside each other.
 bool SampleLedger::touched(std::size_t cell, std::int64_t time_ns) const {
   const std::uint64_t touch = (cell / cells_in_touch) << 32 | static_cast<std::uint64_t>(time_ns / touch_ns);
-  return world::scramble(seed_ ^ touch) % 100 < static_cast<std::uint64_t>(traffic_.touched_percent);
+  return world::scramble(seed_ ^ touch) % 100 < static_cast<std::uint64_t>(workload_.touched_percent);
 }
 
 bool SampleLedger::sample(std::size_t index, std::int64_t time_ns, rs_sample& sample) {
@@ -68,7 +68,7 @@ bool SampleLedger::sample(std::size_t index, std::int64_t time_ns, rs_sample& sa
   sample.value[RS_CHANNEL_force_2] = static_cast<std::int32_t>(proof & 0x3FF);
   sample.value[RS_CHANNEL_force_3] = static_cast<std::int32_t>(proof >> 10 & 0x3FF);
   sample.value[RS_CHANNEL_acceleration_x] = static_cast<std::int32_t>(proof >> 20 & 0x1FF);
-  if (traffic_.events && touched(index, time_ns))
+  if (workload_.events && touched(index, time_ns))
     sample.value[RS_CHANNEL_acceleration_z] = number % 2 == 0 ? touch_counts : -touch_counts;
   return false;
 }
@@ -104,7 +104,7 @@ void SampleLedger::crowded_out(TakenSample sample) {
   if (entry.number == sample.number) entry.crowded_out = true;
 }
 
-void SampleLedger::datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+void SampleLedger::datagram(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                             std::span<const std::uint8_t> datagram) {
   for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
     const rs_frame_type type = rs_frame_type_of(frame_at);
@@ -115,7 +115,7 @@ void SampleLedger::datagram(const world::Network& network, const Ground& ground,
   });
 }
 
-void SampleLedger::record(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+void SampleLedger::record(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                           const rs_clock& frame) {
   const std::int64_t now_ns = network.time_ns();
   const std::size_t index = frame.force_1;
@@ -141,21 +141,21 @@ void SampleLedger::record(const world::Network& network, const Ground& ground, c
   // What has come by another way as well is marked, and told by source and sequence; then the host drops it. The
   // marked one may have been the faster.
   const bool again = entry.delivered != 0;
-  const bool known_again = again && (frame.replayed != 0 || entry.replayed) &&
+  const bool known_again = again && (frame.retransmitted != 0 || entry.retransmitted) &&
                            entry.sequence == static_cast<std::uint8_t>(frame.sequence) && frame.source == entry.source;
   if (again && known_again) ++repeated_;
   entry.sequence = static_cast<std::uint8_t>(frame.sequence);
   entry.source = static_cast<std::uint16_t>(frame.source);
-  entry.replayed = entry.replayed || frame.replayed != 0;
+  entry.retransmitted = entry.retransmitted || frame.retransmitted != 0;
   if (again && !known_again && !lawless)
     breaks_.add(Invariant::exactly_once, now_ns, {index},
                 {{"number", number},
                  {"us since taken", (now_ns - entry.time_ns) / us},
                  {"times", entry.delivered + 1},
-                 {"replayed", frame.replayed}});
+                 {"retransmitted", frame.retransmitted}});
   if (entry.delivered < 255) ++entry.delivered;
   const auto ahead = static_cast<std::int16_t>(number - cell.last_delivered);
-  if (frame.replayed != 0) {
+  if (frame.retransmitted != 0) {
     // Sent again, and so after what was not lost.
   } else if (ahead > 0 || cell.last_delivered == 0) {
     cell.last_delivered = number;
@@ -164,7 +164,7 @@ void SampleLedger::record(const world::Network& network, const Ground& ground, c
   }
 }
 
-void SampleLedger::poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery,
+void SampleLedger::poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
                         bool may_lose) {
   const std::int64_t now_ns = network.time_ns();
   const bool whole = !may_lose && recovery.whole_since_ns() <= now_ns - 5 * ms && ground.calm(now_ns) &&

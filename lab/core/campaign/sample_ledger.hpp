@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "campaign/fault_case.hpp"
-#include "campaign/ground.hpp"
+#include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
-#include "campaign/recovery_watch.hpp"
-#include "campaign/route_watch.hpp"
+#include "campaign/recovery_checker.hpp"
+#include "campaign/route_checker.hpp"
 
 namespace robotskin::campaign {
 
@@ -34,7 +34,7 @@ class SampleLedger : public world::SampleSource {
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
 
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
-  void datagram(const world::Network& network, const Ground& ground, const RouteWatch& routes,
+  void datagram(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                 std::span<const std::uint8_t> datagram);
   // What a frame on its way to the host says to be; a frame of nobody says cell 0, number 0, which is none.
   static TakenSample taken_in(const std::uint8_t* frame);
@@ -42,9 +42,9 @@ class SampleLedger : public world::SampleSource {
   // It found a queue full of repeated ones.
   void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.
-  void struck(const world::Network& network, Ground& ground, const RecoveryWatch& recovery, bool within_load);
+  void struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery, bool within_load);
   // Looks for samples that are missing by now; only if nothing but the protocol can have lost them.
-  void poll(const world::Network& network, const Ground& ground, const RecoveryWatch& recovery, bool may_lose);
+  void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery, bool may_lose);
 
   std::uint64_t taken() const { return taken_; }
   std::uint64_t delivered() const { return delivered_; }
@@ -55,7 +55,7 @@ class SampleLedger : public world::SampleSource {
     std::int64_t time_ns = 0;
     std::uint16_t number = 0, source = 0;
     std::uint8_t delivered = 0, sequence = 0;
-    bool sent = false, replayed = false, crowded_out = false;
+    bool sent = false, retransmitted = false, crowded_out = false;
   };
   struct Cell {
     std::array<Entry, kept> entry;
@@ -73,13 +73,14 @@ class SampleLedger : public world::SampleSource {
     std::vector<std::uint8_t> spared;  // cells that run and can be reached all the time
   };
 
-  bool must_be_kept(const Ground& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
+  bool must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
   bool touched(std::size_t cell, std::int64_t time_ns) const;
-  void record(const world::Network& network, const Ground& ground, const RouteWatch& routes, const rs_clock& frame);
+  void record(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+              const rs_clock& frame);
 
   BreakLog& breaks_;
   std::vector<Cell> cells_;
-  Traffic traffic_;
+  Workload workload_;
   std::uint64_t seed_;
   Failure failure_;
   std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0;

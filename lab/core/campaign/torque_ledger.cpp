@@ -38,7 +38,7 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
 TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks)
     : breaks_(breaks), cells_(cells), limbs_(limbs) {}
 
-void TorqueLedger::datagram(const world::Network& network, const Ground& ground,
+void TorqueLedger::datagram(const world::Network& network, const GroundTruth& ground,
                             std::span<const std::uint8_t> datagram) {
   if (!in_use()) return;
   for_each_frame(datagram, [&](const std::uint8_t* frame_at) {
@@ -49,7 +49,7 @@ void TorqueLedger::datagram(const world::Network& network, const Ground& ground,
   });
 }
 
-void TorqueLedger::add(const world::Network& network, const Ground& ground, const rs_torque& torque) {
+void TorqueLedger::add(const world::Network& network, const GroundTruth& ground, const rs_torque& torque) {
   const std::int64_t now_ns = network.time_ns();
   const std::array<std::int32_t, RS_JOINTS_PER_PART> joints{torque.joint_1, torque.joint_2, torque.joint_3,
                                                             torque.joint_4, torque.joint_5, torque.joint_6};
@@ -108,8 +108,8 @@ void TorqueLedger::keep_time(const world::Network& network) {
   }
 }
 
-void TorqueLedger::poll(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-                        const RecoveryWatch& recovery, bool may_miss) {
+void TorqueLedger::poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+                        const RecoveryChecker& recovery, bool may_miss) {
   if (!in_use()) return;
   keep_time(network);
   const std::int64_t now_ns = network.time_ns();
@@ -120,8 +120,8 @@ void TorqueLedger::poll(const world::Network& network, const Ground& ground, con
   }
 }
 
-void TorqueLedger::judge(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-                         const RecoveryWatch& recovery, Epoch& epoch) {
+void TorqueLedger::judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+                         const RecoveryChecker& recovery, Epoch& epoch) {
   const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns;
   if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
       routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || ground.samples_disturbed_since(rest_ns))

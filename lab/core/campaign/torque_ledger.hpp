@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "campaign/fault_case.hpp"
-#include "campaign/ground.hpp"
+#include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
-#include "campaign/recovery_watch.hpp"
-#include "campaign/route_watch.hpp"
+#include "campaign/recovery_checker.hpp"
+#include "campaign/route_checker.hpp"
 
 namespace robotskin::campaign {
 
@@ -27,10 +27,10 @@ class TorqueLedger {
   TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks);
 
   bool in_use() const { return limbs_ > 0; }
-  void datagram(const world::Network& network, const Ground& ground, std::span<const std::uint8_t> datagram);
+  void datagram(const world::Network& network, const GroundTruth& ground, std::span<const std::uint8_t> datagram);
   // Every millisecond. `may_miss`: frames are lost by chance, or a port has more cells than it carries.
-  void poll(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-            const RecoveryWatch& recovery, bool may_miss);
+  void poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+            const RecoveryChecker& recovery, bool may_miss);
 
   std::uint64_t sums() const { return sums_; }
   std::uint64_t epochs_judged() const { return epochs_judged_; }  // for being complete
@@ -43,9 +43,9 @@ class TorqueLedger {
     std::vector<std::uint8_t> heard;  // by cell
   };
 
-  void add(const world::Network& network, const Ground& ground, const rs_torque& torque);
-  void judge(const world::Network& network, const Ground& ground, const RouteWatch& routes,
-             const RecoveryWatch& recovery, Epoch& epoch);
+  void add(const world::Network& network, const GroundTruth& ground, const rs_torque& torque);
+  void judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+             const RecoveryChecker& recovery, Epoch& epoch);
   void keep_time(const world::Network& network);
 
   BreakLog& breaks_;

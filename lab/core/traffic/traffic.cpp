@@ -72,7 +72,7 @@ Traffic::Traffic(const TrafficOptions& options) : options_(options), sent_(optio
   if (options.key) hash_.emplace(*options.key);
   units_.resize((options.cells + cells_per_unit - 1) / cells_per_unit);
   for (std::size_t i = 0; i < units_.size(); ++i) {
-    units_[i].section_unit = static_cast<std::uint16_t>(i / units_per_group);
+    units_[i].group = static_cast<std::uint16_t>(i / units_per_group);
     units_[i].number = static_cast<std::uint8_t>(i % units_per_group);
     units_[i].session = static_cast<std::uint32_t>(draw()) | 1U;
   }
@@ -105,7 +105,7 @@ void Traffic::hear(std::span<const std::uint8_t> datagram) {
     if (!hash_->matches(datagram.first(signed_bytes), datagram.data() + signed_bytes)) return;
   }
   for (Unit& unit : units_) {
-    if (unit.section_unit != header.section_unit) continue;
+    if (unit.group != header.group) continue;
     if (header.unit != RS_UNIT_ALL && header.unit != unit.number) continue;
     unit.host_heard = true;
     if (!hash_ || header.answering == unit.session) unit.host_session = header.session;
@@ -145,7 +145,7 @@ void Traffic::send(Unit& unit, rs_datagram_kind kind, std::size_t records, std::
   rs_datagram_header header{};
   header.kind = static_cast<std::uint8_t>(kind);
   header.flags = hash_ ? RS_DATAGRAM_KEYED : 0;
-  header.section_unit = unit.section_unit;
+  header.group = unit.group;
   header.unit = unit.number;
   header.session = unit.session;
   header.sequence = ++unit.sequence;

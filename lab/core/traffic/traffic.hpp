@@ -57,7 +57,7 @@ class Traffic {
 
  private:
   struct Unit {
-    std::uint16_t section_unit = 0;
+    std::uint16_t group = 0;
     std::uint8_t number = 0;
     std::uint32_t session = 0;
     std::uint32_t sequence = 0;

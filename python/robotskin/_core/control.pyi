@@ -833,7 +833,7 @@ class StackEntry:
     @property
     def weight(self) -> float: ...
 
-UNPROJECTED: int = -1
+FEEDFORWARD: int = -1
 
 class TaskStack:
     """Which tasks, on which levels, fused in which way."""
@@ -899,7 +899,7 @@ class QuadraticFusion:
         dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        feedforward: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         levels: Sequence[
             tuple[
                 Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
@@ -907,14 +907,14 @@ class QuadraticFusion:
             ]
         ],
     ) -> NDArray[numpy.float64]:
-        """(n) Nm, unprojected (n) included; see NullSpaceFusion.fuse."""
+        """(n) Nm, feedforward (n) included; see NullSpaceFusion.fuse."""
 
     def fuse_weighted(
         self,
         dynamics: robotskin.model.RobotDynamics,
         position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
-        unprojected: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        feedforward: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
         terms: Sequence[
             tuple[
                 float,
@@ -924,7 +924,7 @@ class QuadraticFusion:
         ],
     ) -> NDArray[numpy.float64]:
         """
-        (n) Nm, unprojected (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),
+        (n) Nm, feedforward (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),
         acceleration (rows)).
         """
 

@@ -114,7 +114,7 @@ class Driver:
         """This driver's present session."""
 
     def command(
-        self, operation: str, value: int = 0, index: int = 0, *, cell: int | None = None, section_unit: int = 0
+        self, operation: str, value: int = 0, index: int = 0, *, cell: int | None = None, group: int = 0
     ) -> int:
         """
         Sends a command (firmware/include/robotskin/operations.h) to one cell by its key, or to all of a group.
@@ -123,14 +123,12 @@ class Driver:
         commands are waiting.
         """
 
-    def power(self, on: bool, *, section_unit: int = 0, unit: int = 255, port: int = 0) -> None:
+    def power(self, on: bool, *, group: int = 0, unit: int = 255, port: int = 0) -> None:
         """
         Switches the power of a section unit's port (0: all ports; unit 255: all units).
         """
 
-    def set_joints(
-        self, limb: int, positions: Sequence[int], *, section_unit: int = 0, now_ns: int | None = None
-    ) -> None:
+    def set_joints(self, limb: int, positions: Sequence[int], *, group: int = 0, now_ns: int | None = None) -> None:
         """
         Where the joints of a limb are, (n,) in 2 pi / 65536 rad or 2^-15 m, at `now_ns` (by default now).
         The newest positions go to the cells once an epoch of 4 ms; positions older than 20 ms do not.
@@ -139,7 +137,7 @@ class Driver:
 
     def torques(self) -> dict[str, numpy.ndarray]:
         """
-        The limbs' torques as the skin computes them, limb axis first: section_unit, limb, epoch, joint (L, 24) in
+        The limbs' torques as the skin computes them, limb axis first: group, limb, epoch, joint (L, 24) in
         the limb's step, cells (L, 4) summed by part of six joints, active (cells in contact), age (epochs of the oldest joint
         positions used), saturated, whole (every source is in it), heard_ns, epoch_ns (when its epoch began), and the counts
         vectors and partial. Not beside a TorqueReader in another thread.

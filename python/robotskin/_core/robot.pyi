@@ -367,10 +367,10 @@ class TaskCycle:
         skin: robotskin.skin.SkinState,
         now_ns: int,
         command: robotskin.model.JointCommand,
-        own_torque: robotskin.skin.SkinTorque | None = None,
+        skin_computed_torque: robotskin.skin.SkinTorque | None = None,
     ) -> GuardReport:
         """
-        One period. Fills the command, which goes to the robot if the report says send. `own_torque`: what the skin has computed itself.
+        One period. Fills the command, which goes to the robot if the report says send. `skin_computed_torque`: what the skin has computed itself.
         """
 
     def time_steps(

@@ -102,7 +102,7 @@ class DatagramInput(SkinInput):
     """The samples of our own cells, as the driver has them."""
 
     def __init__(self, reader: SkinReader) -> None: ...
-    def take_own_torque(
+    def take_skin_computed_torque(
         self,
         driver: robotskin.driver.Driver,
         torques: TorqueReader,
@@ -117,7 +117,7 @@ class DatagramInput(SkinInput):
         """False: the cells hear no more where the joints are."""
 
     @property
-    def own_torque(self) -> SkinTorque:
+    def skin_computed_torque(self) -> SkinTorque:
         """
         What the skin has computed itself (SkinTorque); None where it computes nothing.
         """

@@ -528,7 +528,7 @@ class UnitDescription:
     """A section unit and the cells at its ports."""
 
     def __init__(
-        self, section_unit: int, unit: int, ports: Sequence[tuple[int, int]], skew_ns: int = 0, drift_ppm: float = 0.0
+        self, group: int, unit: int, ports: Sequence[tuple[int, int]], skew_ns: int = 0, drift_ppm: float = 0.0
     ) -> None:
         """
         ports: (cell, cell port) of port p at index p - 1; skew and drift of its clock against virtual time.
@@ -543,7 +543,7 @@ class UnitDescription:
     @drift_ppm.setter
     def drift_ppm(self, arg: float, /) -> None: ...
     @property
-    def section_unit(self) -> int: ...
+    def group(self) -> int: ...
     @property
     def unit(self) -> int: ...
 
@@ -631,7 +631,7 @@ class NetworkOptions:
 
 INPUT_KINDS: list = ...
 
-class Twin:
+class ExternalCell:
     """
     A cell run elsewhere in place of one of the network's own, and compared with it.
     """
@@ -651,7 +651,7 @@ class Twin:
     def samples(self) -> int: ...
     @property
     def frames(self) -> int:
-        """that the twin sent"""
+        """that the external cell sent"""
 
     @property
     def differences(self) -> int:
@@ -742,8 +742,8 @@ class Network:
     def set_torque_image(self, cell: int, image: bytes) -> None:
         """Torque parameters in a cell's flash, which it finds at its next start."""
 
-    def put(self, cell: int, twin: Twin) -> None:
-        """From its boot on the twin lives as this cell."""
+    def put(self, cell: int, external: ExternalCell) -> None:
+        """From its boot on the external cell lives as this cell."""
 
     def torque_epochs(self, unit: int) -> tuple:
         """
@@ -917,7 +917,7 @@ class NetworkTrial:
 class Transport:
     """Carries datagrams between section units and host."""
 
-class Mailbox(Transport):
+class InProcess(Transport):
     """In process: datagrams wait until they are taken."""
 
     def __init__(self) -> None: ...

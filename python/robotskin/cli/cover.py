@@ -125,7 +125,7 @@ def command(
         cables.add_column(heading, justify="left" if heading == "plugs into" else "right")
     for place, cable in zip(layout.section_unit_ports, layout.cables, strict=True):
         cables.add_row(
-            str(place.section_unit),
+            str(place.group),
             str(place.port),
             f"cell {layout.id[place.cell]} port {place.cell_port} ({layout.links[layout.link[place.cell]]})",
             f"{cable.length_min_m:.3f} to {cable.length_max_m:.3f}",

@@ -63,7 +63,7 @@ def command(
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
-    believed: Annotated[
+    estimated_layout: Annotated[
         str,
         typer.Option(
             "--model",
@@ -97,18 +97,18 @@ def command(
         pushed = link or link_to_push(model, ready.gains, skin)
         require_cells_on(skin, pushed)
     tell_made(console, ready)
-    believed_skin, control = believed_model(console, believed, model, skin, seed)
-    if believed_skin is not None:
-        require_cells_on(believed_skin, pushed)
+    estimated_skin, control = estimated_model(console, estimated_layout, model, skin, seed)
+    if estimated_skin is not None:
+        require_cells_on(estimated_skin, pushed)
     session = Session(
         model,
         skin,
         seed=seed,
         interface=interface,
         mode=mode,
-        believed=believed_skin,
+        estimated_layout=estimated_skin,
         control=control,
-        own_torques=False if headless else None,
+        cell_torques=False if headless else None,
         scene=around,
         gains=ready.gains,
     )
@@ -118,16 +118,16 @@ def command(
         raise typer.Exit(show(session, port))
 
 
-def believed_model(
-    console: Console, believed: str, model: Robot, skin: Layout, seed: int
+def estimated_model(
+    console: Console, estimated_layout: str, model: Robot, skin: Layout, seed: int
 ) -> tuple[Layout | None, Robot | None]:
     """Layout and robot that --model asks for, None for the true ones; a skin that is to find itself does so here."""
-    if believed == "true":
+    if estimated_layout == "true":
         return None, None
-    if believed != "configured":
+    if estimated_layout != "configured":
         from robotskin.layout import Layout
 
-        return Layout.load(believed), None
+        return Layout.load(estimated_layout), None
     from robotskin.configuring.configured import configured
 
     with waiting("waking the skin") as tell:

@@ -17,7 +17,7 @@ def command() -> None:
         table.add_column(heading, justify="left" if heading in ("name", "robot") else "right")
     for name in finished_names():
         skin = finished(name)
-        units = len(set(skin.section_unit.tolist()))
+        units = len(set(skin.group.tolist()))
         table.add_row(name, skin.robot, str(len(skin)), str(len(skin.patches)), str(units), str(len(skin.links)))
     console = Console()
     console.print(table)

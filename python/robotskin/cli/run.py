@@ -129,7 +129,7 @@ def command(
             interface=interface,
             mode=mode,
             fusion=fused,
-            own_torques=True if source is SkinSource.skin else (False if headless else None),
+            cell_torques=True if source is SkinSource.skin else (False if headless else None),
             self_collision=self_collision,
             skin_map=learnt,
             body_limits=limits,

@@ -280,10 +280,10 @@ class Exploration:
         cables = []
         for unit in self.driver.units():
             for port in unit["ports"]:
-                cell = row.get(unit["section_unit"] << 16 | port["cell"])
+                cell = row.get(unit["group"] << 16 | port["cell"])
                 if cell is not None and 1 <= port["cell_port"] <= 4:
                     number = unit["unit"] * PORTS_OF_A_UNIT + port["port"]
-                    cables.append((unit["section_unit"], number, cell, port["cell_port"]))
+                    cables.append((unit["group"], number, cell, port["cell_port"]))
         return lists, np.array(sorted(cables), dtype=np.int64).reshape(-1, 4)
 
     def stop(self) -> None:

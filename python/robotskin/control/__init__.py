@@ -5,12 +5,12 @@ from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
 from robotskin.control.controller import Controller
 from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
 from robotskin.control.task_library import TASKS, TaskLibrary
-from robotskin.tasks import UNPROJECTED, Fusion, PythonTask
+from robotskin.tasks import FEEDFORWARD, Fusion, PythonTask
 
 __all__ = [
     "BEHAVIOURS",
+    "FEEDFORWARD",
     "TASKS",
-    "UNPROJECTED",
     "Behaviour",
     "CartesianGoal",
     "Controller",

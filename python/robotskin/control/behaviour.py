@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from robotskin.errors import InputError, UnknownNameError
-from robotskin.tasks import UNPROJECTED, Fusion
+from robotskin.tasks import FEEDFORWARD, Fusion
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Behaviour:
 
 def _paper(name: str, tasks: tuple[str, ...], meaning: str) -> Behaviour:
     """One row of figure 11: all tasks beside each other [Cheng19 eq. 18], with gravity."""
-    return Behaviour(name, {**dict.fromkeys(tasks, 0), "gravity": UNPROJECTED}, Fusion.weighted_sum, meaning)
+    return Behaviour(name, {**dict.fromkeys(tasks, 0), "gravity": FEEDFORWARD}, Fusion.weighted_sum, meaning)
 
 
 BEHAVIOURS = {
@@ -81,7 +81,7 @@ BEHAVIOURS = {
 
 PRESS = Behaviour(
     "press",
-    {"force": 0, "posture": 1, "gravity": UNPROJECTED},
+    {"force": 0, "posture": 1, "gravity": FEEDFORWARD},
     Fusion.null_space,
     "presses with a force that its skin measures",
     gains="reach_cartesian_compliant",

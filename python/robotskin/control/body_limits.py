@@ -105,7 +105,7 @@ class BodyLimits:
             found.update(cell for cell in range(len(layout)) if names[layout.patch[cell]] == patch)
         keys = {
             (int(unit), int(cell)): index
-            for index, (unit, cell) in enumerate(zip(layout.section_unit, layout.id, strict=True))
+            for index, (unit, cell) in enumerate(zip(layout.group, layout.id, strict=True))
         }
         for key in region.cells:
             if key not in keys:

@@ -150,10 +150,10 @@ class Controller:
         skin: SkinState,
         now_ns: int,
         command: JointCommand,
-        own_torque: SkinTorque | None = None,
+        skin_computed_torque: SkinTorque | None = None,
     ) -> GuardReport:
-        """One period; see `TaskCycle.step`. `own_torque`: what the skin has computed itself, if it does."""
-        return self.cycle.step(joints, skin, now_ns, command, own_torque)
+        """One period; see `TaskCycle.step`. `skin_computed_torque`: what the skin has computed itself, if it does."""
+        return self.cycle.step(joints, skin, now_ns, command, skin_computed_torque)
 
     def request_run(self, run: bool) -> None:
         """Start, or stop smoothly."""
@@ -169,19 +169,19 @@ class Controller:
 
     def request_skin_source(self, source: SkinSource) -> None:
         """Whose torque the skin task contributes. Raises InputError for the skin's where the behaviour has none."""
-        if source is not SkinSource.host and self.own_torque_refused:
-            raise InputError(f"skin source {source.name}: {self.own_torque_refused}")
+        if source is not SkinSource.host and self.skin_computed_torque_refused:
+            raise InputError(f"skin source {source.name}: {self.skin_computed_torque_refused}")
         self.cycle.request_skin_source(source)
 
     @property
-    def takes_own_torque(self) -> bool:
+    def takes_skin_computed_torque(self) -> bool:
         """Whether the behaviour has a task that can take the skin's own torque."""
         return any(isinstance(task, SkinReactionTask) for task in self.tasks.values())
 
     @property
-    def own_torque_refused(self) -> str:
+    def skin_computed_torque_refused(self) -> str:
         """Why the behaviour cannot take the skin's own torque; empty where it can."""
-        if self.takes_own_torque:
+        if self.takes_skin_computed_torque:
             return ""
         fits = ", ".join(name for name, one in self.behaviours.items() if "skin" in one.tasks) or "none by a map"
         return f"{self.behaviour.name} sums the cells' forces on the host; the skin's own torque is taken by {fits}"

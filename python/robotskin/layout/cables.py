@@ -174,7 +174,7 @@ def plan_cables(layout: Layout, robot: Robot, seed: int = 0) -> tuple[Cable, ...
         stretch = (fixed + longest) / total - 1 if total > 0 else 0.0
         cables.append(
             Cable(
-                place.section_unit,
+                place.group,
                 place.port,
                 tuple(route),
                 round(total, 6),

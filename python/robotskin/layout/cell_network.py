@@ -24,9 +24,9 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CableEnd:
-    """One cable of a section unit. section_unit: group; unit: within the group; port: of the unit, from 1."""
+    """One cable of a section unit. group: its group; unit: within the group; port: of the unit, from 1."""
 
-    section_unit: int
+    group: int
     unit: int
     port: int
     cell: int
@@ -34,13 +34,13 @@ class CableEnd:
 
     def __str__(self) -> str:
         unit = f".{self.unit}" if self.unit else ""
-        return f"section unit {self.section_unit}{unit} port {self.port}"
+        return f"section unit {self.group}{unit} port {self.port}"
 
     @property
     def label(self) -> str:
         """The same where there is little room: section unit, then its unit if there are several, and port."""
         unit = f".{self.unit}" if self.unit else ""
-        return f"{self.section_unit}{unit}:{self.port}"
+        return f"{self.group}{unit}:{self.port}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class CellNetwork:
 
     neighbours: (N, 4, 2) as in `Layout`: for own port p at row p - 1 the neighbour's index or -1, and its port 1 to 4.
     id: (N,) uint16, kept in the cells' flash; 0 where the network shall name the cell.
-    section_unit: (N,) the group that each cell's id belongs to.
+    group: (N,) the group that each cell's id belongs to.
     patch: (N,) index of the patch; a link between two patches is a bridge.
     link: (N,) which rigid body a cell sits on; position_m: (N, 3) in that body's frame.
     patch_names: of the patches, for people.
@@ -59,7 +59,7 @@ class CellNetwork:
     neighbours: NDArray[np.int32]
     cables: tuple[CableEnd, ...]
     id: NDArray[np.uint16]
-    section_unit: NDArray[np.uint16]
+    group: NDArray[np.uint16]
     patch: NDArray[np.int32]
     link: NDArray[np.int32]
     position_m: NDArray[np.float64]
@@ -105,11 +105,9 @@ class CellNetwork:
 
         units: dict[tuple[int, int], dict[int, tuple[int, int]]] = {}
         for cable in self.cables:
-            units.setdefault((cable.section_unit, cable.unit), {})[cable.port] = (cable.cell, cable.cell_port)
+            units.setdefault((cable.group, cable.unit), {})[cable.port] = (cable.cell, cable.cell_port)
         return [
-            UnitDescription(
-                section_unit=group, unit=unit, ports=[ports.get(p, (-1, 0)) for p in range(1, max(ports) + 1)]
-            )
+            UnitDescription(group=group, unit=unit, ports=[ports.get(p, (-1, 0)) for p in range(1, max(ports) + 1)])
             for (group, unit), ports in sorted(units.items())
         ]
 
@@ -119,20 +117,20 @@ class CellNetwork:
         cables = []
         for place in layout.section_unit_ports:
             unit, port = divmod(place.port - 1, firmware.SECTION_UNIT_PORTS_MAX)
-            cables.append(CableEnd(place.section_unit, unit, port + 1, place.cell, place.cell_port))
+            cables.append(CableEnd(place.group, unit, port + 1, place.cell, place.cell_port))
         return cls(
             layout.robot,
             layout.neighbours,
             tuple(cables),
             layout.id,
-            layout.section_unit,
+            layout.group,
             layout.patch,
             layout.link,
             np.asarray(layout.link_from_cell[:, :3, 3]),
             tuple(patch.name for patch in layout.patches),
         )
 
-    def with_cables(self, ends: list[tuple[int, int]], units: int = 1, section_unit: int = 1) -> CellNetwork:
+    def with_cables(self, ends: list[tuple[int, int]], units: int = 1, group: int = 1) -> CellNetwork:
         """The same cells with other cables.
 
         ends: (cell, cell port) of each cable; units: section units of one group to which they are dealt in turn.
@@ -146,16 +144,16 @@ class CellNetwork:
             if not free[cell, port - 1]:
                 raise LayoutError(f"cable at cell {cell} port {port}: a neighbour or another cable is there")
             free[cell, port - 1] = False
-            cables.append(CableEnd(section_unit, number % units, number // units + 1, cell, port))
+            cables.append(CableEnd(group, number % units, number // units + 1, cell, port))
         most = firmware.SECTION_UNIT_PORTS_MAX
         if len(ends) > units * most:
             raise LayoutError(f"{len(ends)} cables on {units} section units: each takes {most}")
-        group = np.full(len(self), section_unit, dtype=np.uint16)
-        return replace(self, cables=tuple(cables), section_unit=group)
+        groups = np.full(len(self), group, dtype=np.uint16)
+        return replace(self, cables=tuple(cables), group=groups)
 
     def with_cable(self, cell: int, cell_port: int) -> CellNetwork:
         """The same with one more cable, at a free port."""
-        new = CableEnd(int(self.section_unit[cell]), 0, 0, cell, cell_port)
+        new = CableEnd(int(self.group[cell]), 0, 0, cell, cell_port)
         return replace(self, cables=(*self.cables, new))
 
     def with_bridge(self, cell: int, cell_port: int, other: int, other_port: int) -> CellNetwork:

@@ -15,7 +15,7 @@ from robotskin.errors import RobotskinError
 from robotskin.layout.defects import defects
 from robotskin.layout.errors import LayoutFileError
 from robotskin.layout.formats import read
-from robotskin.layout.found import Defect, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawLayout
 from robotskin.layout.surface import DistanceField, distance_field
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def check_files(paths: Sequence[Path], robot: str | None = None) -> list[Checked
     """
     named = _Meshes(robot) if robot else None
     results: list[Checked] = []
-    skins: list[tuple[FoundSkin, Checked]] = []
+    skins: list[tuple[RawLayout, Checked]] = []
     for path in files_in([Path(path) for path in paths]):
         try:
             skin = read(path)

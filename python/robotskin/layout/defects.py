@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from robotskin import firmware
 from robotskin.layout.cell import HINGE_REACH_M, LATTICE_PITCH_M, PORT_POINTS_M, PORTS
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 from robotskin.layout.surface import DistanceField
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ def _text(values: Iterable[float]) -> str:
     return " ".join(f"{value:.4g}" for value in values)
 
 
-def finite(skin: FoundSkin) -> Iterator[Defect]:
+def finite(skin: RawLayout) -> Iterator[Defect]:
     """Numbers that are none."""
     for cell in skin.cells:
         values = np.concatenate([cell.position, cell.normal])
@@ -46,7 +46,7 @@ def finite(skin: FoundSkin) -> Iterator[Defect]:
             yield Defect("not_finite", cell.where, _text(values), "position and normal must be finite numbers")
 
 
-def normals(skin: FoundSkin) -> Iterator[Defect]:
+def normals(skin: RawLayout) -> Iterator[Defect]:
     """Normals without direction, or not of length 1, and rotations that are none."""
     for cell in skin.cells:
         length = float(np.linalg.norm(cell.normal))
@@ -62,10 +62,10 @@ def normals(skin: FoundSkin) -> Iterator[Defect]:
                 yield Defect("not_a_rotation", cell.where, "determinant -1", "a mirror image; determinant must be 1")
 
 
-def placeholder_normals(skin: FoundSkin) -> Iterator[Defect]:
+def placeholder_normals(skin: RawLayout) -> Iterator[Defect]:
     """One normal for cells that cannot lie in one plane."""
     good = [cell for cell in skin.cells if np.isfinite(cell.normal).all() and np.linalg.norm(cell.normal) > 1e-6]
-    by_link: dict[str, list[FoundCell]] = defaultdict(list)
+    by_link: dict[str, list[RawCell]] = defaultdict(list)
     for cell in good:
         by_link[cell.link].append(cell)
     for cells in by_link.values():
@@ -80,7 +80,7 @@ def placeholder_normals(skin: FoundSkin) -> Iterator[Defect]:
                 yield Defect("placeholder_normal", cell.where, _text(normal), why)
 
 
-def identities(skin: FoundSkin) -> Iterator[Defect]:
+def identities(skin: RawLayout) -> Iterator[Defect]:
     """Ids that occur twice or that the wire cannot carry, and cells at the same place."""
     seen: dict[tuple[int, int], str] = {}
     for cell in skin.cells:
@@ -107,7 +107,7 @@ def identities(skin: FoundSkin) -> Iterator[Defect]:
                 yield Defect("same_place", second.where, _text(second.position), f"the same place as {first.where}")
 
 
-def neighbours(skin: FoundSkin, elsewhere: frozenset[int] = frozenset()) -> Iterator[Defect]:
+def neighbours(skin: RawLayout, elsewhere: frozenset[int] = frozenset()) -> Iterator[Defect]:
     """Neighbours that do not exist, do not know of each other, or meet at ports that cannot meet.
 
     Args:
@@ -138,7 +138,7 @@ def neighbours(skin: FoundSkin, elsewhere: frozenset[int] = frozenset()) -> Iter
                 yield from _ports(cell, port, neighbour, at)
 
 
-def _ports(cell: FoundCell, port: int, neighbour: FoundCell, at: str) -> Iterator[Defect]:
+def _ports(cell: RawCell, port: int, neighbour: RawCell, at: str) -> Iterator[Defect]:
     """The port that the cell states for its neighbour must be the one on which the neighbour lists it."""
     stated = cell.neighbour_ports[port - 1]
     listed = [index for index, other in enumerate(neighbour.neighbours, start=1) if other == cell.id]
@@ -147,7 +147,7 @@ def _ports(cell: FoundCell, port: int, neighbour: FoundCell, at: str) -> Iterato
         yield Defect("port_mismatch", at, f"port {stated} of neighbour {neighbour.id}", why)
 
 
-def hinges(skin: FoundSkin) -> Iterator[Defect]:
+def hinges(skin: RawLayout) -> Iterator[Defect]:
     """Edges whose hinge points are apart, and edges that would close if other ports had been listed."""
     limit = MEASURED_GAP_M if skin.measured else HINGE_REACH_M
     by_id = {(cell.group, cell.id): cell for cell in skin.cells}
@@ -174,7 +174,7 @@ def hinges(skin: FoundSkin) -> Iterator[Defect]:
                     yield Defect("hinge_gap", at, f"{1e3 * gap:.2f} mm", why)
 
 
-def _gap_table(cell: FoundCell, neighbour: FoundCell) -> Array | None:
+def _gap_table(cell: RawCell, neighbour: RawCell) -> Array | None:
     """(4, 4) distance between each port point of the one and each of the other, metres."""
     if cell.rotation is None or neighbour.rotation is None:
         return None
@@ -184,7 +184,7 @@ def _gap_table(cell: FoundCell, neighbour: FoundCell) -> Array | None:
     return gaps if np.isfinite(gaps).all() and len(gaps) == PORTS else None
 
 
-def units(skin: FoundSkin, link_size: Mapping[str, float] = NO_SIZES) -> Iterator[Defect]:
+def units(skin: RawLayout, link_size: Mapping[str, float] = NO_SIZES) -> Iterator[Defect]:
     """Lengths that are right only after a factor of 1000.
 
     The evidence, strongest first: the distance of neighbours against the lattice pitch, the extent of a link's cells
@@ -230,7 +230,7 @@ def _factor(ratio: float) -> str:
     return f"about a factor of 1000 {direction}"
 
 
-def inside_mesh(skin: FoundSkin, field_of: Callable[[str], DistanceField | None]) -> Iterator[Defect]:
+def inside_mesh(skin: RawLayout, field_of: Callable[[str], DistanceField | None]) -> Iterator[Defect]:
     """Cells whose face lies below the surface of the link they are on.
 
     Args:
@@ -250,7 +250,7 @@ def inside_mesh(skin: FoundSkin, field_of: Callable[[str], DistanceField | None]
 
 
 def defects(
-    skin: FoundSkin,
+    skin: RawLayout,
     *,
     elsewhere: frozenset[int] = frozenset(),
     field_of: Callable[[str], DistanceField | None] | None = None,

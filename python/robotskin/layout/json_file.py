@@ -16,10 +16,11 @@ import numpy as np
 from robotskin.layout.cell import PORTS
 from robotskin.layout.errors import LayoutError, LayoutFileError
 from robotskin.layout.layout import Cable, Layout, Patch, SectionUnitPort, Stud
+from robotskin.layout.old_words import in_todays_words
 from robotskin.whole_file import whole_file
 
 FORMAT = "robotskin-layout"
-VERSION = 1
+VERSION = 2
 
 
 @cache
@@ -56,7 +57,7 @@ def to_document(layout: Layout) -> dict[str, Any]:
         cells.append(
             {
                 "id": int(layout.id[cell]),
-                "section_unit": int(layout.section_unit[cell]),
+                "group": int(layout.group[cell]),
                 "link": layout.links[layout.link[cell]],
                 "patch": int(layout.patch[cell]),
                 "position_m": pose[:3, 3].tolist(),
@@ -133,6 +134,7 @@ def from_document(document: Any, path: Path) -> Layout:
     Raises:
         LayoutFileError: naming the field that breaks the schema or a law of layouts.
     """
+    document = in_todays_words(document)
     error = jsonschema.exceptions.best_match(validator().iter_errors(document))
     if error is not None:
         why = (
@@ -171,7 +173,7 @@ def from_document(document: Any, path: Path) -> Layout:
             robot=document["robot"],
             links=links,
             id=np.array([cell["id"] for cell in cells]),
-            section_unit=np.array([cell["section_unit"] for cell in cells]),
+            group=np.array([cell["group"] for cell in cells]),
             link=np.array([links.index(cell["link"]) for cell in cells]),
             link_from_cell=poses,
             neighbours=neighbours,

@@ -31,10 +31,10 @@ class Patch:
 class SectionUnitPort:
     """Where a cable from a section unit plugs in.
 
-    section_unit: group number; port: of the section unit, from 1; cell: index; cell_port: 1 to 4, free of neighbours.
+    group: of the unit; port: of the section unit, from 1; cell: index; cell_port: 1 to 4, free of neighbours.
     """
 
-    section_unit: int
+    group: int
     port: int
     cell: int
     cell_port: int
@@ -63,7 +63,7 @@ class Cable:
     worst_stretch: length_max / length_neutral - 1, what a reel must give out.
     """
 
-    section_unit: int
+    group: int
     port: int
     route: tuple[tuple[str, tuple[float, float, float]], ...]
     length_neutral_m: float
@@ -77,7 +77,7 @@ class Layout:
     """A skin on a robot; struct of arrays, cell axis first, N cells. Arrays are read-only.
 
     robot: its name; links: names that `link` indexes.
-    id: (N,) uint16, 1 to 16382, unique within a section-unit group; section_unit: (N,) uint16, the group.
+    id: (N,) uint16, 1 to 16382, unique within a section-unit group; group: (N,) uint16, the group.
     link: (N,) index into links; link_from_cell: (N, 4, 4), metres, z the outward normal, origin on the outer face.
     neighbours: (N, 4, 2): for own port p at row p - 1, the neighbour's index or -1 and its port 1 to 4 (0 for none).
     patch: (N,) index into patches.
@@ -86,7 +86,7 @@ class Layout:
     robot: str
     links: tuple[str, ...]
     id: NDArray[np.uint16]
-    section_unit: NDArray[np.uint16]
+    group: NDArray[np.uint16]
     link: NDArray[np.int32]
     link_from_cell: NDArray[np.float64]
     neighbours: NDArray[np.int32]
@@ -108,7 +108,7 @@ class Layout:
         count = len(self.id)
         shapes = {
             "id": (np.uint16, (count,)),
-            "section_unit": (np.uint16, (count,)),
+            "group": (np.uint16, (count,)),
             "link": (np.int32, (count,)),
             "link_from_cell": (np.float64, (count, 4, 4)),
             "neighbours": (np.int32, (count, PORTS, 2)),
@@ -128,7 +128,7 @@ class Layout:
         self._require("neighbours", ((neighbour < -1) | (neighbour >= count)).any(1), neighbour, f"-1 to {count - 1}")
         self._require("neighbours' ports", ((neighbour >= 0) & ((port < 1) | (port > PORTS))).any(1), port, "1 to 4")
         self._require("link_from_cell", ~np.isfinite(self.link_from_cell).all((1, 2)), self.link_from_cell, "finite")
-        keys = self.section_unit.astype(np.int64) << 16 | self.id
+        keys = self.group.astype(np.int64) << 16 | self.id
         _, first, times = np.unique(keys, return_index=True, return_counts=True)
         repeated = np.zeros(count, dtype=bool)
         repeated[first[times > 1]] = True
@@ -186,7 +186,7 @@ class Layout:
 
         return SkinModel(
             link_names=list(self.links),
-            key=(self.section_unit.astype(np.uint32) << np.uint32(16) | self.id).astype(np.uint32),
+            key=(self.group.astype(np.uint32) << np.uint32(16) | self.id).astype(np.uint32),
             link=self.link,
             link_from_cell=self.link_from_cell,
             neighbours=self.neighbours,

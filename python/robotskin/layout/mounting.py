@@ -17,11 +17,11 @@ from robotskin.layout.cell import CELL_THICKNESS_M
 from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import LayoutError, LayoutFileError
 from robotskin.layout.formats import read
-from robotskin.layout.found import FoundCell, FoundSkin
-from robotskin.layout.found_links import links_of
 from robotskin.layout.json_file import parse
 from robotskin.layout.layout import Layout, Patch, SectionUnitPort
 from robotskin.layout.places import LinkPlaces, Rules
+from robotskin.layout.raw_layout import RawCell, RawLayout
+from robotskin.layout.raw_neighbours import neighbours_of
 from robotskin.layout.relax import overlapping_pairs, tangent_poses
 from robotskin.layout.surface import LinkSurface
 from robotskin.layout.wiring import wire
@@ -41,7 +41,7 @@ class RigidPatch:
     """A patch as its file has it: cells, and their poses (N, 4, 4) in the frame of the root cell."""
 
     name: str
-    cells: list[FoundCell]
+    cells: list[RawCell]
     root: int
     root_from_cell: Array
 
@@ -82,7 +82,7 @@ def skin_files(path: Path) -> list[Path]:
     return [path]
 
 
-def rigid_patches(skins: list[FoundSkin]) -> list[RigidPatch]:
+def rigid_patches(skins: list[RawLayout]) -> list[RigidPatch]:
     """Patches of cells with full poses and neighbours; other formats have none."""
     patches = []
     for skin in skins:
@@ -187,7 +187,7 @@ def _layout(patches: list[RigidPatch], robot: str, link: str, source: str) -> La
     """Number, connect and wire mounted patches (their poses now in the link frame)."""
     cells = [cell for patch in patches for cell in patch.cells]
     count = len(cells)
-    neighbours, box_ports = links_of(cells)
+    neighbours, box_ports = neighbours_of(cells)
     number = np.concatenate([np.full(len(patch.cells), index) for index, patch in enumerate(patches)])
     start = np.cumsum([0, *(len(patch.cells) for patch in patches)])
     records = [Patch(patch.name, link, int(start[i] + patch.root)) for i, patch in enumerate(patches)]

@@ -51,7 +51,7 @@ def with_patch_moved(layout: Layout, patch: int, pose: Array, link: str | None =
     poses[mine] = np.round(pose @ root_from_cell(layout, patch), 9) + 0.0
     patches = list(layout.patches)
     patches[patch] = replace(patches[patch], link=link)
-    plugged = {(place.section_unit, place.port) for place in layout.section_unit_ports if mine[place.cell]}
+    plugged = {(place.group, place.port) for place in layout.section_unit_ports if mine[place.cell]}
     return replace(
         layout,
         links=links,
@@ -59,5 +59,5 @@ def with_patch_moved(layout: Layout, patch: int, pose: Array, link: str | None =
         link_from_cell=poses,
         patches=tuple(patches),
         studs=tuple(stud for stud in layout.studs if stud.patch != patch),
-        cables=tuple(cable for cable in layout.cables if (cable.section_unit, cable.port) not in plugged),
+        cables=tuple(cable for cable in layout.cables if (cable.group, cable.port) not in plugged),
     )

@@ -72,7 +72,7 @@ def wire(
         ports_per_section_unit: cables a section unit takes.
 
     Returns:
-        id (N,), section_unit (N,) from 1, and the section-unit ports.
+        id (N,), group (N,) from 1, and the section-unit ports.
     """
     count = len(patch)
     cell, port = np.nonzero(neighbours[:, :, 0] >= 0)

@@ -42,7 +42,7 @@ class LiveNetwork(WatchedNetwork):
         options.seed = seed
         options.unasked = True
         options.set_cell_key(SkinKeys.of_seed(seed).cell_key)
-        self._mailbox = core.Mailbox()
+        self._mailbox = core.InProcess()
         units = CellNetwork.of_layout(layout).unit_descriptions()
         self._world = core.World(None, layout.neighbours, layout.id.tolist(), units, options, self._mailbox)
         super().__init__(NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9))

@@ -313,7 +313,7 @@ class LiveSession:
         session = self.session
         if session.torques is None:
             return None
-        own = session.own_torque
+        own = session.skin_computed_torque
         return Torques(np.array(session.controller.host_skin_torque), np.array(own.joint), own.fresh, own.cells)
 
     def _reading(self) -> SkinReading:

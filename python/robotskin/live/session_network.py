@@ -21,13 +21,13 @@ from robotskin.viewer.network_view import NO_PATH, NetworkReading
 class SessionNetwork(WatchedNetwork):
     """The `robotskin.viewer.network_view.NetworkView` of a session; `ask` hands a request to the session's thread.
 
-    Paths run through all cells, and only those of `believed` are told. A path that ends at a cable of which `believed`
-    does not know where it is plugged in is told as none.
+    Paths run through all cells, and only those of `estimated_layout` are told. A path
+    that ends at a cable whose plug `estimated_layout` does not know is told as none.
 
     Args:
         watch: of all cells that the robot wears.
         ask: see above.
-        believed: the layout that the page shows, N cells.
+        estimated_layout: the layout that the page shows, N cells.
         cells: (N,) index in the watched layout of each of its cells.
     """
 
@@ -37,14 +37,15 @@ class SessionNetwork(WatchedNetwork):
         self,
         watch: NetworkWatch,
         ask: Callable[[Callable[[], object]], None],
-        believed: Layout,
+        estimated_layout: Layout,
         cells: NDArray[np.int64],
     ) -> None:
         super().__init__(watch)
         self._hand_over = ask
         self._cells = cells
         known = {
-            (int(cells[place.cell]), place.cell_port): index for index, place in enumerate(believed.section_unit_ports)
+            (int(cells[place.cell]), place.cell_port): index
+            for index, place in enumerate(estimated_layout.section_unit_ports)
         }
         plugs = [(place.cell, place.cell_port) for place in watch.layout.section_unit_ports]
         # The last entry is that of NO_PATH, which is -1.

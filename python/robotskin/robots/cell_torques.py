@@ -24,7 +24,7 @@ _STEP = {name: step for name, _, _, step, _ in firmware.CHANNELS}
 class Limb:
     """Cells whose torques are summed into one vector: those of one section-unit group on one chain of joints."""
 
-    section_unit: int
+    group: int
     number: int
     """0 to 15, of the group."""
     chain: Chain
@@ -103,12 +103,12 @@ class CellTorques:
     @property
     def places(self) -> list[tuple[int, int, tuple[int, ...]]]:
         """(section-unit group, limb, indices of the robot's joints) of each limb."""
-        return [(limb.section_unit, limb.number, limb.joints) for limb in self.limbs]
+        return [(limb.group, limb.number, limb.joints) for limb in self.limbs]
 
     @property
     def codes(self) -> list[tuple[int, int, list[tuple[int, str]]]]:
-        """How the joints of each limb are told to its cells, as `DatagramInput.take_own_torque` takes it."""
-        return [(limb.section_unit, limb.number, limb.chain.code_kinds) for limb in self.limbs]
+        """How the joints of each limb are told to its cells, as `DatagramInput.take_skin_computed_torque` takes it."""
+        return [(limb.group, limb.number, limb.chain.code_kinds) for limb in self.limbs]
 
     def newton_metres(self, limb: Limb, vector: ArrayLike) -> NDArray[np.float64]:
         """(n,) Nm, or N where a joint slides, from a limb's vector as the driver hands it out."""

@@ -54,10 +54,10 @@ class Session(SkinnedRobot):
         keys: of datagrams and cells. By default the cells' come from the seed; the datagrams' do so in process, and are
             drawn fresh where they go through a socket.
         interface: by member or name; mode: "clock" or "event".
-        believed: the layout that driver, skin and controller take for true, such as a self-configured one; cells are
-            told apart by their keys, and those it lacks are not listened to. By default the one that the robot wears.
+        estimated_layout: the layout that driver, skin and controller take for true, such as a self-configured
+            one; cells are told apart by their keys, and those it lacks are not listened to. By default the worn one.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
-        own_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
+        cell_torques: at boot the cells are told how to compute their torques themselves, so that the skin task has two
             sources to choose from; None: if the robot's limbs allow it.
         gains: of this robot; by default those of its name that come with the project, else made.
         fusion: how tasks are fused, instead of the behaviours' own way.
@@ -84,9 +84,9 @@ class Session(SkinnedRobot):
         keys: SkinKeys | None = None,
         interface: CommandMode | str = CommandMode.position,
         mode: str = "clock",
-        believed: Layout | None = None,
+        estimated_layout: Layout | None = None,
         control: Robot | None = None,
-        own_torques: bool | None = False,
+        cell_torques: bool | None = False,
         gains: GainSet | None = None,
         fusion: Fusion | None = None,
         self_collision: bool = False,
@@ -98,13 +98,13 @@ class Session(SkinnedRobot):
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
         require_mode(mode)
-        known, believed = control or robot, believed or layout
+        known, estimated_layout = control or robot, estimated_layout or layout
         self.seed, self.mode = seed, mode
-        self.world_cells = cells_in(layout, believed)
+        self.world_cells = cells_in(layout, estimated_layout)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
         gains = gains or gains_of(robot)
         gains.require_fit(robot.core)
-        model = believed.skin_model()
+        model = estimated_layout.skin_model()
         self.transport = UdpTransport(len(CellNetwork.of_layout(layout).unit_descriptions())) if link == "udp" else None
         bind, units = ((LOOPBACK, 0), self.transport.addresses) if self.transport else (None, [])
         drawn = SkinKeys.of_seed(seed)
@@ -125,14 +125,14 @@ class Session(SkinnedRobot):
         self._received = 0
         self.driver_seconds = 0.0
         """Processor time of the driver so far."""
-        self.torques = _own_torques(known, model, gains, own_torques)
+        self.torques = _cell_torques(known, model, gains, cell_torques)
         """What the cells are told, if they are."""
         if self.torques is not None:
             reader = TorqueReader(self.driver, self.torques.places, robot.joint_count, step=self.torques.step)
-            self.input.take_own_torque(self.driver, reader, self.torques.codes, robot.joint_count)
+            self.input.take_skin_computed_torque(self.driver, reader, self.torques.codes, robot.joint_count)
         super().__init__(
             robot,
-            believed,
+            estimated_layout,
             self.world.port,
             self.input,
             behaviour,
@@ -155,9 +155,9 @@ class Session(SkinnedRobot):
         self.tick(self.world.now_ns)
 
     @property
-    def own_torque(self) -> SkinTorque:
+    def skin_computed_torque(self) -> SkinTorque:
         """What the skin has computed itself."""
-        return self.input.own_torque or SkinTorque(self.robot.joint_count)
+        return self.input.skin_computed_torque or SkinTorque(self.robot.joint_count)
 
     @property
     def computes_torques(self) -> bool:
@@ -236,9 +236,9 @@ class Session(SkinnedRobot):
     def set_mode(self, mode: str) -> None:
         """Let the cells send at the clock rate, or when something changes."""
         require_mode(mode)
-        for section_unit in sorted({int(group) for group in self.layout.section_unit}):
-            self.driver.command("event_mask", TOUCH_EVENT_MASK, section_unit=section_unit)
-            self.driver.command("mode", MODES.index(mode), section_unit=section_unit)
+        for group in sorted({int(group) for group in self.layout.group}):
+            self.driver.command("event_mask", TOUCH_EVENT_MASK, group=group)
+            self.driver.command("mode", MODES.index(mode), group=group)
         self.mode = mode
 
     def cell_position(self, cell: int) -> NDArray[np.float64]:
@@ -257,7 +257,7 @@ class Session(SkinnedRobot):
         return int(self.driver.statistics()["frames_missing"])
 
 
-def _own_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None) -> CellTorques | None:
+def _cell_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None) -> CellTorques | None:
     """What the cells of a skin are told so that they compute their torques; None where they are not to, or cannot."""
     if wanted is False:
         return None

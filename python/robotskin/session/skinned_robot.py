@@ -159,7 +159,7 @@ class SkinnedRobot:
         """
         chosen = member("source", SkinSource, source)
         if chosen is SkinSource.skin and not self.computes_torques:
-            raise SessionError(f"{self.source_refused}: give own_torques")
+            raise SessionError(f"{self.source_refused}: give cell_torques")
         self.controller.request_skin_source(chosen)
         self.source = str(chosen.name)
 
@@ -173,7 +173,7 @@ class SkinnedRobot:
         """Why `set_source` refuses "skin" at present; empty where it does not."""
         if not self.computes_torques:
             return "the cells have not been told how to compute torques"
-        return self.controller.own_torque_refused
+        return self.controller.skin_computed_torque_refused
 
     def set_skin(self, on: bool) -> None:
         """Let touch move the robot, or not."""
@@ -193,7 +193,7 @@ class SkinnedRobot:
     def set_behaviour(self, name: str) -> None:
         """Do something else from the next step on; the torque does not jump. Raises UnknownNameError."""
         self.controller.use(name)
-        if not self.controller.takes_own_torque:
+        if not self.controller.takes_skin_computed_torque:
             self.set_source(SkinSource.host)
 
     def mask_patch(self, patch: int, masked: bool) -> None:

@@ -55,8 +55,8 @@ def place_rows(cell: int, layout: Layout, cable: Integers) -> str:
     return table_rows(
         [
             ("link", layout.links[layout.link[cell]]),
-            ("section unit", str(layout.section_unit[cell])),
-            ("id in its unit", str(layout.id[cell])),
+            ("group", str(layout.group[cell])),
+            ("id in its group", str(layout.id[cell])),
             ("patch", _number(int(layout.patch[cell]))),
             ("cable (unit:port)", through),
             ("neighbours, ports 1 to 4", neighbours),

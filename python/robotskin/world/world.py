@@ -145,7 +145,7 @@ class World:
         options.set_cell_key(SkinKeys.of_seed(seed).cell_key if cell_key is None else cell_key)
         self.key = key
         self.epoch_ns = epoch_ns
-        self.transport = transport or core.Mailbox()
+        self.transport = transport or core.InProcess()
         self.units = CellNetwork.of_layout(layout).unit_descriptions()
         if isinstance(self.transport, core.UdpTransport) and len(self.transport.addresses) != len(self.units):
             raise WorldError(
@@ -209,24 +209,26 @@ class World:
         for _, when_ns, datagram in self.take_datagrams():
             driver.handle(datagram, when_ns)
         driver.publish(self.now_ns)
-        for section_unit, unit, datagram in driver.downlink(self.now_ns):
-            self.post(section_unit, unit, datagram)
+        for group, unit, datagram in driver.downlink(self.now_ns):
+            self.post(group, unit, datagram)
 
     def take_datagrams(self) -> list[tuple[int, int, bytes]]:
         """What the section units have sent since the last call: (unit index, host time in ns, datagram)."""
         with self._lock:
             return [(unit, self.epoch_ns + when, datagram) for unit, when, datagram in self._mailbox().take()]
 
-    def post(self, section_unit: int, unit: int, datagram: bytes) -> None:
+    def post(self, group: int, unit: int, datagram: bytes) -> None:
         """Send a datagram to a section unit of a group; unit 255: to all of the group."""
         with self._lock:
             for index, description in enumerate(self.units):
-                if description.section_unit == section_unit and unit in (description.unit, 255):
+                if description.group == group and unit in (description.unit, 255):
                     self._mailbox().post(index, datagram)
 
-    def _mailbox(self) -> core.Mailbox:
-        if not isinstance(self.transport, core.Mailbox):
-            raise WorldError(f"datagrams go by {type(self.transport).__name__}; only Mailbox holds them for the caller")
+    def _mailbox(self) -> core.InProcess:
+        if not isinstance(self.transport, core.InProcess):
+            raise WorldError(
+                f"datagrams go by {type(self.transport).__name__}; only InProcess holds them for the caller"
+            )
         return self.transport
 
     # ---- Touch ----

@@ -80,8 +80,8 @@ def test_lower_levels_do_not_accelerate_higher_ones(robot, rng) -> None:
         whole = fusion.fuse(dynamics.mass_matrix, levels)
         without = fusion.fuse(dynamics.mass_matrix, levels[:-1])
         caused = levels[0][1] @ dynamics.solve_mass(whole - without)
-        unprojected = levels[0][1] @ dynamics.solve_mass(levels[-1][0])
-        assert np.linalg.norm(caused) <= 1e-6 * np.linalg.norm(unprojected)
+        feedforward = levels[0][1] @ dynamics.solve_mass(levels[-1][0])
+        assert np.linalg.norm(caused) <= 1e-6 * np.linalg.norm(feedforward)
 
 
 def test_moore_penrose_leaves_higher_levels_at_rest_only(robot, rng) -> None:
@@ -213,8 +213,8 @@ def test_programmes_keep_the_limits_and_the_order(robot, rng) -> None:
             assert (acceleration <= (fastest - v) / limits.horizon_s + 1e-2).all()
         first = fusion.fuse(dynamics, q, v, gravity, levels[:1])
         caused = levels[0][1] @ dynamics.solve_mass(whole - first)
-        unprojected = levels[0][1] @ dynamics.solve_mass(levels[1][0] + levels[2][0])
-        assert np.linalg.norm(caused) <= 10 * QUADRATIC_TOLERANCE * np.linalg.norm(unprojected)
+        feedforward = levels[0][1] @ dynamics.solve_mass(levels[1][0] + levels[2][0])
+        assert np.linalg.norm(caused) <= 10 * QUADRATIC_TOLERANCE * np.linalg.norm(feedforward)
     assert met > 20, "the test met no limit"
 
 

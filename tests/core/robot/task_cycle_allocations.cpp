@@ -62,7 +62,7 @@ int main(int argument_count, char** arguments) {
   for (std::size_t i = n; i < 2 * n; ++i) map.posture[i] = 0.2;
   const auto recalled = std::make_shared<control::MapSkinTask>(n, cells, skin_gains, map, 0.3);
 
-  const std::vector<control::StackEntry> entries = {{gravity, control::StackEntry::unprojected},
+  const std::vector<control::StackEntry> entries = {{gravity, control::StackEntry::feedforward},
                                                     {limit, 0},
                                                     {pose, 1},
                                                     {touch, 2},

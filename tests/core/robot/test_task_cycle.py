@@ -11,7 +11,7 @@ from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin.robots.gains import GainSet
 from robotskin.skin import Health, SkinModel, SkinState
 from robotskin.tasks import (
-    UNPROJECTED,
+    FEEDFORWARD,
     CartesianGains,
     CartesianTask,
     ControlError,
@@ -57,7 +57,7 @@ class Rig(SimpleNamespace):
         return TaskCycle(self.robot, self.model, self.gains, limits, entries, fusion)
 
     def compliance(self) -> list[StackEntry]:
-        return [StackEntry(self.joint), StackEntry(self.touch), StackEntry(self.gravity, UNPROJECTED)]
+        return [StackEntry(self.joint), StackEntry(self.touch), StackEntry(self.gravity, FEEDFORWARD)]
 
     def step(self, cycle=None, frozen: bool = False):
         self.now_ns += 1_000_000
@@ -81,7 +81,7 @@ def rig(ur5: RobotModel, skin: SkinModel) -> Rig:
 
 
 def stacks(rig: Rig) -> list[tuple[list[StackEntry], Fusion]]:
-    gravity = StackEntry(rig.gravity, UNPROJECTED)
+    gravity = StackEntry(rig.gravity, FEEDFORWARD)
     return [
         (rig.compliance(), Fusion.weighted_sum),
         ([gravity, StackEntry(rig.hand, 0), StackEntry(rig.joint, 1)], Fusion.null_space),  # inserted
@@ -222,7 +222,7 @@ def test_every_fusion_runs_through_every_interface(rig, ur5, push_cell, fusion, 
     rig.cycle.request_mode(mode)
     rig.cycle.request_stack(
         [
-            StackEntry(rig.gravity, UNPROJECTED),
+            StackEntry(rig.gravity, FEEDFORWARD),
             StackEntry(rig.limits, 0),
             StackEntry(rig.touch, 1),
             StackEntry(rig.joint, 2),

@@ -71,7 +71,7 @@ int main(int count, char** values) {
       if (used == datagrams.size()) datagrams.emplace_back();
       datagrams[used++].assign(bytes.begin(), bytes.end());
     });
-    if (step % 500 == 250) driver.command({.section_unit = 0, .operation = RS_OPERATION_led, .value = 0xFF});
+    if (step % 500 == 250) driver.command({.group = 0, .operation = RS_OPERATION_led, .value = 0xFF});
     std::uint8_t heard[4][RS_DATAGRAM_BYTES_MAX];
     std::size_t heard_bytes[4] = {}, heard_count = 0;
 

@@ -32,9 +32,9 @@ def test_a_skin_is_sound(kind, ports, seed):
 
 
 def units_of(skin):
-    places = {(cable.section_unit, cable.unit): [] for cable in skin.cables}
+    places = {(cable.group, cable.unit): [] for cable in skin.cables}
     for cable in skin.cables:
-        places[cable.section_unit, cable.unit].append(cable.port)
+        places[cable.group, cable.unit].append(cable.port)
     for ports in places.values():
         assert sorted(ports) == list(range(1, len(ports) + 1))
     assert len(skin.unit_descriptions()) == len(places)

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "campaign/balance_watch.hpp"
+#include "campaign/balance_checker.hpp"
 #include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"
@@ -86,7 +86,7 @@ int survey(std::uint64_t first, std::uint64_t count) {
 
 int levelling(const std::string& weighings) {
   BreakLog breaks;
-  BalanceWatch watch(breaks);
+  BalanceChecker watch(breaks);
   std::int64_t now_ns = 0;
   std::vector<std::uint32_t> loads;
   std::string number;

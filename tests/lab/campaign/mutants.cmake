@@ -27,7 +27,7 @@ campaign_mutant(own_child_allowed
 campaign_mutant(no_quarantine cell/routing/parent.c
   "route->in_quarantine = true"
   "route->in_quarantine = false")
-campaign_mutant(deaf_neighbours_used cell/routing/adverts.c
+campaign_mutant(deaf_neighbours_used cell/routing/beacons.c
   "neighbour->hears_us = tick.heard != 0U"
   "neighbour->hears_us = true")
 campaign_mutant(silence_unnoticed include/robotskin/timing.h
@@ -42,13 +42,13 @@ campaign_mutant(never_nearer cell/routing/route.c
 campaign_mutant(zombies_followed cell/routing/route.c
   "if (now_us - route->advanced_us > RS_STALE_US && ahead >= RS_STALE_TICKS && ahead < 0x8000U) {"
   "if (false) {")
-campaign_mutant(far_ahead_believed cell/routing/adverts.c
+campaign_mutant(far_ahead_believed cell/routing/beacons.c
   "ahead > RS_SEQUENCE_WINDOW && ahead < 0x8000U) {"
   "false) {")
 campaign_mutant(wrap_unknown include/robotskin/feasibility.h
   "return ahead != 0U && ahead < 0x8000U"
   "return ahead != 0U && a > b")
-campaign_mutant(damaged_time_believed cell/routing/adverts.c
+campaign_mutant(damaged_time_believed cell/routing/beacons.c
   "if (cell->route.known_time == ~cell->route.known_time_complement) {"
   "if (true) {")
 
@@ -57,8 +57,8 @@ campaign_mutant(moves_not_held cell/routing/moves.c
   "hold(cell, best, whole, route->told_size, now_us)"
   "rs_route_adopt(cell, best, now_us)")
 campaign_mutant(moves_lose_samples cell/routing/parent.c
-  "if (moved) route->hold = false"
-  "if (moved) route->hold = false, rs_queues_forget_samples(cell)")
+  "if (moved) route->handover = false"
+  "if (moved) route->handover = false, rs_queues_forget_samples(cell)")
 campaign_mutant(moves_too_deep cell/routing/moves.c
   "return target->hops + 1U + route->subtree_height <= wave->depth_cap"
   "return true")
@@ -73,7 +73,7 @@ campaign_mutant(stuck_child_counts_again cell/link/link.c
 campaign_mutant(tags_unchecked cell/wire/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"
   "return difference == difference")
-campaign_mutant(ticks_unchecked cell/routing/adverts.c
+campaign_mutant(ticks_unchecked cell/routing/beacons.c
   "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
   "return true")
 campaign_mutant(grants_unchecked cell/routing/moves.c
@@ -85,7 +85,7 @@ campaign_mutant(commands_unchecked cell/commands.c
 campaign_mutant(joints_unchecked cell/torque/joints.c
   "(cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag))"
   "false")
-campaign_mutant(ticks_played_again cell/routing/adverts.c
+campaign_mutant(ticks_played_again cell/routing/beacons.c
   "if (from_before(neighbour, &tick, &wave, now_us) || "
   "if (")
 campaign_mutant(commands_played_again cell/commands.c
@@ -97,7 +97,7 @@ campaign_mutant(joints_played_again cell/torque/joints.c
 
 # ---- Samples, events and queues ----
 campaign_mutant(samples_unmarked cell/transmit.c
-  "rs_frame_mark_replayed(frame)"
+  "rs_frame_mark_retransmitted(frame)"
   "(void)again")
 campaign_mutant(samples_of_others cell/sampling.c
   ".source = cell->id"
@@ -135,17 +135,17 @@ campaign_mutant(never_fresh cell/sampling.c
 campaign_mutant(changes_unsent cell/sampling.c
   "if (event || refresh) send("
   "if (refresh) send(")
-campaign_mutant(events_unmarked cell/transport/retention.c
-  "if (ring->sent < ring->tried) rs_frame_mark_replayed"
-  "if (false) rs_frame_mark_replayed")
+campaign_mutant(events_unmarked cell/transport/arq_sender.c
+  "if (ring->sent < ring->tried) rs_frame_mark_retransmitted"
+  "if (false) rs_frame_mark_retransmitted")
 campaign_mutant(events_forgotten include/robotskin/timing.h
-  "RS_RETENTION_US = 12000"
-  "RS_RETENTION_US = 100")
-campaign_mutant(echo_ignored cell/transport/retention.c
-  "if ((echo & RS_ECHO_MISSED) == 0U) return"
+  "RS_ARQ_KEEP_US = 12000"
+  "RS_ARQ_KEEP_US = 100")
+campaign_mutant(ack_ignored cell/transport/arq_sender.c
+  "if ((echo & RS_ARQ_MISSED) == 0U) return"
   "return")
-campaign_mutant(adverts_unlimited cell/transmit.c
-  "if (now_us - *last_us < RS_ADVERTS_US) continue"
+campaign_mutant(beacons_unlimited cell/transmit.c
+  "if (now_us - *last_us < RS_BEACONS_US) continue"
   "(void)0")
 campaign_mutant(status_unlimited cell/time/timer.c
   "return pause_us > fill_us ? pause_us : fill_us"
@@ -153,8 +153,8 @@ campaign_mutant(status_unlimited cell/time/timer.c
 
 # ---- Torque sums ----
 campaign_mutant(torques_counted_twice cell/torque/torque_epoch.c
-  "if (!rs_hearing_first(&neighbour->hearing, torque.serial)) return"
-  "(void)rs_hearing_first(&neighbour->hearing, torque.serial)")
+  "if (!rs_arq_receiver_first(&neighbour->arq_receiver, torque.serial)) return"
+  "(void)rs_arq_receiver_first(&neighbour->arq_receiver, torque.serial)")
 campaign_mutant(epochs_begun_twice cell/torque/torque_epoch.c
   "if (behind >= BACK) begin("
   "if (true) begin(")

@@ -35,7 +35,7 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     assert not report.breaks, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
 
 
-@pytest.mark.parametrize("part", ["sampling", "retention", "torque", "commands", "settings", "whole"])
+@pytest.mark.parametrize("part", ["sampling", "arq", "torque", "commands", "settings", "whole"])
 def test_any_damaged_memory_heals(part: str, seed: int) -> None:
     """Torques apart: a contribution that was damaged is given up, as nobody gives it again here."""
     cases = [case for case in (draw_case(number) for number in range(30 * seed, 30 * seed + 30)) if case.limbs == 0][:6]
@@ -107,7 +107,19 @@ def test_cases_are_as_wide_as_promised(seed: int) -> None:
     assert ports == {2, 3, 4, 5}
     assert faults == {1, 2, 3, 4}
     assert {"cut", "oneway", "flap", "noise", "burst", "slow", "zombie", "crash", "reboot", "ram", "stuff"} <= kinds
-    assert {"twin", "plug", "late", "drift", "skew", "stop", "power", "delay", "loss", "partition", "wrap"} <= kinds
+    assert {
+        "duplicate_id",
+        "plug",
+        "late",
+        "drift",
+        "skew",
+        "stop",
+        "power",
+        "delay",
+        "loss",
+        "partition",
+        "wrap",
+    } <= kinds
     assert {"forge", "replay"} <= kinds
 
 

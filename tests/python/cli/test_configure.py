@@ -84,8 +84,8 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     assert found.exit_code == 0, found.output
     assert "wrist_2_link moved" in found.output
     layout = Layout.load(target)
-    key = {int(cell): row for row, cell in enumerate(slid.section_unit.astype(np.int64) << 16 | slid.id)}
-    rows = np.array([key[int(cell)] for cell in layout.section_unit.astype(np.int64) << 16 | layout.id])
+    key = {int(cell): row for row, cell in enumerate(slid.group.astype(np.int64) << 16 | slid.id)}
+    rows = np.array([key[int(cell)] for cell in layout.group.astype(np.int64) << 16 | layout.id])
     there = np.array([layout.links[index] == "wrist_2_link" for index in layout.link])
     assert there.sum() > 10
     placed, where = layout.link_from_cell[there], rows[there]

@@ -45,7 +45,7 @@ def test_regions_are_cells_of_links_patches_and_single_ones(tmp_path: Path) -> N
         SOURCE
         + REGION
         + f'[[region]]\nname = "hand"\npatches = ["{patch}"]\ntransient_pressure_n_cm2 = 3.5\ntransient_s = 0.5\n'
-        + f'[[region]]\nname = "head"\ncells = [[{layout.section_unit[single]}, {layout.id[single]}]]\n'
+        + f'[[region]]\nname = "head"\ncells = [[{layout.group[single]}, {layout.id[single]}]]\n'
         + "transient_force_n = 4\nquasi_static_force_n = 2.5\ntransient_s = 0.25\n",
     )
     chest, hand, head = limits.for_skin(layout, 0.35).regions

@@ -67,17 +67,17 @@ def test_neighbours_know_each_other_and_hinges_reach(layout: Layout) -> None:
 
 
 def test_ids_patches_and_cables(layout: Layout) -> None:
-    assert len({(group, cell) for group, cell in zip(layout.section_unit, layout.id, strict=True)}) == len(layout)
+    assert len({(group, cell) for group, cell in zip(layout.group, layout.id, strict=True)}) == len(layout)
     graph = networkx.Graph()
     graph.add_nodes_from(range(len(layout)))
     graph.add_edges_from(layout.edges()[:, [0, 2]].tolist())
     components = list(networkx.connected_components(graph))
     assert len(components) == len(layout.patches)
-    plugs = Counter((place.section_unit, place.port) for place in layout.section_unit_ports)
+    plugs = Counter((place.group, place.port) for place in layout.section_unit_ports)
     assert max(plugs.values()) == 1
     for cells in components:
         assert len({int(layout.patch[cell]) for cell in cells}) == 1
-        assert len({int(layout.section_unit[cell]) for cell in cells}) == 1
+        assert len({int(layout.group[cell]) for cell in cells}) == 1
         roots = [place.cell for place in layout.section_unit_ports if place.cell in cells]
         assert roots
         # However ties are broken when the floods from two cables meet, no cable serves more than its line carries.
@@ -158,8 +158,8 @@ def test_no_cell_enters_a_neighbouring_link(layout: Layout, robot: robots.Robot,
 
 
 def test_cables_and_studs(layout: Layout, robot: robots.Robot) -> None:
-    assert [(cable.section_unit, cable.port) for cable in layout.cables] == [
-        (place.section_unit, place.port) for place in layout.section_unit_ports
+    assert [(cable.group, cable.port) for cable in layout.cables] == [
+        (place.group, place.port) for place in layout.section_unit_ports
     ]
     for cable, place in zip(layout.cables, layout.section_unit_ports, strict=True):
         assert cable.length_min_m <= cable.length_neutral_m + 1e-6

@@ -38,13 +38,13 @@ def test_a_moved_patch_keeps_its_shape_and_all_others_their_place(skin: Layout, 
     assert np.array_equal(placed.neighbours, skin.neighbours)
     # What was planned for the old place is gone, what belongs to others stays.
     assert {stud.patch for stud in placed.studs} == {stud.patch for stud in skin.studs} - {patch}
-    cables = {cable for cable in skin.cables if not mine[plug(skin, cable.section_unit, cable.port)]}
+    cables = {cable for cable in skin.cables if not mine[plug(skin, cable.group, cable.port)]}
     assert set(placed.cables) == cables != set(skin.cables)
 
 
-def plug(skin: Layout, section_unit: int, port: int) -> int:
+def plug(skin: Layout, group: int, port: int) -> int:
     places = skin.section_unit_ports
-    return next(place.cell for place in places if (place.section_unit, place.port) == (section_unit, port))
+    return next(place.cell for place in places if (place.group, place.port) == (group, port))
 
 
 def test_what_is_no_place_is_refused(skin: Layout) -> None:

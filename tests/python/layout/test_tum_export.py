@@ -9,10 +9,10 @@ import pytest
 from robotskin.layout import finished, read
 from robotskin.layout.errors import LayoutError
 from robotskin.layout.formats.tum_export import skin_of, write_json, write_xml
-from robotskin.layout.found import FoundSkin
+from robotskin.layout.raw_layout import RawLayout
 
 
-def assert_same(one: FoundSkin, other: FoundSkin, with_group: bool = True) -> None:
+def assert_same(one: RawLayout, other: RawLayout, with_group: bool = True) -> None:
     assert [cell.id for cell in one.cells] == [cell.id for cell in other.cells]
     assert [cell.neighbours for cell in one.cells] == [cell.neighbours for cell in other.cells]
     assert [cell.link for cell in one.cells] == [cell.link for cell in other.cells]
@@ -52,8 +52,8 @@ def test_a_layout_goes_out_and_comes_back_patch_by_patch(name: str, tmp_path: Pa
     by_id = sorted(back.cells, key=lambda cell: (cell.patch, cell.id or 0))
     before = sorted(skin.cells, key=lambda cell: (cell.patch, cell.id or 0))
     assert_same(
-        FoundSkin("", "", cells=before, root_of_patch=skin.root_of_patch),
-        FoundSkin("", "", cells=by_id, root_of_patch=back.root_of_patch),
+        RawLayout("", "", cells=before, root_of_patch=skin.root_of_patch),
+        RawLayout("", "", cells=by_id, root_of_patch=back.root_of_patch),
     )
 
 

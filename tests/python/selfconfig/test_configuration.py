@@ -80,8 +80,8 @@ def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recordin
     for cell, row in enumerate(rows):
         wanted = [(inverse[other], port) if other >= 0 else (-1, 0) for other, port in worn.neighbours[row]]
         assert [tuple(pair) for pair in layout.neighbours[cell]] == wanted
-    assert {(port.section_unit, port.port) for port in layout.section_unit_ports} <= {
-        (port.section_unit, port.port) for port in worn.section_unit_ports
+    assert {(port.group, port.port) for port in layout.section_unit_ports} <= {
+        (port.group, port.port) for port in worn.section_unit_ports
     }
     unplaced = [patch for patch in found.patches if not patch.placed]
     assert len(unplaced) == 2
@@ -94,11 +94,11 @@ def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recordin
     assert max(axis.distance_m for axis in axes) < 0.005
 
     learned = learn_map(ur5, recording, found)
-    keys = worn.section_unit.astype(np.int64) << 16 | worn.id
+    keys = worn.group.astype(np.int64) << 16 | worn.id
     order = np.searchsorted(keys, learned.cell)
     link = np.array([ur5.link_index(worn.links[i]) for i in worn.link])[order]
     true = np.array([normal_jacobian(ur5, link, worn.link_from_cell[order], q) for q in learned.posture])
-    placed = np.isin(learned.cell, layout.section_unit.astype(np.int64) << 16 | layout.id)
+    placed = np.isin(learned.cell, layout.group.astype(np.int64) << 16 | layout.id)
     raw = learned.weight[:, placed]
     # Vectors were normalised; undone enough to leave out what lies in the noise.
     assert sign_agreement(raw, true[:, placed], least=0.3) >= 0.99

@@ -63,7 +63,7 @@ def test_a_task_of_the_users_that_raises_stops_the_robot_by_its_name(session: Se
 def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> None:
     gave_way = {}
     for source in ("host", "skin"):
-        session = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", own_torques=True)
+        session = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, link="in process", cell_torques=True)
         try:
             session.boot()
             session.set_source(source)
@@ -93,7 +93,7 @@ def test_the_skins_own_torque_moves_the_robot_as_the_hosts_does(seed: int) -> No
 def test_the_cells_of_a_mobile_robot_compute_their_own_torque(seed: int) -> None:
     """Its base slides without bounds, which no torque depends on."""
     session = Session(
-        robots.load("dual_arm"), layout.finished("dual_arm"), seed=seed, link="in process", own_torques=True
+        robots.load("dual_arm"), layout.finished("dual_arm"), seed=seed, link="in process", cell_torques=True
     )
     try:
         session.boot()
@@ -103,7 +103,7 @@ def test_the_cells_of_a_mobile_robot_compute_their_own_torque(seed: int) -> None
         session.run(0.3)
         task = session.controller.tasks["skin"]
         assert task.source_share == 1.0
-        own, host = session.own_torque.joint, task.host_torque
+        own, host = session.skin_computed_torque.joint, task.host_torque
         assert np.abs(own - host).max() < 0.1 * np.abs(host).max()
         assert session.state == SafetyState.running
     finally:
@@ -114,10 +114,10 @@ def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(s
     monkeypatch.setattr(firmware, "CHAIN_JOINTS", 2)
     robot, skin = robots.load("ur5"), layout.finished("ur5")
     with pytest.raises(ChainError, match="3 joints below it: 1 to 2 can be"):
-        Session(robot, skin, seed=seed, link="in process", own_torques=True)
-    session = Session(robot, skin, seed=seed, link="in process", own_torques=None)
+        Session(robot, skin, seed=seed, link="in process", cell_torques=True)
+    session = Session(robot, skin, seed=seed, link="in process", cell_torques=None)
     assert session.torques is None
-    with pytest.raises(SessionError, match="own_torques"):
+    with pytest.raises(SessionError, match="cell_torques"):
         session.set_source("skin")
 
 

@@ -64,7 +64,7 @@ def stand_in_layout() -> Layout:
         robot="stand-in",
         links=("upper", "lower"),
         id=np.arange(1, count + 1),
-        section_unit=np.full(count, 7),
+        group=np.full(count, 7),
         link=np.array(links),
         link_from_cell=np.array(poses),
         neighbours=neighbours,

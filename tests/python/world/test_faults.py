@@ -21,7 +21,7 @@ def sheet_wiring(units: int = 1) -> core.Wiring:
         if cell + COLUMNS < COLUMNS * ROWS:
             neighbours[cell, 1], neighbours[cell + COLUMNS, 2] = (cell + COLUMNS, 3), (cell, 2)
     ends = [(0, 3), (COLUMNS - 1, 3)]
-    descriptions = [core.UnitDescription(section_unit=1, unit=u, ports=ends[u::units]) for u in range(units)]
+    descriptions = [core.UnitDescription(group=1, unit=u, ports=ends[u::units]) for u in range(units)]
     return core.Wiring(neighbours, list(range(1, COLUMNS * ROWS + 1)), descriptions)
 
 

@@ -13,12 +13,12 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.amount = static_cast<double>(1 + draw.below(20)) / 20;
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.take_own_wires_both_ways();
   act.trouble(0, act.fault.amount);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.trouble(0, -act.fault.amount);
 }
 

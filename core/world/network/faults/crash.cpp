@@ -10,7 +10,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.cell = draw.cell();
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (act.cell_has_power()) act.network.kill(act.cell_index());
 }
 

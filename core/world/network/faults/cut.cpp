@@ -11,11 +11,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.cut(true, true);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.cut(false, false);
 }
 

@@ -7,7 +7,7 @@ namespace robotskin::world::faults {
 namespace {
 
 // A cell's clock shows the same now, and goes on faster or slower. An end takes back all of it.
-void set_drift(Network::Act& act, double ppm) {
+void set_drift(Network::RunningFault& act, double ppm) {
   if (act.fault.cell < 0) {
     act.unit().set_drift(act.now_ns(), 1e-6 * ppm);
     act.wake_unit();
@@ -30,11 +30,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.amount = (fault.unit < 0 ? 100.0 : 1.0) * (static_cast<double>(draw.below(401)) - 200);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   set_drift(act, act.fault.amount);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   set_drift(act, 0);
 }
 

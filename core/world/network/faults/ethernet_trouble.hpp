@@ -17,11 +17,11 @@ inline bool is_on_the_way(const Fault& fault, const FaultyPassage& passage) {
          (fault.to < 0 || passage.to == static_cast<std::size_t>(fault.to));
 }
 
-inline void begin_ethernet_trouble(Network::Act& act, int) {
+inline void begin_ethernet_trouble(Network::RunningFault& act, int) {
   act.trouble_ethernet(true);
 }
 
-inline void end_ethernet_trouble(Network::Act& act) {
+inline void end_ethernet_trouble(Network::RunningFault& act) {
   act.trouble_ethernet(false);
 }
 

@@ -12,11 +12,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.by_ns = draw.time_between(FaultDraw::ms / 2, 16 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.cut(true, true);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.cut(false, false);
 }
 

@@ -12,7 +12,7 @@
 namespace robotskin::world::faults {
 namespace {
 
-// The neighbour's last advert with another content of what the root signs, and of what goes with it.
+// The neighbour's last beacon with another content of what the root signs, and of what goes with it.
 void forge_tick(const rs_cell& cell, unsigned port, RandomStream& draw, std::uint8_t* frame) {
   const rs_neighbour& neighbour = cell.route.neighbour[port];
   const bool of_parent = cell.route.parent_port == port + 1U;
@@ -26,13 +26,13 @@ void forge_tick(const rs_cell& cell, unsigned port, RandomStream& draw, std::uin
   tick.nonce = neighbour.nonce;
   tick.parent = neighbour.child == 0;
   tick.heard = 1;
-  tick.leaving = neighbour.leaving == 0;
+  tick.draining = neighbour.draining == 0;
   tick.forming = static_cast<std::uint32_t>(draw.below(2));
   tick.depth_cap = RS_TTL_START;
   tick.rate_divisor = 1 + static_cast<std::uint32_t>(draw.below(15));
   tick.gain_threshold = 1;
   // Of a child: what is expected next; of the parent: a number that nothing was announced under.
-  tick.echo = of_parent ? (cell.retention.number + 64U) & RS_NUMBER_MASK : neighbour.hearing.next;
+  tick.ack = of_parent ? (cell.arq_sender.number + 64U) & RS_NUMBER_MASK : neighbour.arq_receiver.next;
   tick.era = neighbour.wave.era;
   tick.tag = static_cast<std::uint32_t>(draw.bits());
   rs_tick_pack(frame, &tick);
@@ -47,8 +47,8 @@ void forge_grant(const rs_cell& cell, RandomStream& draw, std::uint8_t* frame) {
   grant.cell = cell.id;
   for (const rs_neighbour& neighbour : cell.route.neighbour)
     if (neighbour.up && neighbour.wave.root != cell.route.wave.root) grant.target_root = neighbour.wave.root;
-  grant.want_1_root = grant.target_root;
-  grant.want_1_size = 1 + static_cast<std::uint32_t>(draw.below(100));
+  grant.demand_1_root = grant.target_root;
+  grant.demand_1_size = 1 + static_cast<std::uint32_t>(draw.below(100));
   grant.whole = static_cast<std::uint32_t>(draw.below(2));
   grant.tag = static_cast<std::uint32_t>(draw.bits());
   rs_grant_pack(frame, &grant);
@@ -105,7 +105,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.what = static_cast<FaultFrame>(draw.below(4));
 }
 
-void begin(Network::Act& act, int phase) {
+void begin(Network::RunningFault& act, int phase) {
   if (!act.cell_is_on()) return;
   std::array<std::uint8_t, RS_FRAME_BYTES> frame;
   RandomStream draw(act.random_key(static_cast<std::uint64_t>(act.number) << 32 | static_cast<unsigned>(phase)));

@@ -9,7 +9,7 @@ namespace robotskin::world::faults {
 namespace {
 
 // The wires between a connected group of cells, the nearest to `cell`, and the rest.
-std::vector<std::size_t> wires_around(Network::Act& act, std::size_t cell, std::size_t size) {
+std::vector<std::size_t> wires_around(Network::RunningFault& act, std::size_t cell, std::size_t size) {
   const std::size_t cells = act.network.cell_count();
   std::vector<std::size_t> group{cell};
   std::vector<bool> inside(cells);
@@ -39,12 +39,12 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.count = 1 + static_cast<std::int32_t>(draw.below(static_cast<std::uint64_t>(std::max(draw.cells() / 4, 1))));
 }
 
-void await(Network::Act& act) {
+void await(Network::RunningFault& act) {
   act.wires = wires_around(act, act.cell_index(), static_cast<std::size_t>(act.fault.count));
   act.sever(act.wires, severed_as_late, true, true);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.sever(act.wires, severed_as_late, false, false);
 }
 

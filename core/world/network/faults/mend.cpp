@@ -6,7 +6,7 @@
 namespace robotskin::world::faults {
 namespace {
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.cut(false, false);
 }
 

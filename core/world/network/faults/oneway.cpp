@@ -12,11 +12,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.cut(act.fault.way == FaultWay::out, act.fault.way == FaultWay::in);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.cut(false, false);
 }
 

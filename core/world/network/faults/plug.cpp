@@ -14,7 +14,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   const std::size_t wire = act.wire_at(act.fault.cell, act.fault.port);
   act.wires = {wire};
   if (act.wire(wire).to >= 0) act.wires.push_back(static_cast<std::size_t>(act.wire(wire).to));
@@ -27,7 +27,7 @@ void begin(Network::Act& act, int) {
   act.supply();
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.part(act.wires.front());
   if (act.wires.size() == 2) {
     act.part(act.wires.back());

@@ -12,12 +12,12 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.unit().unfed |= static_cast<std::uint16_t>(1U << (act.fault.port - 1));
   act.supply();
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.unit().unfed &= static_cast<std::uint16_t>(~(1U << (act.fault.port - 1)));
   act.supply();
 }

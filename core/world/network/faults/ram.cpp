@@ -24,10 +24,10 @@ std::vector<Range> ranges_of(FaultPart part) {
       return {queues};
     case FaultPart::sampling:
       return {sampling};
-    case FaultPart::retention:
-      return {{offsetof(rs_cell, retention), sizeof(rs_retention)}};
+    case FaultPart::arq:
+      return {{offsetof(rs_cell, arq_sender), sizeof(rs_arq_sender)}};
     case FaultPart::torque:
-      return {{offsetof(rs_cell, torque), offsetof(rs_cell, retention) - offsetof(rs_cell, torque)}};
+      return {{offsetof(rs_cell, torque), offsetof(rs_cell, arq_sender) - offsetof(rs_cell, torque)}};
     case FaultPart::commands:
       return {{offsetof(rs_cell, commanding), sizeof(rs_commanding)}};
     case FaultPart::settings:
@@ -46,7 +46,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.part = static_cast<FaultPart>(draw.below(4));
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (!act.cell_is_on()) return;
   auto* state = reinterpret_cast<std::uint8_t*>(&act.cell().state);
   const std::vector<Range> ranges = ranges_of(act.fault.part);

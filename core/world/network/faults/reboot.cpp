@@ -11,7 +11,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.time_between(FaultDraw::ms / 10, 10 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (act.cell_has_power()) act.network.reboot(act.cell_index(), act.fault.lasts_ns);
 }
 

@@ -19,11 +19,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.time_between(2 * FaultDraw::ms, 200 * FaultDraw::ms);
 }
 
-void await(Network::Act& act) {
+void await(Network::RunningFault& act) {
   act.wire(act.own_wires().front()).taped = true;
 }
 
-void heard(Network::Act& act, std::size_t wire, const std::uint8_t* frame) {
+void heard(Network::RunningFault& act, std::size_t wire, const std::uint8_t* frame) {
   if (!is_tagged(rs_frame_type_of(frame)) || !rs_frame_intact(frame)) return;
   if (act.own_wires().front() != wire || act.now_ns() < act.fault.time_ns - act.fault.lasts_ns) return;
   auto& taped = act.tape.emplace_back();
@@ -31,7 +31,7 @@ void heard(Network::Act& act, std::size_t wire, const std::uint8_t* frame) {
   std::copy_n(frame, RS_FRAME_BYTES, taped.frame.begin());
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (!act.cell_is_on()) return;
   if (act.played >= act.tape.size() || act.tape[act.played].time_ns > act.now_ns() - act.fault.lasts_ns) return;
   const auto frame = act.tape[act.played++].frame;

@@ -13,7 +13,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.by_ns = draw.time_between(0, 6 * FaultDraw::ms) - 3 * FaultDraw::ms;
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.unit().ahead_ns += act.fault.by_ns;
   act.wake_unit();
 }

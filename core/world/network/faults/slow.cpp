@@ -12,11 +12,11 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.time_between(FaultDraw::ms, 40 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.cell().slow_ns = act.fault.by_ns;
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   act.cell().slow_ns = 0;
 }
 

@@ -11,7 +11,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   act.topology_changed();
   act.unit().stopped = true;
   for (std::size_t p = 0; p < RS_SECTION_UNIT_PORTS_MAX; ++p)
@@ -19,7 +19,7 @@ void begin(Network::Act& act, int) {
         never;
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   if (!act.unit().stopped) return;
   act.topology_changed();
   act.boot_unit();

@@ -15,7 +15,7 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.count = 20 + static_cast<std::int32_t>(draw.below(180));
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (!act.cell_is_on()) return;
   rs_clock sample{};
   sample.type = RS_TYPE_clock;

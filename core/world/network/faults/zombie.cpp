@@ -13,14 +13,14 @@ void draw(FaultDraw& draw, Fault& fault) {
   fault.lasts_ns = draw.while_ns(FaultDraw::ms, 60 * FaultDraw::ms);
 }
 
-void begin(Network::Act& act, int) {
+void begin(Network::RunningFault& act, int) {
   if (!act.cell_is_on()) return;
   act.topology_changed();
   act.set_zombie(true);
   act.wake_cell(act.now_ns() + RS_TICK_US * 1000);
 }
 
-void end(Network::Act& act) {
+void end(Network::RunningFault& act) {
   if (!act.cell_is_zombie()) return;
   act.topology_changed();
   act.set_zombie(false);
@@ -37,7 +37,7 @@ constinit const FaultType zombie{
     .number = 7,
     .name = "zombie",
     .keys = "cell! for=0",
-    .text = "the cell hears nothing and repeats its last advert every millisecond",
+    .text = "the cell hears nothing and repeats its last beacon every millisecond",
     .draw = draw,
     .begin = begin,
     .end = end,
@@ -49,8 +49,8 @@ constinit const FaultType zombie{
 
 namespace robotskin::world {
 
-// The stuck processor's link hardware sends the advert it was given last, again and again.
-void Network::haunt(std::size_t index) {
+// The stuck processor's link hardware sends the beacon it was given last, again and again.
+void Network::run_zombie(std::size_t index) {
   Cell& cell = cells_[index];
   const rs_route& route = cell.state.route;
   for (unsigned port = 0; port < RS_PORTS; ++port) {

@@ -164,7 +164,7 @@ class SectionUnit:
         ports: int,
         session: int,
         *,
-        section_unit: int = 0,
+        group: int = 0,
         unit: int = 0,
         first_id: int = 1,
         last_id: int = 16382,

@@ -38,7 +38,7 @@ def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
 
     skin = layout.skin_model()
     row = {int(key): index for index, key in enumerate(learnt.cell)}
-    keys = layout.section_unit.astype(np.int64) << 16 | layout.id
+    keys = layout.group.astype(np.int64) << 16 | layout.id
     known = np.array([int(key) in row for key in keys])
     weight = np.zeros((len(learnt.posture), len(layout), robot.joint_count))
     weight[:, known] = learnt.weight[:, [row[int(key)] for key in keys[known]]]

@@ -96,8 +96,8 @@ def _of_lower(fusion: NullSpaceFusion, mass: Array, high: Level, low: Level) -> 
     return fusion.fuse(mass, [high, low]) - fusion.fuse(mass, [high])
 
 
-def _share(caused: Array, unprojected: Array) -> float:
-    return float(np.linalg.norm(caused) / np.linalg.norm(unprojected))
+def _share(caused: Array, feedforward: Array) -> float:
+    return float(np.linalg.norm(caused) / np.linalg.norm(feedforward))
 
 
 def _regular(rows: Array, damping: Damping) -> bool:

@@ -22,7 +22,7 @@ from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.skin import Health, SkinModel, SkinState
 from robotskin.tasks import (
-    UNPROJECTED,
+    FEEDFORWARD,
     CartesianTask,
     Fusion,
     GravityTask,
@@ -116,7 +116,7 @@ class Rig:
         touch = TouchWrench(self.core, self.skin, self.gain_set.skin_gains(self.core, self.skin))
         pose = self.gain_set.choose("reach_cartesian_compliant").cartesian
         return [
-            StackEntry(GravityTask(self.core.joint_count), UNPROJECTED),
+            StackEntry(GravityTask(self.core.joint_count), FEEDFORWARD),
             StackEntry(JointLimitTask(self.core), 0),
             StackEntry(self_collision_task(self.robot, self.gain_set.home), 1),
             *(StackEntry(CartesianTask(self.core, hand, pose, hand), 2) for hand in hands),

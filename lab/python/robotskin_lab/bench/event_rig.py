@@ -20,7 +20,7 @@ SETTLE_S = 1.5  # palms come near from 8 cm with at most 25 cm/s and then press
 
 
 @dataclass
-class Traffic:
+class Uplink:
     """What the section units sent in one mode: datagrams, sample frames a cell, what was lost, how long it took.
 
     frames: (N,) sample frames of each cell at the host. active: (T) cells active at once, each 50 ms. dropped: frames
@@ -58,7 +58,7 @@ class Rig:
         posture = POSTURE.get(layout.robot)
         self.world = World(layout, robot, seed, posture=posture, hands=palms(len(self.places)))
         self.driver = Driver(layout.skin_model(), session_seed=seed)
-        self.groups = sorted(set(layout.section_unit.tolist()))
+        self.groups = sorted(set(layout.group.tolist()))
         while not self.driver.samples()["seen"].all():
             self._step()
             if self.world.time_s > 5:
@@ -71,8 +71,8 @@ class Rig:
         for _, when_ns, datagram in taken:
             self.driver.handle(datagram, when_ns)
         self.driver.publish(self.world.now_ns)
-        for section_unit, unit, datagram in self.driver.downlink(self.world.now_ns):
-            self.world.post(section_unit, unit, datagram)
+        for group, unit, datagram in self.driver.downlink(self.world.now_ns):
+            self.world.post(group, unit, datagram)
         return taken
 
     def run(self, seconds: float, touch: Palms | None = None) -> None:
@@ -85,8 +85,8 @@ class Rig:
     def set_mode(self, event: bool, mask: int) -> None:
         """Switch every cell, and let the change reach it."""
         for group in self.groups:
-            self.driver.command("event_mask", mask, section_unit=group)
-            self.driver.command("mode", int(event), section_unit=group)
+            self.driver.command("event_mask", mask, group=group)
+            self.driver.command("mode", int(event), group=group)
         self.run(0.5)
 
     def release(self) -> None:
@@ -100,7 +100,7 @@ class Rig:
         self.run(settle_s, touch)
         return touch
 
-    def measure(self, seconds: float, touch: Palms | None = None) -> Traffic:
+    def measure(self, seconds: float, touch: Palms | None = None) -> Uplink:
         """Run and keep what the section units send."""
         before, dropped = self._frames(), self.world.network.frames_dropped
         datagrams, active = [], []
@@ -111,7 +111,7 @@ class Rig:
             if step % 50 == 0:
                 active.append(self._active())
         dropped = self.world.network.frames_dropped - dropped
-        return Traffic(datagrams, self._frames() - before, np.array(active), dropped, seconds)
+        return Uplink(datagrams, self._frames() - before, np.array(active), dropped, seconds)
 
     def _frames(self) -> NDArray[np.int64]:
         samples = self.driver.samples()
@@ -135,7 +135,7 @@ def palm_places(robot: Robot, layout: Layout, seed: int, cells_active: int) -> l
     return places(bare.base_from_cell(), cells_active)
 
 
-def driver_cpu_percent(layout: Layout, traffic: Traffic) -> float:
+def driver_cpu_percent(layout: Layout, traffic: Uplink) -> float:
     """Processor time that a driver takes for this traffic, in percent of one core; the best of three."""
     best = np.inf
     for _ in range(3):

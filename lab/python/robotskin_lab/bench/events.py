@@ -149,7 +149,7 @@ def many_contacts(robot: Robot, layout: Layout, seed: int, seconds: float, plots
         rig.run(0.3, touch)
         packets[share] = rig.measure(min(seconds, 1.0), touch).frames_per_s
     for group in rig.groups:  # as fast as the proximity sensors, no faster
-        rig.driver.command("event_rate", CLOCK_HZ, section_unit=group)
+        rig.driver.command("event_rate", CLOCK_HZ, group=group)
     slow = rig.measure(seconds, rig.touch(MANY_MOVING, MANY_SETTLE_S))  # the same palms rub as before
     shares = sorted(packets)
     rates = [packets[share] for share in shares]

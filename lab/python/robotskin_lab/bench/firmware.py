@@ -34,7 +34,7 @@ def run(
     identity = clock.around("identity", lambda: identity_figures(seed, 500 if quick else 10_000))
     stack = max(chip["stack_bytes"], identity["identity_stack_bytes"])
     size = size_figures()
-    cell_us = 1e6 * chip["own_torque_cycles"] / CLOCK_HZ
+    cell_us = 1e6 * chip["cell_torque_cycles"] / CLOCK_HZ
     sizes = CELLS[:5] if quick else CELLS
     return {
         **size,

@@ -80,9 +80,9 @@ def metered(rig: ChipRig, meter: Meter, samples: int) -> tuple[Count, Count]:
 def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
     """Cycles of the busiest cell, and of a leaf."""
     rig, meter = busiest_cell(seed)
-    before = rig.twin.samples
+    before = rig.external.samples
     total, worst = metered(rig, meter, samples)
-    taken = rig.twin.samples - before
+    taken = rig.external.samples - before
     cells = int(rig.driver.torques()["cells"][0][0])
     return {
         "cells_through_the_chip": cells,
@@ -97,7 +97,7 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
         "cycle_budget_percent_one_wait_state": 100 * worst.cycles_one_wait / BUDGET_CYCLES,
         **_lone_figures(seed),
         "stack_bytes": rig.chip.stack_bytes,
-        "differences_metered": rig.twin.differences,
+        "differences_metered": rig.external.differences,
         **_profile(meter, samples),
     }
 
@@ -129,7 +129,7 @@ def _lone_figures(seed: int) -> dict[str, float]:
     leaf = sum(leaf_inputs, Count())
     meter.on = False
     return {
-        "own_torque_cycles": max(one.cycles for one in leaf_inputs),
+        "cell_torque_cycles": max(one.cycles for one in leaf_inputs),
         "cycles_per_sample_leaf": leaf.cycles / 10,
         "cycle_budget_percent_leaf": 10 * leaf.cycles / BUDGET_CYCLES,
     }
@@ -150,8 +150,8 @@ def identity_figures(seed: int, samples: int) -> dict[str, Any]:
     faults = reboots = commands = 0
     cut: tuple[int, int] | None = None
     told = 0
-    while rig.twin.samples < samples:
-        if rig.twin.samples >= told:
+    while rig.external.samples < samples:
+        if rig.external.samples >= told:
             tell(f"emulated against host-built: sample {told} of {samples}")
             told += samples // 10
         rig.run_ms(draw.randint(5, 40))
@@ -181,11 +181,11 @@ def identity_figures(seed: int, samples: int) -> dict[str, Any]:
             rig.driver.command(operation, value, index)
             commands += 1
     return {
-        "identical_frames": int(rig.twin.differences == 0),
-        "identity_samples": rig.twin.samples,
-        "identity_inputs": rig.twin.steps,
-        "identity_frames": rig.twin.frames,
-        "identity_differences": rig.twin.differences,
+        "identical_frames": int(rig.external.differences == 0),
+        "identity_samples": rig.external.samples,
+        "identity_inputs": rig.external.steps,
+        "identity_frames": rig.external.frames,
+        "identity_differences": rig.external.differences,
         "identity_faults": faults,
         "identity_reboots": reboots,
         "identity_commands": commands,

@@ -26,7 +26,7 @@ def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
     spring in honey, with a time constant of half a second: a push begins when it has come to rest, or it would begin on
     the way back from the last one.
     """
-    session = Session(robots.load("ur5"), finished("ur5"), seed=seed, link="in process", own_torques=True)
+    session = Session(robots.load("ur5"), finished("ur5"), seed=seed, link="in process", cell_torques=True)
     session.boot()
     generator = np.random.default_rng(seed)
     cells = generator.permutation(len(session.layout))
@@ -50,8 +50,8 @@ def compliance_figures(seed: int, pushes: int) -> dict[str, Any]:
             session.run(SETTLE_S)
             moved.append(float(np.linalg.norm(session.cell_position(int(cell)) - start)))
             switched += int(controller.skin_source_share == (source == "skin"))
-            if session.own_torque.fresh:
-                host, own = np.asarray(controller.host_skin_torque), np.asarray(session.own_torque.joint)
+            if session.skin_computed_torque.fresh:
+                host, own = np.asarray(controller.host_skin_torque), np.asarray(session.skin_computed_torque.joint)
                 torque_errors.append(float(np.abs(own - host).max() / max(np.abs(host).max(), 1e-9)))
             session.world.release()
         if moved[0] < LEAST_M:

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, UnitDescription, World
+from robotskin.simulator import LineQuality, InProcess, NetworkOptions, UnitDescription, World
 from robotskin.skin import Health, SkinModel, SkinState
 from robotskin.tasks import SkinGains
 from robotskin_lab import firmware
@@ -104,7 +104,7 @@ def network_delay(cells: int, seed: int, deep: bool = False) -> Transport:
     )
 
 
-def _skin(cells: int, seed: int, deep: bool) -> tuple[World, Mailbox]:
+def _skin(cells: int, seed: int, deep: bool) -> tuple[World, InProcess]:
     """A skin that has formed, every cell of which contributes."""
     wires: list[np.ndarray] = []
     units: list[UnitDescription] = []
@@ -121,7 +121,7 @@ def _skin(cells: int, seed: int, deep: bool) -> tuple[World, Mailbox]:
     options = NetworkOptions()
     options.seed, options.unasked, options.batch_us = seed, True, 1000
     options.line = LineQuality()
-    mailbox = Mailbox()
+    mailbox = InProcess()
     world = World(None, np.concatenate(wires), [0] * cells, units, options, mailbox, 0.001)
     for cell in range(cells):
         world.network.contribute(cell, 0, [1] * 6)
@@ -198,7 +198,7 @@ def hop_us(seed: int) -> float:
         options = NetworkOptions()
         options.seed, options.unasked, options.clock_rate_hz = seed, True, 0
         options.line = LineQuality()
-        mailbox = Mailbox()
+        mailbox = InProcess()
         world = World(None, sheet(cells, 1), [0] * cells, [UnitDescription(0, 0, [(0, 3)])], options, mailbox, 0.001)
         for cell in range(cells):
             world.network.contribute(cell, 0, [1] * 6)

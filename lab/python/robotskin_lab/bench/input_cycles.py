@@ -79,7 +79,7 @@ def counted(seed: int, share: float, image: ChipImage | None = None) -> Counts:
 
         def note(answer: Answer) -> None:
             for count in meter.take():
-                counts[rig.twin.input_kind][sum(frame is not None for frame in answer[0])].append(count)
+                counts[rig.external.input_kind][sum(frame is not None for frame in answer[0])].append(count)
 
         rig.answered = note
         return meter

@@ -27,12 +27,12 @@ KINDS = (
     "noise",
     "burst",
     "stuffed queue",
-    "twin id",
+    "duplicate id",
     "section unit",
     "flap",
 )
 """Kinds of single faults; the last is reported apart."""
-SILENCING = ("cell", "cell with cable", "reboot", "zombie", "twin id")
+SILENCING = ("cell", "cell with cable", "reboot", "zombie", "duplicate id")
 """Kinds that take a cell out of the network, for a while at least, and its cable with it."""
 WATCHED_S = 0.15
 """About the time after the fault; it strikes a balanced network."""
@@ -68,8 +68,8 @@ def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) 
     link = network.links[draw(random, len(network.links))]
     cell, port = (int(link[0]), int(link[1])) if random.random() < 0.5 else (int(link[2]), int(link[3]))
     cable = network.cables[draw(random, len(network.cables))]
-    units = sorted({(end.section_unit, end.unit) for end in network.cables})
-    unit = units.index((cable.section_unit, cable.unit))
+    units = sorted({(end.group, end.unit) for end in network.cables})
+    unit = units.index((cable.group, cable.unit))
     at = f"@{time_ms:.3f}ms"
     texts = {
         "link": f"cut:cell={cell},port={port}",
@@ -85,7 +85,7 @@ def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) 
         "noise": f"noise:cell={cell},port={port},rate=0.01,for=20ms",
         "burst": f"burst:cell={cell},port={port},share=1,for=5ms",
         "stuffed queue": f"stuff:cell={cell},port={port},frames=100",
-        "twin id": f"twin:cell={cell},to={draw(random, len(network))}",
+        "duplicate id": f"duplicate_id:cell={cell},to={draw(random, len(network))}",
         "section unit": f"stop:unit={unit}",
         "flap": f"flap:cell={cell},port={port},times=5,period=2ms",
     }

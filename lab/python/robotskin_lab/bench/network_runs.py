@@ -49,8 +49,8 @@ def trial_of(network: CellNetwork, seed: int, **options: Any) -> NetworkTrial:
 def loads_of(network: CellNetwork, trial: NetworkTrial) -> list[int]:
     """(K,) cells on each cable, in the order of the network's cables."""
     by_unit = trial.report().port_loads
-    units = sorted({(cable.section_unit, cable.unit) for cable in network.cables})
-    return [int(by_unit[units.index((c.section_unit, c.unit))][c.port - 1]) for c in network.cables]
+    units = sorted({(cable.group, cable.unit) for cable in network.cables})
+    return [int(by_unit[units.index((c.group, c.unit))][c.port - 1]) for c in network.cables]
 
 
 @dataclass(frozen=True)

@@ -116,7 +116,7 @@ def robot(name: str) -> CellNetwork:
     """The cells of a finished layout, in one section-unit group, without cables."""
     network = CellNetwork.of_layout(finished(name))
     ids = np.arange(1, len(network) + 1, dtype=np.uint16)
-    return replace(network, cables=(), id=ids, section_unit=np.ones(len(network), dtype=np.uint16))
+    return replace(network, cables=(), id=ids, group=np.ones(len(network), dtype=np.uint16))
 
 
 def sheet_10k(seed: int = 0) -> CellNetwork:
@@ -151,7 +151,7 @@ def digest(networks: Iterator[CellNetwork]) -> str:
     for network in networks:
         total.update(network.neighbours.astype("<i4").tobytes())
         for cable in network.cables:
-            total.update(repr((cable.section_unit, cable.unit, cable.port, cable.cell, cable.cell_port)).encode())
+            total.update(repr((cable.group, cable.unit, cable.port, cable.cell, cable.cell_port)).encode())
     return total.hexdigest()
 
 

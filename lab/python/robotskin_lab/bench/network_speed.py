@@ -9,7 +9,7 @@ from robotskin import firmware
 from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
-from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, World
+from robotskin.simulator import LineQuality, InProcess, NetworkOptions, World
 from robotskin_lab.bench.network_peers import run_plain, run_simpy, shortest_path_parents
 from robotskin_lab.bench.network_set import limbs, sheet_10k, skins
 
@@ -19,7 +19,7 @@ PLAIN_CELLS_KIND = ("sheet", 3, 0)
 FORMATION_STEP_S = 1e-4
 
 
-def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None, step_s: float = 0.001) -> World:
+def world_of(network: CellNetwork, seed: int, mailbox: InProcess | None = None, step_s: float = 0.001) -> World:
     """A network without body or measurements, at 250 Hz; its datagrams lie in a mailbox until they are taken.
 
     It runs in whole steps of `step_s`, and what section units tell each other arrives between two of them.
@@ -29,7 +29,7 @@ def world_of(network: CellNetwork, seed: int, mailbox: Mailbox | None = None, st
     chosen.unasked = True
     chosen.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     chosen.line = LineQuality()
-    letters = Mailbox() if mailbox is None else mailbox
+    letters = InProcess() if mailbox is None else mailbox
     return World(None, network.neighbours, network.id.tolist(), network.unit_descriptions(), chosen, letters, step_s)
 
 

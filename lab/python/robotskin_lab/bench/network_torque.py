@@ -12,7 +12,7 @@ from random import Random
 
 import numpy as np
 
-from robotskin.simulator import Mailbox, parse_faults
+from robotskin.simulator import InProcess, parse_faults
 from robotskin_lab import firmware
 from robotskin_lab.bench.network_faults import fault_text
 from robotskin_lab.bench.network_runs import wiring_of
@@ -46,7 +46,7 @@ def torque_run(seed: int, with_fault: bool) -> TorqueRun:
     """198 cells on three cables of one section unit, epochs of 4 ms, from 0.1 s on: through balance, and a fault."""
     # Every fourth skin of the set has two section units, each with a sum of its own.
     network = skins(("sheet", "sheared_sheet", "cylinder")[seed % 3], 3, (seed + seed // 3) % 100)
-    mailbox = Mailbox()
+    mailbox = InProcess()
     world = world_of(network, seed, mailbox)
     for cell in range(len(network)):
         limb, bit = divmod(cell, LIMB_CELLS)

@@ -89,11 +89,11 @@ def placed_share(robot: Robot, worn: Layout, found: Layout) -> float:
     }
     link_of = {
         (int(unit), int(cell)): found.links[link]
-        for unit, cell, link in zip(found.section_unit, found.id, found.link, strict=True)
+        for unit, cell, link in zip(found.group, found.id, found.link, strict=True)
     }
     right = [
         link_of.get((int(unit), int(cell))) == worn.links[link]
-        for unit, cell, link in zip(worn.section_unit, worn.id, worn.link, strict=True)
+        for unit, cell, link in zip(worn.group, worn.id, worn.link, strict=True)
         if worn.links[link] in tells
     ]
     return float(np.mean(right))

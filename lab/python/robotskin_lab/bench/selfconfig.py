@@ -163,7 +163,7 @@ def topology_figures(seed: int) -> Figures:
     """Exactness on every shipped layout and on a lattice of 10 000 cells, and the time for that one."""
     exact = []
     for layout in layouts().values():
-        key = layout.section_unit.astype(np.int64) << 16 | layout.id
+        key = layout.group.astype(np.int64) << 16 | layout.id
         topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
         exact.append(_is_exact(topology, key, layout.neighbours))
     table = shuffled_sheet(100, np.random.default_rng(seed))
@@ -207,7 +207,7 @@ def shuffled_sheet(side: int, random: np.random.Generator) -> NDArray[np.int32]:
 def finished_once(name: str, seed: int) -> Figures:
     """Every patch of a finished layout, whose hinges gape as those of a lattice on a curved limb do; 8 random poses."""
     layout, random = finished(name), np.random.default_rng(seed)
-    key = layout.section_unit.astype(np.int64) << 16 | layout.id
+    key = layout.group.astype(np.int64) << 16 | layout.id
     topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
     row = np.argsort(key)[np.searchsorted(np.sort(key), topology.cell)]
     inside: list[bool] = []

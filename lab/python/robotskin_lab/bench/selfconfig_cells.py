@@ -56,7 +56,7 @@ def figures_against(layout: Layout, found: Configuration) -> Figures:
         found: by the skin.
     """
     errors, covariances = [], []
-    key = layout.section_unit.astype(np.int64) << 16 | layout.id
+    key = layout.group.astype(np.int64) << 16 | layout.id
     row = {int(value): number for number, value in enumerate(key)}
     for patch in found.patches:
         if patch.placed:

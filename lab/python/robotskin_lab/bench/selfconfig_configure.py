@@ -90,7 +90,7 @@ def displacement_figures(seed: int) -> Figures:
     moved: dict[str, dict[str, float]] = {}
     pushed = -1
     for name, model, control in (("true", None, None), ("configured", own.layout, own.robot)):
-        session = Session(robot, layout, seed=seed, link="in process", believed=model, control=control)
+        session = Session(robot, layout, seed=seed, link="in process", estimated_layout=model, control=control)
         session.boot()
         if pushed < 0:
             pushed = session.in_world(pushed_cell(session, "forearm_link"))

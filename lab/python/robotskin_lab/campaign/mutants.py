@@ -37,7 +37,7 @@ class Mutant:
 # By the name of the program.
 MUTANTS = {
     "newer_or_equal": Mutant("the feasibility rule takes what is as new, however far"),
-    "no_feasible_distance": Mutant("there is no feasibility rule: any advert may be adopted"),
+    "no_feasible_distance": Mutant("there is no feasibility rule: any beacon may be adopted"),
     "distance_not_kept": Mutant("a cell forgets how near it was with the present tick"),
     "hops_uncounted": Mutant("a cell says to be as near as its parent", ("true_adoption",)),
     "ticks_made_by_cells": Mutant("cells pass on ticks that no root has made", ("true_tick",)),
@@ -81,8 +81,8 @@ MUTANTS = {
     "changes_unsent": Mutant("in event mode only freshness is sent", ("sampled",)),
     "events_unmarked": Mutant("events sent again do not say so", ("exactly_once",)),
     "events_forgotten": Mutant("events are kept for a tenth of a millisecond only", ("event_kept",), seed=173),
-    "echo_ignored": Mutant("frames that were missed are not sent again", ("event_kept",), directed=True),
-    "adverts_unlimited": Mutant("adverts go out as often as they are due", ("advert_rate",)),
+    "ack_ignored": Mutant("frames that were missed are not sent again", ("event_kept",), directed=True),
+    "beacons_unlimited": Mutant("beacons go out as often as they are due", ("beacon_rate",)),
     "status_unlimited": Mutant("status frames go out as often as they are due", ("control_share",)),
     "torques_counted_twice": Mutant("a torque sum sent again is added again", ("torque_count", "torque_once")),
     "epochs_begun_twice": Mutant("a corrected clock begins the same epoch again", ("torque_count", "torque_once")),

@@ -34,7 +34,7 @@ Answer = tuple[tuple[bytes | None, ...], int, int | None, int, int | None, bytes
 class EmulatedCell:
     """One cell; a call is one input of the cell (cell.h) turned into what its board would tell it.
 
-    What a call answers is what a `robotskin.simulator.Twin` has to answer. Raises ChipError without the emulator.
+    A call answers what a `robotskin.simulator.ExternalCell` has to. Raises ChipError without the emulator.
     """
 
     def __init__(self, image: ChipImage) -> None:

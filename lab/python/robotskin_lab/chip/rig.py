@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotskin import firmware
 from robotskin.driver import Driver
-from robotskin.simulator import LineQuality, Mailbox, NetworkOptions, Twin, UnitDescription, World
+from robotskin.simulator import LineQuality, InProcess, NetworkOptions, ExternalCell, UnitDescription, World
 from robotskin_lab.chip.emulated_cell import Answer, EmulatedCell
 from robotskin_lab.chip.image import ChipImage
 
@@ -63,7 +63,7 @@ class ChipRig:
         options.unasked = True
         options.line = line or LineQuality()
         options.set_cell_key(KEY)
-        self.mailbox = Mailbox()
+        self.mailbox = InProcess()
         units = [UnitDescription(0, 0, roots)]
         self.world = World(None, neighbours, [0] * cells, units, options, self.mailbox, 0.001)
         self.network = self.world.network
@@ -74,8 +74,8 @@ class ChipRig:
         self.chip = EmulatedCell(image)
         self.answered: Callable[[Answer], object] = lambda answer: None
         """Is given what the chip has answered to each input."""
-        self.twin = Twin(self._step)
-        self.network.put(chip_cell, self.twin)
+        self.external = ExternalCell(self._step)
+        self.network.put(chip_cell, self.external)
 
     def _step(self, kind: int, port: int, sent: int, fault: bool, content: object, now_us: int) -> Answer:
         answer = self.chip(kind, port, sent, fault, content, now_us)

@@ -10,13 +10,13 @@ from xml.etree import ElementTree
 
 from robotskin.layout.errors import LayoutFileError
 from robotskin.layout.formats import icub, own, tum_json, tum_xml, urdf
-from robotskin.layout.found import FoundSkin
 from robotskin.layout.json_file import read_text
+from robotskin.layout.raw_layout import RawLayout
 
 KNOWN = "robotskin JSON, TUM skin JSON, TUM SkinConfig XML, iCub taxel text, URDF with tactile sensors"
 
 
-def read(path: str | Path) -> FoundSkin:
+def read(path: str | Path) -> RawLayout:
     """Read a skin file of any known format; its content decides which.
 
     Raises:
@@ -34,7 +34,7 @@ def read(path: str | Path) -> FoundSkin:
         raise LayoutFileError(path, "structure", type(error).__name__, f"not as this format has it: {error}") from error
 
 
-def _reader(text: str, path: Path) -> Callable[[str, Path], FoundSkin]:
+def _reader(text: str, path: Path) -> Callable[[str, Path], RawLayout]:
     head = text.lstrip()
     if head.startswith("{"):
         try:

@@ -6,19 +6,19 @@ from pathlib import Path
 
 import numpy as np
 
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
 TRIANGLE = 12
 """Slots of a triangle; slots 6 and 10 are temperature pads and not taxels."""
 TEMPERATURE_SLOTS = (6, 10)
 
 
-def read(text: str, path: Path) -> FoundSkin:
+def read(text: str, path: Path) -> RawLayout:
     """Read the taxels that are there; a row that is no row of six numbers becomes a defect."""
     header, _, body = text.partition("[calibration]")
     name = re.search(r"^\s*name\s+(\S+)", header, re.MULTILINE)
     represented = re.search(r"^\s*taxel2Repr\s*\(([^)]*)\)", header, re.MULTILINE)
-    skin = FoundSkin(str(path), "iCub taxel text")
+    skin = RawLayout(str(path), "iCub taxel text")
     first_line = header.count("\n") + 1
     rows: list[bool] = []
     for offset, line in enumerate(body.splitlines()):
@@ -45,13 +45,13 @@ def read(text: str, path: Path) -> FoundSkin:
             skin.empty += 1
             continue
         link = name.group(1) if name else ""
-        skin.cells.append(FoundCell(where, None, 0, row // TRIANGLE, link, values[:3], values[3:]))
+        skin.cells.append(RawCell(where, None, 0, row // TRIANGLE, link, values[:3], values[3:]))
     if represented is not None:
         _check_representatives(skin, represented.group(1).split(), rows)
     return skin
 
 
-def _check_representatives(skin: FoundSkin, words: list[str], rows: list[bool]) -> None:
+def _check_representatives(skin: RawLayout, words: list[str], rows: list[bool]) -> None:
     """taxel2Repr gives each slot the slot that stands for it, -1 for an unused one, -2 for a temperature pad."""
     if len(words) != len(rows):
         skin.defects.append(Defect("count", "taxel2Repr", f"{len(words)} entries", f"the file has {len(rows)} rows"))

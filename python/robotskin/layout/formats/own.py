@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 
 from robotskin.layout.cell import PORTS
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
 from robotskin.layout.json_file import pointer, validator
+from robotskin.layout.old_words import in_todays_words
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
 MOST_SCHEMA_DEFECTS = 200
 
 
-def read(text: str, path: Path) -> FoundSkin:
+def read(text: str, path: Path) -> RawLayout:
     """Read what can be read; whatever breaks the schema becomes a defect."""
-    document = json.loads(text)
-    skin = FoundSkin(str(path), "robotskin JSON", robot=document.get("robot"))
+    document = in_todays_words(json.loads(text))
+    skin = RawLayout(str(path), "robotskin JSON", robot=document.get("robot"))
     urdf = document.get("urdf")
     if isinstance(urdf, str) and (path.absolute().parent / urdf).is_file():
         skin.urdf = str(path.absolute().parent / urdf)
@@ -33,7 +34,7 @@ def read(text: str, path: Path) -> FoundSkin:
     return skin
 
 
-def _cell(cell: Any, index: int, cells: list[Any]) -> FoundCell | None:
+def _cell(cell: Any, index: int, cells: list[Any]) -> RawCell | None:
     try:
         rotation = np.array(cell["rotation"], dtype=float).reshape(3, 3)
         neighbours, ports = [0] * PORTS, [0] * PORTS
@@ -43,10 +44,10 @@ def _cell(cell: Any, index: int, cells: list[Any]) -> FoundCell | None:
                 other, ports[port] = int(entry[0]), int(entry[1])
                 neighbours[port] = int(cells[other]["id"]) if 0 <= other < len(cells) else -other - 1
         position = np.array(cell["position_m"], dtype=float).reshape(3)
-        return FoundCell(
+        return RawCell(
             f"cell {cell['id']} (index {index})",
             int(cell["id"]),
-            int(cell["section_unit"]),
+            int(cell["group"]),
             int(cell.get("patch", -1)),
             str(cell["link"]),
             position,

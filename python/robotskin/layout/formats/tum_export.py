@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from robotskin import firmware
 from robotskin.layout.cell import PORTS
 from robotskin.layout.errors import LayoutError
-from robotskin.layout.found import FoundCell, FoundSkin
 from robotskin.layout.layout import Layout
+from robotskin.layout.raw_layout import RawCell, RawLayout
 from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class _Patch:
     group: int
     link: str
     root: int
-    cells: list[FoundCell]
+    cells: list[RawCell]
     pose: Array
 
     @property
@@ -45,12 +45,12 @@ class _Patch:
         return np.asarray(np.linalg.inv(self.link_from_root) @ self.pose)
 
 
-def skin_of(layout: Layout) -> FoundSkin:
+def skin_of(layout: Layout) -> RawLayout:
     """The patches of a layout in the common form of all formats; patches are numbered from 1.
 
     Neighbours are ids, 0 where a port is free and 16383 where a section unit's cable plugs in.
     """
-    skin = FoundSkin(layout.source, "layout", layout.robot, measured=True)
+    skin = RawLayout(layout.source, "layout", layout.robot, measured=True)
     box = {(place.cell, place.cell_port) for place in layout.section_unit_ports}
     for index in np.flatnonzero(layout.patch >= 0):
         neighbours = [
@@ -59,10 +59,10 @@ def skin_of(layout: Layout) -> FoundSkin:
         ]
         pose = layout.link_from_cell[index]
         skin.cells.append(
-            FoundCell(
+            RawCell(
                 f"cell {layout.id[index]}",
                 int(layout.id[index]),
-                int(layout.section_unit[index]),
+                int(layout.group[index]),
                 int(layout.patch[index]) + 1,
                 layout.links[layout.link[index]],
                 pose[:3, 3],
@@ -76,7 +76,7 @@ def skin_of(layout: Layout) -> FoundSkin:
     return skin
 
 
-def write_json(skin: FoundSkin, folder: str | Path, names: Sequence[str] | None = None) -> list[Path]:
+def write_json(skin: RawLayout, folder: str | Path, names: Sequence[str] | None = None) -> list[Path]:
     """Write the JSON dialect, a file a patch.
 
     Args:
@@ -131,7 +131,7 @@ def write_json(skin: FoundSkin, folder: str | Path, names: Sequence[str] | None 
     return written
 
 
-def write_xml(skin: FoundSkin, path: str | Path) -> None:
+def write_xml(skin: RawLayout, path: str | Path) -> None:
     """Write the XML dialect (`SkinConfig`), all patches in one file. Raises LayoutError as `write_json` does."""
     patches = _patches(skin)
     counts = {
@@ -162,7 +162,7 @@ def write_xml(skin: FoundSkin, path: str | Path) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def _patches(skin: FoundSkin) -> list[_Patch]:
+def _patches(skin: RawLayout) -> list[_Patch]:
     found = []
     for number in sorted({cell.patch for cell in skin.cells}):
         cells = [cell for cell in skin.cells if cell.patch == number]

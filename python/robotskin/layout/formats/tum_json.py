@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
 
-def read(text: str, path: Path) -> FoundSkin:
+def read(text: str, path: Path) -> RawLayout:
     """Read `sc_patch` and `sp_extrinsics`; link_from_cell = tf_base_rsc times the cell's htf."""
     document = json.loads(text)
     patch, extrinsics = document["sc_patch"], document.get("sp_extrinsics") or {}
     link_from_root = np.array(extrinsics.get("tf_base_rsc", np.eye(4)), dtype=float)
     number = int(patch["sp_id"])
-    skin = FoundSkin(str(path), "TUM skin JSON", measured=True, root_of_patch={number: int(patch["root_sc_id"])})
+    skin = RawLayout(str(path), "TUM skin JSON", measured=True, root_of_patch={number: int(patch["root_sc_id"])})
     listed = {
         int(entry["node_id"]): tuple(int(other) for other in entry["neighbor_ids"]) for entry in patch["sc_neighs"]
     }
@@ -26,7 +26,7 @@ def read(text: str, path: Path) -> FoundSkin:
         if neighbours is None:
             skin.defects.append(Defect("missing_neighbours", f"cell {cell}", "none", "no entry in sc_neighs"))
         skin.cells.append(
-            FoundCell(
+            RawCell(
                 f"cell {cell}",
                 cell,
                 int(entry.get("ss_id", patch["ss_id"])),

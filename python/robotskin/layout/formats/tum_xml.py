@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.layout.cell import PORTS
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
 
 def _matrix(element: ElementTree.Element | None, shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -19,10 +19,10 @@ def _matrix(element: ElementTree.Element | None, shape: tuple[int, int]) -> NDAr
     return result
 
 
-def read(text: str, path: Path) -> FoundSkin:
+def read(text: str, path: Path) -> RawLayout:
     """Read cells, their neighbours by port, and each patch's place in its base frame."""
     root = ElementTree.fromstring(text)
-    skin = FoundSkin(str(path), "TUM SkinConfig XML", measured=True)
+    skin = RawLayout(str(path), "TUM SkinConfig XML", measured=True)
     base_from_root: dict[int, NDArray[np.float64]] = {}
     link_of: dict[int, str] = {}
     for extrinsics in root.findall("patchExtrinsics"):
@@ -47,7 +47,7 @@ def read(text: str, path: Path) -> FoundSkin:
                 skin.defects.append(Defect("port_mismatch", f"cell {cell}", f"port {port}", "ports are 1 to 4"))
         skin.root_of_patch[number] = int(element.findtext("rootCellId", "0"))
         skin.cells.append(
-            FoundCell(
+            RawCell(
                 f"cell {cell}",
                 cell,
                 int(element.attrib.get("segment", "1")),

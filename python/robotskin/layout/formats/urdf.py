@@ -14,7 +14,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from robotskin.layout.found import Defect, FoundCell, FoundSkin
+from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
 
 def _numbers(text: str | None, count: int) -> list[float]:
@@ -52,10 +52,10 @@ def _taxels(tactile: ElementTree.Element) -> Iterator[tuple[str, int | None, NDA
                 yield f"taxel {row},{column}", index_here, pose
 
 
-def read(text: str, path: Path) -> FoundSkin:
+def read(text: str, path: Path) -> RawLayout:
     """Read every tactile sensor; each is a group of its own, because taxel indices count per sensor."""
     root = ElementTree.fromstring(text)
-    skin = FoundSkin(str(path), "URDF with tactile sensors", robot=root.get("name"))
+    skin = RawLayout(str(path), "URDF with tactile sensors", robot=root.get("name"))
     links = {link.get("name", "") for link in root.findall("link")}
     group = 0
     for sensor in root.iter("sensor"):
@@ -71,7 +71,7 @@ def read(text: str, path: Path) -> FoundSkin:
         for where, index, pose in _taxels(tactile):
             found = link_from_sensor @ pose
             skin.cells.append(
-                FoundCell(f"{name}, {where}", index, group, group, link, found[:3, 3], found[:3, 2], found[:3, :3])
+                RawCell(f"{name}, {where}", index, group, group, link, found[:3, 3], found[:3, 2], found[:3, :3])
             )
         group += 1
     for element in root.findall("link"):
@@ -79,7 +79,7 @@ def read(text: str, path: Path) -> FoundSkin:
             pose = _pose(tactile.find("origin"))
             where = f"link {element.get('name')}, tactile {tactile.get('name', number)}"
             link = element.get("name", "")
-            skin.cells.append(FoundCell(where, None, group, group, link, pose[:3, 3], pose[:3, 2], pose[:3, :3]))
+            skin.cells.append(RawCell(where, None, group, group, link, pose[:3, 3], pose[:3, 2], pose[:3, :3]))
             group += 1
     if not skin.cells:
         skin.defects.append(

@@ -5,9 +5,9 @@ from robotskin.layout.network_limits.advice import Advice, best_bridge, best_cab
 from robotskin.layout.network_limits.depth import hops_to_cables, least_depth_of_even_loads, least_depths
 from robotskin.layout.network_limits.flow import Bottleneck, bottleneck
 from robotskin.layout.network_limits.reading import ReadNetwork, named_networks, read_networks
+from robotskin.layout.network_limits.report import sentences
 from robotskin.layout.network_limits.trees import Forest, best_forest, least_fullest
 from robotskin.layout.network_limits.verdict import PartVerdict, Verdict, judge
-from robotskin.layout.network_limits.words import sentences
 
 __all__ = [
     "Advice",

@@ -59,9 +59,9 @@ def best_bridge(network: CellNetwork, cut: Bottleneck) -> Advice | None:
     free = network.free_ports.any(axis=1)
     inside = np.zeros(len(network), dtype=bool)
     inside[cut.cells] = True
-    group = network.section_unit[cut.cells[0]]
+    group = network.group[cut.cells[0]]
     here = patches_of(network, np.flatnonzero(inside & free))
-    there = patches_of(network, np.flatnonzero(~inside & free & (network.section_unit == group)))
+    there = patches_of(network, np.flatnonzero(~inside & free & (network.group == group)))
     parts = np.bincount(network.part)
     cables = np.bincount(network.part[network.roots], minlength=len(parts))
     candidates = []

@@ -12,8 +12,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.network_limits.report import count
 from robotskin.layout.network_limits.verdict import PartVerdict, Verdict
-from robotskin.layout.network_limits.words import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,9 +14,9 @@ from robotskin.layout.checking import files_in
 from robotskin.layout.errors import LayoutError, LayoutFileError
 from robotskin.layout.finished_layouts import finished, finished_names
 from robotskin.layout.formats import read
-from robotskin.layout.found import FoundSkin
-from robotskin.layout.found_links import links_of
 from robotskin.layout.json_file import load
+from robotskin.layout.raw_layout import RawLayout
+from robotskin.layout.raw_neighbours import neighbours_of
 from robotskin.layout.wiring import wire
 
 
@@ -36,7 +36,7 @@ def read_networks(path: Path) -> list[ReadNetwork]:
         LayoutFileError: a file that is no skin, or whose cells have no neighbours; in a folder such files are left out
             as long as there is another, and a remark on the first network says so.
     """
-    skins: dict[str, list[FoundSkin]] = {}
+    skins: dict[str, list[RawLayout]] = {}
     networks: list[ReadNetwork] = []
     problems: list[LayoutFileError] = []
     for file in files_in([path]):
@@ -74,14 +74,14 @@ def named_networks(skin: str) -> list[ReadNetwork]:
     return [ReadNetwork(skin, CellNetwork.of_layout(layout), unplugged)]
 
 
-def found_network(source: str, skins: Sequence[FoundSkin]) -> ReadNetwork:
+def found_network(source: str, skins: Sequence[RawLayout]) -> ReadNetwork:
     """The network of a foreign skin.
 
     Where a connected part states no cable, as few as carry it are planned, as `robotskin cover` does; a remark says so.
     """
     # Files of one skin may repeat a cell.
     cells = list({(cell.group, cell.id): cell for skin in skins for cell in skin.cells if cell.neighbours}.values())
-    neighbours, box_ports = links_of(cells)
+    neighbours, box_ports = neighbours_of(cells)
     links = list(dict.fromkeys(cell.link for cell in cells))
     patches = list(dict.fromkeys(cell.patch for cell in cells))
     network = CellNetwork(
@@ -109,7 +109,7 @@ def found_network(source: str, skins: Sequence[FoundSkin]) -> ReadNetwork:
     count: dict[int, int] = {}
     cables = []
     for cell, port in ends:
-        group = int(network.section_unit[cell])
+        group = int(network.group[cell])
         count[group] = count.get(group, 0) + 1
         cables.append(CableEnd(group, (count[group] - 1) // 15, (count[group] - 1) % 15 + 1, cell, port))
     return ReadNetwork(source, replace(network, cables=tuple(cables)), remarks)

@@ -34,7 +34,7 @@ OBSERVED = 9
 
 
 @dataclass(frozen=True, eq=False)
-class SkinState:
+class KinematicState:
     """tree: of J joints and P patches. rotation: (N, 3, 3) root_from_cell; offset: (N, 3) m/s²; scale: (N, 3)."""
 
     tree: ScrewTree
@@ -169,7 +169,7 @@ class KinematicAdjustment:
         """By path, its motions in the postures of all swings."""
         return {path: tree.prefixes(path, self.posture) for path in set(tree.paths)}
 
-    def residual(self, state: SkinState) -> Array:
+    def residual(self, state: KinematicState) -> Array:
         """(S, N, 5, 3) whitened, measured less modelled; 0 where nothing was heard."""
         result = np.empty_like(self.coefficient)
         motions = self.motions(state.tree)
@@ -179,20 +179,20 @@ class KinematicAdjustment:
             result[:, cells] = self._compared(felt, state, cells)[0]
         return result
 
-    def _compared(self, felt: Array, state: SkinState, cells: NDArray[np.int64]) -> tuple[Array, Array]:
+    def _compared(self, felt: Array, state: KinematicState, cells: NDArray[np.int64]) -> tuple[Array, Array]:
         """Whitened residual (S, n, 5, 3), and what the cells feel in their own frames (S, n, 5, 3)."""
         own = np.einsum("snai,nij->snaj", felt, state.rotation[cells])
         modelled = own * state.scale[cells][None, :, None]
         modelled[:, :, 0] += state.offset[cells]
         return self.root[:, cells] @ (self.coefficient[:, cells] - modelled), own
 
-    def prior_residual(self, state: SkinState) -> Array:
+    def prior_residual(self, state: KinematicState) -> Array:
         """(N, 9) expected less assumed: rotation, offset, scale; not whitened."""
         turned = np.swapaxes(self.patches.root_from_cell[:, :3, :3], 1, 2) @ state.rotation
         rotation = Rotation.from_matrix(turned).as_rotvec().reshape(-1, 3)
         return -np.concatenate([rotation, state.offset, state.scale - 1.0], axis=1)
 
-    def gaps(self, state: SkinState) -> Array:
+    def gaps(self, state: KinematicState) -> Array:
         """(E, 3) metres, of the hinges between lone cells, base frame, zero posture."""
         pose = state.tree.base_from_root[self.patches.patch] @ self.patches.root_from_cell
         return gap_vectors(pose, self.patches.hinges)
@@ -209,13 +209,13 @@ class KinematicAdjustment:
         # The median of a chi-square with 15 degrees is 0.956 of its mean; the cells' unknowns take some of them.
         return float(max(1.0, np.sqrt(np.median(ratio) / 0.9)))
 
-    def cost(self, state: SkinState, residual: Array, weights: Array) -> float:
+    def cost(self, state: KinematicState, residual: Array, weights: Array) -> float:
         """Half the weighted sum of squares, what was known beforehand included."""
         readings = float((weights[..., None, None] * residual**2).sum())
         hinges = float((self.gaps(state) ** 2).sum()) / self.hinge_m**2
         return 0.5 * (readings + hinges + float((self.local_prior * self.prior_residual(state) ** 2).sum()))
 
-    def linearise(self, state: SkinState, weights: Array) -> KinematicNormal:
+    def linearise(self, state: KinematicState, weights: Array) -> KinematicNormal:
         """Normal equations about a state."""
         tree = state.tree
         unknowns = 4 * len(tree.joints) + 6 * self.patches.count
@@ -258,7 +258,7 @@ class KinematicAdjustment:
         self._add_hinges(state, matrix, right)
         return KinematicNormal(matrix, right, coupling, local, local_right)
 
-    def _add_hinges(self, state: SkinState, matrix: Array, right: Array) -> None:
+    def _add_hinges(self, state: KinematicState, matrix: Array, right: Array) -> None:
         gaps = self.gaps(state)
         start = 4 * len(state.tree.joints)
         for gap, (a, p, b, q) in zip(gaps, self.patches.hinges, strict=True):
@@ -272,7 +272,7 @@ class KinematicAdjustment:
             matrix[np.ix_(at, at)] += jacobian.T @ jacobian / self.hinge_m**2
             right[at] -= jacobian.T @ gap / self.hinge_m**2
 
-    def moved(self, state: SkinState, common: Array, own: Array) -> SkinState:
+    def moved(self, state: KinematicState, common: Array, own: Array) -> KinematicState:
         """The state after a step."""
         tree = state.tree
         joints = len(tree.joints)
@@ -287,7 +287,7 @@ class KinematicAdjustment:
             step = common[4 * joints + 6 * patch : 4 * joints + 6 * patch + 6]
             pose[patch, :3, :3] = Rotation.from_rotvec(step[3:]).as_matrix() @ pose[patch, :3, :3]
             pose[patch, :3, 3] += step[:3]
-        return SkinState(
+        return KinematicState(
             replace(
                 tree,
                 direction=direction / np.linalg.norm(direction, axis=1, keepdims=True),

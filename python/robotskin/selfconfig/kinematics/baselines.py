@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
-from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, SkinState
+from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, KinematicState
 from robotskin.selfconfig.kinematics.screw_tree import ScrewTree
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
@@ -68,7 +68,7 @@ def baseline_places(
     moving = [_at_peaks(recording, objective, true) for recording in recordings]
     patches = RigidPatches.lone_cells(count)
     ideal = PriorKnowledge(offset_mps2=1e-7, scale=1e-7)
-    state = SkinState(true, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)), np.ones((count, 3)))
+    state = KinematicState(true, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)), np.ones((count, 3)))
     unknowns = 4 * len(true.joints) + 6 * count
     rotations, positions = np.zeros((2, unknowns), dtype=bool)
     rotations[4 * len(true.joints) :] = np.tile([False] * 3 + [True] * 3, count)
@@ -104,7 +104,9 @@ def _at_peaks(recording: MotionRecording, objective: Objective, tree: ScrewTree)
     return SwingStatistics(swing.joint, np.array(swing.centre), coefficient, information, np.ones(len(readings)))
 
 
-def _minimised(problem: KinematicAdjustment, state: SkinState, free: NDArray[np.bool_], passes: int = 50) -> SkinState:
+def _minimised(
+    problem: KinematicAdjustment, state: KinematicState, free: NDArray[np.bool_], passes: int = 50
+) -> KinematicState:
     """Levenberg-Marquardt over some of the unknowns."""
     weights, damping = problem.heard.astype(float), 1e-3
     cost = problem.cost(state, problem.residual(state), weights)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.common.side_by_side import side_by_side
 from robotskin.selfconfig.kinematics.activity import activity_matrix, kinematic_tree
-from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, SkinState
+from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, KinematicState
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics.frames import base_convention
 from robotskin.selfconfig.kinematics.screw_tree import ScrewTree
@@ -87,7 +87,7 @@ def estimate_kinematics(
     corrected = [_corrected(swing, offset, scale) for swing in swings]
     tree, order = first_tree(corrected, patches, rows)
     problem = KinematicAdjustment(swings, patches, prior)
-    own_start = SkinState(tree, patches.root_from_cell[:, :3, :3].copy(), offset, scale)
+    own_start = KinematicState(tree, patches.root_from_cell[:, :3, :3].copy(), offset, scale)
     results = []
     if start is not None:
         if not np.array_equal(start.joints, tree.joints) or start.paths != tree.paths:
@@ -218,8 +218,8 @@ def _corrected(swing: SwingStatistics, offset: Array, scale: Array) -> SwingStat
 
 
 def settled(
-    problem: KinematicAdjustment, state: SkinState, least_gain: float = 0.1, passes: int = 60
-) -> tuple[SkinState, float, Array, int]:
+    problem: KinematicAdjustment, state: KinematicState, least_gain: float = 0.1, passes: int = 60
+) -> tuple[KinematicState, float, Array, int]:
     """Levenberg-Marquardt until a step lowers the sum of squares by next to nothing.
 
     Returns the state, the estimated over the stated deviation of the readings (at least 1), weights, and steps.

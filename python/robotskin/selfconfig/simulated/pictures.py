@@ -71,10 +71,10 @@ def photograph(
     """
     scene, lens = RobotScene(robot), errors.lens(camera, random)
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])
-    key = layout.section_unit.astype(np.int64) << 16 | layout.id
+    key = layout.group.astype(np.int64) << 16 | layout.id
     views = []
     for group in groups:
-        blinking = np.flatnonzero(layout.section_unit == layout.section_unit[group[0]])
+        blinking = np.flatnonzero(layout.group == layout.group[group[0]])
         mine = np.isin(blinking, group)
         for posture in postures:
             poses = base_from_cells(robot, link[blinking], layout.link_from_cell[blinking], posture)

@@ -47,8 +47,8 @@ def simulate_babbling(
         for of_posture in plan.swings
         for swing in of_posture
     )
-    key = layout.section_unit.astype(np.int64) << 16 | layout.id
-    ports = [(place.section_unit, place.port, place.cell, place.cell_port) for place in layout.section_unit_ports]
+    key = layout.group.astype(np.int64) << 16 | layout.id
+    ports = [(place.group, place.port, place.cell, place.cell_port) for place in layout.section_unit_ports]
     return BabblingRecording(
         robot=robot.name,
         joint_names=robot.joint_names,

@@ -193,8 +193,8 @@ def _tell_ports(claims: list[_Claim]) -> tuple[list[_Claim], list[TopologyDefect
         port = claim.neighbour_port
         if port < 0:
             ports = back[claim.cell, claim.neighbour]
-            twins = forth[claim.cell, claim.neighbour]
-            if len(ports) == 1 and len(twins) == 1:
+            duplicates = forth[claim.cell, claim.neighbour]
+            if len(ports) == 1 and len(duplicates) == 1:
                 port = ports[0]
             elif int(FLAT_PARTNER[claim.port]) in ports:
                 # Two cells that share two hinges: only the flat pairing lets both close.

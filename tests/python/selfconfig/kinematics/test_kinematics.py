@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from robotskin.robots import Robot, from_text, load
 from robotskin.selfconfig.babbling.joint_sine import JointSine
-from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, SkinState
+from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, KinematicState
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
 from robotskin.selfconfig.kinematics.kinematics import estimate_kinematics
 from robotskin.selfconfig.kinematics.start import KinematicsError
@@ -109,7 +109,7 @@ def test_derivatives_are_those_of_the_residual(seed: int) -> None:
     patches = true_patches(skin)
     estimate = estimate_kinematics(recordings, patches, joint_names=skin.robot.joint_names)
     problem = KinematicAdjustment([SwingStatistics.of_recording(one) for one in recordings], patches)
-    state = SkinState(estimate.tree, estimate.rotation, estimate.offset, estimate.scale)
+    state = KinematicState(estimate.tree, estimate.rotation, estimate.offset, estimate.scale)
     unknowns, cells = 4 * len(estimate.joints) + 12, len(skin.link)
     # Away from the optimum, where the gradient is large.
     state = problem.moved(state, 0.02 * random.standard_normal(unknowns), 1e-3 * random.standard_normal((cells, 9)))
@@ -160,7 +160,7 @@ def test_unobservable_motions_leave_every_reading_as_it_was(
     random = np.random.default_rng(seed)
     recordings, _ = recorded(skin, swings_of(skin.robot, [0, 1, 3], random), random, IDEAL)
     problem = KinematicAdjustment([SwingStatistics.of_recording(one) for one in recordings], estimate.patches)
-    state = SkinState(estimate.tree, estimate.rotation, estimate.offset, estimate.scale)
+    state = KinematicState(estimate.tree, estimate.rotation, estimate.offset, estimate.scale)
     before = problem.residual(state)
     for motion in estimate.unobservable:
         if motion.twist is None:

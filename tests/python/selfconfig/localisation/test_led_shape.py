@@ -48,7 +48,7 @@ def test_a_patch_that_gravity_never_turns_is_shaped_and_placed(
         shape, place = shape_and_place_by_leds(
             robot,
             pictures.camera,
-            pictures.of(skin.section_unit[rows].astype(np.int64) << 16 | skin.id[rows]),
+            pictures.of(skin.group[rows].astype(np.int64) << 16 | skin.id[rows]),
             topology,
             patch,
             links=["shoulder_link"],

@@ -93,7 +93,7 @@ def test_an_exchanged_cell_is_named_and_alone_made_new(arm, seed) -> None:
     faults.offset[cell] += [0.4, -0.3, 0.35]
     live = arm.later(seed, faults=faults)
     found = arm.found(live)
-    key = int(worn.section_unit[cell]) << 16 | int(worn.id[cell])
+    key = int(worn.group[cell]) << 16 | int(worn.id[cell])
     assert [(change.kind, change.cells) for change in found] == [("cell", (key,))]
     again = reconfigure(arm.robot, arm.configuration, found, live)
     assert len(again.redone) == 1
@@ -116,7 +116,7 @@ def test_a_moved_patch_is_named_and_alone_placed_again(arm, seed) -> None:
     still = arm.later(seed, pose)
     found = arm.found(still)
     assert [change.kind for change in found] == ["patch"]
-    keys = arm.worn.section_unit[cells].astype(int) << 16 | arm.worn.id[cells]
+    keys = arm.worn.group[cells].astype(int) << 16 | arm.worn.id[cells]
     assert set(found[0].cells) == set(keys.tolist())
     # Gravity may stay in a plane; what it shows of the turn is right.
     assert np.linalg.norm(found[0].turn_rad - [0.03, -0.02, 0.04]) < 0.01
@@ -142,7 +142,7 @@ def test_a_patch_that_slid_without_turning_is_seen_in_swings_only(arm, seed) -> 
     live = arm.later(seed, pose, swings=True)
     assert arm.found(live) == ()
     found = place_changes(arm.robot, arm.configuration, live)
-    keys = arm.worn.section_unit[cells].astype(int) << 16 | arm.worn.id[cells]
+    keys = arm.worn.group[cells].astype(int) << 16 | arm.worn.id[cells]
     assert [set(change.cells) for change in found] == [set(keys.tolist())]
     again = reconfigure(arm.robot, arm.configuration, found, live)
     assert again.redone == (found[0].number,)
@@ -176,7 +176,7 @@ def test_several_changes_at_once_are_told_apart(arm, seed) -> None:
 def test_a_cell_with_a_new_name_is_noticed_by_its_plugs_and_its_patch_made_new(arm, seed) -> None:
     worn = arm.worn
     wrist = np.flatnonzero(worn.link == worn.links.index("wrist_2_link"))
-    old = int(worn.section_unit[wrist[3]]) << 16 | int(worn.id[wrist[3]])
+    old = int(worn.group[wrist[3]]) << 16 | int(worn.id[wrist[3]])
     new = 1 << 16 | 900
     lists = arm.recording.lists
     renamed = NeighbourLists(

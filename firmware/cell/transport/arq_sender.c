@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Copies of events and torque sums that were sent and may be asked for again (see robotskin/arq_sender.h). */
+#include "cell/transport/arq_sender.h"
+
+#include <string.h>
+
+#include "cell/time/tick_time.h"
+#include "robotskin/arq_sender.h"
+#include "robotskin/crc.h"
+
+enum {
+  EVENT_MASK = RS_ARQ_EVENTS - 1,
+  TORQUE_MASK = RS_ARQ_TORQUES - 1,
+  IDENTITY_MASK = (int)0xFFFFFFC0 /* of a frame's first word: type, source and sequence */
+};
+
+static uint16_t coarse(uint32_t now_us) {
+  return (uint16_t)(now_us >> 6);
+}
+
+static uint32_t age_us(uint16_t time, uint32_t now_us) {
+  return (uint32_t)(uint16_t)(coarse(now_us) - time) << 6;
+}
+
+static void drop_first(rs_arq_ring* ring, unsigned mask) {
+  ring->first = (uint8_t)((ring->first + 1U) & mask);
+  --ring->count;
+  if (ring->sent > 0U) --ring->sent;
+  if (ring->confirmed > 0U) --ring->confirmed;
+  if (ring->tried > 0U) --ring->tried;
+}
+
+static void drop_first_event(rs_cell* cell) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  if (arq_sender->event.tried == 0U) {
+    ++cell->counts.frames_dropped;
+    cell->sampling.dropped = true;
+  }
+  drop_first(&arq_sender->event, EVENT_MASK);
+  for (unsigned i = 0; i < arq_sender->announcements; ++i) {
+    if (arq_sender->announced[i].events > 0U) --arq_sender->announced[i].events;
+  }
+}
+
+static void drop_first_torque(rs_arq_sender* arq_sender) {
+  drop_first(&arq_sender->torque, TORQUE_MASK);
+  for (unsigned i = 0; i < arq_sender->announcements; ++i) {
+    if (arq_sender->announced[i].torques > 0U) --arq_sender->announced[i].torques;
+  }
+}
+
+/* Drops what is too old: an event because the host could not tell its time any more, a torque sum because its epoch is
+ * over or because a parent that rebooted could have forgotten that it had it. */
+static void prune(rs_cell* cell, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  while (arq_sender->event.count > 0U &&
+         age_us(arq_sender->event_time[arq_sender->event.first & EVENT_MASK], now_us) > RS_ARQ_KEEP_US) {
+    drop_first_event(cell);
+  }
+  while (arq_sender->torque.count > 0U) {
+    const uint32_t age = age_us(arq_sender->torque_time[arq_sender->torque.first & TORQUE_MASK], now_us);
+    if (age <= (arq_sender->torque.tried > 0U ? RS_TORQUE_RETRY_US : RS_TORQUE_LATE_US)) break;
+    drop_first_torque(arq_sender);
+  }
+}
+
+static bool is_here(const rs_arq_sender* arq_sender, const uint8_t* frame) {
+  const uint32_t identity = rs_load32(frame) & (uint32_t)IDENTITY_MASK;
+  for (unsigned i = 0; i < arq_sender->event.count; ++i) {
+    const uint8_t* kept = arq_sender->event_frame[(arq_sender->event.first + i) & EVENT_MASK];
+    if ((rs_load32(kept) & (uint32_t)IDENTITY_MASK) == identity) return true;
+  }
+  return false;
+}
+
+bool rs_arq_sender_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  if (rs_frame_is_retransmitted(frame) && is_here(arq_sender, frame)) return true;
+  if (arq_sender->event.count >= RS_ARQ_EVENTS) {
+    if (arq_sender->event.tried == 0U) return false;
+    drop_first_event(cell);
+  }
+  const unsigned place = (arq_sender->event.first + arq_sender->event.count++) & EVENT_MASK;
+  arq_sender->event_time[place] = coarse(now_us - (cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U));
+  memcpy(arq_sender->event_frame[place], frame, RS_FRAME_BYTES);
+  return true;
+}
+
+bool rs_arq_sender_torque(rs_cell* cell, const rs_torque* torque, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  if (arq_sender->torque.count >= RS_ARQ_TORQUES) {
+    if (arq_sender->torque.tried == 0U) return false;
+    drop_first_torque(arq_sender);
+  }
+  const unsigned place = (arq_sender->torque.first + arq_sender->torque.count++) & TORQUE_MASK;
+  rs_torque numbered = *torque;
+  numbered.type = RS_TYPE_torque;
+  numbered.serial = arq_sender->torque_serial++ & RS_SERIAL_MASK;
+  arq_sender->torque_time[place] = coarse(now_us);
+  rs_torque_pack(arq_sender->torque_frame[place], &numbered);
+  rs_frame_seal(arq_sender->torque_frame[place]);
+  return true;
+}
+
+static void note_sent(rs_arq_sender* arq_sender, rs_arq_ring* ring) {
+  ++ring->sent;
+  if (ring->tried < ring->sent) ring->tried = ring->sent;
+  arq_sender->number = (uint8_t)((arq_sender->number + 1U) & RS_NUMBER_MASK);
+}
+
+bool rs_arq_sender_torque_waits(const rs_cell* cell) {
+  return cell->arq_sender.torque.sent < cell->arq_sender.torque.count;
+}
+
+bool rs_arq_sender_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  rs_arq_ring* ring = &arq_sender->torque;
+  if (ring->sent >= ring->count) return false;
+  prune(cell, now_us);
+  if (ring->sent >= ring->count) return false;
+  memcpy(frame, arq_sender->torque_frame[(ring->first + ring->sent) & TORQUE_MASK], RS_FRAME_BYTES);
+  if (!rs_frame_intact(frame)) { /* damaged memory: it would be sent again and again */
+    *ring = (rs_arq_ring){0};
+    arq_sender->announcements = 0;
+    return false;
+  }
+  note_sent(arq_sender, ring);
+  return true;
+}
+
+static bool is_of_use(const rs_arq_sender* arq_sender, unsigned at, uint32_t now_us) {
+  return age_us(arq_sender->event_time[at & EVENT_MASK], now_us) <= RS_ARQ_KEEP_US &&
+         rs_frame_intact(arq_sender->event_frame[at & EVENT_MASK]);
+}
+
+/* Drops the next event to send while it is too old, as events of other cells may have come before it that are not, or
+ * damaged in memory: it would be sent again and again. */
+static void skip_useless_events(rs_cell* cell, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  rs_arq_ring* ring = &arq_sender->event;
+  while (ring->sent < ring->count && !is_of_use(arq_sender, ring->first + ring->sent, now_us)) {
+    if (ring->tried > ring->sent) {
+      --ring->tried;
+    } else {
+      ++cell->counts.frames_dropped;
+      cell->sampling.dropped = true;
+    }
+    --ring->count;
+    for (unsigned i = ring->sent; i < ring->count; ++i) {
+      const unsigned to = (ring->first + i) & EVENT_MASK, from = (to + 1U) & EVENT_MASK;
+      arq_sender->event_time[to] = arq_sender->event_time[from];
+      memcpy(arq_sender->event_frame[to], arq_sender->event_frame[from], RS_FRAME_BYTES);
+    }
+  }
+}
+
+bool rs_arq_sender_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  rs_arq_ring* ring = &arq_sender->event;
+  if (ring->sent >= ring->count) return false;
+  prune(cell, now_us);
+  skip_useless_events(cell, now_us);
+  if (ring->sent >= ring->count) return false;
+  memcpy(frame, arq_sender->event_frame[(ring->first + ring->sent) & EVENT_MASK], RS_FRAME_BYTES);
+  if (ring->sent < ring->tried) rs_frame_mark_retransmitted(frame);
+  note_sent(arq_sender, ring);
+  return true;
+}
+
+uint32_t rs_arq_sender_announce(rs_cell* cell) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  const rs_announcement now = {arq_sender->number, arq_sender->event.sent, arq_sender->torque.sent};
+  rs_announcement* list = arq_sender->announced;
+  if (arq_sender->announcements > 0U && list[arq_sender->announcements - 1U].number == now.number) return now.number;
+  if (arq_sender->announcements == RS_ANNOUNCEMENTS) {
+    memmove(list, list + 1, (RS_ANNOUNCEMENTS - 1U) * sizeof *list);
+    --arq_sender->announcements;
+  }
+  list[arq_sender->announcements++] = now;
+  return now.number;
+}
+
+static void confirm(rs_arq_sender* arq_sender, uint8_t number) {
+  unsigned known = 0;
+  while (known < arq_sender->announcements && arq_sender->announced[known].number != number) ++known;
+  if (known == arq_sender->announcements) return;
+  arq_sender->event.confirmed = arq_sender->announced[known].events;
+  arq_sender->torque.confirmed = arq_sender->announced[known].torques;
+  /* It stays on the list: the same number may be confirmed again and again while nothing is sent. */
+  arq_sender->announcements = (uint8_t)(arq_sender->announcements - known);
+  memmove(arq_sender->announced, arq_sender->announced + known,
+          arq_sender->announcements * sizeof arq_sender->announced[0]);
+  while (arq_sender->torque.confirmed > 0U) drop_first_torque(arq_sender);
+}
+
+static void take_ack(rs_cell* cell, uint32_t ack, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  const uint8_t number = (uint8_t)(ack & RS_NUMBER_MASK);
+  confirm(arq_sender, number);
+  if ((ack & RS_ARQ_MISSED) == 0U) return;
+  /* The parent may not have heard yet that this cell has gone back. */
+  if (now_us - arq_sender->back_us < RS_ARQ_BACK_US) return;
+  arq_sender->back_us = now_us;
+  arq_sender->event.sent = arq_sender->event.confirmed;
+  arq_sender->torque.sent = arq_sender->torque.confirmed;
+  arq_sender->number = number;
+  arq_sender->announcements = 0;
+  cell->queues.beacon_due |= (uint8_t)(1U << ((cell->route.parent_port - 1U) % RS_PORTS));
+}
+
+static void check_ring(rs_arq_ring* ring, unsigned size) {
+  if (ring->count > size || ring->tried > ring->count || ring->sent > ring->tried || ring->confirmed > ring->sent) {
+    *ring = (rs_arq_ring){0};
+  }
+}
+
+void rs_arq_sender_check(rs_cell* cell, uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  check_ring(&arq_sender->event, RS_ARQ_EVENTS);
+  check_ring(&arq_sender->torque, RS_ARQ_TORQUES);
+  if (arq_sender->announcements > RS_ANNOUNCEMENTS) arq_sender->announcements = 0;
+  for (unsigned i = 0; i < arq_sender->announcements; ++i) {
+    const rs_announcement* entry = &arq_sender->announced[i];
+    if (entry->events > arq_sender->event.sent || entry->torques > arq_sender->torque.sent)
+      arq_sender->announcements = 0;
+  }
+  prune(cell, now_us);
+}
+
+void rs_arq_sender_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us) {
+  rs_arq_receiver* arq_receiver = &cell->route.neighbour[port].arq_receiver;
+  if (tick->parent == 0U) {
+    arq_receiver->kept = false;
+    if (port + 1U == cell->route.parent_port) take_ack(cell, tick->ack, now_us);
+  } else if (!was_child && !arq_receiver->kept) {
+    rs_arq_receiver_start(arq_receiver, tick->ack);
+  } else if (rs_arq_receiver_compare(arq_receiver, tick->ack)) {
+    cell->queues.beacon_due |= (uint8_t)(1U << port);
+  }
+}

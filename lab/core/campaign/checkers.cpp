@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "campaign/checkers.hpp"
+
+#include <algorithm>
+
+#include "robotskin/crc.h"
+
+namespace robotskin::campaign {
+
+using world::Network;
+
+namespace {
+
+constexpr std::int64_t settled_ns = 20 * ms;
+
+}  // namespace
+
+void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) {
+  network_ = &network;
+  ground_.emplace(network);
+  ground_->expect(faults);
+  beacons_.emplace(*ground_);
+  routes_.emplace(network, *ground_, *beacons_, breaks_);
+  recovery_.emplace(network, *ground_, *routes_, breaks_, whole_lines_);
+  control_.emplace(ground_->wire_count(), breaks_);
+  network.observe(*this);
+}
+
+void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_input& input, const rs_output&) {
+  if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
+  routes_->cell_stepped(cell, input);
+  ledger_.cell_stepped(network, cell, input);
+  sampling_.cell_stepped(network, *ground_, cell, input);
+  if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
+  if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load()))
+    ledger_.crowded_out(*lost);
+}
+
+void Checkers::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
+  control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
+  if (from.at != world::WireEnd::At::unit) return;
+  if (rs_frame_type_of(frame) == RS_TYPE_grant) {
+    balance_.granted(network, *routes_, frame);
+    rs_grant grant;
+    rs_grant_unpack(&grant, frame);
+    if (grant.cell != RS_ID_NONE) ground_->granted();
+  }
+  if (rs_frame_type_of(frame) != RS_TYPE_tick) return;
+  rs_tick tick;
+  rs_tick_unpack(&tick, frame);
+  beacons_->issued(tick);
+}
+
+void Checkers::frame_ended(const Network&, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
+                           world::FrameFate fate) {
+  // Flips of one bit may cancel each other; what is whole by its checksum is taken.
+  const bool whole =
+      fate == world::FrameFate::delivered || (fate == world::FrameFate::damaged && rs_frame_intact(frame));
+  if (whole && to.at == world::WireEnd::At::cell) routes_->frame_arrives(ground_->wire_of(to), frame);
+}
+
+void Checkers::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
+                             const world::Fault& fault) {
+  const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
+  forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
+  if (forged) return;
+  routes_->frame_planted(ground_->wire_of(to), frame);
+  if (forgeries_.may_take_time()) ground_->misled();
+}
+
+void Checkers::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {
+  ledger_.datagram(network, *ground_, *routes_, bytes);
+  torques_.datagram(network, *ground_, bytes);
+  topology_.datagram(network, bytes);
+}
+
+void Checkers::fault_applied(const Network&, const world::Fault& fault, int phase) {
+  ground_->fault(fault, phase);
+  ground_->settle();
+  routes_->settle();
+  ledger_.struck(*network_, *ground_, *recovery_, within_load());
+  recovery_->struck(world::type_of(fault).truth.everywhere);
+}
+
+// The true loads, by paths.
+void Checkers::weigh() {
+  std::vector<std::uint32_t> load(256);
+  for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
+    const rs_route& route = network_->cell(cell).route;
+    if (ground_->runs(cell) && route.parent_port != RS_NO_PARENT) ++load[route.wave.root];
+  }
+  if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
+  const std::int64_t now_ns = network_->time_ns();
+  const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
+                           recovery_->whole_since_ns() < now_ns - settled_ns;
+  balance_.weigh(now_ns, load, undisturbed);
+  if (whole_lines_) queues_.count_drops(*network_, *ground_, *routes_, *recovery_, load, port_load_, undisturbed);
+}
+
+// Nothing that was queued under overload is left.
+bool Checkers::within_load() const {
+  return network_->time_ns() - overloaded_ns_ > 2 * SampleLedger::delivery_ns;
+}
+
+void Checkers::poll() {
+  recovery_->poll();
+  sampling_.poll(*network_, *ground_, *recovery_, overloaded_ns_);
+  orders_.poll(*network_, *ground_, *recovery_, !whole_lines_);
+  torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
+  if (network_->time_ns() / ms % 4 == 0) {
+    weigh();
+    ledger_.poll(*network_, *ground_, *recovery_, !whole_lines_ || !within_load());
+  }
+  control_->poll(*ground_, network_->time_ns());
+}
+
+void Checkers::finish() {
+  recovery_->finish();
+  balance_.finish(network_->time_ns());
+  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_);
+}
+
+}  // namespace robotskin::campaign

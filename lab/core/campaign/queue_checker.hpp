@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long samples wait in a cell, that queues stay within their size (I13), and that none overflows once the rate
+// divisor has had its time (I18).
+//
+// Over lines that spoil frames samples are repeated, which may fill queues; and while trees form, so may torque sums of
+// single cells, which go first. From the first repeated sample in a queue, or if trees formed in the two epochs
+// before it filled, until it is empty, nobody is held to how long others wait there, nor to those that find it full.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "campaign/ground_truth.hpp"
+#include "campaign/invariants.hpp"
+#include "campaign/recovery_checker.hpp"
+#include "campaign/sample_ledger.hpp"
+
+namespace robotskin::campaign {
+
+class QueueChecker {
+ public:
+  static constexpr std::int64_t waiting_max_ns = 8 * ms;
+
+  QueueChecker(std::size_t cells, bool events, BreakLog& breaks) : breaks_(breaks), cells_(cells), events_(events) {}
+
+  // Cells of a port at divisor 1: more than `bearable` need a larger one; up to `draining`, full queues become empty.
+  struct PortLoad {
+    std::uint32_t bearable, draining;
+    std::int64_t known_hop_ns;  // that a change of size takes up, and a divisor down
+  };
+
+  // Every few milliseconds. Events are what no divisor thins out. `load`: cells of each root.
+  void count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+                   const RecoveryChecker& recovery, std::span<const std::uint32_t> load, PortLoad port,
+                   bool undisturbed);
+
+  // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
+  std::optional<TakenSample> cell_stepped(const world::Network& network, const GroundTruth& ground,
+                                          const RecoveryChecker& recovery, std::size_t cell, const rs_input& input,
+                                          bool within_load);
+
+  std::int64_t longest_ns() const { return longest_ns_; }
+
+ private:
+  // When what stands at each place of the ring came in.
+  struct Cell {
+    std::array<std::int64_t, RS_QUEUE_DATA> since_ns{};
+    std::uint8_t first = 0, count = 0;
+    std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
+    std::int64_t thinned_ns = 0;  // when the divisor rose last
+    std::int64_t begun_ns = 0;    // when it was empty last
+    bool crowded = false;         // since then a repeated sample has been in it, or trees have formed
+    std::uint32_t crowded_out = 0;
+    TakenSample oldest;  // while it is full
+  };
+
+  BreakLog& breaks_;
+  std::vector<Cell> cells_;
+  bool events_;
+  std::int64_t longest_ns_ = 0, counted_ns_ = 0;
+};
+
+}  // namespace robotskin::campaign

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole in bounded time: who can be reached is reached, as fast as the distance allows, and as near as the graph allows
+// (I6 to I9, I15, I16). Looks once a millisecond.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "campaign/ground_truth.hpp"
+#include "campaign/invariants.hpp"
+#include "campaign/route_checker.hpp"
+
+namespace robotskin::campaign {
+
+class RecoveryChecker {
+ public:
+  static constexpr std::int64_t formation_ns = 10 * ms;  // from the last boot
+
+  RecoveryChecker(const world::Network& network, GroundTruth& ground, RouteChecker& routes, BreakLog& breaks,
+                  bool clean_lines);
+
+  void struck(bool everywhere);  // after a fault: how far its repair has to travel
+  void poll();                   // every millisecond
+  void finish();                 // at the end of the run
+
+  // Every cell that can be reached has had its path since then; a time yet to come: not now.
+  std::int64_t whole_since_ns() const { return whole_since_ns_; }
+  // Of all faults so far, from the last disturbance to the moment when all paths were whole, at most.
+  std::int64_t longest_repair_ns() const { return longest_repair_ns_; }
+  bool has_path(std::size_t cell) const { return path_[cell] == Path::whole; }
+  // The same of one cell, which may have been out of reach while all others had theirs.
+  std::int64_t path_since_ns(std::size_t cell) const { return path_since_ns_[cell]; }
+  std::uint64_t cells_attached() const { return attached_; }
+
+ private:
+  enum class Path : std::uint8_t { unknown, whole, broken };
+
+  Path path_of(std::size_t cell);
+  void follow_paths();
+  void check_formation();
+  bool stays_away(const rs_route& route, unsigned port) const;
+  unsigned nearer_port(std::size_t cell) const;
+  void check_nearest();
+  void check_sizes();
+
+  const world::Network& network_;
+  GroundTruth& ground_;
+  RouteChecker& routes_;
+  BreakLog& breaks_;
+  bool clean_lines_;
+  std::vector<Path> path_;
+  std::vector<std::int64_t> path_since_ns_, nearer_since_ns_;
+  std::vector<std::int32_t> trail_;
+  std::int64_t whole_since_ns_ = 0, longest_repair_ns_ = 0;
+  std::uint64_t attached_ = 0;
+  bool was_lawless_ = false, formation_checked_ = false, struck_ = false, repairing_ = true, told_ = false;
+  std::int64_t sizes_right_ns_ = -1;
+};
+
+}  // namespace robotskin::campaign
