@@ -22,7 +22,7 @@ from large_world import MS, sheet
 from robotskin import firmware, robots
 from robotskin.driver import Driver
 from robotskin.robots.chains import Chain
-from robotskin.simulator import Fault, LineQuality, InProcess, NetworkOptions, ExternalCell, UnitDescription, World
+from robotskin.simulator import ExternalCell, Fault, InProcess, LineQuality, NetworkOptions, UnitDescription, World
 from robotskin_lab.campaign import draw_case, parse_case, run_case
 from robotskin_lab.chip import build
 from robotskin_lab.chip.rig import ChipRig, told_cell

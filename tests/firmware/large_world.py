@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotskin.simulator import LineQuality, InProcess, NetworkOptions, UnitDescription, World
+from robotskin.simulator import InProcess, LineQuality, NetworkOptions, UnitDescription, World
 from robotskin_lab import firmware
 
 MS = 1_000_000

@@ -6,7 +6,7 @@ states. Physics every millisecond, frames in between. It runs the shipping firmw
 simulated. What can go wrong: a layout whose links the robot lacks, a cell that does not exist (typed errors).
 """
 
-from robotskin.simulator import HandTask, Imperfections, LineQuality, InProcess, ServoGains, UdpTransport
+from robotskin.simulator import HandTask, Imperfections, InProcess, LineQuality, ServoGains, UdpTransport
 from robotskin.world.hand import Hand
 from robotskin.world.ideal import ideal_world
 from robotskin.world.scene import HandSpec

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from robotskin import robots
-from robotskin.simulator import LineQuality, InProcess, NetworkOptions, UnitDescription, World
+from robotskin.simulator import InProcess, LineQuality, NetworkOptions, UnitDescription, World
 from robotskin.skin import Health, SkinModel, SkinState
 from robotskin.tasks import SkinGains
 from robotskin_lab import firmware

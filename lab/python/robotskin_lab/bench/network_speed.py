@@ -9,7 +9,7 @@ from robotskin import firmware
 from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
-from robotskin.simulator import LineQuality, InProcess, NetworkOptions, World
+from robotskin.simulator import InProcess, LineQuality, NetworkOptions, World
 from robotskin_lab.bench.network_peers import run_plain, run_simpy, shortest_path_parents
 from robotskin_lab.bench.network_set import limbs, sheet_10k, skins
 

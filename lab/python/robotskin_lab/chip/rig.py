@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotskin import firmware
 from robotskin.driver import Driver
-from robotskin.simulator import LineQuality, InProcess, NetworkOptions, ExternalCell, UnitDescription, World
+from robotskin.simulator import ExternalCell, InProcess, LineQuality, NetworkOptions, UnitDescription, World
 from robotskin_lab.chip.emulated_cell import Answer, EmulatedCell
 from robotskin_lab.chip.image import ChipImage
 
