@@ -138,8 +138,8 @@ def trace(library: Path) -> list[str]:
     skin, _ = rs.cover(robot, ["forearm_link"], 6, seed=1, tries=1)
     session = rs.Session(robot, skin, seed=1)
     session.boot()
-    for group in sorted({int(unit) for unit in skin.section_unit}):
-        session.driver.command("clock_rate", 63, section_unit=group)
+    for group in sorted({int(group) for group in skin.group}):
+        session.driver.command("clock_rate", 63, group=group)
     session.world.push(0, 15.0)
     session.run(0.3)
     hook.trace_run(1)

@@ -135,7 +135,7 @@ class Driver {
   Verdict take(std::span<const std::uint8_t> datagram, std::int64_t now_ns, bool trusted);
   void prefetch(const rs_datagram_header& header, std::span<const std::uint8_t> datagram);
 
-  // trust.cpp
+  // sessions.cpp
   void draw_session();
   bool answers_us(std::uint32_t session) const;
   std::optional<std::size_t> find_unit(std::uint16_t group, std::uint8_t unit);
