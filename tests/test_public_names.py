@@ -69,10 +69,7 @@ def test_what_the_core_binds_is_at_home_in_its_public_module(home: str) -> None:
 
 
 def test_the_core_is_imported_by_its_public_modules_alone() -> None:
-    allowed = {ROOT / f"python/robotskin/{home}.py" for home in HOMES} | {
-        ROOT / "core/bindings/stubs.py",
-        ROOT / "docs/tour_trace.py",
-    }
+    allowed = {ROOT / f"python/robotskin/{home}.py" for home in HOMES} | {ROOT / "core/bindings/stubs.py"}
     pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
     sources = [
         *(path for room in ("python", "lab", "examples", "docs", "tests") for path in ROOT.glob(f"{room}/**/*.py"))
