@@ -8,17 +8,22 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from robotskin_lab.bench.progress import tell_step
+
+if TYPE_CHECKING:
+    from robotskin_lab.campaign import Fate
 
 PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign")
 CAMPAIGN_CHUNK = 400
 """Seeds between two lines of progress."""
 MUTANT_SEEDS = 1000
 """In which a mutant of the protocol must be caught."""
+SAMPLED_SEEDS = 200
+"""In which a change drawn at random must be caught."""
 FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
 
 
@@ -36,7 +41,13 @@ def run(
     parts: Annotated[
         str, typer.Option(help=f"With commas between them; all by default: {', '.join(PARTS)}.", show_default=False)
     ] = ",".join(PARTS),
-    fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign, from 1.", min=1)] = 20000,
+    fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign.", min=1)] = 20000,
+    first_fault_seed: Annotated[
+        int | None, typer.Option(help="The first of them; drawn anew if left out, and told.", min=1, show_default=False)
+    ] = None,
+    mutants: Annotated[
+        int, typer.Option(help="Changes of the firmware, drawn anew, that it is to catch.", min=1)
+    ] = 200,
     processes: Annotated[int, typer.Option(help="Worker processes.", min=1, max=2)] = 2,
     pictures: Annotated[
         Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
@@ -65,7 +76,9 @@ def run(
         "torque": lambda: torque_part(seeds, processes),
         "speed": lambda: speed_part(seed, quick),
         "scale": lambda: scale_part(seed, quick),
-        "campaign": lambda: campaign_part(100 if quick else fault_seeds, processes),
+        "campaign": lambda: campaign_part(
+            100 if quick else fault_seeds, first_fault_seed, 10 if quick else mutants, processes
+        ),
     }
     figures: dict[str, Any] = {"set_seeds": seeds}
     for part in PARTS:
@@ -174,10 +187,15 @@ def torque_part(seeds: int, processes: int) -> dict[str, Any]:
     return torque_figures(list(spread(torque_run, jobs, processes, tell_step, "torque sums")))
 
 
-def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
-    """Random skins under random faults, and the mutants that its checkers must catch."""
-    from robotskin_lab.campaign import BrokenSeed, caught_mutants, run_seeds
+def campaign_part(fault_seeds: int, first: int | None, mutants: int, processes: int) -> dict[str, Any]:
+    """Random skins under random faults, and the mutants that its checkers must catch.
 
+    Unless told, `first` is drawn anew, so that no run is judged by seeds that the firmware was made with.
+    """
+    from robotskin_lab.campaign import BrokenSeed, caught_mutants, caught_share, fresh_seed, run_seeds, sampled_fates
+
+    first = fresh_seed() if first is None else first
+    print(f"fault campaign: seeds {first} to {first + fault_seeds - 1}", file=sys.stderr)
     begun, broken, run = time.monotonic(), 0, 0
 
     def told(seed: BrokenSeed) -> None:
@@ -186,10 +204,10 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
         print(f"broken: {seed.case}: {seed.breaks[0]}", file=sys.stderr)
         print(f"    again: python -m robotskin_lab.campaign {seed.seed}", file=sys.stderr)
 
-    figures: dict[str, Any] = {}
+    figures: dict[str, Any] = {"fault_seed_first": first}
     report = None
-    for first in range(1, fault_seeds + 1, CAMPAIGN_CHUNK):
-        chunk = range(first, min(first + CAMPAIGN_CHUNK, fault_seeds + 1))
+    for begin in range(first, first + fault_seeds, CAMPAIGN_CHUNK):
+        chunk = range(begin, min(begin + CAMPAIGN_CHUNK, first + fault_seeds))
         part = run_seeds(chunk, processes=processes, told=told)
         if report is None:
             report = part
@@ -200,15 +218,23 @@ def campaign_part(fault_seeds: int, processes: int) -> dict[str, Any]:
         tell_step(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
     assert report is not None
     print(report.distribution, file=sys.stderr)
-    mutants = caught_mutants(MUTANT_SEEDS, search=True)
+    fates = sampled_fates(mutants, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=processes, told=_tell_fate)
+    figures["mutants_sampled"] = len(fates)
+    figures["mutants_equivalent"] = sum(not fate.counts for fate in fates)
+    figures["mutants_caught_share"] = round(caught_share(fates), 4)
+    made = caught_mutants(MUTANT_SEEDS, search=True)
     figures["fault_seeds_run"] = report.seeds
     figures["invariant_breaks"] = report.breaks
     figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)
     figures["fault_simulated_s"] = round(report.simulated_s, 1)
     figures["fault_longest_wait_ms"] = round(report.longest_wait_ms, 3)
     figures["fault_largest_control_share"] = round(report.largest_control_share, 4)
-    figures["mutants_caught"] = int(all(mutant.seed is not None for mutant in mutants))
-    for mutant in mutants:
+    figures["mutants_caught"] = int(all(mutant.seed is not None for mutant in made))
+    for mutant in made:
         if mutant.seed is not None:
             figures[f"mutant_{mutant.name}_seeds"] = mutant.seeds
     return figures
+
+
+def _tell_fate(fate: Fate) -> None:
+    print(fate, file=sys.stderr, flush=True)

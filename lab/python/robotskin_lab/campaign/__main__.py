@@ -6,17 +6,20 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
-import random
 import sys
 
 from robotskin_lab.campaign import (
     BrokenSeed,
+    Fate,
+    caught_share,
     check_model,
     draw_case,
+    fresh_seed,
     invariants,
     largest_graphs,
     run_case,
     run_seeds,
+    sampled_fates,
     shrink,
 )
 
@@ -58,6 +61,21 @@ def _check_largest_models() -> bool:
     return whole
 
 
+def _sample_mutants(count: int, first: int, seeds: int, processes: int) -> int:
+    def told(fate: Fate) -> None:
+        print(fate, flush=True)
+
+    print(f"{count} changes drawn by seed {first}, seeds {first} to {first + seeds - 1} each", flush=True)
+    fates = sampled_fates(count, first, first_seed=first, seeds=seeds, processes=processes, told=told)
+    alive = [fate for fate in fates if fate.counts and not fate.caught]
+    equivalent = sum(not fate.counts for fate in fates)
+    print(
+        f"{len(fates)} changes, {equivalent} of which make no difference to the compiler; caught of the others: "
+        f"{caught_share(fates):.3f}; alive: {len(alive)}, without a reason: {sum(not fate.reason for fate in alive)}"
+    )
+    return 0
+
+
 def _seed(text: str) -> int:
     if not text.isdigit() or int(text) >= 1 << 64:
         raise argparse.ArgumentTypeError(f"{text!r} is no seed: a whole number from 0 to 2^64 - 1")
@@ -89,13 +107,21 @@ def main() -> int:
     parser.add_argument("--count", type=_positive, help="how many of the range")
     parser.add_argument("--soak", type=_seconds, metavar="SECONDS", help="go on with new seeds for so long")
     parser.add_argument("--processes", type=_positive, help="all processors by default")
+    parser.add_argument(
+        "--sampled-mutants",
+        type=_positive,
+        metavar="N",
+        help="draw N small changes of the firmware, --count seeds each",
+    )
     parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
     options = parser.parse_args()
     if options.model:
         return 0 if _check_largest_models() else 1
     if options.seeds:
         return 0 if all([_again(seed, options.shrink) for seed in options.seeds]) else 1
-    first = random.SystemRandom().randrange(1, 1 << 40) if options.first is None else options.first
+    first = fresh_seed() if options.first is None else options.first
+    if options.sampled_mutants is not None:
+        return _sample_mutants(options.sampled_mutants, first, options.count or 200, options.processes or 2)
     seeds = itertools.count(first) if options.count is None else range(first, first + options.count)
     if options.count is None and options.soak is None:
         parser.error("give seeds, --count or --soak")

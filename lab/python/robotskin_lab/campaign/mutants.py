@@ -125,14 +125,17 @@ def _boost() -> Path:
     return found
 
 
-def build(*names: str, sanitize: str = "") -> Path:
-    """Build the programs `campaign_NAME` and return their folder; `shipping` is the unbroken firmware."""
+def build(*names: str, sanitize: str = "", others: tuple[str, ...] = ()) -> Path:
+    """Build the programs `campaign_NAME` and return their folder; `shipping` is the unbroken firmware.
+
+    others: more targets, by their own names.
+    """
     root = source_tree()
     folder = root / "build/native" / ("campaign" + ("_" + sanitize.split(",")[0] if sanitize else ""))
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     configure = ["cmake", "-G", "Ninja", "-S", str(root / "tests/lab/campaign"), "-B", str(folder)]
     configure += [f"-DBOOST_INCLUDE={_boost()}", f"-DSANITIZE={sanitize}"]
-    targets = [f"campaign_{name}" for name in names]
+    targets = [*(f"campaign_{name}" for name in names), *others]
     for command in (configure, ["cmake", "--build", str(folder), "--parallel", "2", "--target", *targets]):
         run = subprocess.run(command, env=environment, capture_output=True, text=True)
         if run.returncode != 0:

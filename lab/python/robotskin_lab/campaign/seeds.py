@@ -7,6 +7,7 @@ import concurrent.futures
 import dataclasses
 import multiprocessing
 import os
+import random
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -15,6 +16,11 @@ from typing import Any
 from robotskin_lab._lab import campaign as core
 
 BATCH = 20  # seeds that a process takes at once
+
+
+def fresh_seed() -> int:
+    """A first seed that no run has had, but by chance of one in millions; every run tells it, so that it repeats."""
+    return random.SystemRandom().randrange(1, 1 << 40)
 
 
 @dataclasses.dataclass(frozen=True)

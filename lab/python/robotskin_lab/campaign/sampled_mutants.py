@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A random sample of small changes of the firmware, and which of them the fault campaign catches.
+
+A change counts as proven equivalent if the compiler makes the same code of it. One that the campaign lets live is
+listed; `tests/lab/campaign/survivors.toml` may hold the reason why no checker could see it.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import dataclasses
+import hashlib
+import json
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+from robotskin_lab.campaign.mutants import CampaignBuildError, build, source_tree
+from robotskin_lab.campaign.mutation import Mutation, drawn
+
+COMPILE_S = 300
+_OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
+
+
+@dataclasses.dataclass(frozen=True)
+class Fate:
+    """How a change fared. by: the invariant that it broke, "crash" or "standstill", "same code" if it is proven
+    equivalent, "no build", or "" if it lived; seed: in which, if in any; reason: why no checker could see it.
+    """
+
+    mutation: Mutation
+    by: str
+    seed: int | None = None
+    reason: str = ""
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is a change at all: it builds, and not to the same code."""
+        return self.by not in ("same code", "no build")
+
+    @property
+    def caught(self) -> bool:
+        """Whether the campaign saw it."""
+        return self.counts and self.by != ""
+
+    def __str__(self) -> str:
+        where = f" in seed {self.seed}" if self.seed is not None else ""
+        return f"{self.mutation}: {self.by or 'LIVES'}{where}{': ' + self.reason if self.reason else ''}"
+
+
+def caught_share(fates: list[Fate]) -> float:
+    """Of the changes that are not proven equivalent, the share that was caught."""
+    counted = [fate for fate in fates if fate.counts]
+    return sum(fate.caught for fate in counted) / max(len(counted), 1)
+
+
+class Workshop:
+    """Builds changed firmware and runs seeds with it.
+
+    Raises CampaignBuildError where the unchanged firmware does not build.
+    """
+
+    def __init__(self) -> None:
+        self.folder = build("shipping", others=("firmware", "program"))
+        self.firmware = source_tree() / "firmware"
+        parts = [self.folder / "CMakeFiles" / f"{part}.dir" for part in ("campaign", "program")]
+        self._objects = [str(path) for part in parts for path in sorted(part.rglob("*.o"))]
+        self._library = next(self.folder.glob("libfirmware.*"))
+        self._compiler = shutil.which("cc") or "cc"
+        self._linker = shutil.which("c++") or "c++"
+        self._whole: dict[str, str] = {}
+
+    def _compile(self, source: Path, include: Path | None, to: Path) -> bool:
+        includes = [f"-I{path}" for path in (include, include and include / "include") if path is not None]
+        includes += [f"-I{self.firmware}", f"-I{self.firmware / 'include'}"]
+        command = [self._compiler, *_OPTIONS, *includes, "-c", str(source), "-o", str(to)]
+        return subprocess.run(command, capture_output=True, timeout=COMPILE_S).returncode == 0
+
+    def _users(self, path: str) -> list[str]:
+        """The sources that have to be compiled anew for this one: itself, or all for a header."""
+        if path.endswith(".c"):
+            return [path]
+        return [
+            str(p.relative_to(self.firmware))
+            for r in ("cell", "section_unit")
+            for p in (self.firmware / r).rglob("*.c")
+        ]
+
+    def _code(self, source: Path, include: Path | None, at: Path) -> str | None:
+        """The digest of what a source compiles to; None if it does not. Its name is no part of that."""
+        if not self._compile(source, include, at):
+            return None
+        bare = at.with_suffix(".bin")
+        stripped = subprocess.run(["objcopy", "--strip-all", str(at), str(bare)], capture_output=True)
+        return hashlib.sha256((bare if stripped.returncode == 0 else at).read_bytes()).hexdigest()
+
+    def build(self, mutation: Mutation, number: int) -> Path | str:
+        """The program with this change; or "same code", "no build"."""
+        place = self.folder / "sampled" / str(number)
+        shutil.rmtree(place, ignore_errors=True)
+        changed = place / mutation.path
+        changed.parent.mkdir(parents=True)
+        changed.write_text(mutation.applied((self.firmware / mutation.path).read_text()))
+        objects, same = [], True
+        for path in sorted(self._users(mutation.path)):
+            own = path == mutation.path
+            to = place / (path.replace("/", "_") + ".o")
+            code = self._code(changed if own else self.firmware / path, None if own else place, to)
+            if code is None:
+                return "no build"
+            if path not in self._whole:
+                whole = self._code(self.firmware / path, None, place / "whole.o")
+                self._whole[path] = whole or ""
+            if code != self._whole[path]:
+                same = False
+                objects.append(str(to))
+        if same:
+            return "same code"
+        program = place / "campaign"
+        link = [self._linker, *objects, *self._objects, str(self._library), "-o", str(program)]
+        linked = subprocess.run(link, capture_output=True, text=True)
+        if linked.returncode != 0:
+            raise CampaignBuildError(f"{mutation}: {linked.stderr[-2000:]}")
+        return program
+
+    def fate(self, mutation: Mutation, number: int, first_seed: int, seeds: int, reasons: dict[str, str]) -> Fate:
+        """Build it and run seeds until an invariant breaks."""
+        program = self.build(mutation, number)
+        if isinstance(program, str):
+            return Fate(mutation, program)
+        command = [str(program), "run", str(first_seed), str(seeds)]
+        try:
+            run = subprocess.run(command, capture_output=True, text=True, timeout=60 + 3 * seeds)
+        except subprocess.TimeoutExpired:
+            return Fate(mutation, "standstill")
+        finally:
+            shutil.rmtree(program.parent, ignore_errors=True)
+        if run.returncode != 0:
+            return Fate(mutation, "crash")
+        found = json.loads(run.stdout.splitlines()[-1])
+        if "invariant" in found:
+            return Fate(mutation, found["invariant"], found["seed"])
+        return Fate(mutation, "", None, reasons.get(key_of(mutation, self.firmware), ""))
+
+
+def key_of(mutation: Mutation, firmware: Path) -> str:
+    """What names a change while lines move: the file, the text of the line, and what becomes of which part of it."""
+    line = (firmware / mutation.path).read_text().splitlines()[mutation.line - 1].strip()
+    return f"{mutation.path}: {line}: {mutation.before} -> {mutation.after}"
+
+
+def known_survivors() -> dict[str, str]:
+    """Reasons, by `key_of`, why a change cannot be seen."""
+    path = source_tree() / "tests/lab/campaign/survivors.toml"
+    return dict(tomllib.loads(path.read_text())["reason"]) if path.is_file() else {}
+
+
+def sampled_fates(
+    count: int,
+    seed: int,
+    *,
+    first_seed: int,
+    seeds: int,
+    processes: int = 2,
+    told: Callable[[Fate], None] = lambda fate: None,
+) -> list[Fate]:
+    """What became of so many changes, drawn by `seed`, each in at most `seeds` seeds of the campaign.
+
+    Args:
+        count: of changes.
+        first_seed, seeds: of the campaign, up to the first that the shipping firmware breaks.
+        told: is given each fate as it is known.
+
+    Raises:
+        CampaignBuildError: the shipping firmware does not build, or breaks the first seed.
+    """
+    workshop = Workshop()
+    shipping = [str(workshop.folder / "campaign_shipping"), "run", str(first_seed), str(seeds)]
+    whole = json.loads(subprocess.run(shipping, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
+    if "invariant" in whole:  # which the campaign tells; what comes before it is sound
+        seeds = whole["seed"] - first_seed
+        if seeds == 0:
+            raise CampaignBuildError(f"the shipping firmware breaks the first seed: {whole['break']}")
+    reasons = known_survivors()
+    fates = []
+    with concurrent.futures.ThreadPoolExecutor(processes) as pool:
+        jobs = [
+            pool.submit(workshop.fate, mutation, number, first_seed, seeds, reasons)
+            for number, mutation in enumerate(drawn(workshop.firmware, count, seed))
+        ]
+        for job in jobs:
+            fates.append(job.result())
+            told(fates[-1])
+    return fates
