@@ -49,7 +49,8 @@ _ENDS_A_VALUE = re.compile(r"[\w)\]]$")
 _CALL = re.compile(r"^[a-z_][a-z_0-9]*\(.*\)$", re.DOTALL)
 _ASSIGNMENT = re.compile(r"^[a-z_][\w.>\[\]() *+%&-]*?[-+|&^]?=[^=].*$", re.DOTALL)
 _TYPES = re.compile(
-    r"^(?:for|while|switch|static|const|extern|enum|struct|typedef|u?int\d+_t|unsigned|int|bool|char|void|return|rs_\w+\*? \w)"
+    r"^(?:for|while|switch|static|const|extern|enum|struct|typedef|return)"
+    r"|^(?:u?int\d+_t|unsigned|int|bool|char|void|rs_\w+\*? \w)"
 )
 
 
