@@ -26,7 +26,7 @@ Progress = Callable[[str], None]
 
 def bounds() -> list[Bound]:
     """What must hold."""
-    found = [Bound("realtime_factor", least=1.0), Bound("force_balance_error", most=0.05)]
+    found = [Bound("force_balance_error", most=0.05)]
     for interface in INTERFACES:
         found += [
             Bound(f"{interface}_displacement_error", most=0.10),

@@ -64,9 +64,8 @@ def session(robot: str, seed: int, demo: bool, cells: int) -> dict[str, float]:
         worn = ("--layout", "skin.json", "--seed", str(seed))
         figures: dict[str, float] = {}
         if demo:
-            # The pace of a machine that others share is no fault of the robot's.
             pushed = ("demo", "--robot", robot, "--gains", "own.toml", *worn, "--headless", "--json", "demo.json")
-            _type(folder, *pushed, allowed=("realtime_factor",))
+            _type(folder, *pushed)
             told = json.loads((folder / "demo.json").read_text())
             figures["displacement_error"] = max(v for k, v in told.items() if k.endswith("displacement_error"))
         _type(folder, "run", robot, "--gains", "own.toml", *worn, "--headless", "--json", "run.json")
@@ -99,7 +98,7 @@ def placed_share(robot: Robot, worn: Layout, found: Layout) -> float:
     return float(np.mean(right))
 
 
-def _type(folder: Path, *arguments: str, allowed: tuple[str, ...] = ()) -> None:
+def _type(folder: Path, *arguments: str) -> None:
     program = "from robotskin.cli.main import app; app()"
     answer = subprocess.run(
         [sys.executable, "-c", program, *arguments],
@@ -109,9 +108,6 @@ def _type(folder: Path, *arguments: str, allowed: tuple[str, ...] = ()) -> None:
         env={**os.environ, "COLUMNS": "200"},
         check=False,
     )
-    broken = [line for line in answer.stdout.splitlines() if "BROKEN" in line]
-    if answer.returncode == 1 and broken and all(any(name in line for name in allowed) for line in broken):
-        return
     if answer.returncode != 0:
         said = (answer.stdout + answer.stderr).strip().splitlines()[-12:]
         raise NewcomerError(f"robotskin {' '.join(arguments)}: exit {answer.returncode}: {' / '.join(said)}")
