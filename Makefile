@@ -66,19 +66,20 @@ format: $(VENV)/deps.stamp  ## rewrite the sources in the house format
 bench: build  ## every benchmark, as JSON under out/bench
 	$(BIN)/robotskin bench all --directory out/bench
 
-docs: build  ## rewrite the generated tables of the documentation
+docs: build  ## rewrite the generated tables of the pages, then all pages and the reference as HTML in build/docs
 	$(BIN)/python docs/protocol_tables.py
 	$(BIN)/python docs/fault_table.py
 	$(BIN)/python docs/imperfection_table.py
 	$(BIN)/python docs/equation_table.py
 	$(BIN)/python docs/architecture_drawing.py
+	$(BIN)/python -m sphinx -q -b html docs build/docs
 
 stubs: build  ## rewrite the type stubs of the compiled core
 	$(BIN)/python core/bindings/stubs.py
 
 lock: $(VENV)/deps.stamp  ## pin every dependency, with hashes, after a change of pyproject.toml
 	(echo '# Written by `make lock` from pyproject.toml; every version and hash is fixed here.'; \
-	 $(BIN)/uv pip compile pyproject.toml --extra models --group dev --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet) > requirements.lock.new
+	 $(BIN)/uv pip compile pyproject.toml --extra models --extra docs --group dev --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet) > requirements.lock.new
 	mv requirements.lock.new requirements.lock
 
 clean:  ## remove what was built

@@ -23,6 +23,13 @@ def test_links_and_pictures_exist(page: Path) -> None:
     assert not missing
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_python_on_a_page_is_python(page: Path) -> None:
+    """Those that can run do so below; none is more than a typing error away from it."""
+    program = "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
+    compile(program, page.name, "exec")
+
+
 def run_program(page: str, folder: Path | None = None) -> str:
     """What the Python on a page prints when its blocks run one after the other."""
     program = "\n".join(re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL))

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The reference tells every public name, and every public name tells what it is."""
+
+import enum
+import importlib
+import importlib.util
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import robotskin as rs
+
+ROOT = Path(__file__).parents[1]
+SPECIFICATION = importlib.util.spec_from_file_location("reference_pages", ROOT / "docs/reference_pages.py")
+assert SPECIFICATION is not None
+assert SPECIFICATION.loader is not None
+pages = importlib.util.module_from_spec(SPECIFICATION)
+SPECIFICATION.loader.exec_module(pages)
+
+COMPILED = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "simulator")
+UNTOLD_IN_THE_CORE = 168
+"""Properties and methods of the compiled core whose binding says nothing yet. This number only falls."""
+
+
+def says_something(thing: object) -> bool:
+    """Whether it has a docstring; a bound function's own begins with its signature, which does not count."""
+    if isinstance(thing, property):
+        return says_something(thing.fget) if hasattr(thing.fget, "__nb_signature__") else bool(thing.__doc__)
+    if hasattr(thing, "__nb_signature__"):
+        return any(said for _, said, *_ in thing.__nb_signature__)
+    return bool((thing.__doc__ or "").strip())
+
+
+def public_things(module: str) -> Iterator[tuple[str, object]]:
+    """Classes with their methods and properties, and functions."""
+    home = importlib.import_module(f"robotskin.{module}")
+    others = {f"robotskin.{one}" for one in COMPILED if one != module}
+    for name in pages.names_of(module):
+        thing = getattr(home, name)
+        if isinstance(thing, ModuleType) or not callable(thing) or getattr(thing, "__module__", "") in others:
+            continue
+        yield f"{module}.{name}", thing
+        if isinstance(thing, type) and not issubclass(thing, enum.Enum):
+            for member, one in vars(thing).items():
+                method = getattr(one, "__func__", one)
+                if not member.startswith("_") and (isinstance(one, property) or callable(method)):
+                    yield f"{module}.{name}.{member}", one if isinstance(one, property) else method
+
+
+@pytest.mark.parametrize("module", [module for module in pages.MODULES if module not in COMPILED])
+def test_public_names_have_docstrings(module: str) -> None:
+    assert not [name for name, thing in public_things(module) if not says_something(thing)]
+
+
+def test_names_of_the_compiled_core_without_a_docstring_get_fewer() -> None:
+    untold = [name for module in COMPILED for name, thing in public_things(module) if not says_something(thing)]
+    assert len(untold) <= UNTOLD_IN_THE_CORE, f"{len(untold)} say nothing, of them {untold[:10]}"
+
+
+def test_the_reference_has_a_page_of_every_home() -> None:
+    for name in rs.__all__:
+        thing = getattr(rs, name)
+        if hasattr(thing, "__module__"):
+            homes = [one for one in pages.MODULES if {name, thing.__name__} & set(pages.names_of(one))]
+            assert homes, f"{name} stands on no page of the reference"
+
+
+def test_pages_are_written_for_python_and_cpp(tmp_path: Path) -> None:
+    pages.write(tmp_path)
+    for module in pages.MODULES:
+        assert f"robotskin.{module}" in (tmp_path / f"python/{module}.md").read_text()
+    assert ".. autoclass:: robotskin.session.Session\n" in (tmp_path / "python/session.md").read_text()
+    for stage in pages.stages():
+        page = (tmp_path / f"cpp/{stage}.md").read_text()
+        for header in (ROOT / "core" / stage).glob("*.hpp"):
+            assert f"## {header.name}\n" in page
+            assert pages.what_it_says(header), f"{header} begins without a comment"
