@@ -72,6 +72,11 @@ void bind_states(nb::module_& module) {
   auto state = nb::class_<JointState>(module, "JointState", "Measured joints: rad, rad/s, Nm; m, m/s, N if prismatic.")
                    .def(nb::init<std::size_t>(), "joint_count"_a)
                    .def_prop_ro("joint_count", &JointState::joint_count)
+                   .def("__repr__",
+                        [](const JointState& self) {
+                          return "<JointState of " + std::to_string(self.joint_count()) + " joints, at " +
+                                 std::to_string(self.stamp_ns) + " ns>";
+                        })
                    .def_rw("stamp_ns", &JointState::stamp_ns, "Host clock when measured; NEVER_NS if never.");
   bind_vector<&JointState::position>(state, "position", "(n) rad");
   bind_vector<&JointState::velocity>(state, "velocity", "(n) rad/s");
@@ -239,7 +244,11 @@ void bind_robot_dynamics(nb::module_& module) {
       .def(
           "update",
           [](Dynamics& self, InputVector q, InputVector v) {
-            require(self.update(as_span(q), as_span(v)), "q and v must have one finite entry a joint");
+            if (q.shape(0) != self.joint_count() || v.shape(0) != self.joint_count())
+              throw std::invalid_argument("q has " + std::to_string(q.shape(0)) + " entries and v has " +
+                                          std::to_string(v.shape(0)) + ": the robot has " +
+                                          std::to_string(self.joint_count()) + " joints");
+            require(self.update(as_span(q), as_span(v)), "q and v must be finite");
           },
           "q"_a, "v"_a, "Computes all results for q (n) rad and v (n) rad/s; ValueError leaves them as they were.")
       .def_prop_ro(

@@ -46,7 +46,10 @@ class PythonTask final : public control::Task {
     const auto torque = nanobind::cast<Vector>(answer[0]);
     const auto rows = nanobind::cast<Matrix>(answer[1]);
     if (torque.shape(0) != joint_count() || rows.shape(1) != joint_count() || rows.shape(0) > largest_rows())
-      throw std::invalid_argument("compute must return torque (n) and at most largest_rows rows (s, n)");
+      throw std::invalid_argument("compute returned torque (" + std::to_string(torque.shape(0)) + ") and rows (" +
+                                  std::to_string(rows.shape(0)) + ", " + std::to_string(rows.shape(1)) +
+                                  "): the robot has " + std::to_string(joint_count()) +
+                                  " joints, and rows are at most " + std::to_string(largest_rows()));
     std::copy_n(torque.data(), torque.size(), torque_.begin());
     std::copy_n(rows.data(), rows.size(), rows_.begin());
     row_count_ = rows.shape(0);

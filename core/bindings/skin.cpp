@@ -194,6 +194,11 @@ void bind_skin(nb::module_ module) {
                        },
                        "cells"_a)
                    .def("__len__", &SkinState::size)
+                   .def("__repr__",
+                        [](const SkinState& self) {
+                          return "<SkinState of " + std::to_string(self.size()) + " cells, at " +
+                                 std::to_string(self.time_ns) + " ns>";
+                        })
                    .def_rw("time_ns", &SkinState::time_ns, "host clock of this snapshot");
 #define ROBOTSKIN_BIND_COLUMN(name, is_signed, first, channels, column, blank, unit)      \
   bind_array<&SkinState::column, float>(state, #column, (channels) == 1 ? 0 : (channels), \

@@ -24,7 +24,7 @@ struct ResolverGains {
   double largest_lead_rad = 0.2;   // how far the virtual robot may run ahead of the real one
   double position_bias_per_s = 2;  // 1/s: how fast the position interface removes the servo's static error
   double largest_bias_rad = 0.02;  // bound of that correction
-  double torque_bias_per_s = 50;   // 1/s: how fast the torque interface makes up for what the model does not know
+  double torque_bias_per_s = 20;   // 1/s: how fast the torque interface makes up for what the model does not know
   double largest_bias_effort_share =
       0.05;  // bound of that torque, of each joint's effort limit: gears rub with as much
   // The robot's position servo follows as q + lag_s dq/dt + lag_s2 d2q/dt2 = command; commands lead by as much.

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that a person asks for: refused before minutes of work where they could not be written after it."""
 
+import tempfile
 from pathlib import Path
 
 from robotskin.errors import InputError
@@ -9,7 +10,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def require_writable(option: str, path: Path | None, endings: tuple[str, ...] = ()) -> None:
-    """Refuse a file whose folder is missing, that is a folder itself, or whose name has none of the `endings`.
+    """Refuse a file whose folder is missing or takes none, that is a folder, or whose name has none of the `endings`.
 
     Raises:
         InputError: names the option, the file and what is missing.
@@ -22,3 +23,8 @@ def require_writable(option: str, path: Path | None, endings: tuple[str, ...] = 
         raise InputError(f"{option} {path}: there is no folder {path.parent} to write it in")
     if path.is_dir():
         raise InputError(f"{option} {path}: is a folder; name a file in it")
+    try:
+        with tempfile.TemporaryFile(dir=path.absolute().parent):
+            pass
+    except OSError as error:
+        raise InputError(f"{option} {path}: cannot be written: {error.strerror}") from None

@@ -21,6 +21,7 @@ from robotskin.layout.cell import CELL_THICKNESS_M
 from robotskin.layout.moving import root_from_cell
 from robotskin.layout.snapping import stand_off
 from robotskin.layout.surface import LinkSurface
+from robotskin.robots.gains import GainSet
 from robotskin.viewer.camera import Camera, side_of_skin
 from robotskin.viewer.network_scene import LIFT_M, PLUG_M
 from robotskin.viewer.placing import HANDLE_M
@@ -319,13 +320,13 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     wait_for(lambda: sum(loads()) == cells, "not every cell finds a path")
     page.get_by_role("combobox", name="A click on a cell").click()
     page.get_by_role("option", name="kills or starts a cell", exact=True).click()
-    x, y, cell = place_to_click(page, robots.load("ur5").neutral)
+    x, y, cell = place_to_click(page, GainSet.load("ur5").home)
     page.mouse.click(x, y)
     wait_for(lambda: sum(loads()) == cells - 1 and state.get_attribute("data-stranded") == "0", f"cell {cell} lives on")
     page.get_by_role("button", name="Mend everything").click()
     wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
 
-    page.mouse.click(*wire_to_click(page, robots.load("ur5").neutral, cell))
+    page.mouse.click(*wire_to_click(page, GainSet.load("ur5").home, cell))
     page.get_by_text("wire cut: whole after").wait_for()
     assert sum(loads()) == cells
     port = 1 + int(np.flatnonzero(layout.finished("ur5").neighbours[cell, :, 0] >= 0)[0])
@@ -337,7 +338,7 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
         page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "ports.png"))
 
     # On another link than the cell and the wire: nothing unseen may catch the click.
-    place, cable = plug_to_click(page, robots.load("ur5").neutral)
+    place, cable = plug_to_click(page, GainSet.load("ur5").home)
     page.mouse.click(*place)
     wait_for(lambda: loads()[cable] == 0, f"the plug of cable {cable} does not come out")
     page.close()

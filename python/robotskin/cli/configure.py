@@ -160,9 +160,12 @@ def command(
             patch.by if place else "—",
             f"{57.2958 * deviation[0]:.2f}" if deviation else "—",
             f"{1e3 * deviation[1]:.2f}" if deviation else "—",
-            patch.problem or ("nothing" if place else "not asked for"),
+            # The rest of the sentence stands in the report.
+            patch.problem.partition(":")[0] or ("nothing" if place else "not asked for"),
         )
     console.print(table)
+    if not camera and any("limb did not move" in patch.problem for patch in found.patches):
+        console.print("a link that turns about gravity only moves no cell's weight: --camera places its patches")
     spent = ", ".join(f"{step} {seconds:.1f} s" for step, seconds in found.seconds.items())
     console.print(f"{recorded.duration_s:.0f} s of motion; computing: {spent}")
     if "localisation" in chosen:

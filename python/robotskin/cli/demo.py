@@ -82,12 +82,14 @@ def command(
     from robotskin import layout as layouts
     from robotskin.cli.run import tell_made
     from robotskin.layout.mounting import read_for
+    from robotskin.outputs import require_writable
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
     from robotskin.session.touches import link_to_push, require_cells_on
     from robotskin.world import load_scene
 
+    require_writable("--json", json_file, (".json",))
     around = None if scene is None else load_scene(scene)
     console = Console()
     with waiting(f"loading {robot}"):

@@ -102,6 +102,7 @@ def command(
     from robotskin.choices import member
     from robotskin.control.body_limits import BodyLimits
     from robotskin.cycle import SkinSource
+    from robotskin.outputs import require_writable
     from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
@@ -109,6 +110,7 @@ def command(
     from robotskin.tasks import Fusion
     from robotskin.world import load_scene
 
+    require_writable("--json", json_file, (".json",))
     control.behaviour(behaviour)
     fused = None if fusion is None else member("fusion", Fusion, fusion)
     source = member("skin source", SkinSource, skin_source)

@@ -47,6 +47,7 @@ def command(
     from robotskin import robots
     from robotskin.layout import Layout, finished
     from robotskin.live.live_network import LiveNetwork
+    from robotskin.robots.gains import GainSet, robots_with_gains
     from robotskin.viewer.exhibit import Exhibit
 
     model = robots.load(robot)
@@ -54,9 +55,12 @@ def command(
     if place:
         serve_placing(model, skin, output or layout or Path(f"{model.name}.json"), port)
         return
+    posture = GainSet.load(model.name).home if model.name in robots_with_gains() else None
+    if posture is not None and len(posture) != model.joint_count:
+        posture = None
     with ExitStack() as stack:
         living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
-        exhibit = stack.enter_context(Exhibit(model, skin, port, living))
+        exhibit = stack.enter_context(Exhibit(model, skin, port, living, posture))
         typer.echo(f"{model.name} with {len(skin)} cells: open {exhibit.address} (Ctrl-C ends)")
         try:
             threading.Event().wait()

@@ -85,9 +85,9 @@ def write_report(
     """
     sections = [
         _head(robot, recording, configuration),
+        _place(robot, recording, configuration, truth),
         _patches(configuration, Truth(truth) if truth else None),
         _shapes(configuration),
-        _place(robot, recording, configuration, truth),
         _residuals(recording, configuration),
         _errors(configuration, Truth(truth) if truth else None),
         _activity(recording, configuration),

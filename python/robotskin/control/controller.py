@@ -77,6 +77,9 @@ class Controller:
             limits.body = body_limits
         self.cycle = TaskCycle(robot, skin, own, limits, self._entries(), self.behaviour.fusion, quadratic=self._limits)
 
+    def __repr__(self) -> str:
+        return f"<Controller of {self.robot.joint_count} joints: {self.behaviour.name}>"
+
     # ---- What it is to do ----
 
     def use(self, wanted: str | Behaviour) -> dict[str, Task]:

@@ -48,7 +48,7 @@ class RawCell:
 
 @dataclass
 class RawLayout:
-    """The cells of one file and the defects met while reading it.
+    """The cells of one file and the defects met while reading it; `Layout.load` gives a skin to run with.
 
     format: its name; robot: its name if the file says so; empty: slots without a cell; measured: poses come from
     reconstruction, so that a hinge gap is an error and not a choice.
@@ -65,6 +65,9 @@ class RawLayout:
     empty: int = 0
     measured: bool = False
     root_of_patch: dict[int, int] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<RawLayout of {self.robot}: {len(self.cells)} cells, {len(self.defects)} defects from {self.file}>"
 
     def positions(self) -> Array:
         """(N, 3) metres."""

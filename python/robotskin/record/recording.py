@@ -80,6 +80,10 @@ class Recording:
         self._topics = {id: channel.topic for id, channel in summary.channels.items()}
         self._chunks = sorted(summary.chunk_indexes, key=lambda one: one.chunk_start_offset)
 
+    def __repr__(self) -> str:
+        about = self.about
+        return f"<Recording of {about.get('robot')}: {about.get('cells')} cells, {self.seconds:.1f} s from {self.path}>"
+
     # ---- What it is of ----
 
     @cached_property

@@ -29,6 +29,10 @@ class MalformedUrdfError(RobotskinError):
         super().__init__(f"{source}: {problem}")
 
 
+SHOWN = 3
+"""Paths that a message tells; `MissingMeshError.searched` has all."""
+
+
 class MissingMeshError(RobotskinError):
     """A mesh file that a link names and that is nowhere.
 
@@ -39,7 +43,9 @@ class MissingMeshError(RobotskinError):
         self.link = link
         self.filename = filename
         self.searched = tuple(searched)
-        tried = "".join(f"\n  {path}" for path in self.searched) or "\n  (nowhere: no folder is known for this package)"
+        more = len(self.searched) - SHOWN
+        shown = [str(path) for path in self.searched[:SHOWN]] + ([f"and {more} more"] if more > 0 else [])
+        tried = "".join(f"\n  {path}" for path in shown) or "\n  (nowhere: no folder is known for this package)"
         super().__init__(
             f"link {link!r}: mesh {filename!r} was not found; tried{tried}\n"
             "give the folder that holds the package with package_folders=, or in ROS_PACKAGE_PATH"

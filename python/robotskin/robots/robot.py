@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio
 import trimesh
 
-from robotskin.errors import UnknownNameError
+from robotskin.errors import InputError, UnknownNameError
 from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots.mujoco_model import build_spec
 from robotskin.robots.repair import Mimic, Repair
@@ -126,6 +126,10 @@ class Robot:
         """(l, 4, 4) placements of all links, in the order of `link_names`, at the positions q (n) rad or m."""
         dynamics = RobotDynamics(self.core)
         q = np.ascontiguousarray(q, dtype=float)
+        if q.shape != (self.joint_count,):
+            raise InputError(
+                f"q of shape {q.shape}: {self.name} has {self.joint_count} joints, so ({self.joint_count},)"
+            )
         dynamics.update(q, np.zeros_like(q))
         base_from_joint = np.concatenate([np.eye(4)[None], dynamics.base_from_joint])
         return base_from_joint[self.core.link_joints + 1] @ self.core.joint_from_link

@@ -11,7 +11,7 @@ import numpy as np
 from robotskin.figures import Bound
 from robotskin.session import INTERFACES, PERIOD_S, Session
 from robotskin.session.reasons import interventions_told
-from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
+from robotskin.session.touches import bearable_force, edge_of_patch, press, push_and_release, pushed_cell, seam_of
 
 FORCE_N = 15.0
 HOLD_S = 2.0
@@ -67,11 +67,13 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
     missing_at_boot = session.frames_lost
     cell = pushed_cell(session, link)
     figures["pushed_cell"] = cell
+    # A finger is not pushed as hard as an arm.
+    force_n = figures["push_n"] = min(FORCE_N, bearable_force(session, cell))
     errors = []
     for interface in INTERFACES:
-        figures |= _interface_figures(session, interface, cell, seconds, progress)
+        figures |= _interface_figures(session, interface, cell, force_n, seconds, progress)
         progress(f"{interface}: presses on a cell, a seam and an edge")
-        errors += _force_errors(session, cell, link)
+        errors += _force_errors(session, cell, link, min(PRESS_N, force_n))
     figures["force_balance_error"] = max(errors)
     figures["frames_lost"] = session.frames_lost - missing_at_boot
     figures["simulated_s"] = session.world.time_s
@@ -81,7 +83,7 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
 
 
 def _interface_figures(
-    session: Session, interface: str, cell: int, seconds: float, progress: Progress
+    session: Session, interface: str, cell: int, force_n: float, seconds: float, progress: Progress
 ) -> dict[str, float]:
     began = session.world.time_s
     violations = session.controller.report.violations
@@ -90,22 +92,22 @@ def _interface_figures(
     hold = hold_s(session)
 
     progress(f"{interface}: push with the skin on")
-    on = push_and_release(session, cell, FORCE_N, hold, hold)
+    on = push_and_release(session, cell, force_n, hold, hold)
     session.set_mode("event")
     session.run(0.5)
     progress(f"{interface}: the same in event mode")
-    event = push_and_release(session, cell, FORCE_N, hold, hold)
+    event = push_and_release(session, cell, force_n, hold, hold)
     session.set_mode("clock")
     session.set_skin(False)
     session.run(0.5)
     progress(f"{interface}: the same with the skin off")
-    off = push_and_release(session, cell, FORCE_N, HOLD_S, rest_s=1.0)
+    off = push_and_release(session, cell, force_n, HOLD_S, rest_s=1.0)
     session.set_skin(True)
     patch = int(session.layout.patch[cell])
     session.mask_patch(patch, True)
     session.run(0.5)
     progress(f"{interface}: the same with the patch masked")
-    masked = push_and_release(session, cell, FORCE_N, HOLD_S, rest_s=1.0)
+    masked = push_and_release(session, cell, force_n, HOLD_S, rest_s=1.0)
     session.mask_patch(patch, False)
     session.run(0.5)
 
@@ -124,14 +126,14 @@ def _interface_figures(
     }
 
 
-def _force_errors(session: Session, cell: int, link: str) -> list[float]:
+def _force_errors(session: Session, cell: int, link: str, force_n: float) -> list[float]:
     edge_cell, edge = edge_of_patch(session, link)
     session.set_skin(False)
     session.run(0.5)
     presses = [
-        press(session, cell, PRESS_N, (0.0, 0.0)),
-        press(session, cell, PRESS_N, seam_of(session.layout, cell)),
-        press(session, edge_cell, PRESS_N, edge),
+        press(session, cell, force_n, (0.0, 0.0)),
+        press(session, cell, force_n, seam_of(session.layout, cell)),
+        press(session, edge_cell, force_n, edge),
     ]
     session.set_skin(True)
     session.run(0.5)

@@ -24,7 +24,7 @@ from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
+from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot, require_robot_and_layout
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
 from robotskin.simulator import UdpTransport
@@ -95,6 +95,7 @@ class Session(SkinnedRobot):
         fault_file: str | Path | None = None,
         scene: SceneSpec | None = None,
     ) -> None:
+        require_robot_and_layout(robot, layout)
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
         require_mode(mode)

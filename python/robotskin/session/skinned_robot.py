@@ -30,6 +30,20 @@ class SessionError(RobotskinError):
     """A session that cannot go on; the message says at which step and why."""
 
 
+def require_robot_and_layout(robot: object, layout: object) -> None:
+    """Raise SessionError for what is neither, saying how to get one."""
+    if not isinstance(robot, Robot):
+        raise SessionError(f"robot is {_told(robot)}: give a Robot, such as robotskin.robots.load('ur5')")
+    if not isinstance(layout, Layout):
+        raise SessionError(
+            f"layout is {_told(layout)}: give a Layout, such as robotskin.layout.finished('ur5') or Layout.load(FILE)"
+        )
+
+
+def _told(value: object) -> str:
+    return repr(value) if isinstance(value, str) else f"a {type(value).__name__}"
+
+
 class SkinnedRobot:
     """Controller and loop of one robot (`SkinLoop`), and what may be asked of them.
 
@@ -71,6 +85,7 @@ class SkinnedRobot:
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
     ) -> None:
+        require_robot_and_layout(robot, layout)
         self.fault_file = FaultFile(fault_file)
         self.robot, self.layout, self.port = robot, layout, port
         self.gains = gains or gains_of(robot)
@@ -96,6 +111,12 @@ class SkinnedRobot:
         """Which side sums the torque of touch, by name."""
         self.skin_on = True
         self.set_interface(interface)
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__} of {self.robot.name}: {len(self.layout)} cells, {self.behaviour}, "
+            f"{self.interface} interface, {self.state.name}>"
+        )
 
     # ---- The loop ----
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robotskin.errors import UnknownNameError
 from robotskin.firmware import PORT_POINTS_M
 from robotskin.layout import Layout
+from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.session import PERIOD_S, Session, SessionError
@@ -160,6 +161,19 @@ def pushed_cell(session: Session, link: str) -> int:
     inside = neighbours == neighbours[on_link].max()
     sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
     return int(np.argmax(np.where(on_link & inside, sideways, -1.0)))
+
+
+def bearable_force(session: Session, cell: int, share: float = 0.5) -> float:
+    """Newton against a cell's normal that the joints can hold where the robot stands, with a share of their effort."""
+    robot = session.robot.core
+    now = np.array(session.joints.position)
+    dynamics = RobotDynamics(robot)
+    dynamics.update(now, np.zeros(len(now)))
+    jacobian, _ = session.gains.levers(robot, session.layout.skin_model(), now)
+    normal = session.world.base_from_cell()[session.in_world(cell), :3, 2]
+    lever = np.abs(normal @ jacobian[cell])
+    spare = np.asarray(robot.effort_limit) - np.abs(np.array(dynamics.nonlinear_effects))
+    return float(np.min(share * np.maximum(spare, 0.0) / np.maximum(lever, 1e-9)))
 
 
 def seam_of(layout: Layout, cell: int) -> tuple[float, float]:

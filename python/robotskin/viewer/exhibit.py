@@ -31,14 +31,23 @@ class Exhibit(ServedPage):
     `network` its trees are drawn as they grow, and clicks cut wires and kill cells; without, the wired tree is drawn.
     """
 
-    def __init__(self, robot: Robot, layout: Layout, port: int = 8080, network: NetworkView | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        port: int = 8080,
+        network: NetworkView | None = None,
+        posture: Floats | None = None,
+    ) -> None:
+        """`posture`: (n,) rad or m in which the robot stands at first; by default neutral."""
         self.robot = robot
         self.layout = layout
-        self.posture = robot.neutral.copy()
+        self.posture = np.array(robot.neutral if posture is None else posture, dtype=float)
         self.chosen: int | None = None
         super().__init__(f"{robot.name}, {len(layout)} cells", port)
         self._cable, parent = wired_tree(layout)
         self.scene = Scene(self.server, robot, layout, self.posture)
+        self.scene.hint("click a cell" if network is None else "click a cell or a wire")
         self.scene.on_cell_click = self._click
         self.network = network
         self.wires: NetworkScene | None = None
@@ -116,6 +125,7 @@ class Exhibit(ServedPage):
 
     def _show_cell(self, cell: int) -> None:
         self.chosen = cell
+        self.scene.hint("")
         self.scene.mark(cell, None)
         self._show_card(None if self.network is None else self.network.reading())
 

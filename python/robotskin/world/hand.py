@@ -31,6 +31,8 @@ class Hand:
         """
         from robotskin.world.world import WorldError
 
+        if np.shape(at_m) != (2,):
+            raise WorldError(f"push at {at_m!r}: (x, y) in metres on the cell; a push lasts until release()")
         if not (np.isfinite(force_n) and force_n >= 0):
             raise WorldError(f"push with {force_n} N: must be finite and not negative")
         with self._world._lock:

@@ -234,7 +234,7 @@ class World:
     # ---- Touch ----
 
     def push(self, cell: int, force_n: float, at_m: tuple[float, float] = (0.0, 0.0), hand: int = 0) -> Hand:
-        """Push a cell with a hand; see `Hand.push`."""
+        """Push a cell with a hand until `release`; see `Hand.push`."""
         return self.hands[hand].push(cell, force_n, at_m)
 
     def approach(self, cell: int, distance_m: float, speed_m_s: float = 0.2, hand: int = 0) -> Hand:

@@ -30,7 +30,7 @@ class NewcomerError(RobotskinError):
 
 
 def run(
-    *, seed: int = 1, seeds: int = 1, robots: str = "own,panda,g1", demo: bool = True, cells: int = 150
+    *, seed: int = 1, seeds: int = 1, robots: str = "own,panda,g1", short: bool = False, cells: int = 150
 ) -> dict[str, Any]:
     """The whole first session with each robot; of all seeds the worst figure.
 
@@ -38,22 +38,33 @@ def run(
         seed: the first one.
         seeds: how many, for the own arm; robots by name take the first alone.
         robots: with commas between; own: the arm of examples/own_arm.
-        demo: with the scripted demonstration, by far the longest step.
+        short: without the scripted demonstration, by far the longest step, and with less motion.
         cells: to cover each with.
     """
     figures: dict[str, Any] = {}
     for name in robots.split(","):
         worst: dict[str, float] = {}
         for one in range(seed, seed + (seeds if name == "own" else 1)):
-            for figure, value in session(str(OWN_ARM) if name == "own" else name, one, demo, cells).items():
+            for figure, value in session(str(OWN_ARM) if name == "own" else name, one, cells, short=short).items():
                 least = figure.endswith("placed_share")
                 worst[figure] = min(worst.get(figure, value), value) if least else max(worst.get(figure, value), value)
         figures |= {f"{name}_{figure}": value for figure, value in worst.items()}
     return figures
 
 
-def session(robot: str, seed: int, demo: bool, cells: int) -> dict[str, float]:
-    """One robot, one seed: all commands in a folder of their own. Raises NewcomerError for one that fails."""
+SHORT_RUN = ("--seconds", "2")
+SHORT_CONFIGURE = ("--postures", "6", "--swing-postures", "2")
+STEPS = ("--steps", "topology,activity,reconstruction,kinematics,localisation")
+"""All but the map, which a layout does not need."""
+
+
+def session(robot: str, seed: int, cells: int, *, short: bool = False) -> dict[str, float]:
+    """One robot, one seed: all commands in a folder of their own.
+
+    short: without the demonstration, and with less motion in the others, for tests.
+
+    Raises NewcomerError for a command that fails.
+    """
     began = time.monotonic()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -63,15 +74,17 @@ def session(robot: str, seed: int, demo: bool, cells: int) -> dict[str, float]:
         ready = robot_with_gains(robot, folder / "own.toml")
         worn = ("--layout", "skin.json", "--seed", str(seed))
         figures: dict[str, float] = {}
-        if demo:
+        if not short:
             pushed = ("demo", "--robot", robot, "--gains", "own.toml", *worn, "--headless", "--json", "demo.json")
             _type(folder, *pushed)
             told = json.loads((folder / "demo.json").read_text())
             figures["displacement_error"] = max(v for k, v in told.items() if k.endswith("displacement_error"))
-        _type(folder, "run", robot, "--gains", "own.toml", *worn, "--headless", "--json", "run.json")
+        run = ("run", robot, "--gains", "own.toml", *worn, "--headless", "--json", "run.json")
+        _type(folder, *run, *(SHORT_RUN if short else ()))
         told = json.loads((folder / "run.json").read_text())
         figures["intervention_share"] = told["intervention_share"]
-        _type(folder, "configure", robot, *worn, "-o", "found.json")
+        configure = ("configure", robot, *worn, "-o", "found.json")
+        _type(folder, *configure, *((*SHORT_CONFIGURE, *STEPS) if short else ()))
         found = Layout.load(folder / "found.json")
         figures["placed_share"] = placed_share(ready.robot, Layout.load(folder / "skin.json"), found)
     return figures | {"wall_s": time.monotonic() - began}
