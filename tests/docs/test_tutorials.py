@@ -30,6 +30,7 @@ def run(command: list[str], folder: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("page", ["tutorial_own_robot.md", "tutorial_own_skin.md"])
 def test_every_command_of_a_tutorial_ends_well(page: str, tmp_path: Path) -> None:
     (tmp_path / "examples").symlink_to(ROOT / "examples")
