@@ -69,6 +69,7 @@ bench: build  ## every benchmark, as JSON under out/bench
 docs: build  ## rewrite the generated tables of the pages, then all pages and the reference as HTML in build/docs
 	$(BIN)/python docs/protocol_tables.py
 	$(BIN)/python docs/fault_table.py
+	$(BIN)/python docs/mechanism_table.py
 	$(BIN)/python docs/imperfection_table.py
 	$(BIN)/python docs/equation_table.py
 	$(BIN)/python docs/architecture_drawing.py

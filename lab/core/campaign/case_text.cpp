@@ -99,7 +99,8 @@ void read_cell(Line& line, FaultCase& read) {
   std::array<CellEnd, 4> ends;
   for (CellEnd& end : ends) end = line.end(line.word());
   read.wiring.neighbours.push_back(ends);
-  read.wiring.id.push_back(RS_ID_NONE);
+  std::string id;  // kept in its flash
+  read.wiring.id.push_back(line.next(id) ? line.number<std::uint16_t>(id) : std::uint16_t{RS_ID_NONE});
 }
 
 void read_unit(Line& line, FaultCase& read) {
@@ -192,9 +193,10 @@ std::string text_of(const FaultCase& drawn) {
     for (const CellEnd end : unit.ports) text += " " + text_of(end);
     text += "\n";
   }
-  for (const auto& cell : drawn.wiring.neighbours) {
+  for (std::size_t i = 0; i < drawn.wiring.cell_count(); ++i) {
     text += "cell";
-    for (const CellEnd end : cell) text += " " + text_of(end);
+    for (const CellEnd end : drawn.wiring.neighbours[i]) text += " " + text_of(end);
+    if (drawn.wiring.id[i] != RS_ID_NONE) text += " " + std::to_string(drawn.wiring.id[i]);
     text += "\n";
   }
   return text + "faults " + world::to_string(drawn.faults) + "\n";

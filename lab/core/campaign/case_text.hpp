@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A case as text that can be kept: all of it, and not only the seed it was once drawn from.
 //
-// A line a part, each a word and its values; a cell is its four wires, `12.3` for port 3 of cell 12 and `-` for none.
+// A line a part, each a word and its values; a cell is its four wires, `12.3` for port 3 of cell 12 and `-` for none,
+// then the id in its flash if it has one.
 #pragma once
 
 #include <string>

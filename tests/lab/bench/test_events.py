@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmark of event mode, in short: its laws, on random streams and on the real thing."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from robotskin import robots
 from robotskin.layout import finished
 from robotskin_lab.bench import events
+from robotskin_lab.bench.event_predictors import PREDICTORS, REFRESH_STEPS, frames_sent
 from robotskin_lab.bench.event_rig import Rig
 from robotskin_lab.bench.event_streams import (
     CHANNEL_BITS,
@@ -107,3 +111,30 @@ def test_packet_sizes_and_ideal_sensor_are_reported_and_drawn(seed, tmp_path):
     assert all(np.isfinite(value) for value in figures.values())
     for name in ("packet_size", "ideal_event_sensor"):
         assert (tmp_path / f"{name}.svg").stat().st_size > 1000
+
+
+def test_every_predictor_keeps_the_error_bound(seed: int) -> None:
+    """Of noisy steps and ramps; and on a straight ramp without noise a line needs hardly a frame."""
+    random = np.random.default_rng(seed)
+    steps, cells = 400, 6
+    ramp = np.arange(steps)[:, None] * np.array([0, 0.5, 1, 2, -1, 3])
+    counts = np.zeros((steps, cells, 9), dtype=np.int32)
+    counts[:, :, :4] = np.rint(ramp[:, :, None] + random.normal(0, 1.2, (steps, cells, 4)))
+    counts[steps // 2 :, :3] += 30
+    for name, made in PREDICTORS.items():
+        frames, violations = frames_sent(counts, made)
+        assert violations == 0, name
+        assert frames >= cells * (steps - 1) // REFRESH_STEPS, name
+    straight = np.zeros((steps, 1, 9), dtype=np.int32)
+    straight[:, 0, 1] = 2 * np.arange(steps)
+    assert 5 * frames_sent(straight, PREDICTORS["linear"])[0] < frames_sent(straight, PREDICTORS["hold"])[0]
+
+
+def test_the_page_has_what_was_counted() -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    measured = json.loads((docs / "event_predictors.json").read_text(encoding="utf-8"))
+    page = (docs / "protocol.md").read_text(encoding="utf-8")
+    for name in PREDICTORS:
+        assert f"| {measured[f'frames_per_s_{name}']} |" in page, name
+        assert measured[f"reconstruction_violations_{name}"] == 0
+    assert f"{measured['cells_active']} cells active" in page

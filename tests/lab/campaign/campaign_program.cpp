@@ -5,6 +5,7 @@
 //   campaign_NAME survey FIRST COUNT                all breaks of each
 //   campaign_NAME case < TEXT                       all breaks of a case as text
 //   campaign_NAME levelling LOADS/LOADS/...         breaks of loads by root (a,b,c) of one weighing after the other
+//   campaign_NAME settle EVEN < TEXT                the loads of a case's cables once they stay; even: at so many cells
 //   campaign_NAME hash SEED                         the log hash of its run
 //   campaign_NAME model CELLS SEQUENCES BOOTS QUARANTINE   every largest graph on so many cells, until a loop
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "campaign/case_text.hpp"
 #include "campaign/model_check.hpp"
 #include "campaign/run_case.hpp"
+#include "campaign/settle.hpp"
 
 namespace {
 
@@ -107,10 +109,26 @@ int levelling(const std::string& weighings) {
   return 0;
 }
 
-int run_text() {
+std::string text_at_input() {
   std::string text;
   for (int c = std::getchar(); c != EOF; c = std::getchar()) text += static_cast<char>(c);
-  tell(case_of(text));
+  return text;
+}
+
+int run_text() {
+  tell(case_of(text_at_input()));
+  return 0;
+}
+
+int settle_text(std::uint32_t even) {
+  const SettledCase settled = settle(case_of(text_at_input()), even);
+  std::string loads;
+  for (const std::vector<std::uint32_t>& unit : settled.loads) {
+    std::string ports;
+    for (const std::uint32_t load : unit) ports += (ports.empty() ? "" : ", ") + std::to_string(load);
+    loads += (loads.empty() ? "[" : ", [") + ports + "]";
+  }
+  std::printf("{\"seconds\": %.3f, \"depth\": %d, \"loads\": [%s]}\n", settled.seconds, settled.depth, loads.c_str());
   return 0;
 }
 
@@ -139,6 +157,7 @@ int main(int count, char** values) {
   if (count == 4 && std::strcmp(values[1], "survey") == 0) return survey(number(2), number(3));
   if (count == 3 && std::strcmp(values[1], "levelling") == 0) return levelling(values[2]);
   if (count == 2 && std::strcmp(values[1], "case") == 0) return run_text();
+  if (count == 3 && std::strcmp(values[1], "settle") == 0) return settle_text(static_cast<std::uint32_t>(number(2)));
   if (count == 3 && std::strcmp(values[1], "hash") == 0) {
     std::printf("{\"log_hash\": \"%016llx\"}\n",
                 static_cast<unsigned long long>(run_case(draw_case(number(2))).log_hash));
@@ -146,9 +165,10 @@ int main(int count, char** values) {
   }
   if (count == 6 && std::strcmp(values[1], "model") == 0)
     return model(static_cast<int>(number(2)), static_cast<int>(number(3)), static_cast<int>(number(4)), number(5) != 0);
-  std::fprintf(stderr,
-               "usage: %s run FIRST COUNT [INVARIANT ...] | survey FIRST COUNT | case | hash SEED | model CELLS "
-               "SEQUENCES BOOTS QUARANTINE\n",
-               values[0]);
+  std::fprintf(
+      stderr,
+      "usage: %s run FIRST COUNT [INVARIANT ...] | survey FIRST COUNT | case | settle EVEN | hash SEED | model "
+      "CELLS SEQUENCES BOOTS QUARANTINE\n",
+      values[0]);
   return 2;
 }

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the mechanisms of balance buy is measured on the same skins and in the same way as balance itself."""
+
+import importlib.util
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from robotskin_lab.bench.network_mechanisms import FAMILIES, KEPT, MECHANISMS, Loads, bought, settle_in
+from robotskin_lab.bench.network_runs import PartLoads, settle
+from robotskin_lab.bench.network_set import KINDS, PORTS, SEEDS
+from robotskin_lab.campaign.mutants import build
+
+ROOT = Path(__file__).parents[3]
+
+
+def kept() -> dict:
+    return json.loads((ROOT / KEPT).read_text(encoding="utf-8"))
+
+
+def test_the_page_has_the_table_that_was_measured() -> None:
+    spec = importlib.util.spec_from_file_location("mechanism_table", ROOT / "docs/mechanism_table.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["mechanism_table"] = module
+    spec.loader.exec_module(module)
+    page = (ROOT / "docs/network.md").read_text(encoding="utf-8")
+    assert page == module.with_table(page, kept()), "run python docs/mechanism_table.py"
+
+
+def test_what_stays_can_be_left_out_and_has_been() -> None:
+    ablations = (ROOT / "tests/lab/campaign/ablations.cmake").read_text(encoding="utf-8")
+    assert set(re.findall(r"campaign_mutant\(without_(\w+) ", ablations)) == set(MECHANISMS)
+    measured = kept()["mechanisms"]
+    assert {name for name, one in measured.items() if one["verdict"] != "gone"} == set(MECHANISMS)
+    assert kept()["skins"] == {family: len(jobs) for family, jobs in FAMILIES.items()}
+    for name, one in measured.items():
+        most = max(one[family]["percent"] for family in FAMILIES)
+        if one["verdict"] == "gone":
+            assert most < 1, name
+        elif one["verdict"] == "stays":
+            assert most >= 1, f"{name} stays for no reason given"
+
+
+def test_skins_are_of_the_set() -> None:
+    for jobs in FAMILIES.values():
+        assert len(set(jobs)) == len(jobs)
+        assert all(kind in KINDS and ports in PORTS and seed in SEEDS for kind, ports, seed in jobs)
+
+
+@pytest.mark.timeout(600)
+def test_the_program_settles_skins_as_the_bench_does() -> None:
+    folder = build("shipping", "without_balance")
+    for job in (("sheet", 3, 1), ("cylinder", 4, 82), ("ring_12", 3, 7)):
+        run = settle(*job)
+        there = settle_in(folder, "shipping", *job)
+        assert there.parts == run.parts
+        assert there.depth == run.depth
+        left = settle_in(folder, "without_balance", *job)
+        assert left.parts[0].fullest == max(run.formed)
+
+
+def test_what_a_mechanism_buys_is_what_cables_would_be_fuller_by() -> None:
+    def loads(*fullest: int) -> Loads:
+        return Loads(0.5, 10, tuple(PartLoads(part, 20, 2, load) for part, load in enumerate(fullest)))
+
+    figures = bought([loads(10, 10), loads(10, 12)], [loads(12, 10), loads(10, 12)])
+    assert figures["percent"] == pytest.approx(5)
+    assert (figures["worst"], figures["better"], figures["worse"]) == (1.2, 0.5, 0)
