@@ -12,9 +12,11 @@
 #include "bindings/bindings.hpp"
 #include "bindings/python_task.hpp"
 #include "bindings/task_input.hpp"
+#include "control/balance_task.hpp"
 #include "control/cartesian_task.hpp"
 #include "control/contact_impedance_task.hpp"
 #include "control/control_error.hpp"
+#include "control/foot_contact_task.hpp"
 #include "control/force_task.hpp"
 #include "control/gravity_task.hpp"
 #include "control/joint_limit_task.hpp"
@@ -25,6 +27,7 @@
 #include "control/skin_reaction_task.hpp"
 #include "control/spline_cartesian_task.hpp"
 #include "control/spline_joint_task.hpp"
+#include "control/standing_state.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -57,6 +60,9 @@ void bind_task(nb::module_& module) {
       .def_prop_ro("largest_rows", &Task::largest_rows)
       .def_prop_ro(
           "torque", [](const Task& self) { return copy_of(self.torque()); }, nb::rv_policy::move, "(n) Nm")
+      .def_prop_ro(
+          "acceleration", [](const Task& self) { return copy_of(self.acceleration()); }, nb::rv_policy::move,
+          "(rows) that the rows are to have; empty for a task that asks for a torque")
       .def_prop_ro("rows", rows_of, nb::rv_policy::move, "(rows, n)")
       .def(
           "start",
@@ -86,6 +92,83 @@ void bind_task(nb::module_& module) {
            "task "
            "that raises stops the robot; `error` tells why.")
       .def_prop_ro("error", &PythonTask::error, "what compute raised last, empty if nothing");
+}
+
+void bind_standing_tasks(nb::module_& module) {
+  using control::BalanceGains;
+  using control::BalanceTask;
+  using control::FootContactGains;
+  using control::FootContactTask;
+  using control::StandingState;
+  using control::SupportPolygon;
+  nb::class_<Foot>(module, "Foot", "A foot with a flat, rectangular sole, in the frame of its link.")
+      .def(
+          "__init__",
+          [](Foot* self, std::string link, std::array<double, 3> sole, std::array<double, 2> half) {
+            new (self) Foot{.link = std::move(link), .sole = sole, .half = half};
+          },
+          "link"_a, "sole"_a, "half"_a, "sole (3) m: middle of its lower face; half (2) m: half of length and width.")
+      .def_ro("link", &Foot::link)
+      .def_ro("sole", &Foot::sole)
+      .def_ro("half", &Foot::half);
+  nb::class_<SupportPolygon>(module, "SupportPolygon", "The convex hull of what stands on the floor.")
+      .def(nb::init<>())
+      .def(
+          "set", [](SupportPolygon& self, const std::vector<std::array<double, 2>>& points) { self.set(points); },
+          "points"_a, "At most eight, (2) m each.")
+      .def_prop_ro(
+          "corners",
+          [](const SupportPolygon& self) {
+            return std::vector<std::array<double, 2>>(self.corners().begin(), self.corners().end());
+          },
+          "anticlockwise, (2) m each")
+      .def_prop_ro("centre", &SupportPolygon::centre)
+      .def("inside_by", &SupportPolygon::inside_by, "point"_a, "m from the nearest edge; negative: outside.")
+      .def("clipped", &SupportPolygon::clipped, "point"_a, "margin"_a, "The nearest point inside by the margin.");
+  nb::class_<StandingState>(module, "StandingState", "What is known of a standing robot's balance; world frame.")
+      .def_ro("centre_of_mass", &StandingState::centre_of_mass, "(3) m")
+      .def_ro("com_velocity", &StandingState::com_velocity, "(3) m/s")
+      .def_ro("support", &StandingState::support)
+      .def_ro("imu_counts", &StandingState::imu_counts, "the inertial unit is heard and not stuck")
+      .def_ro("forces_count", &StandingState::forces_count, "the force of each foot is heard; zmp is known")
+      .def_ro("zmp", &StandingState::zmp, "(2) m, zero-moment point")
+      .def_ro("load_n", &StandingState::load_n)
+      .def_ro("foot_load_n", &StandingState::foot_load_n)
+      .def_ro("foot_pressure", &StandingState::foot_pressure, "(2, 2) m from the middle of each sole")
+      .def_ro("foot_place", &StandingState::foot_place, "(2, 2) m, middle of each sole")
+      .def_prop_ro("capture_point", &StandingState::capture_point, "(2) m");
+  nb::class_<FootContactGains>(module, "FootContactGains")
+      .def(nb::init<>())
+      .def_rw("stiffness", &FootContactGains::stiffness, "1/s^2")
+      .def_rw("damping", &FootContactGains::damping, "1/s")
+      .def_rw("flattening", &FootContactGains::flattening, "rad/s for a newton metre")
+      .def_rw("largest_turn", &FootContactGains::largest_turn, "rad");
+  nb::class_<FootContactTask, Task>(module, "FootContactTask", "Feet that stand stay where they are.")
+      .def(nb::init<const RobotModel&, const std::vector<Foot>&, FootContactGains>(), "robot"_a, "feet"_a,
+           "gains"_a = FootContactGains{})
+      .def_prop_ro("turned", &FootContactTask::turned, "(2, 2) rad about x and y, to lie flat");
+  nb::class_<BalanceGains>(module, "BalanceGains")
+      .def(nb::init<>())
+      .def_rw("lean", &BalanceGains::lean, "share of a lasting push that leaning takes up")
+      .def_rw("lean_hz", &BalanceGains::lean_hz)
+      .def_rw("capture", &BalanceGains::capture)
+      .def_rw("admittance", &BalanceGains::admittance, "1/s")
+      .def_rw("margin_m", &BalanceGains::margin_m)
+      .def_rw("largest_speed", &BalanceGains::largest_speed, "m/s")
+      .def_rw("largest_lead_m", &BalanceGains::largest_lead_m)
+      .def_rw("stiffness", &BalanceGains::stiffness, "1/s^2")
+      .def_rw("damping", &BalanceGains::damping, "1/s")
+      .def_rw("touch_hz", &BalanceGains::touch_hz)
+      .def_rw("rest_hz", &BalanceGains::rest_hz)
+      .def_rw("feet_hz", &BalanceGains::feet_hz)
+      .def_rw("by_skin", &BalanceGains::by_skin, "the shift of a touch is fed forward from the skin")
+      .def_rw("by_feet", &BalanceGains::by_feet, "the zero-moment point is measured");
+  nb::class_<BalanceTask, Task>(module, "BalanceTask", "Moves the centre of mass so that the robot stands.")
+      .def(nb::init<const RobotModel&, BalanceGains>(), "robot"_a, "gains"_a = BalanceGains{})
+      .def_prop_ro("wanted", &BalanceTask::wanted, "(2) m, of the centre of mass")
+      .def_prop_ro("shift", &BalanceTask::shift, "(2) m, of the point of balance by touch")
+      .def_prop_ro("skin_shift", &BalanceTask::skin_shift, "(2) m, what the skin feels of it")
+      .def_prop_ro("pressed", &BalanceTask::pressed, "(2) m, where the floor's force is to act");
 }
 
 void bind_model_tasks(nb::module_& module) {
@@ -280,6 +363,7 @@ void bind_force(nb::module_& module) {
 
 void bind_control_tasks(nb::module_& module) {
   bind_task(module);
+  bind_standing_tasks(module);
   bind_model_tasks(module);
   bind_self_collision(module);
   bind_skin_tasks(module);

@@ -270,6 +270,16 @@ void bind_robot_dynamics(nb::module_& module) {
           "nonlinear_effects",
           [](const Dynamics& self) { return copied(self.nonlinear_effects(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) Nm, C v + g")
+      .def_prop_ro("mass", &Dynamics::mass, "kg, of all links")
+      .def_prop_ro("centre_of_mass", &Dynamics::centre_of_mass, "(3) metres, of all links")
+      .def_prop_ro(
+          "centre_of_mass_jacobian",
+          [](const Dynamics& self) {
+            std::vector<double> jacobian(3 * self.joint_count());
+            (void)self.centre_of_mass_jacobian(jacobian);
+            return copied(std::span<const double>(jacobian), {3, self.joint_count()});
+          },
+          nb::rv_policy::move, "(3, n) velocity of the centre of mass per joint velocity")
       .def(
           "forward_dynamics",
           [](const Dynamics& self, InputVector torque) {

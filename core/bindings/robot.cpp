@@ -30,7 +30,8 @@ void bind_table(nb::module_& module) {
       .value("command_not_finite", Reason::command_not_finite)
       .value("overrun", Reason::overrun)
       .value("asked", Reason::asked)
-      .value("body_limit", Reason::body_limit);
+      .value("body_limit", Reason::body_limit)
+      .value("unbalanced", Reason::unbalanced);
   nb::enum_<Condition>(module, "Condition", nb::is_flag(), "What is checked every cycle, one bit each.")
       .value("joints_fresh", joints_fresh)
       .value("joints_inside", joints_inside)
@@ -40,7 +41,8 @@ void bind_table(nb::module_& module) {
       .value("on_time", on_time)
       .value("wanted", wanted)
       .value("at_rest", at_rest)
-      .value("contact_within", contact_within);
+      .value("contact_within", contact_within)
+      .value("balanced", balanced);
   module.def(
       "next_transition",
       [](SafetyState state, std::uint16_t conditions) -> nb::object {

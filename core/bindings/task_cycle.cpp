@@ -71,6 +71,7 @@ void bind_task_cycle(nb::module_& module) {
       .def_rw("resolver", &TaskCycleGains::resolver)
       .def_rw("touch_bandwidth_hz", &TaskCycleGains::touch_bandwidth_hz)
       .def_rw("fade_s", &TaskCycleGains::fade_s)
+      .def_rw("feet", &TaskCycleGains::feet, "Foot of a robot that stands on them; none: it is mounted")
       .def_rw("fusion_ends_s", &TaskCycleGains::fusion_ends_s,
               "after which a clock ends the fusion of a period, on a real robot's ports alone; 0: none does");
   nb::class_<robot::FusionCounts>(module, "FusionCounts", "How the ticks of quadratic programmes ended so far.")
@@ -152,6 +153,8 @@ void bind_task_cycle(nb::module_& module) {
           "entries"_a, "fusion"_a, "damping"_a = Damping{}, "quadratic"_a = nb::none(),
           "The tasks from the next period on; those that stay go on as they are. The torque does not jump.")
       .def_prop_ro("joint_count", &TaskCycle::joint_count)
+      .def_prop_ro("standing", &TaskCycle::standing, nb::rv_policy::reference_internal,
+                   "StandingState of the last tick; None of a robot that is mounted")
       .def_prop_ro("cell_count", &TaskCycle::cell_count)
       .def_prop_ro("patch_count", &TaskCycle::patch_count)
       .def_prop_ro(

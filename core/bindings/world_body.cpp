@@ -144,19 +144,24 @@ void bind_world_body(nb::module_& module) {
              const std::vector<bool>& material_local, double skin_stiffness, const std::vector<HandDescription>& hands,
              const std::vector<Carrier>& carriers, const std::vector<int>& robot_joints,
              const std::vector<double>& effort_limit, const ServoGains& gains, const Imperfections& imperfections,
-             std::uint64_t seed) {
+             std::uint64_t seed, PortSensors sensors, std::vector<int> imu_body, std::vector<int> force_body,
+             std::size_t base_joints) {
+            if (sensors.imus.size() != imu_body.size() || sensors.forces.size() != force_body.size())
+              throw std::invalid_argument("Body: one body a sensor");
             if (robot_joints.size() != effort_limit.size())
               throw std::invalid_argument("Body: one effort limit a joint");
             new (self) Body(
                 reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
                 mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body, object_temperature,
                             ambient_temperature, material_geom, material_stiffness, material_local, skin_stiffness),
-                hands, carriers, robot_joints, effort_limit, gains, imperfections, seed);
+                hands, carriers, robot_joints, effort_limit, gains, imperfections, seed,
+                {std::move(sensors), std::move(imu_body), std::move(force_body)}, base_joints);
           },
           nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
           "body_from_cell"_a, "cell_neighbours"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a,
           "material_geom"_a, "material_stiffness"_a, "material_local"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a,
-          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a)
+          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{},
+          "imu_body"_a = std::vector<int>{}, "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
       .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal)
       .def_prop_ro(

@@ -29,7 +29,9 @@ struct NullSpaceFusion::Workspace {
         direction(joints, capacity),
         protection(capacity),
         torque(joints),
-        sum(joints) {}
+        sum(joints),
+        beside(joints),
+        missing(block) {}
 
   Inverse inverse;
   Damping damping;
@@ -40,6 +42,8 @@ struct NullSpaceFusion::Workspace {
   Eigen::VectorXd protection;  // (taken) 0 to 1
   Eigen::Index taken = 0;
   Eigen::VectorXd torque, sum;
+  Eigen::VectorXd beside;   // (n) L^-1 of what moves the robot besides
+  Eigen::VectorXd missing;  // (block) acceleration that rows lack
   Eigen::SelfAdjointEigenSolver<Gram> solver{Gram::Zero(block, block).eval()};
 
   // v <- N v, where N is the product of all (1 - protection direction direction^T) so far.
@@ -49,7 +53,10 @@ struct NullSpaceFusion::Workspace {
     for (Eigen::Index i = taken; i-- > 0;) v -= protection[i] * direction.col(i).dot(v) * direction.col(i);
   }
 
-  bool take(Eigen::Index count) noexcept {
+  // `wanted` (count) acceleration of the rows, null: none is asked for.
+  bool take(Eigen::Index count, const double* wanted) noexcept {
+    if (wanted != nullptr)
+      for (Eigen::Index i = 0; i < count; ++i) missing[i] = wanted[i] - rows.col(i).dot(beside) - rows.col(i).dot(sum);
     for (Eigen::Index i = 0; i < count; ++i) project(rows.col(i));
     Gram gram(count, count);
     for (Eigen::Index i = 0; i < count; ++i)
@@ -70,6 +77,11 @@ struct NullSpaceFusion::Workspace {
       for (Eigen::Index k = 0; k < count; ++k) direction.col(taken) += solver.eigenvectors()(k, i) * rows.col(k);
       direction.col(taken).normalize();
       protection[taken] = square / (square + damped);
+      if (wanted != nullptr) {
+        double along = 0;
+        for (Eigen::Index k = 0; k < count; ++k) along += solver.eigenvectors()(k, i) * missing[k];
+        sum += along * singular / (square + damped) * direction.col(taken);
+      }
       ++taken;
     }
     return true;
@@ -80,11 +92,14 @@ struct NullSpaceFusion::Workspace {
     sum.setZero();
     for (std::size_t level = 0; level < levels.size(); ++level) {
       const FusionLevel& own = levels[level];
-      torque = Eigen::Map<const Eigen::VectorXd>(own.torque.data(), joints);
-      if (inverse == Inverse::dynamically_consistent) factor.triangularView<Eigen::Lower>().solveInPlace(torque);
-      project(torque);
-      sum += torque;                          // [Cheng19 eq. 19]
-      if (level + 1 == levels.size()) break;  // nobody is below
+      const bool accelerates = !own.acceleration.empty();
+      if (!accelerates) {
+        torque = Eigen::Map<const Eigen::VectorXd>(own.torque.data(), joints);
+        if (inverse == Inverse::dynamically_consistent) factor.triangularView<Eigen::Lower>().solveInPlace(torque);
+        project(torque);
+        sum += torque;                          // [Cheng19 eq. 19]
+        if (level + 1 == levels.size()) break;  // nobody is below
+      }
       const auto count = static_cast<Eigen::Index>(own.rows.size()) / joints;
       for (Eigen::Index first = 0; first < count; first += block) {
         const Eigen::Index size = std::min<Eigen::Index>(block, count - first);
@@ -92,7 +107,7 @@ struct NullSpaceFusion::Workspace {
           rows.col(i) = Eigen::Map<const Eigen::VectorXd>(own.rows.data() + (first + i) * joints, joints);
         if (inverse == Inverse::dynamically_consistent)
           factor.triangularView<Eigen::Lower>().solveInPlace(rows.leftCols(size));
-        if (!take(size)) return false;
+        if (!take(size, accelerates ? own.acceleration.data() + first : nullptr)) return false;
       }
     }
     if (inverse == Inverse::dynamically_consistent) {
@@ -114,18 +129,27 @@ NullSpaceFusion::~NullSpaceFusion() = default;
 NullSpaceFusion::NullSpaceFusion(NullSpaceFusion&&) noexcept = default;
 NullSpaceFusion& NullSpaceFusion::operator=(NullSpaceFusion&&) noexcept = default;
 
-bool NullSpaceFusion::fuse(std::span<const double> mass, std::span<const FusionLevel> levels,
-                           std::span<double> fused) noexcept {
+bool NullSpaceFusion::fuse(std::span<const double> mass, std::span<const FusionLevel> levels, std::span<double> fused,
+                           std::span<const double> beside) noexcept {
   Workspace& work = *workspace_;
   const auto joints = static_cast<std::size_t>(work.joints);
-  if (fused.size() != joints) return false;
-  for (const FusionLevel& level : levels)
+  if (fused.size() != joints || (!beside.empty() && beside.size() != joints)) return false;
+  for (const FusionLevel& level : levels) {
     if (level.torque.size() != joints || level.rows.size() % joints != 0) return false;
+    if (!level.acceleration.empty() &&
+        (level.acceleration.size() * joints != level.rows.size() || work.inverse != Inverse::dynamically_consistent))
+      return false;
+  }
   if (work.inverse == Inverse::dynamically_consistent) {
     if (mass.size() != joints * joints) return false;
     work.factor = Eigen::Map<const Matrix>(mass.data(), work.joints, work.joints);  // symmetric
     const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(work.factor);
     if (cholesky.info() != Eigen::Success) return false;
+    work.beside.setZero();
+    if (!beside.empty()) {
+      work.beside = Eigen::Map<const Eigen::VectorXd>(beside.data(), work.joints);
+      work.factor.triangularView<Eigen::Lower>().solveInPlace(work.beside);
+    }
   }
   if (!work.fuse(levels)) return false;
   std::copy_n(work.sum.data(), joints, fused.begin());

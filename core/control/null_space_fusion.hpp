@@ -12,6 +12,8 @@ namespace robotskin::control {
 struct FusionLevel {
   std::span<const double> torque;  // (n) Nm
   std::span<const double> rows;    // (rows, n) the motions that lower levels must leave alone
+  // (rows) what the rows are to have instead of the torque, as far as higher levels leave it; empty: the torque counts.
+  std::span<const double> acceleration = {};
 };
 
 // Which generalised inverse stands in [Cheng19 eq. 20]. dynamically_consistent, M^-1 J^T (J M^-1 J^T)^-1: lower levels
@@ -41,10 +43,11 @@ class NullSpaceFusion {
   NullSpaceFusion& operator=(NullSpaceFusion&&) noexcept;
 
   // fused (n) = sum of N_k tau_k, Nm. `mass` (n, n) is the inertia that answers to the torque; not read for
-  // moore_penrose. False if a size is wrong, there are more than largest_rows rows in all, or mass is not positive
-  // definite. Allocates nothing.
-  [[nodiscard]] bool fuse(std::span<const double> mass, std::span<const FusionLevel> levels,
-                          std::span<double> fused) noexcept;
+  // moore_penrose. `beside` (n) Nm is what moves the robot besides, where a level asks for accelerations: torques
+  // outside of the levels less the torque of no acceleration; empty: none. False if a size is wrong, there are more
+  // than largest_rows rows in all, or mass is not positive definite. Allocates nothing.
+  [[nodiscard]] bool fuse(std::span<const double> mass, std::span<const FusionLevel> levels, std::span<double> fused,
+                          std::span<const double> beside = {}) noexcept;
 
  private:
   struct Workspace;

@@ -22,6 +22,8 @@ void check(const char* name, const std::vector<double>& values, std::size_t join
                          (positive ? " must be greater than 0" : " is not a number"));
 }
 
+constexpr double unlimited_nm = 1e6;
+
 }  // namespace
 
 QuadraticLimits QuadraticLimits::of(const RobotModel& robot, double braking) {
@@ -30,6 +32,9 @@ QuadraticLimits QuadraticLimits::of(const RobotModel& robot, double braking) {
   limits.upper.assign(robot.upper().begin(), robot.upper().end());
   limits.velocity.assign(robot.velocity_limit().begin(), robot.velocity_limit().end());
   limits.torque.assign(robot.effort_limit().begin(), robot.effort_limit().end());
+  // What moves the base of a standing robot is the floor, and not a motor.
+  for (double& torque : limits.torque)
+    if (torque == 0) torque = unlimited_nm;
   limits.braking.assign(robot.joint_count(), braking);
   return limits;
 }
@@ -266,8 +271,16 @@ bool QuadraticFusion::fuse(const TaskInput& input, std::span<const double> mass,
     std::ranges::copy(levels[index].torque, work.asked.begin());
     solve_lower(work.factor.data(), n, n, work.asked.data());
     double* next = work.take_rows(levels[index].rows, rows, 0, count, 1);
+    const std::span<const double> acceleration = levels[index].acceleration;
+    if (!acceleration.empty()) {
+      if (acceleration.size() != count) return false;
+      for (std::size_t i = 0; i < count; ++i) {
+        wanted[i] = acceleration[i];
+        for (std::size_t k = 0; k < n; ++k) wanted[i] -= rows[i + k * count] * work.at_rest[k];
+      }
+    }
     divide_by_transposed(work.factor.data(), n, n, rows, count, count);
-    product(rows, count, count, n, work.asked.data(), wanted);
+    if (acceleration.empty()) product(rows, count, count, n, work.asked.data(), wanted);
     work.levels[index] = {rows, {wanted, count}, {wanted, count}};
     rows = next;
     wanted += count;

@@ -14,6 +14,9 @@
 
 namespace robotskin::control {
 
+class TouchWrench;
+struct StandingState;
+
 // What a task may know of one tick: n joints, N cells.
 struct TaskInput {
   const RobotDynamics& dynamics;     // updated with position and velocity
@@ -30,15 +33,27 @@ struct TaskInput {
   std::uint64_t tick = 0;
   // When the fusion has to have ended, of StepBudget's clock; 0: no clock ends it.
   std::int64_t deadline_ns = 0;
+  // All that touches the skin, as it is felt, whatever counts of it for tasks of touch; null: it is not known.
+  const TouchWrench* touch = nullptr;
+  // Of a robot that stands on its feet; null: it is mounted.
+  const StandingState* standing = nullptr;
 };
+
+// What a task states: a torque, of which its level may leave a part, or the accelerations that its rows are to have.
+enum class Asks : std::uint8_t { torque, acceleration };
 
 // A task owns its results and has room for them from the start: update allocates, locks and throws nothing. A user's
 // task derives from this class and fills torque_ and rows_.
 class Task {
  public:
   // `largest_rows` bounds the rows of every tick.
-  Task(std::string name, std::size_t joint_count, std::size_t largest_rows)
-      : torque_(joint_count), rows_(joint_count * largest_rows), name_(std::move(name)), largest_rows_(largest_rows) {}
+  Task(std::string name, std::size_t joint_count, std::size_t largest_rows, Asks asks = Asks::torque)
+      : torque_(joint_count),
+        rows_(joint_count * largest_rows),
+        acceleration_(asks == Asks::acceleration ? largest_rows : 0),
+        name_(std::move(name)),
+        largest_rows_(largest_rows),
+        asks_(asks) {}
   virtual ~Task() = default;
   Task(const Task&) = delete;
   Task& operator=(const Task&) = delete;
@@ -52,21 +67,29 @@ class Task {
   std::size_t joint_count() const noexcept { return torque_.size(); }
   std::size_t largest_rows() const noexcept { return largest_rows_; }
   std::size_t row_count() const noexcept { return row_count_; }
+  Asks asks() const noexcept { return asks_; }
 
   // (n) Nm that the task asks for, of which a task of a higher level may leave only a part.
   std::span<const double> torque() const noexcept { return torque_; }
   // (row_count, n) the motions, a row each, that tasks of lower levels must leave alone. A row shrinks to nothing as
   // its task fades, so that no torque of a lower level steps.
   std::span<const double> rows() const noexcept { return {rows_.data(), row_count_ * torque_.size()}; }
+  // (row_count) rad/s^2 or m/s^2 that the rows are to have, as far as higher levels leave it; empty for a task that
+  // asks for a torque.
+  std::span<const double> acceleration() const noexcept {
+    return {acceleration_.data(), asks_ == Asks::acceleration ? row_count_ : 0};
+  }
 
  protected:
   std::vector<double> torque_;
   std::vector<double> rows_;
+  std::vector<double> acceleration_;
   std::size_t row_count_ = 0;
 
  private:
   std::string name_;
   std::size_t largest_rows_;
+  Asks asks_;
 };
 
 }  // namespace robotskin::control

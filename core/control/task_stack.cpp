@@ -12,7 +12,11 @@ namespace robotskin::control {
 
 TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
                      std::optional<QuadraticLimits> limits)
-    : joints_(joint_count), entries_(std::move(entries)), fusion_(fusion), feedforward_(joint_count) {
+    : joints_(joint_count),
+      entries_(std::move(entries)),
+      fusion_(fusion),
+      feedforward_(joint_count),
+      beside_(joint_count) {
   if (entries_.empty()) throw ControlError("task stack: there is no task in it");
   std::size_t largest_rows = 0;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
@@ -33,6 +37,17 @@ TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, F
     if (entry.level != StackEntry::feedforward) largest_rows += entry.task->largest_rows();
   }
   std::ranges::stable_sort(entries_, {}, &StackEntry::level);
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].task->asks() != Asks::acceleration) continue;
+    const std::string name = "task stack: task '" + entries_[i].task->name() + "', which asks for accelerations, ";
+    if (fusion != Fusion::null_space && fusion != Fusion::quadratic)
+      throw ControlError(name + "needs a fusion by levels: null_space or quadratic");
+    if (entries_[i].level == StackEntry::feedforward) throw ControlError(name + "needs a level");
+    for (const StackEntry& other : entries_)
+      if (other.level == entries_[i].level && other.task->asks() != Asks::acceleration)
+        throw ControlError(name + "shares level " + std::to_string(other.level) + " with '" + other.task->name() +
+                           "', which asks for a torque");
+  }
   std::size_t levels = 0;
   for (std::size_t i = 0; i < entries_.size(); ++i)
     if (entries_[i].level != StackEntry::feedforward && (i == 0 || entries_[i].level != entries_[i - 1].level))
@@ -40,6 +55,7 @@ TaskStack::TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, F
   levels_.resize(levels);
   level_torque_.resize(levels * joints_);
   level_rows_.resize(largest_rows * joints_);
+  level_acceleration_.resize(largest_rows);
 
   if (fusion == Fusion::null_space)
     null_space_.emplace(joints_, largest_rows, Inverse::dynamically_consistent, damping);
@@ -72,6 +88,7 @@ bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, st
   std::ranges::fill(level_torque_, 0.0);
   double* torque = feedforward_.data();
   double* rows = level_rows_.data();
+  double* acceleration = level_acceleration_.data();
   std::size_t level = 0;  // of the next new one
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const StackEntry& entry = entries_[i];
@@ -89,6 +106,13 @@ bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, st
     rows += entry.task->rows().size();
     const double* first = levels_[level - 1].rows.data();
     levels_[level - 1].rows = {first, static_cast<std::size_t>(rows - first)};
+    const std::span<const double> wanted = entry.task->acceleration();
+    std::ranges::copy(wanted, acceleration);
+    acceleration += wanted.size();
+    if (!wanted.empty()) {
+      const std::size_t so_far = levels_[level - 1].acceleration.size() + wanted.size();
+      levels_[level - 1].acceleration = {acceleration - so_far, so_far};
+    }
   }
   switch (fusion_) {
     case Fusion::weighted_sum:
@@ -98,7 +122,8 @@ bool TaskStack::compute(const TaskInput& input, std::span<const double> mass, st
       break;
     case Fusion::null_space:
     case Fusion::null_space_at_rest:
-      if (!null_space_->fuse(mass, levels_, fused)) return false;
+      for (std::size_t joint = 0; joint < joints_; ++joint) beside_[joint] = feedforward_[joint] - bias[joint];
+      if (!null_space_->fuse(mass, levels_, fused, beside_)) return false;
       break;
     case Fusion::quadratic:
       return quadratic_->fuse(input, mass, bias, feedforward_, levels_, fused);

@@ -32,8 +32,9 @@ struct StackEntry {
 class TaskStack {
  public:
   // `limits` are needed for Fusion::quadratic. Throws ControlError for a stack without tasks, a task that is missing,
-  // twice there or of another robot, a level below `feedforward`, a weight that is negative or not finite, or no
-  // limits.
+  // twice there or of another robot, a level below `feedforward`, a weight that is negative or not finite, no limits,
+  // or a task that asks for accelerations beside one that asks for a torque, as a feedforward, or in a fusion without
+  // levels.
   TaskStack(std::size_t joint_count, std::vector<StackEntry> entries, Fusion fusion, Damping damping = {},
             std::optional<QuadraticLimits> limits = {});
 
@@ -62,9 +63,11 @@ class TaskStack {
   std::vector<StackEntry> entries_;
   Fusion fusion_;
   std::vector<FusionLevel> levels_;
-  std::vector<double> level_torque_;  // (levels, n)
-  std::vector<double> level_rows_;    // (largest rows of all, n)
-  std::vector<double> feedforward_;   // (n)
+  std::vector<double> level_torque_;        // (levels, n)
+  std::vector<double> level_rows_;          // (largest rows of all, n)
+  std::vector<double> level_acceleration_;  // (largest rows of all)
+  std::vector<double> feedforward_;         // (n)
+  std::vector<double> beside_;              // (n) Nm, what moves the robot beside the levels
   std::optional<NullSpaceFusion> null_space_;
   std::optional<QuadraticFusion> quadratic_;
 };

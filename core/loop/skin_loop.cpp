@@ -19,6 +19,7 @@ SkinLoop::SkinLoop(RobotPort& port, skin::SkinInput& input, robot::TaskCycle& cy
   skin_.resize(cycle.cell_count());
   joints_ = JointState(cycle.joint_count());
   sensors_ = SensorReadings(port.sensors());
+  cycle_.use_sensors(port.sensors());
   command_ = JointCommand(CommandMode::position, cycle.joint_count());
 }
 
@@ -46,6 +47,7 @@ const LoopReport& SkinLoop::step(std::int64_t now_ns) noexcept {
   // Robot: joints, and what else it measures.
   report_.read = port_.read(joints_);
   report_.sensors = port_.read_sensors(sensors_);
+  cycle_.estimate(sensors_, now_ns, joints_);
   input_.tell_joints(now_ns, joints_.position);
 
   // Control: tasks, fusion, resolver; its guard has the last word on the command.

@@ -124,6 +124,41 @@ std::span<const double> RobotDynamics::nonlinear_effects() const noexcept {
   return flat(workspace_->data.nle);
 }
 
+// The composite-rigid-body algorithm has left the inertia of all that a joint carries, in the base frame, in oYcrb.
+double RobotDynamics::mass() const noexcept {
+  const pinocchio::Model& model = *workspace_->model;
+  double mass = model.inertias[0].mass();
+  for (std::size_t joint = 1; joint <= joint_count(); ++joint)
+    if (model.parents[joint] == 0) mass += workspace_->data.oYcrb[joint].mass();
+  return mass;
+}
+
+std::array<double, 3> RobotDynamics::centre_of_mass() const noexcept {
+  const pinocchio::Model& model = *workspace_->model;
+  Eigen::Vector3d sum = model.inertias[0].mass() * model.inertias[0].lever();
+  for (std::size_t joint = 1; joint <= joint_count(); ++joint) {
+    if (model.parents[joint] != 0) continue;
+    const auto& carried = workspace_->data.oYcrb[joint];
+    sum += carried.mass() * carried.lever();
+  }
+  sum /= mass();
+  return {sum[0], sum[1], sum[2]};
+}
+
+bool RobotDynamics::centre_of_mass_jacobian(std::span<double> out) const noexcept {
+  const std::size_t count = joint_count();
+  if (out.size() != 3 * count) return false;
+  const double all = mass();
+  for (std::size_t joint = 0; joint < count; ++joint) {
+    const auto motion = workspace_->data.J.col(static_cast<Eigen::Index>(joint));
+    const auto& carried = workspace_->data.oYcrb[joint + 1];
+    const Eigen::Vector3d velocity =
+        carried.mass() / all * (motion.head<3>() + motion.tail<3>().cross(carried.lever()));
+    for (std::size_t row = 0; row < 3; ++row) out[row * count + joint] = velocity[static_cast<Eigen::Index>(row)];
+  }
+  return true;
+}
+
 bool RobotDynamics::forward_dynamics(std::span<const double> torque, std::span<double> acceleration) const noexcept {
   const std::size_t count = joint_count();
   if (torque.size() != count || acceleration.size() != count) return false;

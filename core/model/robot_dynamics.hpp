@@ -2,6 +2,7 @@
 // A robot at one posture: where its links are and how it answers to forces. The workspace of one thread.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -35,6 +36,11 @@ class RobotDynamics {
   std::span<const double> mass_matrix() const noexcept;        // (n, n) M, symmetric
   std::span<const double> gravity_torque() const noexcept;     // (n) g: the torque that holds the robot still
   std::span<const double> nonlinear_effects() const noexcept;  // (n) C v + g
+
+  double mass() const noexcept;                           // kg, of all links
+  std::array<double, 3> centre_of_mass() const noexcept;  // metres, of all links
+  // out (3, n): velocity of the centre of mass per joint velocity. False if the count is wrong.
+  [[nodiscard]] bool centre_of_mass_jacobian(std::span<double> out) const noexcept;
 
   // acceleration (n) = M^-1 (torque - C v - g). False if a count is wrong; the arrays may be the same.
   [[nodiscard]] bool forward_dynamics(std::span<const double> torque, std::span<double> acceleration) const noexcept;

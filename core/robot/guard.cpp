@@ -15,6 +15,8 @@ namespace {
 constexpr double horizon_s = 0.02;
 // Share of the acceleration limit with which a command that was held back closes up to the one asked for.
 constexpr double catch_up_share = 0.5;
+// Speed below which the joints of a robot that stands are at rest: it is never quite still.
+constexpr double standing_rest_speed = 0.1;
 // Natural frequency with which a stopped torque-controlled robot holds its place.
 constexpr double hold_rad_s = 20.0;
 
@@ -98,8 +100,9 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
 }
 
 const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
-                                std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) noexcept {
-  report_.conditions = conditions(joints, skin, now_ns, run_wanted, command);
+                                std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command,
+                                const control::StandingState* standing) noexcept {
+  report_.conditions = conditions(joints, skin, now_ns, run_wanted, command, standing);
   if (!finite) report_.conditions &= ~std::uint16_t{command_finite};
   if (joints_known_) count_violations(joints);
 
@@ -132,7 +135,11 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
         has_last_ = false;
         return report_;
       }
-      brake(dynamics, joints, command);
+      // SAFETY: a robot that stands has to move to stand. Its command still keeps every limit.
+      if (standing != nullptr && (report_.conditions & command_finite) != 0)
+        (void)limit(dynamics, joints, limits_.speed_share, command);
+      else
+        brake(dynamics, joints, command);
       break;
   }
   remember(joints, command);
@@ -141,7 +148,8 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
 }
 
 std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
-                                bool run_wanted, const JointCommand& command) noexcept {
+                                bool run_wanted, const JointCommand& command,
+                                const control::StandingState* standing) noexcept {
   const std::size_t count = lower_.size();
   std::uint16_t found = 0;
 
@@ -156,7 +164,8 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
     for (std::size_t i = 0; i < count; ++i) {
       inside = inside && joints.position[i] >= lower_[i] && joints.position[i] <= upper_[i] &&
                std::abs(joints.velocity[i]) <= velocity_limit_[i];
-      rest = rest && std::abs(joints.velocity[i]) <= limits_.rest_speed;
+      const double rest_speed = standing != nullptr ? standing_rest_speed : limits_.rest_speed;
+      rest = rest && (effort_limit_[i] == 0 || std::abs(joints.velocity[i]) <= rest_speed);
     }
     if (inside) found |= joints_inside;
     if (rest) found |= at_rest;
@@ -168,6 +177,8 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
   if (snapshot_young && alive > 0 && report_.alive_share >= limits_.smallest_alive_share) found |= skin_fresh;
   if (report_.alive_share >= limits_.whole_alive_share) found |= skin_whole;
   if (body_.within(skin, now_ns, excess_)) found |= contact_within;
+  if (standing == nullptr || standing->support.inside_by(standing->capture_point()) >= -limits_.capture_margin_m)
+    found |= balanced;
 
   if (command.value.size() == count && all_finite(command.value)) found |= command_finite;
   if (last_cycle_ns_ == never_ns || now_ns - last_cycle_ns_ <= limits_.largest_cycle_ns) found |= on_time;
@@ -203,6 +214,7 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
   const double period = limits_.period_s;
   bool changed = false;
   for (std::size_t i = 0; i < command.value.size(); ++i) {
+    if (effort_limit_[i] == 0) continue;  // nothing drives it, and nothing reads its command
     const double was = has_last_ ? last_velocity_[i] : joints.velocity[i];
     double from = joints.position[i];
     if (command.mode == CommandMode::position) {

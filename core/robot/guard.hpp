@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "control/standing_state.hpp"
 #include "control/virtual_robot.hpp"
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
@@ -36,6 +37,8 @@ struct GuardLimits {
   std::int64_t largest_cycle_ns = 20'000'000;  // time between two cycles
   double period_s = 0.001;
   BodyLimits body;  // none: no limits of contact
+  // How far outside the soles the capture point of a robot that stands may be before it counts as falling.
+  double capture_margin_m = 0.02;
 
   // The same limits in a cycle of this period.
   GuardLimits at_period(double cycle_period_s) const {
@@ -69,10 +72,12 @@ class Guard {
   Guard(const RobotModel& robot, GuardLimits limits);
 
   // Decides on this cycle's command, which `finite` says the controller could compute, and rewrites it where it has
-  // to: within limits while running, a hold while ready, a controlled stop while stopped. `dynamics` was updated in
-  // this cycle, with the measured state if the mode is torque. Never allocates or throws.
+  // to: within limits while running, a hold while ready, a controlled stop while stopped. Of a robot that stands
+  // (`standing`) the command is within limits in these states, too, since one that holds still falls. `dynamics` was
+  // updated in this cycle, with the measured state if the mode is torque. Never allocates or throws.
   const GuardReport& check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
-                           std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command) noexcept;
+                           std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command,
+                           const control::StandingState* standing = nullptr) noexcept;
 
   const GuardReport& report() const noexcept { return report_; }
   const GuardLimits& limits() const noexcept { return limits_; }
@@ -81,7 +86,7 @@ class Guard {
 
  private:
   std::uint16_t conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns, bool run_wanted,
-                           const JointCommand& command) noexcept;
+                           const JointCommand& command, const control::StandingState* standing) noexcept;
   void count_violations(const JointState& joints) noexcept;
   bool limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
              JointCommand& command) noexcept;

@@ -10,6 +10,7 @@ namespace robotskin::robot {
 
 // off: nothing known of the joints. ready: holds still and may start. running: obeys the controller. degraded: obeys it
 // slowly, since part of the skin is missing. stopped: brought to rest and held, until nobody wants it to run any more.
+// A robot that stands balances in all states but off.
 enum class SafetyState : std::uint8_t { off, ready, running, degraded, stopped };
 inline constexpr std::size_t safety_state_count = 5;
 
@@ -24,6 +25,7 @@ enum Condition : std::uint16_t {
   wanted = 1 << 6,          // somebody wants the robot to run
   at_rest = 1 << 7,         // no joint moves faster than the speed of rest
   contact_within = 1 << 8,  // no contact is beyond the limits of a body region, as far as any are given
+  balanced = 1 << 9,        // a robot that stands can still come to rest above its feet; always so of a mounted one
 };
 
 enum class Reason : std::uint8_t {
@@ -36,6 +38,7 @@ enum class Reason : std::uint8_t {
   overrun,             // a cycle came too late
   asked,               // nobody wants the robot to run any more
   body_limit,          // a contact beyond the limit of a body region, or one that cannot be known
+  unbalanced,          // the robot is about to fall
 };
 
 struct Transition {
@@ -51,11 +54,13 @@ inline constexpr std::array safety_table = {
     Transition{SafetyState::off, joints_fresh, 0, SafetyState::ready, Reason::none},
 
     Transition{SafetyState::ready, 0, joints_fresh, SafetyState::off, Reason::joints_stale},
-    Transition{SafetyState::ready, wanted | joints_inside | skin_fresh | command_finite | on_time | contact_within, 0,
+    Transition{SafetyState::ready,
+               wanted | joints_inside | skin_fresh | command_finite | on_time | contact_within | balanced, 0,
                SafetyState::running, Reason::none},
 
     Transition{SafetyState::running, 0, joints_fresh, SafetyState::stopped, Reason::joints_stale},
     Transition{SafetyState::running, 0, joints_inside, SafetyState::stopped, Reason::joints_beyond},
+    Transition{SafetyState::running, 0, balanced, SafetyState::stopped, Reason::unbalanced},
     Transition{SafetyState::running, 0, contact_within, SafetyState::stopped, Reason::body_limit},
     Transition{SafetyState::running, 0, skin_fresh, SafetyState::stopped, Reason::skin_lost},
     Transition{SafetyState::running, 0, command_finite, SafetyState::stopped, Reason::command_not_finite},
@@ -65,6 +70,7 @@ inline constexpr std::array safety_table = {
 
     Transition{SafetyState::degraded, 0, joints_fresh, SafetyState::stopped, Reason::joints_stale},
     Transition{SafetyState::degraded, 0, joints_inside, SafetyState::stopped, Reason::joints_beyond},
+    Transition{SafetyState::degraded, 0, balanced, SafetyState::stopped, Reason::unbalanced},
     Transition{SafetyState::degraded, 0, contact_within, SafetyState::stopped, Reason::body_limit},
     Transition{SafetyState::degraded, 0, skin_fresh, SafetyState::stopped, Reason::skin_lost},
     Transition{SafetyState::degraded, 0, command_finite, SafetyState::stopped, Reason::command_not_finite},
@@ -88,7 +94,7 @@ constexpr const char* name(SafetyState state) noexcept {
 }
 
 constexpr const char* name(Reason reason) noexcept {
-  constexpr std::array<const char*, 9> names = {
+  constexpr std::array<const char*, 10> names = {
       "none",
       "no fresh joint state",
       "a joint is beyond its position or velocity limit",
@@ -98,6 +104,7 @@ constexpr const char* name(Reason reason) noexcept {
       "a cycle came too late",
       "stopped on request",
       "a contact is beyond the limit of a body region",
+      "the robot is about to fall",
   };
   return names[static_cast<std::size_t>(reason)];
 }

@@ -22,6 +22,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
     : gains_(std::move(gains)),
       dynamics_(robot),
       touch_(robot, skin, gains_.touch.measured_force()),
+      robot_(robot),
       mask_(skin, gains_.fade_s),
       skin_fade_(gains_.fade_s, 1.0),
       touch_filter_(robot.joint_count(), gains_.touch_bandwidth_hz, gains_.resolver.period_s),
@@ -33,9 +34,18 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
       fused_torque_(robot.joint_count()),
       mass_(robot.joint_count() * robot.joint_count()),
       bias_(robot.joint_count()) {
+  if (!gains_.feet.empty()) standing_.emplace(robot, gains_.feet);
   if (stack_.stack().joint_count() != robot.joint_count())
     throw control::ControlError("task cycle: the stack is for " + std::to_string(stack_.stack().joint_count()) +
                                 " joints, the robot has " + std::to_string(robot.joint_count()));
+}
+
+void TaskCycle::use_sensors(const PortSensors& sensors) {
+  if (standing_) standing_->use_sensors(robot_, sensors);
+}
+
+void TaskCycle::estimate(const SensorReadings& sensors, std::int64_t now_ns, JointState& joints) noexcept {
+  if (standing_) standing_known_ = standing_->update(sensors, now_ns, gains_.resolver.period_s, joints);
 }
 
 const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns,
@@ -49,7 +59,14 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
     return values.size() == count && std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
   };
   const SafetyState state = guard_.report().state;
-  const bool moves = state == SafetyState::running || state == SafetyState::degraded;
+  const bool runs = state == SafetyState::running || state == SafetyState::degraded;
+  // A robot that stands goes on balancing where another would hold still. It then feels no touch, and keeps its
+  // posture.
+  const bool stands = standing_.has_value() && state != SafetyState::off;
+  const bool moves = runs || (stands && balances_);
+  const bool settles = stands && balances_ && !runs && ran_;
+  balances_ = stands;
+  ran_ = runs;
 
   bool valid = fits(joints.position) && fits(joints.velocity) && command.value.size() == count;
   if (valid) {
@@ -62,7 +79,8 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
     valid = dynamics_.update(resolver_.position(), resolver_.velocity());
   }
   const std::span<const float> mask = mask_.step(period);
-  const auto skin_share = static_cast<float>(skin_fade_.step(skin_on_.load(std::memory_order_relaxed), period));
+  const auto skin_share =
+      static_cast<float>(skin_fade_.step(skin_on_.load(std::memory_order_relaxed) && (runs || !stands), period));
   for (std::size_t cell = 0; cell < share_.size(); ++cell) share_[cell] = skin_share * mask[cell];
 
   if (valid) valid = touch_.compute(dynamics_, skin, mask);
@@ -86,8 +104,10 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .source = control::unmasked_source(source_.load(std::memory_order_relaxed), mask_.whole()),
         .skin_share = skin_share,
         .tick = ++tick_,
-        .deadline_ns = deadline_ns};
-    if (!moves) stack_.restart(input);
+        .deadline_ns = deadline_ns,
+        .touch = &touch_,
+        .standing = standing()};
+    if (!moves || settles) stack_.restart(input);
     valid = stack_.compute(input, mass_, bias_, fused_torque_);
     const control::FusionReport fusion = stack_.stack().report();
     fusion_counts_.fallback_ticks += fusion.fallback ? 1 : 0;
@@ -99,7 +119,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
 
   // SAFETY: the guard has the last word; nothing after it changes the command.
   const GuardReport& report =
-      guard_.check(dynamics_, joints, skin, now_ns, run_.load(std::memory_order_relaxed), valid, command);
+      guard_.check(dynamics_, joints, skin, now_ns, run_.load(std::memory_order_relaxed), valid, command, standing());
   if (report.state != SafetyState::stopped || report.reason == Reason::asked)
     log_.record(now_ns, report.state, joints, fused_torque_, command);
   return report;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,10 +14,12 @@
 #include "control/patch_mask.hpp"
 #include "control/skin_source.hpp"
 #include "control/stack_switch.hpp"
+#include "control/standing_estimator.hpp"
 #include "control/torque_resolver.hpp"
 #include "control/touch_wrench.hpp"
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
+#include "model/sensor_readings.hpp"
 #include "robot/guard.hpp"
 #include "robot/state_log.hpp"
 #include "skin/skin_state.hpp"
@@ -31,6 +34,7 @@ struct TaskCycleGains {
   // After which a clock ends the fusion of a period: for the ports of a real robot alone, since no run that it ends
   // can be repeated; 0: none does.
   double fusion_ends_s = 0;
+  std::vector<Foot> feet;  // of a robot that stands on them; empty: it is mounted
 };
 
 // How the ticks of quadratic programmes ended, of a cycle so far.
@@ -49,6 +53,15 @@ class TaskCycle {
   // together.
   TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskCycleGains gains, const GuardLimits& limits,
             std::unique_ptr<control::TaskStack> stack);
+
+  // Which sensors the readings of `estimate` are of. Throws ModelError for a link that the robot does not have.
+  void use_sensors(const PortSensors& sensors);
+  // Fills the joints of the base of a robot that stands; of one that is mounted it changes nothing. Before each step.
+  void estimate(const SensorReadings& sensors, std::int64_t now_ns, JointState& joints) noexcept;
+  // Of a robot that stands, after estimate; null: it is mounted, or nothing is known yet.
+  const control::StandingState* standing() const noexcept {
+    return standing_ && standing_known_ ? &standing_->state() : nullptr;
+  }
 
   // One period. `joints` holds n joints and `skin` N cells; `now_ns` is the clock of their stamps. Fills the command,
   // which has n joints; it goes to the robot if the report says `send`. Never allocates, locks or throws.
@@ -85,6 +98,9 @@ class TaskCycle {
   TaskCycleGains gains_;
   RobotDynamics dynamics_;
   control::TouchWrench touch_;  // as it is felt
+  RobotModel robot_;
+  std::optional<control::StandingEstimator> standing_;
+  bool standing_known_ = false, balances_ = false, ran_ = false;
   control::PatchMask mask_;
   control::Fade skin_fade_;
   control::LowPass touch_filter_;

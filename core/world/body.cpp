@@ -10,7 +10,8 @@ namespace robotskin::world {
 
 Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<HandDescription>& hands,
            std::vector<Carrier> carriers, const std::vector<int>& robot_joints, const std::vector<double>& effort_limit,
-           const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed)
+           const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed, SensorMounting sensors,
+           std::size_t base_joints)
     : model_(model),
       data_(data),
       mounting_(std::move(mounting)),
@@ -20,7 +21,7 @@ Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<Ha
       proximity_(*model, mounting_, imperfections, seed),
       temperature_(mounting_),
       sensors_(mounting_.cell_count(), imperfections, seed),
-      robot_(*model, *data, robot_joints, effort_limit, gains, imperfections),
+      robot_(*model, *data, robot_joints, effort_limit, gains, imperfections, std::move(sensors), base_joints, seed),
       carriers_(std::move(carriers)) {
   for (const HandDescription& hand : hands) hands_.emplace_back(*model, hand);
 }
@@ -43,7 +44,7 @@ void Body::step(std::int64_t time_ns) {
   proximity_.update(*data_, robot_.position_address());
   const double time_s = 1e-9 * static_cast<double>(time_ns);
   for (const int cell : contacts_.changed()) temperature_.touch(cell, contacts_.toucher()[cell], time_s);
-  robot_.measure(*data_, time_ns + std::llround(1e9 * model_->opt.timestep));
+  robot_.measure(*model_, *data_, time_ns + std::llround(1e9 * model_->opt.timestep));
 }
 
 Truth Body::truth(std::size_t cell, double time_s, const Seen& seen) const {

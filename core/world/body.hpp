@@ -27,7 +27,8 @@ class Body {
   // Model and data are shared with Python, which keeps them alive; they are the only physics.
   Body(mjModel_* model, mjData_* data, Mounting mounting, const std::vector<HandDescription>& hands,
        std::vector<Carrier> carriers, const std::vector<int>& robot_joints, const std::vector<double>& effort_limit,
-       const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed);
+       const ServoGains& gains, const Imperfections& imperfections, std::uint64_t seed, SensorMounting sensors = {},
+       std::size_t base_joints = 0);
 
   // One physics step from `time_ns` of the simulated clock on.
   void step(std::int64_t time_ns);

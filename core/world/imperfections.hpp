@@ -45,6 +45,15 @@ namespace robotskin::world {
   ROW(drift_period_s, 600, 600, "s", "of that wave; each cell within a factor of two of it", "chosen") \
   ROW(encoder_bits, 17, 0, "bits", "steps of a joint's encoder: one turn over two to this power; 0: no steps", "chosen: absolute encoders of industrial arms") \
   ROW(encoder_delay_s, 0.001, 0, "s", "age of position and velocity when the controller reads them; whole physics steps", "chosen: one bus cycle") \
+  ROW(imu_tilt_deg, 0.2, 0, "degrees", "slow error of an inertial unit's orientation, standard deviation about each level axis", "chosen: MEMS units of the better kind") \
+  ROW(imu_bias_deg, 0.2, 0, "degrees", "constant error of that orientation, within ±; its heading is then drawn, too", "chosen") \
+  ROW(imu_rate_noise_rad_s, 0.003, 0.003, "rad/s", "noise of its turn rates, standard deviation of a sample", "chosen: MEMS units of the better kind") \
+  ROW(imu_delay_s, 0.002, 0, "s", "age of what it tells; whole physics steps", "chosen: a filter and a bus cycle") \
+  ROW(robot_force_noise_n, 1, 1, "N", "noise of a foot's force sensor, standard deviation of a sample and axis", "chosen") \
+  ROW(robot_moment_noise_nm, 0.1, 0.1, "Nm", "the same of its moments", "chosen") \
+  ROW(robot_force_bias_n, 2, 0, "N", "what it shows at rest, within ±", "chosen: a sensor that was tared") \
+  ROW(robot_moment_bias_nm, 0.2, 0, "Nm", "the same of its moments", "chosen") \
+  ROW(robot_force_bandwidth_hz, 100, 100, "Hz", "of its low-pass; 0: none", "chosen") \
   ROW(joint_friction, 0.03, 0, "1", "Coulomb friction of a joint, share of its effort limit", "chosen: geared arms have 2 to 10 %") \
   ROW(link_shift_mm, 0.5, 0, "mm", "how far a joint sits from where the model has it, in a drawn direction", "chosen: an arm that was not calibrated") \
   ROW(link_turn_deg, 0.2, 0, "degrees", "how far a joint is turned from where the model has it, about a drawn axis", "chosen: an arm that was not calibrated") \

@@ -22,7 +22,8 @@ constexpr double brake_max_s = 0.3;
 
 SimulatedRobot::SimulatedRobot(const mjModel& model, const mjData& data, const std::vector<int>& joints,
                                std::vector<double> effort_limit, const ServoGains& gains,
-                               const Imperfections& imperfections)
+                               const Imperfections& imperfections, SensorMounting sensors, std::size_t base_joints,
+                               std::uint64_t seed)
     : effort_limit_(std::move(effort_limit)),
       gains_(gains),
       command_(CommandMode::position, joints.size()),
@@ -31,7 +32,9 @@ SimulatedRobot::SimulatedRobot(const mjModel& model, const mjData& data, const s
       torque_(model.nv),
       measured_(joints.size()),
       encoder_step_(imperfections.encoder_bits > 0 ? 2 * std::numbers::pi / std::exp2(imperfections.encoder_bits) : 0),
-      delay_(static_cast<std::size_t>(std::llround(imperfections.encoder_delay_s / model.opt.timestep))) {
+      delay_(static_cast<std::size_t>(std::llround(imperfections.encoder_delay_s / model.opt.timestep))),
+      sensors_(model, std::move(sensors), imperfections, seed),
+      base_joints_(base_joints) {
   for (const int joint : joints) {
     position_address_.push_back(model.jnt_qposadr[joint]);
     velocity_address_.push_back(model.jnt_dofadr[joint]);
@@ -43,10 +46,11 @@ SimulatedRobot::SimulatedRobot(const mjModel& model, const mjData& data, const s
     for (const int address : position_address_) late_.push_back(data.qpos[address]);
     for (const int address : velocity_address_) late_.push_back(data.qvel[address]);
   }
-  measure(data, 0);
+  measure_joints(data, 0);
 }
 
 bool SimulatedRobot::offers(CommandMode mode) const noexcept {
+  if (base_joints_ > 0) return mode == CommandMode::position;
   return mode == CommandMode::position || mode == CommandMode::velocity || mode == CommandMode::torque;
 }
 
@@ -57,6 +61,15 @@ PortStatus SimulatedRobot::read(JointState& state) noexcept {
   std::copy(measured_.velocity.begin(), measured_.velocity.end(), state.velocity.begin());
   std::copy(measured_.effort.begin(), measured_.effort.end(), state.effort.begin());
   state.stamp_ns = measured_.stamp_ns;
+  return PortStatus::ok;
+}
+
+PortStatus SimulatedRobot::read_sensors(SensorReadings& readings) noexcept {
+  if (!sensors_unread_) return PortStatus::no_new_state;
+  sensors_unread_ = false;
+  const SensorReadings& now = sensors_.readings();
+  std::copy(now.imus.begin(), now.imus.end(), readings.imus.begin());
+  std::copy(now.forces.begin(), now.forces.end(), readings.forces.begin());
   return PortStatus::ok;
 }
 
@@ -89,7 +102,7 @@ void SimulatedRobot::brake(const mjData& data, double step_s) noexcept {
   bool at_rest = true;
   for (std::size_t i = 0; i < joint_count(); ++i) {
     goal_[i] = data.qpos[position_address_[i]];
-    at_rest = at_rest && std::abs(data.qvel[velocity_address_[i]]) < rest_speed;
+    at_rest = at_rest && (i < base_joints_ || std::abs(data.qvel[velocity_address_[i]]) < rest_speed);
   }
   braking_s_ = at_rest ? 0 : braking_s_ - step_s;
 }
@@ -102,7 +115,7 @@ void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
   } else {
     const double step_s = model.opt.timestep;
     if (braking_s_ > 0) brake(data, step_s);
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = base_joints_; i < n; ++i) {  // the base's part of `wanted_` stays 0
       const double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
       double goal_velocity = 0;
       if (command_.mode == CommandMode::velocity) {
@@ -126,7 +139,14 @@ void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
   }
 }
 
-void SimulatedRobot::measure(const mjData& data, std::int64_t stamp_ns) noexcept {
+void SimulatedRobot::measure(const mjModel& model, const mjData& data, std::int64_t stamp_ns) noexcept {
+  measure_joints(data, stamp_ns);
+  if (sensors_.places().imus.empty() && sensors_.places().forces.empty()) return;
+  sensors_.measure(model, data, stamp_ns);
+  sensors_unread_ = true;
+}
+
+void SimulatedRobot::measure_joints(const mjData& data, std::int64_t stamp_ns) noexcept {
   const std::size_t n = joint_count();
   for (std::size_t i = 0; i < n; ++i) {
     double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
@@ -135,8 +155,8 @@ void SimulatedRobot::measure(const mjData& data, std::int64_t stamp_ns) noexcept
       std::swap(position, late_[2 * n * oldest_ + i]);
       std::swap(velocity, late_[2 * n * oldest_ + n + i]);
     }
-    measured_.position[i] = position;
-    measured_.velocity[i] = velocity;
+    measured_.position[i] = i < base_joints_ ? not_measured : position;
+    measured_.velocity[i] = i < base_joints_ ? not_measured : velocity;
   }
   if (delay_ > 0) oldest_ = (oldest_ + 1) % delay_;
   measured_.stamp_ns = stamp_ns;

@@ -6,6 +6,7 @@
 
 #include "model/robot_port.hpp"
 #include "world/imperfections.hpp"
+#include "world/robot_sensors.hpp"
 
 struct mjModel_;
 struct mjData_;
@@ -23,13 +24,18 @@ struct ServoGains {
 // Not for several threads at once: whoever steps the world also calls the port.
 class SimulatedRobot : public RobotPort {
  public:
-  // `joints`: MuJoCo joint of each of the n robot joints; effort_limit (n) Nm or N.
+  // `joints`: MuJoCo joint of each of the n robot joints; effort_limit (n) Nm or N. The first `base_joints` of them
+  // move a base that nothing drives or measures: they are NaN in what is read, and their part of a command is not
+  // looked at. Such a robot takes positions alone.
   SimulatedRobot(const mjModel_& model, const mjData_& data, const std::vector<int>& joints,
-                 std::vector<double> effort_limit, const ServoGains& gains, const Imperfections& imperfections);
+                 std::vector<double> effort_limit, const ServoGains& gains, const Imperfections& imperfections,
+                 SensorMounting sensors = {}, std::size_t base_joints = 0, std::uint64_t seed = 1);
 
   std::size_t joint_count() const noexcept override { return position_address_.size(); }
   bool offers(CommandMode mode) const noexcept override;
+  PortSensors sensors() const override { return sensors_.places(); }
   [[nodiscard]] PortStatus read(JointState& state) noexcept override;
+  [[nodiscard]] PortStatus read_sensors(SensorReadings& readings) noexcept override;
   [[nodiscard]] PortStatus write(const JointCommand& command) noexcept override;
   void stop() noexcept override;
 
@@ -37,13 +43,14 @@ class SimulatedRobot : public RobotPort {
   void drive(const mjModel_& model, mjData_& data) noexcept;
   // After a physics step: `stamp_ns` becomes the stamp of the next state read, which is as old as the encoders are
   // late.
-  void measure(const mjData_& data, std::int64_t stamp_ns) noexcept;
+  void measure(const mjModel_& model, const mjData_& data, std::int64_t stamp_ns) noexcept;
 
   // (n) where each joint's position stands in qpos.
   const std::vector<int>& position_address() const { return position_address_; }
 
  private:
   void brake(const mjData_& data, double step_s) noexcept;
+  void measure_joints(const mjData_& data, std::int64_t stamp_ns) noexcept;
 
   std::vector<int> position_address_, velocity_address_;
   std::vector<double> effort_limit_;
@@ -59,7 +66,9 @@ class SimulatedRobot : public RobotPort {
   std::size_t delay_ = 0, oldest_ = 0;  // in physics steps; row of the ring
   double braking_s_ = 0;                // left of the time in which a stop may brake
   double command_left_s_ = -1;          // of the life of the last command; negative: stopped
-  bool unread_ = false;
+  bool unread_ = false, sensors_unread_ = false;
+  RobotSensors sensors_;
+  std::size_t base_joints_;
 };
 
 }  // namespace robotskin::world

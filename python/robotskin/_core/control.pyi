@@ -304,6 +304,12 @@ class Task:
         """(n) Nm"""
 
     @property
+    def acceleration(self) -> NDArray[numpy.float64]:
+        """
+        (rows) that the rows are to have; empty for a task that asks for a torque
+        """
+
+    @property
     def rows(self) -> NDArray[numpy.float64]:
         """(rows, n)"""
 
@@ -344,6 +350,211 @@ class PythonTask(Task):
     @property
     def error(self) -> str:
         """what compute raised last, empty if nothing"""
+
+class Foot:
+    """A foot with a flat, rectangular sole, in the frame of its link."""
+
+    def __init__(self, link: str, sole: Sequence[float], half: Sequence[float]) -> None:
+        """
+        sole (3) m: middle of its lower face; half (2) m: half of length and width.
+        """
+
+    @property
+    def link(self) -> str: ...
+    @property
+    def sole(self) -> list[float]: ...
+    @property
+    def half(self) -> list[float]: ...
+
+class SupportPolygon:
+    """The convex hull of what stands on the floor."""
+
+    def __init__(self) -> None: ...
+    def set(self, points: Sequence[Sequence[float]]) -> None:
+        """At most eight, (2) m each."""
+
+    @property
+    def corners(self) -> list[list[float]]:
+        """anticlockwise, (2) m each"""
+
+    @property
+    def centre(self) -> list[float]: ...
+    def inside_by(self, point: Sequence[float]) -> float:
+        """m from the nearest edge; negative: outside."""
+
+    def clipped(self, point: Sequence[float], margin: float) -> list[float]:
+        """The nearest point inside by the margin."""
+
+class StandingState:
+    """What is known of a standing robot's balance; world frame."""
+
+    @property
+    def centre_of_mass(self) -> list[float]:
+        """(3) m"""
+
+    @property
+    def com_velocity(self) -> list[float]:
+        """(3) m/s"""
+
+    @property
+    def support(self) -> SupportPolygon: ...
+    @property
+    def imu_counts(self) -> bool:
+        """the inertial unit is heard and not stuck"""
+
+    @property
+    def forces_count(self) -> bool:
+        """the force of each foot is heard; zmp is known"""
+
+    @property
+    def zmp(self) -> list[float]:
+        """(2) m, zero-moment point"""
+
+    @property
+    def load_n(self) -> float: ...
+    @property
+    def foot_load_n(self) -> list[float]: ...
+    @property
+    def foot_pressure(self) -> list[list[float]]:
+        """(2, 2) m from the middle of each sole"""
+
+    @property
+    def foot_place(self) -> list[list[float]]:
+        """(2, 2) m, middle of each sole"""
+
+    @property
+    def capture_point(self) -> list[float]:
+        """(2) m"""
+
+class FootContactGains:
+    def __init__(self) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """1/s^2"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """1/s"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+    @property
+    def flattening(self) -> float:
+        """rad/s for a newton metre"""
+
+    @flattening.setter
+    def flattening(self, arg: float, /) -> None: ...
+    @property
+    def largest_turn(self) -> float:
+        """rad"""
+
+    @largest_turn.setter
+    def largest_turn(self, arg: float, /) -> None: ...
+
+class FootContactTask(Task):
+    """Feet that stand stay where they are."""
+
+    def __init__(
+        self, robot: robotskin.model.RobotModel, feet: Sequence[Foot], gains: FootContactGains = ...
+    ) -> None: ...
+    @property
+    def turned(self) -> list[list[float]]:
+        """(2, 2) rad about x and y, to lie flat"""
+
+class BalanceGains:
+    def __init__(self) -> None: ...
+    @property
+    def lean(self) -> float:
+        """share of a lasting push that leaning takes up"""
+
+    @lean.setter
+    def lean(self, arg: float, /) -> None: ...
+    @property
+    def lean_hz(self) -> float: ...
+    @lean_hz.setter
+    def lean_hz(self, arg: float, /) -> None: ...
+    @property
+    def capture(self) -> float: ...
+    @capture.setter
+    def capture(self, arg: float, /) -> None: ...
+    @property
+    def admittance(self) -> float:
+        """1/s"""
+
+    @admittance.setter
+    def admittance(self, arg: float, /) -> None: ...
+    @property
+    def margin_m(self) -> float: ...
+    @margin_m.setter
+    def margin_m(self, arg: float, /) -> None: ...
+    @property
+    def largest_speed(self) -> float:
+        """m/s"""
+
+    @largest_speed.setter
+    def largest_speed(self, arg: float, /) -> None: ...
+    @property
+    def largest_lead_m(self) -> float: ...
+    @largest_lead_m.setter
+    def largest_lead_m(self, arg: float, /) -> None: ...
+    @property
+    def stiffness(self) -> float:
+        """1/s^2"""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+    @property
+    def damping(self) -> float:
+        """1/s"""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+    @property
+    def touch_hz(self) -> float: ...
+    @touch_hz.setter
+    def touch_hz(self, arg: float, /) -> None: ...
+    @property
+    def rest_hz(self) -> float: ...
+    @rest_hz.setter
+    def rest_hz(self, arg: float, /) -> None: ...
+    @property
+    def feet_hz(self) -> float: ...
+    @feet_hz.setter
+    def feet_hz(self, arg: float, /) -> None: ...
+    @property
+    def by_skin(self) -> bool:
+        """the shift of a touch is fed forward from the skin"""
+
+    @by_skin.setter
+    def by_skin(self, arg: bool, /) -> None: ...
+    @property
+    def by_feet(self) -> bool:
+        """the zero-moment point is measured"""
+
+    @by_feet.setter
+    def by_feet(self, arg: bool, /) -> None: ...
+
+class BalanceTask(Task):
+    """Moves the centre of mass so that the robot stands."""
+
+    def __init__(self, robot: robotskin.model.RobotModel, gains: BalanceGains = ...) -> None: ...
+    @property
+    def wanted(self) -> list[float]:
+        """(2) m, of the centre of mass"""
+
+    @property
+    def shift(self) -> list[float]:
+        """(2) m, of the point of balance by touch"""
+
+    @property
+    def skin_shift(self) -> list[float]:
+        """(2) m, what the skin feels of it"""
+
+    @property
+    def pressed(self) -> list[float]:
+        """(2) m, where the floor's force is to act"""
 
 class GravityTask(Task):
     """The torque that holds the robot still; stands outside of levels."""

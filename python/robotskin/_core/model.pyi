@@ -332,6 +332,18 @@ class RobotDynamics:
     def nonlinear_effects(self) -> NDArray[numpy.float64]:
         """(n) Nm, C v + g"""
 
+    @property
+    def mass(self) -> float:
+        """kg, of all links"""
+
+    @property
+    def centre_of_mass(self) -> list[float]:
+        """(3) metres, of all links"""
+
+    @property
+    def centre_of_mass_jacobian(self) -> NDArray[numpy.float64]:
+        """(3, n) velocity of the centre of mass per joint velocity"""
+
     def forward_dynamics(
         self, torque: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
     ) -> NDArray[numpy.float64]:

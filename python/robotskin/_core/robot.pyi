@@ -45,6 +45,8 @@ class Reason(enum.Enum):
 
     body_limit = 8
 
+    unbalanced = 9
+
 class Condition(enum.Flag):
     """What is checked every cycle, one bit each."""
 
@@ -65,6 +67,8 @@ class Condition(enum.Flag):
     at_rest = 128
 
     contact_within = 256
+
+    balanced = 512
 
 def next_transition(state: SafetyState, conditions: int) -> object:
     """
@@ -312,6 +316,12 @@ class TaskCycleGains:
     @fade_s.setter
     def fade_s(self, arg: float, /) -> None: ...
     @property
+    def feet(self) -> list[robotskin.tasks.Foot]:
+        """Foot of a robot that stands on them; none: it is mounted"""
+
+    @feet.setter
+    def feet(self, arg: Sequence[robotskin.tasks.Foot], /) -> None: ...
+    @property
     def fusion_ends_s(self) -> float:
         """
         after which a clock ends the fusion of a period, on a real robot's ports alone; 0: none does
@@ -409,6 +419,10 @@ class TaskCycle:
 
     @property
     def joint_count(self) -> int: ...
+    @property
+    def standing(self) -> robotskin.tasks.StandingState:
+        """StandingState of the last tick; None of a robot that is mounted"""
+
     @property
     def cell_count(self) -> int: ...
     @property

@@ -231,6 +231,66 @@ class Imperfections:
     @encoder_delay_s.setter
     def encoder_delay_s(self, arg: float, /) -> None: ...
     @property
+    def imu_tilt_deg(self) -> float:
+        """
+        slow error of an inertial unit's orientation, standard deviation about each level axis
+        """
+
+    @imu_tilt_deg.setter
+    def imu_tilt_deg(self, arg: float, /) -> None: ...
+    @property
+    def imu_bias_deg(self) -> float:
+        """
+        constant error of that orientation, within ±; its heading is then drawn, too
+        """
+
+    @imu_bias_deg.setter
+    def imu_bias_deg(self, arg: float, /) -> None: ...
+    @property
+    def imu_rate_noise_rad_s(self) -> float:
+        """noise of its turn rates, standard deviation of a sample"""
+
+    @imu_rate_noise_rad_s.setter
+    def imu_rate_noise_rad_s(self, arg: float, /) -> None: ...
+    @property
+    def imu_delay_s(self) -> float:
+        """age of what it tells; whole physics steps"""
+
+    @imu_delay_s.setter
+    def imu_delay_s(self, arg: float, /) -> None: ...
+    @property
+    def robot_force_noise_n(self) -> float:
+        """
+        noise of a foot's force sensor, standard deviation of a sample and axis
+        """
+
+    @robot_force_noise_n.setter
+    def robot_force_noise_n(self, arg: float, /) -> None: ...
+    @property
+    def robot_moment_noise_nm(self) -> float:
+        """the same of its moments"""
+
+    @robot_moment_noise_nm.setter
+    def robot_moment_noise_nm(self, arg: float, /) -> None: ...
+    @property
+    def robot_force_bias_n(self) -> float:
+        """what it shows at rest, within ±"""
+
+    @robot_force_bias_n.setter
+    def robot_force_bias_n(self, arg: float, /) -> None: ...
+    @property
+    def robot_moment_bias_nm(self) -> float:
+        """the same of its moments"""
+
+    @robot_moment_bias_nm.setter
+    def robot_moment_bias_nm(self, arg: float, /) -> None: ...
+    @property
+    def robot_force_bandwidth_hz(self) -> float:
+        """of its low-pass; 0: none"""
+
+    @robot_force_bandwidth_hz.setter
+    def robot_force_bandwidth_hz(self, arg: float, /) -> None: ...
+    @property
     def joint_friction(self) -> float:
         """Coulomb friction of a joint, share of its effort limit"""
 
@@ -365,6 +425,10 @@ class Body:
         gains: ServoGains,
         imperfections: Imperfections,
         seed: int,
+        sensors: robotskin.model.PortSensors = ...,
+        imu_body: Sequence[int] = [],
+        force_body: Sequence[int] = [],
+        base_joints: int = 0,
     ) -> None: ...
     def step(self, time_ns: int) -> None:
         """One physics step from this time on."""

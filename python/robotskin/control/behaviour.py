@@ -54,6 +54,13 @@ class Behaviour:
         fusion = Fusion.null_space if self.fusion is Fusion.weighted_sum else self.fusion
         return replace(self, tasks={"joint_limits": 0, "self_collision": 0} | tasks, fusion=fusion)
 
+    def standing(self) -> Behaviour:
+        """The same on a robot that stands: below the tasks that hold its feet and its balance (V-D)."""
+        above = {"foot_contact": 0, "balance": 1}
+        tasks = {name: level + 2 if level >= 0 else level for name, level in self.tasks.items()}
+        fusion = Fusion.null_space if self.fusion in (Fusion.weighted_sum, Fusion.null_space_at_rest) else self.fusion
+        return replace(self, tasks=above | tasks, fusion=fusion)
+
 
 def _paper(name: str, tasks: tuple[str, ...], meaning: str) -> Behaviour:
     """One row of figure 11: all tasks beside each other [Cheng19 eq. 18], with gravity."""

@@ -134,7 +134,9 @@ class Controller:
             named = named.with_fusion(self._fusion)
         if self.library.skin_map is not None and named.name in BEHAVIOURS:
             named = named.with_map()
-        return named if self.library.body is None else named.protected()
+        if self.library.body is not None:
+            named = named.protected()
+        return named.standing() if self.library.feet else named
 
     def _entries(self) -> list[StackEntry]:
         return _entries(self.behaviour, self.tasks)

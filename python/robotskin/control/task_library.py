@@ -12,11 +12,16 @@ from robotskin.errors import InputError, UnknownNameError
 from robotskin.model import BASE, RobotModel
 from robotskin.robots import Robot
 from robotskin.robots.gains import ChosenGains
+from robotskin.robots.standing import feet_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.skin import SkinModel
 from robotskin.tasks import (
+    BalanceGains,
+    BalanceTask,
     CartesianTask,
     ContactImpedanceTask,
+    FootContactGains,
+    FootContactTask,
     ForceGains,
     ForceTask,
     GravityTask,
@@ -58,6 +63,9 @@ class TaskLibrary:
         skin_map: SensoryMotorMap | None = None,
     ) -> None:
         self.robot, self.skin, self.body = robot, skin, body
+        self.feet = feet_of(robot)
+        """Of a robot that stands."""
+        self.balance_gains, self.foot_gains = BalanceGains(), FootContactGains()
         self.skin_map = skin_map
         self._makers: dict[str, Maker] = dict(_MAKERS)
         self._self_collision: SelfCollisionTask | None = None
@@ -169,7 +177,24 @@ def _self_collision(own: TaskLibrary, gains: ChosenGains) -> Task:
     return own._self_collision
 
 
+def _standing(own: TaskLibrary, name: str) -> None:
+    if not own.feet:
+        raise InputError(f"task {name}: robot {own.robot.name} is mounted and has no feet that it stands on")
+
+
+def _foot_contact(own: TaskLibrary, gains: ChosenGains) -> Task:
+    _standing(own, "foot_contact")
+    return FootContactTask(own.robot, own.feet, own.foot_gains)
+
+
+def _balance(own: TaskLibrary, gains: ChosenGains) -> Task:
+    _standing(own, "balance")
+    return BalanceTask(own.robot, own.balance_gains)
+
+
 _MAKERS: dict[str, Maker] = {
+    "foot_contact": _foot_contact,
+    "balance": _balance,
     "gravity": lambda own, gains: GravityTask(own.robot.joint_count),
     "joint": lambda own, gains: JointTask(own.robot, gains.joint),
     "spline_joint": lambda own, gains: SplineJointTask(own.robot, gains.joint, gains.speed_rad_s),
@@ -194,4 +219,5 @@ _MAKERS: dict[str, Maker] = {
 }
 
 TASKS = tuple(_MAKERS)
-"""Names of the library's tasks. "map_skin" needs a map, "self_collision" the robot's surfaces."""
+"""Names of the library's tasks. "map_skin" needs a map, "self_collision" the robot's surfaces, "foot_contact" and
+"balance" a robot that stands."""

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from robotskin.robots.catalog import named_urdf
 from robotskin.robots.dual_arm import compose_dual_arm
 from robotskin.robots.gripper import compose_dual_arm_gripper, compose_panda_gripper, compose_ur5_gripper
+from robotskin.robots.standing import compose_talos_standing
 
 
 def compose_allegro_grasp() -> tuple[str, Path]:
@@ -28,6 +29,7 @@ COMPOSERS: dict[str, Callable[[], tuple[str, Path]]] = {
     "dual_arm": compose_dual_arm,
     "dual_arm_gripper": compose_dual_arm_gripper,
     "panda_gripper": compose_panda_gripper,
+    "talos_standing": compose_talos_standing,
     "ur5_gripper": compose_ur5_gripper,
 }
 """Each gives the text of a URDF and the folder that its mesh addresses are relative to."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dynamics of joints as files, in place of what a URDF says: damping, friction, effort.
+"""Dynamics of joints as files, in place of what a URDF says: damping, friction, effort, rotor inertia.
 
 They are written into the robot's text before any model is built from it, so that MuJoCo, guard and core have the same.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from importlib import resources
-from typing import Annotated
+from typing import Annotated, NamedTuple
 from xml.etree import ElementTree
 
 import msgspec
@@ -33,6 +33,17 @@ class JointDynamics(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Nm, Coulomb's."""
     effort: Annotated[float, Meta(gt=0, lt=1e9)] | None = None
     """Nm, the most that the joint gives."""
+    rotor_inertia: Annotated[float, Meta(ge=0, lt=1e9)] | None = None
+    """kg m², of the motor's rotor as the joint feels it through its gears; a URDF has no place for it."""
+
+
+class StatedDynamics(NamedTuple):
+    """What a file states and a URDF does not hold for every reader, by name of the joint."""
+
+    friction: dict[str, float]
+    """Nm or N."""
+    rotor_inertia: dict[str, float]
+    """kg m² or kg."""
 
 
 def dynamics_file(robot: str) -> str | None:
@@ -41,7 +52,7 @@ def dynamics_file(robot: str) -> str | None:
     return file.read_text(encoding="utf-8") if file.is_file() else None
 
 
-def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> dict[str, float]:
+def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> StatedDynamics:
     """Write the dynamics of a TOML text into a URDF, in place.
 
     Args:
@@ -50,7 +61,7 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> dict[st
         source: names the text in errors.
 
     Returns:
-        The friction that the text states, Nm or N by name of the joint.
+        The friction and the rotor inertia that the text states.
 
     Raises:
         JointDynamicsError: a text that cannot be used. UnknownNameError: a joint that the robot does not have.
@@ -67,7 +78,7 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> dict[st
         if name != ALL and name not in movable:
             raise UnknownNameError(f"movable joint of {source}", name, [*movable, ALL])
     usual = sections.get(ALL, JointDynamics())
-    friction: dict[str, float] = {}
+    stated = StatedDynamics({}, {})
     for name, joint in movable.items():
         own = sections.get(name, JointDynamics())
         for field, tag in (("damping", "dynamics"), ("friction", "dynamics"), ("effort", "limit")):
@@ -79,5 +90,8 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> dict[st
                 element = ElementTree.SubElement(joint, tag)
             element.set(field, repr(value))
             if field == "friction":
-                friction[name] = value
-    return friction
+                stated.friction[name] = value
+        rotor = own.rotor_inertia if own.rotor_inertia is not None else usual.rotor_inertia
+        if rotor is not None and float(joint.find("limit").get("effort", "0")) > 0:  # type: ignore[union-attr]
+            stated.rotor_inertia[name] = rotor
+    return stated

@@ -10,10 +10,11 @@ from robotskin.model import RobotModel
 from robotskin.robots.catalog import COMPOSED, models_folder, named_urdf
 from robotskin.robots.composed import COMPOSERS
 from robotskin.robots.errors import MalformedUrdfError, UrdfNotFoundError
-from robotskin.robots.joint_dynamics import apply_dynamics, dynamics_file
+from robotskin.robots.joint_dynamics import StatedDynamics, apply_dynamics, dynamics_file
 from robotskin.robots.locking import lock
 from robotskin.robots.repair import repaired
 from robotskin.robots.robot import Robot
+from robotskin.robots.standing import STANDING
 from robotskin.robots.urdf_tree import in_joint_order
 
 NO_LOCKS: Mapping[str, float] = MappingProxyType({})
@@ -77,7 +78,9 @@ def from_text(
         folders += [installed.parent, *sorted(entry for entry in installed.iterdir() if entry.is_dir())]
     result = repaired(text, described_by, folder, folders)
     result.root.set("name", name)
-    friction = {} if dynamics is None else apply_dynamics(result.root, dynamics, f"dynamics of {name}")
+    stated = StatedDynamics({}, {})
+    if dynamics is not None:
+        stated = apply_dynamics(result.root, dynamics, f"dynamics of {name}")
     lock(result.root, locked)
     # The first reading tells the order of the joints, the second has links and joints in that order.
     unordered = RobotModel(ElementTree.tostring(result.root, encoding="unicode"))
@@ -94,7 +97,9 @@ def from_text(
         mimics=mimics,
         core=core,
         locked=dict(locked),
-        stated_friction=friction,
+        stated_friction=stated.friction,
+        rotor_inertia=stated.rotor_inertia,
+        standing=STANDING.get(name),
     )
 
 

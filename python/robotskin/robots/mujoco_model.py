@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds the MuJoCo model of a robot from the text its Pinocchio model is built from."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mujoco
 
@@ -9,12 +9,14 @@ from robotskin.model import UNBOUNDED
 from robotskin.robots.errors import ModelsDisagreeError
 
 
-def build_spec(urdf: str, joint_names: Sequence[str], self_collision: bool) -> mujoco.MjSpec:
+def build_spec(
+    urdf: str, joint_names: Sequence[str], self_collision: bool, rotor_inertia: Mapping[str, float]
+) -> mujoco.MjSpec:
     """A new spec, the caller's to add to: bodies named as the links, joints named and ordered as `joint_names`.
 
     Bodies added to it may take their inertia from their geoms; those of the robot keep what the URDF says. Without
     `self_collision` the robot's geoms (contype 1, conaffinity 0) meet those of others and not each other. A base link
-    called `world` is MuJoCo's own world body.
+    called `world` is MuJoCo's own world body. `rotor_inertia`: kg m² or kg by name of the joint.
     """
     spec = mujoco.MjSpec.from_string(urdf)
     for body in spec.bodies:
@@ -24,6 +26,7 @@ def build_spec(urdf: str, joint_names: Sequence[str], self_collision: bool) -> m
     for joint in spec.joints:
         if joint.range[1] >= UNBOUNDED:
             joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        joint.armature = rotor_inertia.get(joint.name, joint.armature)
     if not self_collision:
         for geom in spec.geoms:
             geom.contype, geom.conaffinity = 1, 0

@@ -16,6 +16,7 @@ from robotskin.errors import InputError, UnknownNameError
 from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots.mujoco_model import build_spec
 from robotskin.robots.repair import Mimic, Repair
+from robotskin.robots.standing import Standing
 from robotskin.robots.surface import link_surface
 
 Surface = Literal["collision", "visual"]
@@ -39,6 +40,10 @@ class Robot:
     """Joints that were fixed on loading, rad or m by name; they are none of `joint_names`."""
     stated_friction: dict[str, float] = field(default_factory=dict)
     """Coulomb friction, Nm or N by name of the joint, where a file of dynamics states it; a URDF's is not used."""
+    rotor_inertia: dict[str, float] = field(default_factory=dict)
+    """kg m² or kg by name of the joint, where a file of dynamics states it."""
+    standing: Standing | None = None
+    """What it stands on, if it is not mounted; its first six joints then move its base and have no motor."""
 
     def __repr__(self) -> str:
         locked = f", {len(self.locked)} locked" if self.locked else ""
@@ -108,6 +113,7 @@ class Robot:
         model = pinocchio.buildModelFromXML(self.urdf)
         model.lowerPositionLimit = self.lower
         model.upperPositionLimit = self.upper
+        model.armature = np.array([self.rotor_inertia.get(name, 0.0) for name in self.joint_names])
         return model
 
     def mujoco_spec(self, *, self_collision: bool = False) -> mujoco.MjSpec:
@@ -116,7 +122,7 @@ class Robot:
         Bodies carry the links' names, joints those of `joint_names` in their order, beginning at index 0 as long as
         nothing with joints is added before. Without `self_collision` the robot's own geoms do not meet each other.
         """
-        return build_spec(self.urdf, self.joint_names, self_collision)
+        return build_spec(self.urdf, self.joint_names, self_collision, self.rotor_inertia)
 
     def mujoco_model(self, *, self_collision: bool = False) -> mujoco.MjModel:
         """The compiled MuJoCo model of the robot alone."""

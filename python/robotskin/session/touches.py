@@ -88,7 +88,7 @@ def expected_displacement(session: Session, cell: int) -> float:
     felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
     felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
     weight = 1 + gains.force_weights(robot, model)
-    turn = (weight * felt) @ lever / np.array(gains.values["joint"]["stiffness"])
+    turn = (weight * felt) @ lever @ gains.joint_compliance(robot, now)
     jacobian, _ = gains.levers(robot, model, now - turn / 2)
     return float(np.linalg.norm(jacobian[cell] @ turn))
 
@@ -141,7 +141,7 @@ def _gives_way(robot: Robot, gains: GainSet, layout: Layout) -> NDArray[np.bool_
     """(N,) cells that a newton moves by nearly what the gains state; others lack a lever or reach a bound."""
     model = layout.skin_model()
     jacobian, lever = gains.levers(robot.core, model)
-    turn = lever / np.array(gains.values["joint"]["stiffness"])
+    turn = lever @ gains.joint_compliance(robot.core)
     moved = np.linalg.norm(np.einsum("cij,cj->ci", jacobian, turn), axis=1)
     give = (1 + gains.force_weights(robot.core, model)) * moved
     aside = np.einsum("cj,cj->c", lever, turn) / np.maximum(moved, 1e-12)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout.cell import LATTICE_CELL_AREA_M2
+from robotskin.robots.standing import SOLE_THICKNESS_M, Standing
 from robotskin.simulator import Carrier, Waypoint
 from robotskin.world import things
 from robotskin.world.things import FloorSpec, PartSpec, PathSpec, SceneSpec, Shape, ThingSpec
@@ -72,6 +73,29 @@ def add_scene(spec: mujoco.MjSpec, scene: SceneSpec) -> tuple[Piece, ...]:
         spec.option.impratio = 10
         spec.option.noslip_iterations = 5
     return tuple(pieces)
+
+
+SOLE_TIME_S = 0.01
+"""Time constant of the contact of a sole with the floor: rubber, which settles without a bounce."""
+
+
+def add_soles(spec: mujoco.MjSpec, standing: Standing, floor: FloorSpec) -> None:
+    """Put a box without mass under each foot; flat, so that the foot stands on the corners of its sole."""
+    for foot in standing.feet:
+        x, y, z = foot.sole_m
+        spec.body(foot.link).add_geom(
+            name=f"sole_{foot.link}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[*foot.half_m, SOLE_THICKNESS_M / 2],
+            pos=[x, y, z + SOLE_THICKNESS_M / 2],
+            mass=0.0,
+            contype=ROBOT,
+            conaffinity=0,
+            condim=4,
+            priority=1,
+            friction=[floor.friction, 0.005, 0.0001],
+            solref=[SOLE_TIME_S, 1.0],
+        )
 
 
 def materials(model: mujoco.MjModel, scene: SceneSpec) -> tuple[list[int], list[float], list[bool]]:

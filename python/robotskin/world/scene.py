@@ -18,13 +18,16 @@ from robotskin.world import bodies
 from robotskin.world.beneath import hulls_that_stick_out
 from robotskin.world.bodies import BENEATH, HAND, ROBOT, SKIN, Piece
 from robotskin.world.scene_files import SceneError, checked_scene
-from robotskin.world.things import SceneSpec
+from robotskin.world.things import FloorSpec, SceneSpec
 
 SKIN_STIFFNESS_N_PER_M = 7500.0
 """Foam of 3 mm under a cell: 15 N press one cell in by 2 mm."""
 
 SKIN_FRICTION = 0.8
 """Between cells and hands; a thing says its own."""
+
+STANDING_SCENE = SceneSpec(about="A floor to stand on.", floor=FloorSpec(robot_stands=True))
+"""Around a robot that stands, where no other scene is asked for."""
 
 _IMPEDANCE = 0.5
 _START_OVERLAP_M = 0.001
@@ -96,7 +99,7 @@ def build(
         layout: its skin, N cells.
         posture: (n) rad or m, where the robot starts.
         hands: the balls that push.
-        scene: the things around the robot; by default none.
+        scene: the things around the robot; by default none, but a floor under a robot that stands.
         timestep_s: seconds of one physics step.
         differ: changes the robot's spec before cells and objects are added.
 
@@ -104,7 +107,9 @@ def build(
         UnknownNameError: a link of the layout that the robot does not have.
         SceneError: a thing that is inside of the robot or of another thing at the beginning; a scene for other robots.
     """
-    chosen = checked_scene(scene or SceneSpec())
+    chosen = checked_scene(scene or (STANDING_SCENE if robot.standing else SceneSpec()))
+    if robot.standing and (chosen.floor is None or not chosen.floor.robot_stands):
+        raise SceneError(f"scene for {robot.name}, which stands: it needs a [floor] with robot_stands = true")
     if chosen.robots and robot.name not in chosen.robots:
         raise SceneError(f"scene for {', '.join(chosen.robots)}: the robot is {robot.name}")
     spec = robot.mujoco_spec()
@@ -117,6 +122,8 @@ def build(
     _add_cells(spec, robot, layout)
     for index, hand in enumerate(hands):
         _add_hand(spec, index, hand)
+    if robot.standing and chosen.floor:
+        bodies.add_soles(spec, robot.standing, chosen.floor)
     pieces = bodies.add_scene(spec, chosen)
     model = spec.compile()
     robot_joints = np.array([model.joint(name).id for name in robot.joint_names], dtype=np.int32)

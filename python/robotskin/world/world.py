@@ -20,6 +20,7 @@ from robotskin.world import bodies
 from robotskin.world.hand import Hand
 from robotskin.world.ideal import default_imperfections
 from robotskin.world.robot_as_built import build_differently
+from robotskin.world.robot_sensors import sensors_of
 from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M, HandSpec, build, parking_m
 from robotskin.world.thing import Thing
 from robotskin.world.things import SceneSpec
@@ -132,6 +133,7 @@ class World:
             gains=servo or core.ServoGains(),
             imperfections=self.imperfections,
             seed=seed,
+            **sensors_of(robot, self.scene.model),
         )
         options = core.NetworkOptions()
         options.line = line or core.LineQuality()

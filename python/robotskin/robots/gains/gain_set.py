@@ -16,6 +16,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.model import BASE, RobotDynamics, RobotModel
 from robotskin.robots.gains.fields import LOCKED
 from robotskin.robots.gains.gain_file import GainError, read_gains
+from robotskin.robots.standing import feet_of
 from robotskin.skin import SkinModel
 from robotskin.tasks import (
     CartesianGains,
@@ -75,7 +76,29 @@ class GainSet:
     ) -> NDArray[np.float64]:
         """(N) m/N: how far each cell gives way along its normal to the joint task alone, nᵀ J K⁻¹ Jᵀ n."""
         _, lever = _jacobians(robot, skin, self.home if posture is None else posture)
-        return np.einsum("cj,j,cj->c", lever, 1 / np.array(self.values["joint"]["stiffness"]), lever)
+        return np.einsum("cj,jk,ck->c", lever, self.joint_compliance(robot, posture), lever)
+
+    def joint_compliance(self, robot: RobotModel, posture: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """(n, n) rad/Nm: how the joints give way to torques against the joint task, K⁻¹.
+
+        Where a robot stands, its feet and its centre of mass (x, y) are held before the skin may move anything: with J
+        their Jacobian it is K⁻¹ - K⁻¹ Jᵀ (J K⁻¹ Jᵀ)⁻¹ J K⁻¹.
+        """
+        compliance = np.diag(1 / np.array(self.values["joint"]["stiffness"]))
+        feet = feet_of(robot)
+        if not feet:
+            return compliance
+        dynamics = RobotDynamics(robot)
+        at = self.home if posture is None else posture
+        dynamics.update(np.ascontiguousarray(at, dtype=float), np.zeros(robot.joint_count))
+        held = np.vstack(
+            [
+                *(dynamics.link_jacobian(robot.link_index(foot.link)) for foot in feet),
+                dynamics.centre_of_mass_jacobian[:2],
+            ]
+        )
+        yields = compliance @ held.T
+        return np.asarray(compliance - yields @ np.linalg.solve(held @ yields, yields.T))
 
     def levers(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
@@ -97,7 +120,7 @@ class GainSet:
         """
         gains = self.values["skin"]
         jacobian, lever = _jacobians(robot, skin, self.home if posture is None else posture)
-        turn = lever / np.array(self.values["joint"]["stiffness"])
+        turn = lever @ self.joint_compliance(robot, posture)
         give = np.abs(turn).max(axis=1)
         moved = np.linalg.norm(np.einsum("cij,cj->ci", jacobian, turn), axis=1)
         with np.errstate(divide="ignore"):
@@ -114,7 +137,7 @@ class GainSet:
         dynamics = RobotDynamics(robot)
         dynamics.update(np.ascontiguousarray(self.home), np.zeros(robot.joint_count))
         jacobian = dynamics.link_jacobian(robot.link_index(self.values["cartesian"]["link"]))[:3]
-        turn = jacobian / np.array(self.values["joint"]["stiffness"])
+        turn = jacobian @ self.joint_compliance(robot)
         moved = float(np.trace(turn @ jacobian.T)) / 3
         give = float(np.linalg.norm(turn, axis=0).max())
         total = min(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
@@ -156,6 +179,7 @@ class GainSet:
         cycle = TaskCycleGains(self.skin_gains_of(np.ones(len(skin))), resolver)
         cycle.touch_bandwidth_hz = values["skin"]["bandwidth_hz"]
         cycle.fade_s = values["skin"]["fade_s"]
+        cycle.feet = feet_of(robot)
         return cycle
 
     def choose(self, behaviour: str) -> ChosenGains:

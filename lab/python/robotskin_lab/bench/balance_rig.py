@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A standing robot reduced to what balance is about: physics, the robot's port, the loop, and a skin that feels what is
+true some milliseconds late. A padded plate on a rail pushes it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin import robots
+from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand
+from robotskin.robots.gains import GainSet
+from robotskin.robots.standing import BASE_JOINTS
+from robotskin.session import SkinnedRobot
+from robotskin.skin import Health, InputStatus, SkinInput, SkinState
+from robotskin.tasks import BalanceGains
+from robotskin.world import World
+from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
+
+Array = NDArray[np.float64]
+PERIOD_S = 0.001
+SKIN_DELAY_TICKS = 8
+"""From touch to skin state: half a sample at 125 Hz and the transport of a large skin."""
+PLATE_M, PLATE_THICKNESS_M, PLATE_KG = 0.15, 0.04, 1.0
+PAD_N_PER_M = 10_000.0
+GAP_M = 0.08
+SETTLE_S = 1.0
+LOWEST_SHARE = 0.8
+"""Of the height of its base at home, below which the robot has fallen."""
+LARGEST_TILT_RAD = 0.5
+
+
+class LateSkin(SkinInput):
+    """Feels the true forces of a world, late, each sensor up to its range."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(len(world.layout), 0.25)
+        self._world = world
+        self._felt: deque[Array] = deque()
+
+    def read(self, now_ns: int, state: SkinState) -> InputStatus:
+        """Fill the state with what was true some ticks ago."""
+        self._felt.append(self._world.cell_true_force())
+        if len(self._felt) > SKIN_DELAY_TICKS:
+            state.normal_force[:] = np.minimum(self._felt.popleft(), 10.0)
+        state.proximity[:] = 0.0
+        state.health[:] = Health.alive.value
+        state.stamp_ns[:] = now_ns
+        state.time_ns = now_ns
+        return InputStatus.ok
+
+
+@dataclass(frozen=True)
+class Law:
+    """How the robot answers: by a behaviour with these gains, or, without a behaviour, as a statue."""
+
+    name: str
+    behaviour: str = "skin_compliance"
+    skin: bool = True
+    """Whether touch moves the robot."""
+    change: Callable[[BalanceGains], None] = field(default=lambda gains: None)
+    balance: bool = True
+
+
+STATUE = Law("statue", behaviour="")
+
+
+class StandingRig:
+    """One robot that stands, and a plate in front of one of its cells.
+
+    Args:
+        name: of a robot that stands.
+        law: how it answers.
+        seed: of the world.
+        cell: before which the plate waits; None: there is no plate.
+        direction: (3,) unit vector along x or y of the world, in which the plate pushes.
+    """
+
+    def __init__(
+        self, name: str, law: Law, seed: int, cell: int | None = None, direction: tuple[float, float, float] = (1, 0, 0)
+    ) -> None:
+        self.law = law
+        self.robot, self.layout, self.gains = robots.load(name), finished(name), GainSet.load(name)
+        self.direction = np.asarray(direction, dtype=float)
+        self.cell = cell
+        scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=() if cell is None else (self._plate(cell),))
+        self.world = World(self.layout, self.robot, seed, posture=self.gains.home, powered=False, hands=(), scene=scene)
+        self.time_s = 0.0
+        self.robot_body = int(self.world.scene.model.body("base_link").id)
+        self._home_height = float(self.gains.home[2])
+        self.skinned: SkinnedRobot | None = None
+        self._joints = np.array(self.gains.home)
+        if law.behaviour:
+            self.skinned = SkinnedRobot(
+                self.robot, self.layout, self.world.port, LateSkin(self.world), gains=self.gains
+            )
+            controller = self.skinned.controller
+            law.change(controller.library.balance_gains)
+            behaviour = controller.behaviours[law.behaviour]
+            if not law.balance:
+                tasks = {task: level for task, level in behaviour.tasks.items() if task != "balance"}
+                behaviour = type(behaviour)(law.name, tasks, behaviour.fusion, gains=law.behaviour)
+            controller.use(behaviour)
+            self.skinned.set_skin(law.skin)
+            self.skinned.start()
+        self.run(SETTLE_S)
+
+    def _plate(self, cell: int) -> ThingSpec:
+        place = self.robot.base_from_link(self.gains.home)[
+            self.robot.link_index(self.layout.links[self.layout.link[cell]])
+        ]
+        centre = (place @ self.layout.link_from_cell[cell])[:3, 3]
+        x, y, z = (float(value) for value in centre - (PLATE_THICKNESS_M / 2 + GAP_M) * self.direction)
+        along: Literal["x", "y"] = "x" if abs(self.direction[0]) > 0.5 else "y"
+        depth, width = (PLATE_THICKNESS_M, PLATE_M) if along == "x" else (PLATE_M, PLATE_THICKNESS_M)
+        return ThingSpec(
+            name="plate",
+            shape=Box(lengths_m=(depth, width, PLATE_M)),
+            mass_kg=PLATE_KG,
+            moves="slides",
+            guide=GuideSpec(axes=(along,), damping_n_s_per_m=10.0),
+            position_m=(x, y, z),
+            stiffness_n_per_m=PAD_N_PER_M,
+            gives="local",
+        )
+
+    # ---- Time ----
+
+    def run(self, seconds: float) -> None:
+        """Step for a time."""
+        for _ in range(round(seconds / PERIOD_S)):
+            self.step()
+
+    def step(self) -> None:
+        """One control period."""
+        self.world.step(PERIOD_S)
+        self.time_s += PERIOD_S
+        if self.skinned is not None:
+            self.skinned.tick(self.world.now_ns)
+        else:
+            self._stand_still()
+
+    def _stand_still(self) -> None:
+        """A statue; before any pushes it, its true centre of mass is brought above the middle of its true soles."""
+        if self.time_s <= SETTLE_S:
+            error = self.centre_of_mass()[:2] - self.soles()
+            for side in ("left", "right"):
+                self._joints[self.robot.joint_index(f"leg_{side}_5_joint")] += 1.5 * PERIOD_S * error[0]
+                self._joints[self.robot.joint_index(f"leg_{side}_6_joint")] -= 1.5 * PERIOD_S * error[1]
+        command = JointCommand(CommandMode.position, self.robot.joint_count)
+        command.value[:] = self._joints
+        self.world.port.write(command)
+
+    # ---- What is true ----
+
+    def centre_of_mass(self) -> Array:
+        """(3,) metres, of the simulated robot."""
+        return np.array(self.world.scene.data.subtree_com[self.robot_body])
+
+    def soles(self) -> Array:
+        """(2,) metres, the middle between the simulated soles."""
+        standing = self.robot.standing
+        assert standing is not None
+        data = self.world.scene.data
+        found = [
+            data.body(foot.link).xpos + data.body(foot.link).xmat.reshape(3, 3) @ np.array(foot.sole_m)
+            for foot in standing.feet
+        ]
+        return np.mean(found, axis=0)[:2]
+
+    def cell_place(self, cell: int) -> Array:
+        """(3,) metres, of the simulated cell."""
+        return self.world.base_from_cell(cell)[:3, 3]
+
+    @property
+    def fallen(self) -> bool:
+        """Whether the base is low or tilted."""
+        _, _, z, _, pitch, roll = self.world.joint_positions()[: len(BASE_JOINTS)]
+        return bool(z < LOWEST_SHARE * self._home_height or max(abs(pitch), abs(roll)) > LARGEST_TILT_RAD)
+
+    # ---- Pushes ----
+
+    def push(self, force_n: Callable[[float], float], seconds: float) -> bool:
+        """Push with the plate, newton by seconds since it touched; whether the robot still stands at the end."""
+        plate = self.world.thing("plate")
+        plate.push(2.0 * self.direction)
+        for _ in range(round(1.5 / PERIOD_S)):
+            self.step()
+            if plate.skin_force_n > 0.5:
+                break
+        for tick in range(round(seconds / PERIOD_S)):
+            plate.push(force_n(tick * PERIOD_S) * self.direction)
+            self.step()
+            if tick % 50 == 0 and self.fallen:
+                return False
+        return not self.fallen
+
+
+def ramp(force_n: float) -> tuple[Callable[[float], float], float]:
+    """3 s up, held for 1 s, 3 s down, and 1.5 s of rest."""
+    return lambda t: force_n * float(np.clip(min(t / 3, (7 - t) / 3, 1), 0, 1)) - 1.0 * (t > 7), 8.5
+
+
+def step(force_n: float) -> tuple[Callable[[float], float], float]:
+    """50 ms up, held for 2.5 s, released in 50 ms, and 2 s of rest."""
+    return lambda t: force_n * float(np.clip(min(t / 0.05, (2.6 - t) / 0.05, 1), 0, 1)) - 1.0 * (t > 2.6), 4.6
+
+
+def impulse(impulse_ns: float) -> tuple[Callable[[float], float], float]:
+    """A half sine of 0.1 s, and 2.5 s of rest."""
+    peak = impulse_ns * np.pi / (2 * 0.1)
+    return lambda t: float(peak * np.sin(np.pi * t / 0.1)) if t < 0.1 else -1.0, 2.6

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin app balance`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ROBOT = "talos_standing"
+
+
+def command(
+    headless: Annotated[bool, typer.Option("--headless", help="Run the script and print its figures.")] = False,
+    pushes: Annotated[int, typer.Option(help="How many pushes the script gives.", min=1)] = 3,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Push a standing humanoid: it gives way, leans, and stands. Exit status 0: it stood, and no limit was violated."""
+    from rich.console import Console
+
+    from robotskin.apps.balance import script
+    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.layout import finished
+    from robotskin.robots.gains import robot_with_gains
+    from robotskin.session import Session
+
+    console = Console()
+    with console.status(f"loading {ROBOT}"):
+        ready = robot_with_gains(ROBOT)
+        session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains)
+    if not headless:
+        from robotskin.apps.balance.panel import show
+
+        show(session, port)
+        return
+    try:
+        with console.status("boot") as status:
+            figures = script.run(session, pushes, status.update)
+    finally:
+        session.shut_down()
+    console.print(table_of(f"balance, {ROBOT}", figures, script.bounds()))
+    if session.fault:
+        console.print(session.fault_told)
+    if json_file is not None:
+        write_figures(json_file, seed, figures)
+    raise typer.Exit(1 if broken(script.bounds(), figures) else 0)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot that stands, in the imperfect world: its base is estimated, pushes are borne, a stop goes on balancing."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from robotskin.control import BEHAVIOURS, Fusion
+from robotskin.control.task_library import TaskLibrary
+from robotskin.cycle import SafetyState
+from robotskin.errors import InputError
+from robotskin.layout import finished
+from robotskin.model import CommandMode, JointState, PortStatus, SensorReadings
+from robotskin.robots import load
+from robotskin.robots.gains import GainSet
+from robotskin.world.scene import SceneError, build
+from robotskin.world.things import FloorSpec, SceneSpec
+from robotskin_lab.bench.balance import CHEST, LAWS, ROBOT, drawn_cells
+from robotskin_lab.bench.balance_rig import StandingRig
+
+BACKWARD = (-1.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def rig(seed: int) -> StandingRig:
+    cell = drawn_cells(seed, 1, CHEST, np.array(BACKWARD))[0]
+    return StandingRig(ROBOT, LAWS[""], seed, cell, BACKWARD)
+
+
+def held(force_n: float) -> Callable[[float], float]:
+    return lambda t: force_n * min(t / 0.2, 1.0)
+
+
+def test_the_base_is_estimated_and_a_push_is_borne(rig: StandingRig) -> None:
+    assert rig.skinned is not None
+    port = rig.world.port
+    state, readings = JointState(38), SensorReadings(port.sensors)
+    rig.world.step(0.001)
+    assert port.read(state) is PortStatus.ok
+    assert np.isnan(state.position[:6]).all(), "nobody measures where the base is"
+    assert np.isfinite(state.position[6:]).all()
+    assert port.read_sensors(readings) is PortStatus.ok
+    assert sum(one.force[2] for one in readings.forces) == pytest.approx(886, rel=0.1)
+    assert not port.offers(CommandMode.torque)
+
+    before = rig.cell_place(rig.cell or 0)
+    assert rig.push(held(25.0), 1.5)
+    assert rig.skinned.state is SafetyState.running, rig.skinned.why_not_running()
+    true, found = rig.world.joint_positions()[:6], np.array(rig.skinned.joints.position[:6])
+    # Of soles that stand, and not of the world's own origin: the robot as built has other legs than its model.
+    assert np.abs(true - found)[:3].max() < 0.03
+    assert np.abs(true - found)[3:].max() < np.radians(2.0)
+    assert np.linalg.norm(rig.cell_place(rig.cell or 0) - before) > 0.01, "it gives way"
+    assert rig.skinned.controller.tasks["balance"].skin_shift[0] < -0.01, "the skin tells the shift"
+
+
+def test_a_stop_goes_on_balancing_and_feels_no_touch(rig: StandingRig) -> None:
+    assert rig.skinned is not None
+    rig.skinned.stop()
+    rig.run(0.1)
+    assert rig.skinned.state in (SafetyState.stopped, SafetyState.ready)
+    place = rig.cell_place(rig.cell or 0)
+    assert rig.push(held(40.0), 1.2)
+    assert np.abs(rig.skinned.controller.cycle.standing.zmp[0]) > 0.01
+    assert np.linalg.norm(rig.cell_place(rig.cell or 0) - place) < 0.05
+
+
+def test_a_mounted_robot_has_no_balance_and_one_that_stands_needs_a_floor() -> None:
+    arm = load("ur5").core
+    library = TaskLibrary(arm, finished("ur5").skin_model())
+    with pytest.raises(InputError, match="has no feet"):
+        library.make("balance", GainSet.load("ur5").choose("skin_compliance"))
+    with pytest.raises(SceneError, match="robot_stands = true"):
+        build(load(ROBOT), finished(ROBOT), GainSet.load(ROBOT).home, scene=SceneSpec(floor=FloorSpec()))
+
+
+def test_every_behaviour_of_a_standing_robot_is_below_its_balance() -> None:
+    for one in BEHAVIOURS.values():
+        standing = one.standing()
+        assert standing.tasks["foot_contact"] == 0
+        assert standing.tasks["balance"] == 1
+        assert min(level for name, level in standing.tasks.items() if name in one.tasks and level >= 0) == 2
+        assert standing.fusion is Fusion.null_space
