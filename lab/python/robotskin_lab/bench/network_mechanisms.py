@@ -78,7 +78,7 @@ def case_text(network: CellNetwork, seed: int) -> str:
     lines = [f"seed {seed + 1}", f"key {SkinKeys.of_seed(seed).cell_key.hex()}"]
     units: dict[tuple[int, int], dict[int, str]] = {}
     for cable in network.cables:
-        units.setdefault((cable.section_unit, cable.unit), {})[cable.port] = end(cable.cell, cable.cell_port)
+        units.setdefault((cable.group, cable.unit), {})[cable.port] = end(cable.cell, cable.cell_port)
     for (group, unit), ports in sorted(units.items()):
         lines.append(f"unit {group} {unit} " + " ".join(ports.get(port, "-") for port in range(1, max(ports) + 1)))
     for own, identity in zip(network.neighbours, network.id, strict=True):
@@ -91,8 +91,8 @@ def settle_in(folder: Path, program: str, kind: str, ports: int, seed: int) -> L
     network = skins(kind, ports, seed)
     even = -(-len(network) // len(network.cables)) if int(network.part.max()) == 0 else 0
     (found,) = run_program(folder, program, "settle", even, text=case_text(network, seed))
-    units = sorted({(cable.section_unit, cable.unit) for cable in network.cables})
-    loads = [found["loads"][units.index((c.section_unit, c.unit))][c.port - 1] for c in network.cables]
+    units = sorted({(cable.group, cable.unit) for cable in network.cables})
+    loads = [found["loads"][units.index((c.group, c.unit))][c.port - 1] for c in network.cables]
     return Loads(found["seconds"], found["depth"], part_loads(network, loads))
 
 
