@@ -13,9 +13,9 @@
 #include "robotskin/crc.h"
 
 enum {
-  SPOILT_AT_ONCE = 8, /* samples that wait while some are repeated */
-  SENT_FEW = 8,       /* samples sent lately that are all repeated; of more, every other one */
-  REPEAT_TICKS = 4,   /* for which every other one is left out after that, too */
+  LOSSY_AT_ONCE = 8, /* samples that wait while some are repeated */
+  SENT_FEW = 8,      /* samples sent lately that are all repeated; of more, every other one */
+  REPEAT_TICKS = 4,  /* for which every other one is left out after that, too */
   PERIOD_US = 1000000 / RS_CLOCK_RATE_DEFAULT_HZ
 };
 
@@ -180,7 +180,7 @@ void rs_queues_repeat_lost(rs_cell* cell, uint32_t since_us, uint32_t now_us) {
 /* What came here as a repetition is not repeated: where many lines spoil frames, it would multiply from cell to cell.
  */
 void rs_queues_repeat_lossy(rs_cell* cell, uint32_t now_us) {
-  repeat(cell, RS_REPEAT_MOST_US, SPOILT_AT_ONCE, false, now_us);
+  repeat(cell, RS_REPEAT_MOST_US, LOSSY_AT_ONCE, false, now_us);
 }
 
 void rs_queues_check(rs_cell* cell, uint32_t now_us) {
