@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The shipping firmware without one mechanism of load balancing: robotskin_lab/bench/network_mechanisms.py tells of each.
 campaign_mutant(without_balance section_unit/balance.c
   "if (unit->tick_time % RS_BALANCE_TICKS == 0U) start_round(unit, now_ns)"
