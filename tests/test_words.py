@@ -96,3 +96,16 @@ def test_a_retired_word_is_seen() -> None:
     assert old_words_in("  layout.section_unit[3]")
     assert old_words_in("the advert of a twin")
     assert not old_words_in("the beacon of a section unit")
+
+
+def test_cells_are_not_people() -> None:
+    """In the firmware a cell is a cell: which it is, and none, not who it is, and nobody."""
+    people = re.compile(r"\b(who|whom|whoever|nobody|anybody|somebody|everybody|someone)\b", re.IGNORECASE)
+    found = []
+    for path in sources():
+        if path.is_relative_to(ROOT / "firmware"):
+            lines = enumerate(path.read_text().splitlines(), 1)
+            found += [
+                f"{path.relative_to(ROOT)}:{number}: {line.strip()}" for number, line in lines if people.search(line)
+            ]
+    assert not found, "\n".join(found)

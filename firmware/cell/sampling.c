@@ -78,7 +78,7 @@ void rs_sampling_take(rs_cell* cell, const rs_sample* sample, bool fault, uint32
   rs_sampling* sampling = &cell->sampling;
   if (!sampling->running) return;
   const uint32_t period_us = rs_sampling_period_us(&cell->settings);
-  if (period_us == 0U) { /* damaged memory; whoever heals the settings begins anew */
+  if (period_us == 0U) { /* damaged memory; healing the settings begins anew */
     sampling->running = false;
     return;
   }

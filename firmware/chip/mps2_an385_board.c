@@ -221,7 +221,7 @@ uint32_t rs_board_wait(void) {
 uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
   inward* from = &in[port];
   *bytes = from->bytes + from->taken % WAITING_BYTES;
-  *idle = false; /* nobody here knows how long the line was silent */
+  *idle = false; /* it is not known here how long the line was silent */
   from->free_to = from->taken + WAITING_BYTES;
   if (from->come - from->taken < RS_FRAME_BYTES) return 0;
   from->taken += RS_FRAME_BYTES;

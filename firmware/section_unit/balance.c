@@ -150,7 +150,7 @@ static void give(rs_unit_balance* balance) {
 static void serve(rs_section_unit* unit, unsigned port) {
   rs_unit_port* here = &unit->port[port];
   rs_unit_balance* balance = &here->balance;
-  static const rs_offer nobody = {.cell = RS_ID_NONE};
+  static const rs_offer no_offer = {.cell = RS_ID_NONE};
   const uint64_t tick = unit->tick_time;
   if (!balance->open) return;
   if (!here->root) {
@@ -168,13 +168,13 @@ static void serve(rs_section_unit* unit, unsigned port) {
     ++unit->grants;
   } else if (balance->demand_left > 0U || (tick - balance->opened_at) % REPEAT_TICKS == 0U) {
     if (balance->demand_left > 0U) --balance->demand_left;
-    send_grant(unit, port, &nobody);
+    send_grant(unit, port, &no_offer);
   }
   if (balance->demand_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
   /* Now the sizes have to settle before anything new is wanted. */
   rs_demands_close(balance);
   balance->open = false;
-  send_grant(unit, port, &nobody);
+  send_grant(unit, port, &no_offer);
   balance->busy_until = tick + (balance->failed > 0U ? 0U : RS_SETTLE_TICKS + rs_there_and_back(here));
 }
 

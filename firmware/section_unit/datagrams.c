@@ -89,7 +89,7 @@ static bool tags_match(const rs_section_unit* unit, const uint8_t* bytes, uint32
   return difference == 0U;
 }
 
-/* Whether a datagram is of this group and made by someone who has the key. */
+/* Whether a datagram is of this group and made by a holder of the key. */
 static bool genuine(const rs_section_unit* unit, const rs_datagram_header* header, const uint8_t* bytes,
                     uint32_t count) {
   const bool keyed = unit->config.tag != NULL;

@@ -57,7 +57,7 @@ void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, 
   const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
-  /* If nobody offers where the flow is, a round about way may do; for a while. */
+  /* If no cell offers where the flow is, a round about way may do; for a while. */
   const bool desperate = balance->failed >= RS_FAILED_ROUNDS && lead->stalled < 4U * RS_STALLED_ROUNDS;
   rs_demands_close(balance);
   int64_t taken[RS_DEMANDS] = {0, 0, 0};
@@ -70,7 +70,7 @@ void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, 
     const bool levels = trees->size[k] > trees->size[j] + 1U || (desperate && trees->size[k] > ideal);
     if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
     uint32_t size = whole<1 ? 1U : whole>(int64_t) MOST_WANTED ? MOST_WANTED : (uint32_t)whole;
-    /* Never more than the own excess, unless that still levels; all that levels, if nobody offered less. */
+    /* Never more than the own excess, unless that still levels; all that levels, if no cell offered less. */
     const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
     if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
     if (balance->failed > 0U && levelling > size) size = levelling > MOST_WANTED ? MOST_WANTED : levelling;

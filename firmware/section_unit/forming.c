@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Whether trees are still being formed: then everybody takes the shortest way, and nothing is levelled. */
+ * Whether trees are still being formed: then each cell takes the shortest way, and nothing is levelled. */
 #include "section_unit/forming.h"
 
 #include "section_unit/group_time.h"

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * The units of a group agree on one time over Ethernet, so that ticks with one number leave all ports together.
  *
- * Each unit tells the others every few milliseconds what its time is and whom it hears. It follows the leader: of those
- * whose time is the latest (within RS_PEER_TOGETHER_US), the unit with the lowest number. A unit that has just started
- * takes the group's time at once, whatever its own clock says; later, time only ever goes forward, because to cells a
- * smaller number is an old tick. Parts of a group that cannot hear each other keep the time they agreed on. */
+ * Each unit tells the others every few milliseconds what its time is and which units it hears. It follows the leader:
+ * of those whose time is the latest (within RS_PEER_TOGETHER_US), the unit with the lowest number. A unit that has just
+ * started takes the group's time at once, whatever its own clock says; later, time only ever goes forward, because to
+ * cells a smaller number is an old tick. Parts of a group that cannot hear each other keep the time they agreed on. */
 #include "section_unit/peers.h"
 
 #include <stddef.h>

@@ -22,7 +22,7 @@ void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us) {
   const uint32_t left_us = damage_left_us(neighbour, now_us) + RS_LOSSY_US;
   ++neighbour->lost;
   neighbour->damage_until_us = now_us + (left_us < RS_LOSSY_MAX_US ? left_us : RS_LOSSY_MAX_US);
-  /* A line that damages frames is no dead one: only silence is, or a neighbour of whom nothing new comes through. */
+  /* A line that damages frames is no dead one: only silence is, or a neighbour from which nothing new comes through. */
   if (neighbour->up && !neighbour->stale && now_us - neighbour->heard_us < RS_LINK_DOWN_US)
     neighbour->heard_us = now_us;
 }

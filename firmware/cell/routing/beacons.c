@@ -27,10 +27,10 @@ static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const 
   return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag);
 }
 
-/* Whether a tick is from before what this neighbour has said, and so played again: nobody goes back. One that has lost
- * its way comes back with a newer wave alone, as an equal one may be what it said before it was lost. Only who has been
- * without a way for long may forget; so an old wave counts once the neighbour's own has stood still, and it has not
- * said for three heartbeats that there is no way: who hears it say both hears somebody else. One that has just booted
+/* Whether a tick is from before what this neighbour has said, and so replayed: time never goes back. One that has lost
+ * its way comes back with a newer wave alone, as an equal one may be what it said before it was lost. Only a cell
+ * long without a way may forget; so an old wave counts once the neighbour's own has stood still, and it has not
+ * said for three heartbeats that there is no way: a cell that seems to say both is two cells. One that has just booted
  * names no root. If the memory of what it said is damaged, that is of no account as soon as it stands still. */
 static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, const rs_wave* wave, uint32_t now_us) {
   if (!neighbour->met) return false;

@@ -87,7 +87,7 @@ void rs_links_check(rs_cell* cell, uint32_t now_us) {
       neighbour->lagging = lagging;
       rs_subtree_update(cell);
     }
-    /* Nobody is there; should memory say otherwise, it is damaged. */
+    /* Nothing is there; should memory say otherwise, it is damaged. */
     if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US) {
       neighbour->child = neighbour->hears_us = false;
       neighbour->hops = RS_HOPS_POISON;

@@ -111,11 +111,11 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
 void rs_move_detour(rs_cell* cell, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->handover || route->parent_port == RS_NO_PARENT) return;
-  /* Who hangs on a cell that may go a longer way soon says so at once: nobody deep comes below it meanwhile, whom that
+  /* A child of a cell that may go a longer way soon says so at once: no deep cell comes below it meanwhile, which that
    * way would bring beyond the cap on the depth. */
   if (route->draining_ticks == 0U && route->neighbour[route->parent_port - 1U].draining) rs_subtree_update(cell);
   if (route->draining_ticks == 0U) return;
-  /* Those who hang on this cell have to know it first, so that it does not go to one of them; and they go first, so
+  /* The children of this cell have to know it first, so that it does not go to one of them; and they go first, so
    * that it is known how deep its subtree is. */
   if (route->draining_ticks < 255U) ++route->draining_ticks;
   if (route->draining_ticks <= DETOUR_TICKS + route->subtree_height) return;
@@ -131,7 +131,7 @@ void rs_move_detour(rs_cell* cell, uint32_t now_us) {
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  begin_handover(cell, best, true, route->subtree_size, now_us); /* nobody has to know before it is done */
+  begin_handover(cell, best, true, route->subtree_size, now_us); /* no cell has to know before it is done */
   rs_subtree_update(cell);
   rs_timer_set(cell, now_us);
 }

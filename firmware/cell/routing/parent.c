@@ -111,8 +111,8 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
   return best;
 }
 
-/* Who has a parent has the distance of the wave that it passes on. Where it has not, memory is damaged, and the known
- * time says which of the two: otherwise nobody might be feasible for long. */
+/* A cell with a parent has the distance of the wave that it passes on. Else memory is damaged, and the known time
+ * says which of the two: otherwise no cell might be feasible for long. */
 void rs_route_heal_distance(rs_route* route) {
   if (route->parent_port == RS_NO_PARENT || route->unbound || route->feasible_sequence == route->wave.sequence) return;
   if (route->known_time != ~route->known_time_complement) return;

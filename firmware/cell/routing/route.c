@@ -53,7 +53,7 @@ static void tick_of_other(rs_cell* cell, unsigned port, uint32_t now_us) {
   const bool same = neighbour->wave.root == route->wave.root;
   const bool too_deep = route->hops > route->wave.depth_cap;
   const int wanted = same || too_deep ? 1 : (int)route->wave.gain_threshold;
-  /* Nobody goes back to a cell at the border while it is to become light, but for being too deep. */
+  /* No cell goes back to one at the border while it is to become light, but for being too deep. */
   const bool back = same && neighbour->draining && !route->neighbour[route->parent_port - 1U].draining &&
                     route->hops + route->subtree_height <= route->wave.depth_cap;
   const bool lossy = rs_link_lossy(neighbour, now_us);
@@ -126,7 +126,7 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
     if (best < RS_PORTS) {
       rs_route_adopt(cell, best, now_us);
     } else if (now_us - route->orphaned_us >= RS_ORPHAN_RESET_US) {
-      /* Nobody hangs on this cell, so it may forget how near it was. */
+      /* This cell has no child, so it may forget how near it was. */
       bool alone = true;
       for (unsigned port = 0; port < RS_PORTS; ++port) alone = alone && !route->neighbour[port].child;
       if (alone) route->unbound = true;

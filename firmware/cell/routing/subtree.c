@@ -44,7 +44,7 @@ static bool offers_equal(const rs_offer* a, const rs_offer* b) {
 /* Cells that may hang on one at the border that lets them go, in the first rounds. */
 enum { MOST_IN_TURNS = 48, MOST_AT_ONCE = 12 };
 
-/* Where all of a tree hangs on cells at the border, nobody has anywhere to go while all of them let go. So in six of
+/* Where all of a tree hangs on cells at the border, none has anywhere to go while all of them let go. So in six of
  * eight rounds only one in eight of them does. */
 static bool in_turns(const rs_demands* demands) {
   return (demands->round & 6U) != 0U;
@@ -64,7 +64,7 @@ static bool takes_turn(const rs_cell* cell) {
 }
 
 /* Whether this cell is beside a tree that shall grow, or hangs on one that is. A trunk along a border can move only
- * with all that hangs on it; whoever has another parent off the border goes there, and the trunk becomes light. */
+ * with all that hangs on it; cells with another parent off the border go there, and the trunk becomes light. */
 static bool hangs_at_border(const rs_cell* cell) {
   const rs_route* route = &cell->route;
   for (unsigned port = 0; port < RS_PORTS; ++port) {

@@ -104,7 +104,7 @@ void rs_cell_torque_update(rs_cell* cell, uint32_t epoch, uint32_t now_us) {
   rs_cell_torque* own = &cell->cell_torque;
   if (sum_of(own) != own->sum) rs_cell_torque_load(cell);
   if (!own->known) {
-    /* A torque that nobody has asked for is worse than none. */
+    /* A torque that was not asked for is worse than none. */
     if (own->own_sum != rs_sum_of(&cell->torque.own, sizeof cell->torque.own)) cell->torque.own.parts = 0;
     return;
   }

@@ -61,7 +61,7 @@ static void send(rs_cell* cell, unsigned at, bool last, uint32_t now_us) {
   epoch->filled &= (uint8_t)~(1U << at);
 }
 
-/* Sends every sum that nobody is waited for any more; with nobody waited for at all the report is complete. */
+/* Sends every sum that waits for no child any more; with none waited for at all the report is complete. */
 static void report(rs_cell* cell, uint32_t now_us) {
   rs_torque_epoch* epoch = &cell->torque;
   const bool complete = epoch->waiting == 0U;

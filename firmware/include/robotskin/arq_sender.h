@@ -31,7 +31,7 @@ typedef struct {
   uint8_t count;
   uint8_t sent;      /* to the present parent, since the last going back */
   uint8_t confirmed; /* heard by it */
-  uint8_t tried;     /* sent at least once, to anybody */
+  uint8_t tried;     /* sent at least once, to any parent */
 } rs_arq_ring;
 
 typedef struct {

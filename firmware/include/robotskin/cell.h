@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A cell: sensors in, frames out, its place in the network kept by itself.
  *
- * rs_cell_step is the whole firmware: a pure function of state, input and time. Whoever runs it (a board, the
+ * rs_cell_step is the whole firmware: a pure function of state, input and time. What runs it (a board, the
  * simulator, a test) owns clock, links and sensors, gives one input at a time, and does what the output says:
  *
  * - RS_INPUT_BOOT first, once after each power-up and whenever an output asks for a `restart`; it forgets everything
@@ -206,7 +206,7 @@ typedef struct {
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
-  uint8_t draining_ticks; /* ticks, 255 at most, since it hangs at the border to a tree that shall grow: children who
+  uint8_t draining_ticks; /* ticks, 255 at most, since it hangs at the border to a tree that shall grow: children that
                        need not hang on it leave */
   uint16_t handover_size; /* most cells that may move with this one */
   uint16_t told_size;     /* least size in an own offer told to the parent in round `told_round` */
@@ -221,7 +221,7 @@ typedef struct {
   rs_demands demands;
   rs_offer offer;
   uint8_t foreign[RS_FOREIGN_ROOTS]; /* roots seen beside it, 0: none */
-  uint8_t foreign_turn;              /* who is left out if there are more */
+  uint8_t foreign_turn;              /* which is left out if there are more */
   uint16_t subtree_size, subtree_captive_size;
   uint8_t subtree_height;
   uint8_t alternative; /* another parent of the same tree is in reach */
@@ -327,7 +327,7 @@ typedef struct {
   uint32_t timer_us;
   rs_sampling sampling;
   rs_route route;
-  uint32_t led_rgb, led_complement; /* where they disagree, nobody has asked for that colour */
+  uint32_t led_rgb, led_complement; /* where they disagree, that colour was not asked for */
   uint32_t topology_us, join_us;    /* next due */
   rs_commanding commanding;
   rs_settings settings, settings_copy; /* the same; each with its sum, by which damaged memory is told */

@@ -47,7 +47,7 @@ enum {
   X(keep_alive, 3, "down: the host listens; without it a section unit falls silent")          \
   X(inject, 4, "down: frames (command, joints) to send into the network; the unit tags them") \
   X(power, 5, "down: a record's first byte switches its port (0: all) on (1) or off (0)")     \
-  X(peer, 6, "between the units of a group: time, trees, and who hears whom")
+  X(peer, 6, "between the units of a group: time, trees, and which hears which")
 
 #define RS_DATAGRAM_KIND_NUMBER(name, number, text) RS_DATAGRAM_KIND_##name = (number),
 typedef enum { RS_DATAGRAM_KINDS(RS_DATAGRAM_KIND_NUMBER) RS_DATAGRAM_KIND_LIMIT } rs_datagram_kind;

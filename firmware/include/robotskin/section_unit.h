@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A section unit: roots of the cell trees at its ports, and the bridge between frames and datagrams.
  *
- * Like a cell it is a pure step: whoever runs it owns clock, links and sockets. It names cells, sends the tick every
+ * Like a cell it is a pure step: what runs it owns clock, links and sockets. It names cells, sends the tick every
  * millisecond on each port, tags commands, gathers upward frames into datagrams of at most `batch_us` age and opens the
  * host's datagrams. The keyed hash is a hook, so that the one well-kept BLAKE2s of the host is linked, not written
  * again.

@@ -35,7 +35,7 @@ enum {
   RS_HOLD_US = 2000,             /* a planned move not done by then is given up: behind it others may wait for a tick */
   RS_DETOUR_US = 900,            /* likewise a move within the tree: the next tick finds it done or given up */
   RS_DETOUR_PAUSE_US = 16000,    /* from one to the next, at least */
-  RS_HANDOVER_LEAVE_US = 400,    /* before it is done, so that children who can stay in the tree learn of it and do */
+  RS_HANDOVER_LEAVE_US = 400,    /* before it is done, so that children that can stay in the tree learn of it and do */
   RS_DEMANDS_TICKS = 24,         /* wants so old are forgotten */
   RS_GRANT_TICKS = 2,            /* between two grants of a tree */
   RS_REST_TICKS = 64,            /* a cell that has moved does not offer itself again for so long */
@@ -44,7 +44,7 @@ enum {
   RS_FORMING_TICKS = 20,         /* without a change of the trees' sizes: they are formed */
   RS_FORMING_MIN_TICKS = 40,     /* from the first tree on, at least */
   RS_GAIN_FORMING = 1,           /* hops to gain before a change of root */
-  RS_GAIN_STEADY = 24,           /* more than any granted move costs, so that nobody is pulled back */
+  RS_GAIN_STEADY = 24,           /* more than any granted move costs, so that no cell is pulled back */
   RS_DEPTH_RAISE_MAX = 4,        /* hops that balance may cost */
   RS_PEER_US = 4000,             /* between two datagrams to the other units of a group */
   RS_PEER_SILENCE_US = 30000,    /* without one, a unit counts no more */
@@ -55,7 +55,7 @@ enum {
   RS_ARQ_BACK_US = 250,          /* from going back to frames that were missed until the parent knows it */
   RS_REPEAT_US = 1000,           /* clock frames taken so long before a parent fell silent are sent to the new one, */
   RS_REPEAT_MOST_US = 7000,      /* but none older than this; so old ones again over a line that spoils frames, */
-  RS_LOSSY_SILENT_US = 2000,     /* and since so long such a line counts as silent to who leaves it */
+  RS_LOSSY_SILENT_US = 2000,     /* and since so long such a line counts as silent to a cell that leaves it */
   RS_ARQ_KEEP_US = 12000,        /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,     /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,      /* one that found no parent is given up after this */

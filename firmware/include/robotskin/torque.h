@@ -5,8 +5,8 @@
  * waiting for the tick to come down. Each cell sends one report an epoch: its own contribution and those of the
  * children that reported in time. The sum of a limb's part leaves as soon as every child has reported that had it in
  * one of the last two epochs; the last frame says that the report is complete. A child counts on being waited for once
- * it has reported; whoever comes too late is passed on as it is and added further up or in the section unit. Nothing
- * is sent where nobody contributes. */
+ * it has reported; what comes too late is passed on as it is and added further up or in the section unit. Nothing
+ * is sent where no cell contributes. */
 #ifndef ROBOTSKIN_TORQUE_H
 #define ROBOTSKIN_TORQUE_H
 

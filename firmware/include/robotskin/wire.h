@@ -38,7 +38,7 @@ enum {
   RS_JOINTS_PER_PART = 6
 };
 
-/* X(name, number, who sends it to whom) */
+/* X(name, number, from which sender to which receiver) */
 #define RS_FRAME_TYPES(X)                                                        \
   X(clock, 1, "cell to host: one sample, at the clock rate")                     \
   X(event, 2, "cell to host: one sample, because a channel changed")             \
@@ -175,7 +175,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(serial, 0, 5, "counts the sender's torque frames")             \
   X(last, 0, 1, "the sender's report of this epoch is complete")
 
-/* Sent on change, else within a second. A neighbour 16383 is a section unit, 0 nobody. A section unit reports a port
+/* Sent on change, else within a second. A neighbour 16383 is a section unit, 0 none. A section unit reports a port
  * by a record of that port with source 16383 and the cell there as neighbour 1. */
 #define RS_TOPOLOGY_FIELDS(X)                                           \
   X(type, 0, 4, "frame type")                                           \
