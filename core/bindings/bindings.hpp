@@ -15,6 +15,7 @@ void bind_record(nanobind::module_ module);
 void bind_control(nanobind::module_ module);
 void bind_control_tasks(nanobind::module_& module);
 void bind_control_fusion(nanobind::module_& module);
+void bind_control_propagation(nanobind::module_& module);
 void bind_robot(nanobind::module_ module);
 void bind_task_cycle(nanobind::module_& module);
 void bind_loop(nanobind::module_ module);

@@ -172,6 +172,7 @@ void bind_control(nb::module_ module) {
   bind_touch(module);
   bind_resolver(module);
   bind_control_tasks(module);
+  bind_control_propagation(module);
   bind_control_fusion(module);
 }
 

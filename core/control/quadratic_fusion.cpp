@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "control/acceleration_bounds.hpp"
 #include "control/control_error.hpp"
 #include "control/dense_kernels.hpp"
 
@@ -113,12 +114,11 @@ void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<co
       high[n + i] = std::min(up - feedforward[i], 1e20);
       continue;
     }
-    const double room_up = std::max(limits.upper[i] - limits.margin_rad - position, 0.0);
-    const double room_down = std::max(position - limits.lower[i] - limits.margin_rad, 0.0);
-    const double fastest_up = std::min(limits.velocity[i], std::sqrt(2 * limits.braking[i] * room_up));
-    const double fastest_down = std::min(limits.velocity[i], std::sqrt(2 * limits.braking[i] * room_down));
-    low[i] = std::max((-fastest_down - velocity) / limits.horizon_s - z[i], -1e20);
-    high[i] = std::min((fastest_up - velocity) / limits.horizon_s - z[i], 1e20);
+    const AccelerationBounds bounds = acceleration_bounds(
+        {limits.lower[i], limits.upper[i], limits.velocity[i], limits.braking[i], limits.margin_rad, limits.horizon_s},
+        position, velocity);
+    low[i] = std::max(bounds.low - z[i], -1e20);
+    high[i] = std::min(bounds.high - z[i], 1e20);
     low[n + i] = std::max(-torque_bound - feedforward[i], -1e20);
     high[n + i] = std::min(torque_bound - feedforward[i], 1e20);
   }

@@ -37,6 +37,9 @@ struct TaskInput {
   const TouchWrench* touch = nullptr;
   // Of a robot that stands on its feet; null: it is mounted.
   const StandingState* standing = nullptr;
+  // (n, n) the inertia that answers to torques, and (n) the torque of no acceleration: torque = mass a + bias gives the
+  // acceleration a. Empty: those of the robot's own dynamics.
+  std::span<const double> mass = {}, bias = {};
 };
 
 // What a task states: a torque, of which its level may leave a part, or the accelerations that its rows are to have.

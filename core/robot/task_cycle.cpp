@@ -106,7 +106,9 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .tick = ++tick_,
         .deadline_ns = deadline_ns,
         .touch = &touch_,
-        .standing = standing()};
+        .standing = standing(),
+        .mass = mass_,
+        .bias = bias_};
     if (!moves || settles) stack_.restart(input);
     valid = stack_.compute(input, mass_, bias_, fused_torque_);
     const control::FusionReport fusion = stack_.stack().report();

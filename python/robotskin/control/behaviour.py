@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The behaviours of figure 11: which tasks each is made of, and how they are fused."""
+"""The behaviours of figure 11 and section V-E: which tasks each is made of, and how they are fused."""
 
 from __future__ import annotations
 
@@ -82,9 +82,16 @@ BEHAVIOURS = {
         _paper(
             "kinesthetic_cartesian", ("skin_cartesian",), "its hand goes where the robot is pushed, and stays there"
         ),
+        Behaviour(
+            "propagated_compliance",
+            {"propagated_compliance": 0, "gravity": UNPROJECTED},
+            Fusion.weighted_sum,
+            "gives way with all its limbs: what an arm cannot give, the base gives",
+            gains="skin_compliance",
+        ),
     )
 }
-"""By name."""
+"""By name: the six of figure 11, and that of section V-E."""
 
 PRESS = Behaviour(
     "press",

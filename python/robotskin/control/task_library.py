@@ -13,6 +13,7 @@ from robotskin.model import BASE, RobotModel
 from robotskin.robots import Robot
 from robotskin.robots.gains import ChosenGains
 from robotskin.robots.standing import feet_of
+from robotskin.robots.limbs import limbs_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.skin import SkinModel
 from robotskin.tasks import (
@@ -27,7 +28,10 @@ from robotskin.tasks import (
     GravityTask,
     JointLimitTask,
     JointTask,
+    Limb,
     MapSkinTask,
+    PropagatedComplianceTask,
+    PropagationGains,
     SelfCollisionTask,
     SkinCartesianTask,
     SkinGains,
@@ -192,6 +196,19 @@ def _balance(own: TaskLibrary, gains: ChosenGains) -> Task:
     return BalanceTask(own.robot, own.balance_gains)
 
 
+def propagated_compliance(
+    own: TaskLibrary, gains: ChosenGains, limbs: list[Limb] | None = None, chosen: PropagationGains | None = None
+) -> PropagatedComplianceTask:
+    """The task "propagated_compliance", with limbs and gains other than the usual ones where they are given.
+
+    The touch is in newton, so that eq. 26 holds as it stands; nearness at full scale is a push of `proximity_n`.
+    """
+    newton = gains.gains.skin_gains_of(np.zeros(len(own.skin)))
+    newton.force_weight = [1.0] * len(own.skin)
+    limbs = limbs_of(own.robot) if limbs is None else limbs
+    return PropagatedComplianceTask(own.robot, own.skin, own.touch(newton), limbs, chosen or PropagationGains())
+
+
 _MAKERS: dict[str, Maker] = {
     "foot_contact": _foot_contact,
     "balance": _balance,
@@ -213,6 +230,7 @@ _MAKERS: dict[str, Maker] = {
     ),
     "force": _force,
     "contact_impedance": lambda own, gains: ContactImpedanceTask(own.touch(gains.skin(own.robot, own.skin))),
+    "propagated_compliance": propagated_compliance,
     "self_collision": _self_collision,
     "joint_limits": lambda own, gains: JointLimitTask(own.robot),
     "posture": lambda own, gains: JointTask(own.robot, gains.joint, "posture"),

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Force propagation (V-E): how far contacts follow their motion with the arms alone, and with the base behind them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robotskin._core.control import PropagationGains
+from robotskin.errors import UnknownNameError
+from robotskin_lab.bench.progress import tell, tell_step
+from robotskin_lab.bench.propagation_rig import VARIANTS, Followed, PropagationRig, drawn_cells
+from robotskin_lab.bench.propagation_sessions import session_figures, soak_figures
+
+PARTS = ("range", "merging", "back", "pairs", "sessions", "soak")
+FOLLOWED_M = 0.3
+REST_M = 0.2
+ARM_SUFFICES_M = 0.45
+"""A cell that the arms alone let follow so far is one where the arm suffices up to `REST_M`."""
+
+
+def run(
+    *,
+    seed: int = 1,
+    parts: str = "range,merging,back,pairs,sessions",
+    cells: int = 60,
+    seeds: int = 3,
+    cap: float = 0.5,
+    session_cells: int = 6,
+    soak_seconds: float = 600.0,
+) -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them.
+
+    range: `cells` cells of each of `seeds` seeds through the control core, up to `cap` metres, with propagation,
+    without it, and by one programme over all joints. merging: contacts of a link apart. back: the base 10 s after the
+    release. pairs: two pushes at once. sessions: whole sessions. soak: `soak_seconds` of random touches.
+    """
+    wanted = [part.strip() for part in parts.split(",")]
+    for part in wanted:
+        if part not in PARTS:
+            raise UnknownNameError("part of bench propagation", part, PARTS)
+    drawn = np.concatenate([drawn_cells(seed + index, cells) for index in range(seeds)])
+    measure = {
+        "range": lambda: range_figures(drawn, cap),
+        "merging": lambda: merging_figures(drawn[: max(1, len(drawn) // 6)], cap),
+        "back": lambda: back_figures(drawn[: max(1, len(drawn) // 6)], cap),
+        "pairs": pair_figures,
+        "sessions": lambda: session_figures(seed, session_cells),
+        "soak": lambda: soak_figures(seed, soak_seconds),
+    }
+    figures: dict[str, Any] = {}
+    for part in wanted:
+        figures |= measure[part]()
+    tell("")
+    return figures
+
+
+def range_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
+    """Sums over all cells, never means of ratios: a cell without any range of its own would decide them."""
+    found: dict[str, list[Followed]] = {}
+    for variant in VARIANTS:
+        rig = PropagationRig(variant)
+        found[variant] = []
+        for index, cell in enumerate(cells):
+            tell_step(f"range {variant}: {index + 1} of {len(cells)} cells")
+            found[variant].append(rig.follow(int(cell), cap_m))
+    ranges = {name: np.array([one.range_m for one in followed]) for name, followed in found.items()}
+    rest = np.array([one.base_mm[1] for one in found["with"]])
+    suffices = ranges["without"] >= ARM_SUFFICES_M
+    up = np.array([one.up for one in found["with"]])
+    level = up < 0.7
+    short = ranges["with"] < FOLLOWED_M
+    figures = {
+        "cells": float(len(cells)),
+        "cap_m": cap_m,
+        "range_gain": float(ranges["with"].sum() / ranges["without"].sum()),
+        "range_gain_level": float(ranges["with"][level].sum() / max(ranges["without"][level].sum(), 1e-9)),
+        "range_gain_one_programme": float(ranges["one programme"].sum() / ranges["without"].sum()),
+        "follow_03_without": float((ranges["without"] >= FOLLOWED_M).mean()),
+        "follow_03_with": float((ranges["with"] >= FOLLOWED_M).mean()),
+        "follow_03_one_programme": float((ranges["one programme"] >= FOLLOWED_M).mean()),
+        "range_without_m": float(ranges["without"].mean()),
+        "range_with_m": float(ranges["with"].mean()),
+        "range_one_programme_m": float(ranges["one programme"].mean()),
+        "arm_suffices_cells": float(suffices.sum()),
+        "short_cells_up_median": float(np.median(up[short])) if short.any() else 0.0,
+        "violations": float(sum(one.violations for followed in found.values() for one in followed)),
+    }
+    if suffices.any():
+        figures["base_at_rest_mm"] = float(np.nanmax(rest[suffices]))
+        figures["base_at_rest_median_mm"] = float(np.nanmedian(rest[suffices]))
+    return figures
+
+
+def merging_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
+    """The same pushes where contacts of a link that lie 60 mm apart stay two; a single cell's is one in either way."""
+    gains = PropagationGains()
+    contacts = gains.contacts
+    contacts.merge_within_m = 0.06
+    gains.contacts = contacts
+    together, apart = PropagationRig("with"), PropagationRig("with", gains)
+    ranges = {"merged": [], "apart": []}
+    for cell in cells:
+        for name, rig in (("merged", together), ("apart", apart)):
+            tell_step(f"merging: cell {cell}, {name}")
+            ranges[name].append(rig.follow_pair(int(cell), cap_m))
+    return {f"range_two_on_a_link_{name}_m": float(np.mean(values)) for name, values in ranges.items()}
+
+
+def back_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
+    """The worst of the base's distances from its place 10 s after the palm has left."""
+    rig = PropagationRig("with")
+    back = []
+    for index, cell in enumerate(cells):
+        tell_step(f"back: {index + 1} of {len(cells)} cells")
+        rig.follow(int(cell), cap_m)
+        back.append(rig.release(10.0))
+    return {"base_back_mm": float(max(back))}
+
+
+def pair_figures() -> dict[str, float]:
+    """The base under 6 N on one shoulder, on both from outside, and on both from the same side, after 2 s."""
+    rig = PropagationRig("with")
+    left_out = rig.cell_on("left_shoulder_link", np.array([0.0, -1.0, 0.0]))
+    right_out = rig.cell_on("right_shoulder_link", np.array([0.0, 1.0, 0.0]))
+    left_front = rig.cell_on("left_shoulder_link", np.array([-1.0, 0.0, 0.0]))
+    right_front = rig.cell_on("right_shoulder_link", np.array([-1.0, 0.0, 0.0]))
+    near_elbow = rig.cell_on("right_forearm_link", np.array([-1.0, 0.0, 0.0]))
+    figures = {}
+    for name, pushed in {
+        "one": [left_out],
+        "opposite": [left_out, right_out],
+        "same_side": [left_front, right_front],
+        "one_limb": [right_front, near_elbow],
+    }.items():
+        rig.restart()
+        for cell in pushed:
+            rig.feel(cell, 6.0)
+        for _ in range(2000):
+            rig.tick()
+        figures[f"pair_{name}_base_mm"] = 1e3 * rig.base_way_m()
+    return figures

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole sessions of force propagation: pushes and a palm that comes near, through firmware, network and driver."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotskin import robots
+from robotskin.apps.propagate.script import Plan, base_m, run
+from robotskin.apps.propagate.tasks import WITH, use_arms_alone
+from robotskin.layout import finished
+from robotskin.session import SafetyState, Session
+from robotskin_lab.bench.progress import tell
+from robotskin_lab.bench.propagation_rig import ROBOT, drawn_cells
+
+FORCE_N = 8.0
+PALM_M = 0.003
+STATED_CONTACT_N = 25.0
+
+
+def whole_session(seed: int) -> Session:
+    """The dual-arm robot by velocity, booted."""
+    session = Session(robots.load(ROBOT), finished(ROBOT), WITH, seed=seed, interface="velocity", link="in process")
+    session.boot()
+    return session
+
+
+def session_figures(seed: int, count: int) -> dict[str, float]:
+    """Each of `count` cells pushed with the base and without, then approached by a palm; the worst of each counts."""
+    moved = {True: 0.0, False: 0.0}
+    back = peak = violations = stopped = 0.0
+    near: list[float] = []
+    for index, cell in enumerate(drawn_cells(seed + 1000, count)):
+        for base in (True, False):
+            tell(f"sessions: cell {cell}, {'with' if base else 'without'} the base")
+            session = whole_session(seed + index)
+            try:
+                if not base:
+                    use_arms_alone(session)
+                    session.run(0.3)
+                figures = run(session, Plan(int(cell), FORCE_N, 1.0, 10.0 if base else 0.5))
+            finally:
+                session.shut_down()
+            moved[base] += figures["moved_mm"]
+            peak = max(peak, figures["peak_contact_n"])
+            violations += figures["limit_violations"]
+            stopped += 1 - figures["running"]
+            if base:
+                back = max(back, figures["base_back_mm"])
+    tell("sessions: a palm comes near")
+    session = whole_session(seed)
+    try:
+        shoulder = next(
+            c for c, link in enumerate(session.layout.link) if session.layout.links[link] == "right_shoulder_link"
+        )
+        session.world.approach(session.in_world(shoulder), PALM_M)
+        start = session.cell_position(shoulder)
+        touched = 0.0
+        for _ in range(4000):
+            session.step()
+            touched = max(touched, float(session.world.contact_normal_force().sum()))
+        near = [1e3 * base_m(session), 1e3 * float(np.linalg.norm(session.cell_position(shoulder) - start)), touched]
+    finally:
+        session.shut_down()
+    return {
+        "session_cells": float(count),
+        "session_gain": moved[True] / moved[False],
+        "session_base_back_mm": back,
+        "session_peak_contact_n": peak,
+        "session_violations": violations,
+        "session_stops": stopped,
+        "palm_base_mm": near[0],
+        "palm_cell_mm": near[1],
+        "palm_contact_n": near[2],
+    }
+
+
+def soak_figures(seed: int, seconds: float) -> dict[str, float]:
+    """Random touches of 2 to 15 N while the robot complies; then one push more, to see that it goes on."""
+    session = whole_session(seed)
+    generator = np.random.default_rng([seed, 16])
+    peak, stops = 0.0, 0
+    try:
+        ends = session.world.time_s + seconds
+        while session.world.time_s < ends:
+            tell(f"soak: {session.world.time_s:.0f} of {seconds:.0f} s")
+            cell = int(generator.integers(len(session.layout)))
+            session.world.push(session.in_world(cell), float(generator.uniform(2.0, 15.0)))
+            for _ in range(int(generator.integers(300, 2000))):
+                session.step()
+                peak = max(peak, float(session.world.contact_normal_force().sum()))
+            session.world.release()
+            session.run(float(generator.uniform(0.2, 1.5)))
+        stops += session.state not in (SafetyState.running, SafetyState.degraded)
+        session.run(10.0)
+        cell = next(
+            c for c, link in enumerate(session.layout.link) if session.layout.links[link] == "right_shoulder_link"
+        )
+        after = run(session, Plan(cell, FORCE_N, 0.5, 0.0))
+        report = session.controller.report
+    finally:
+        session.shut_down()
+    return {
+        "soak_s": seconds,
+        "soak_violations": float(report.violations),
+        "soak_interventions": float(report.interventions),
+        "soak_stops": float(stops),
+        "soak_peak_contact_n": peak,
+        "soak_moved_after_mm": after["moved_mm"],
+    }

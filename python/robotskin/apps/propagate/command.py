@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin app propagate`."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    push: Annotated[int | None, typer.Option(help="The cell to push; by default one of the right shoulder.")] = None,
+    force: Annotated[float, typer.Option(help="Newton at the end of the rise, of 2 N/s.", min=0.5, max=20)] = 8.0,
+    wait: Annotated[float, typer.Option(help="Seconds to wait after the release.", min=0)] = 10.0,
+    without: Annotated[bool, typer.Option("--without", help="Arms that hand nothing on: the base stays.")] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="No page: push, let go, measure, and end.")] = False,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Push a mobile robot with two arms: where an arm cannot give way, its base does, and comes back when let go.
+
+    Exit status 0 means that every figure with a bound keeps it.
+    """
+    from rich.console import Console
+
+    from robotskin import layout, robots
+    from robotskin.apps.propagate.script import Plan, bounds, run, usual_cell
+    from robotskin.apps.propagate.tasks import WITH, use_arms_alone
+    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.session import Session
+
+    console = Console()
+    skin = layout.finished("dual_arm")
+    session = Session(robots.load("dual_arm"), skin, WITH, seed=seed, interface="velocity", link="in process")
+    try:
+        plan = Plan(usual_cell(session) if push is None else push, force, wait_s=wait)
+        session.in_world(plan.cell)
+        if without:
+            use_arms_alone(session)
+        with console.status("booting the skin") as status:
+            session.boot()
+            figures = run(session, plan, status.update) if headless else {}
+        if not headless:
+            _show(session, port, console)
+    finally:
+        if headless:
+            session.shut_down()
+    if not headless:
+        return
+    held = bounds(plan)
+    link = skin.links[skin.link[plan.cell]]
+    title = f"cell {plan.cell} of {link}, {force:g} N, {'arms alone' if without else 'arms and base'}"
+    console.print(table_of(title, figures, held))
+    if json_file is not None:
+        write_figures(json_file, seed, figures)
+    raise typer.Exit(1 if broken(held, figures) else 0)
+
+
+def _show(session: object, port: int, console: object) -> None:
+    """Serve the page until it is interrupted."""
+    from robotskin.apps.propagate.panel import PropagatePage
+    from robotskin.live.live_session import LiveSession
+
+    with LiveSession(session) as live, PropagatePage(live, port) as page:
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print("bringing the robot to rest")
