@@ -50,8 +50,9 @@ void bind_gains(nb::module_& module) {
       .def_rw("largest_joint_speed", &PropagationGains::largest_joint_speed, "rad/s or m/s")
       .def_rw("largest_lead_m", &PropagationGains::largest_lead_m)
       .def_rw("tracking_per_s", &PropagationGains::tracking_per_s)
-      .def_rw("effort", &PropagationGains::effort, "epsilon of eq. 27")
+      .def_rw("effort", &PropagationGains::effort, "epsilon of [Cheng19 eq. 27]")
       .def_rw("return_per_s", &PropagationGains::return_per_s, "how fast joints go back to their reference")
+      .def_rw("sweeps", &PropagationGains::sweeps, "over all limbs in a tick")
       .def_rw("steps", &PropagationGains::steps, "of the solver, in a tick");
 }
 

@@ -19,8 +19,7 @@ ContactPoints::ContactPoints(const RobotModel& robot, const skin::SkinModel& ski
                              ContactGains gains)
     : gains_(gains), cells_(skin.size()), contacts_(matrix.body_count() * most_of_a_body) {
   for (const double value : {gains.merge_within_m, gains.bandwidth_hz, gains.fade_s})
-    if (!(value > 0))
-      throw ControlError("contact points: gain " + std::to_string(value) + " must be greater than 0");
+    if (!(value > 0)) throw ControlError("contact points: gain " + std::to_string(value) + " must be greater than 0");
   std::vector<std::int32_t> body_of(robot.joint_count(), -1);
   for (std::size_t body = 0; body < matrix.body_count(); ++body) {
     body_of[matrix.body_joint(body)] = static_cast<std::int32_t>(body);

@@ -23,9 +23,9 @@ struct ContactGains {
 // The frame is that of the joint that carries the body.
 struct Contact {
   std::size_t body = 0, joint = 0;
-  Vector3 force{};   // newton
-  Vector3 point{};   // m, the force centroid
-  double share = 0;  // 0 to 1, how much it counts; 0: there is no contact here
+  Vector3 force{};     // newton
+  Vector3 point{};     // m, the force centroid
+  double share = 0;    // 0 to 1, how much it counts; 0: there is no contact here
   bool fresh = false;  // it began in this tick
 
   Vector3 sum{}, moment{};  // of this tick: force, and points times magnitude
@@ -47,7 +47,7 @@ class ContactPoints {
 
  private:
   struct Cell {
-    std::int32_t body = -1;  // -1: on the base
+    std::int32_t body = -1;    // -1: on the base
     Vector3 touch{}, point{};  // of a unit touch; in the joint's frame
   };
   Contact& contact_of(const Cell& cell) noexcept;

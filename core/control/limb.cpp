@@ -52,8 +52,8 @@ std::vector<LimbJoints> indexed_limbs(const RobotModel& robot, const std::vector
     if (!limb.parent.empty()) {
       const auto parent = std::ranges::find(found, limb.parent, &LimbJoints::name);
       if (parent == found.end())
-        throw ControlError(what + ": its parent '" + limb.parent + "' is none of the limbs before it: " +
-                           names_of(found));
+        throw ControlError(what + ": its parent '" + limb.parent +
+                           "' is none of the limbs before it: " + names_of(found));
       if (!carries(robot, *parent, one))
         throw ControlError(what + ": no joint of its parent '" + limb.parent + "' carries it");
       one.parent = static_cast<std::size_t>(parent - found.begin());

@@ -7,14 +7,13 @@
 
 namespace robotskin::control {
 
-LimbProgramme::LimbProgramme(LimbJoints limb, std::size_t largest_rows, double effort)
+LimbProgramme::LimbProgramme(LimbJoints limb, std::size_t largest_rows, double effort, double most)
     : limb_(std::move(limb)),
       solver_({.variables = limb_.joints.size(),
                .limits = 2 * limb_.joints.size(),
                .largest_rows = largest_rows + limb_.joints.size(),
                .levels = 1}) {
   const std::size_t joints = limb_.joints.size();
-  const double most = *std::ranges::max_element(limb_.largest_acceleration);
   for (const double own : limb_.largest_acceleration) root_effort_.push_back(std::sqrt(effort) * most / own);
   limits_.resize(2 * joints * joints);
   low_.resize(2 * joints);
@@ -30,8 +29,8 @@ bool LimbProgramme::solve(const LimbState& state, std::span<const double> jacobi
   std::ranges::fill(limits_, 0.0);
   for (std::size_t i = 0; i < joints; ++i) {
     limits_[i * 2 * joints + i] = 1;
-    low_[i] = state.low[i] - state.free[i];
-    high_[i] = state.high[i] - state.free[i];
+    low_[i] = state.low[i] - state.acceleration[i];
+    high_[i] = state.high[i] - state.acceleration[i];
     for (std::size_t row = 0; row < joints; ++row)
       limits_[i * 2 * joints + joints + row] = state.mass[row * joints + i];
     // What already takes more than the motor has may not take more still.
@@ -45,9 +44,10 @@ bool LimbProgramme::solve(const LimbState& state, std::span<const double> jacobi
     column[contacts + i] = root_effort_[i];
   }
   std::ranges::copy(residual, wanted_.begin());
-  std::fill_n(wanted_.begin() + static_cast<std::ptrdiff_t>(contacts), joints, 0.0);
+  for (std::size_t i = 0; i < joints; ++i) wanted_[contacts + i] = -root_effort_[i] * state.changed[i];
   std::ranges::fill(change, 0.0);
   const QpLevel level{rows_.data(), {wanted_.data(), count}, {wanted_.data(), count}};
+  // [Cheng19 eq. 27]
   if (!solver_.solve({limits_.data(), low_, high_}, {&level, 1}, budget, change)) return false;
   for (std::size_t row = 0; row < contacts; ++row)
     for (std::size_t i = 0; i < joints; ++i) residual[row] -= jacobian[row * joints + i] * change[i];

@@ -12,22 +12,23 @@
 
 namespace robotskin::control {
 
-// A limb's joints in a tick; k joints. Its joints would accelerate by `free` if no contact asked for more.
+// A limb's joints in a tick; k joints.
 struct LimbState {
-  std::span<const double> free;                       // (k) rad/s^2, within the bounds
-  std::span<const double> low, high;                  // (k) rad/s^2
-  std::span<const double> mass;                       // (k, k) kg m^2
-  std::span<const double> torque;                     // (k) Nm that the free accelerations take
-  std::span<const double> largest_torque;             // (k) Nm
+  std::span<const double> acceleration;    // (k) rad/s^2 that they have so far, within the bounds
+  std::span<const double> changed;         // (k) by how much that is more than if there were no contact
+  std::span<const double> low, high;       // (k) rad/s^2
+  std::span<const double> mass;            // (k, k) kg m^2
+  std::span<const double> torque;          // (k) Nm that the accelerations take so far
+  std::span<const double> largest_torque;  // (k) Nm
 };
 
-// min over d of sum of psi |r - J d|^2 + effort |d|^2, where r is what the contacts are to have beyond what the free
-// accelerations give them, within bounds on acceleration, which hold position and velocity limits, and on torque. An
-// acceleration is as dear as the limb's joint has little of it.
+// min over d of sum of psi |r - J d|^2 + effort |changed + d|^2, where r is what is missing of the accelerations that
+// the contacts are to have, within bounds on acceleration, which hold position and velocity limits, and on torque.
 class LimbProgramme {
  public:
-  // `largest_rows`: of the contacts of a tick, 3 each.
-  LimbProgramme(LimbJoints limb, std::size_t largest_rows, double effort);
+  // `largest_rows`: of the contacts of a tick, 3 each. `effort` is that of a joint that may accelerate by `most`; one
+  // that may less is dearer by the square of how much.
+  LimbProgramme(LimbJoints limb, std::size_t largest_rows, double effort, double most);
 
   const LimbJoints& limb() const noexcept { return limb_; }
 
@@ -38,9 +39,9 @@ class LimbProgramme {
 
  private:
   LimbJoints limb_;
-  std::vector<double> root_effort_;              // (k)
-  std::vector<double> limits_, low_, high_;      // (2 k, k) by columns, (2 k)
-  std::vector<double> rows_, wanted_;            // (rows + k, k) by columns, (rows + k)
+  std::vector<double> root_effort_;          // (k)
+  std::vector<double> limits_, low_, high_;  // (2 k, k) by columns, (2 k)
+  std::vector<double> rows_, wanted_;        // (rows + k, k) by columns, (rows + k)
   HierarchicalQp solver_;
 };
 

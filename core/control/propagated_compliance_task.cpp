@@ -15,6 +15,8 @@ namespace {
 constexpr double usual_acceleration = 10;
 // Of a joint's velocity limit; the rest is for the guard.
 constexpr double part_of_speed = 0.95;
+// On which stopping before a position limit counts, rad/s^2 or m/s^2: less than the guard has, which may brake later.
+constexpr double braking = 5;
 // In which the desired motion of a contact that cannot follow loses the speed that it has more.
 constexpr double catch_up_s = 0.05;
 
@@ -49,7 +51,7 @@ PropagatedComplianceTask::PropagatedComplianceTask(const RobotModel& robot, cons
            3 * ContactPoints::most_of_a_body * touch->matrix().body_count()),
       touch_(std::move(touch)),
       gains_(gains),
-      limits_(QuadraticLimits::of(robot)),
+      limits_(QuadraticLimits::of(robot, braking)),
       points_(robot, skin, touch_->matrix(), gains.contacts),
       motions_(points_.contacts().size()),
       reference_dynamics_(robot),
@@ -59,9 +61,12 @@ PropagatedComplianceTask::PropagatedComplianceTask(const RobotModel& robot, cons
   require_joints(*touch_, robot, name());
   const std::size_t joints = joint_count(), rows = largest_rows();
   for (double& velocity : limits_.velocity) velocity = std::min(part_of_speed * velocity, gains.largest_joint_speed);
-  for (LimbJoints& limb : indexed_limbs(robot, limbs)) {
+  std::vector<LimbJoints> indexed = indexed_limbs(robot, limbs);
+  double most = 0;
+  for (const LimbJoints& limb : indexed) most = std::max(most, *std::ranges::max_element(limb.largest_acceleration));
+  for (LimbJoints& limb : indexed) {
     for (std::size_t i = 0; i < limb.joints.size(); ++i) largest_[limb.joints[i]] = limb.largest_acceleration[i];
-    programmes_.emplace_back(std::move(limb), rows, gains.effort);
+    programmes_.emplace_back(std::move(limb), rows, gains.effort, most);
   }
   const TouchMatrix& matrix = touch_->matrix();
   leaf_.assign(matrix.body_count(), LimbJoints::no_parent);
@@ -71,14 +76,14 @@ PropagatedComplianceTask::PropagatedComplianceTask(const RobotModel& robot, cons
                               [&](std::size_t joint) { return matrix.carried_by(body, joint); }))
         leaf_[body] = limb;
   for (auto* values : {&velocity6_, &drift6_}) values->resize(6 * joints);
-  for (auto* values : {&low_, &high_, &acceleration_}) values->resize(joints);
+  for (auto* values : {&low_, &high_, &free_, &acceleration_}) values->resize(joints);
   active_.reserve(motions_.size());
   jacobian_.resize(rows * joints);
   residual_.resize(rows);
   limb_jacobian_.resize(rows * joints);
   limb_residual_.resize(rows);
   limb_mass_.resize(joints * joints);
-  limb_values_.resize(6 * joints);
+  limb_values_.resize(7 * joints);
   residuals_.resize(programmes_.size());
 }
 
@@ -118,26 +123,26 @@ void PropagatedComplianceTask::set_free_accelerations(const TaskInput& input) no
   const double rate = gains_.return_per_s;
   for (std::size_t i = 0; i < joint_count(); ++i) {
     const double position = input.position[i], velocity = input.velocity[i];
-    const AccelerationBounds bounds =
-        acceleration_bounds({limits_.lower[i], limits_.upper[i], limits_.velocity[i], limits_.braking[i],
-                             limits_.margin_rad, limits_.horizon_s},
-                            position, velocity);
+    const AccelerationBounds bounds = acceleration_bounds({limits_.lower[i], limits_.upper[i], limits_.velocity[i],
+                                                           limits_.braking[i], limits_.margin_rad, limits_.horizon_s},
+                                                          position, velocity);
     // A joint that has to brake harder than it is to accelerate may do so.
     low_[i] = std::min(std::max(bounds.low, -largest_[i]), bounds.high);
     high_[i] = std::max(std::min(bounds.high, largest_[i]), bounds.low);
     const double wanted = rate * rate * (reference_[i] - position) - 2 * rate * velocity;
-    acceleration_[i] = std::clamp(wanted, low_[i], high_[i]);
+    acceleration_[i] = free_[i] = std::clamp(wanted, low_[i], high_[i]);
   }
 }
 
-// What the contact is to accelerate by: eq. 26, and back to its motion where it has left it.
+// What the contact is to accelerate by: [Cheng19 eq. 26], and back to its motion where it has left it.
 Vector3 PropagatedComplianceTask::asked(const Contact& contact, Motion& motion, const Vector3& reference,
                                         const Vector3& point, const Vector3& velocity, const double* base_from_joint,
                                         double period_s) const noexcept {
   const ContactImpedanceGains& impedance = gains_.impedance;
   const Vector3 force = rotate(base_from_joint, contact.force);
-  const Vector3 desired = (1 / impedance.inertia) *
-                          (force - impedance.damping * motion.velocity - impedance.stiffness * motion.moved);
+  // [Cheng19 eq. 26]
+  const Vector3 desired =
+      (1 / impedance.inertia) * (force - impedance.damping * motion.velocity - impedance.stiffness * motion.moved);
   motion.velocity = shortened(motion.velocity + period_s * desired, gains_.largest_speed_m_s);
   motion.moved = motion.moved + period_s * motion.velocity;
   Vector3 behind = reference + motion.moved - point;
@@ -169,8 +174,8 @@ void PropagatedComplianceTask::add_contact(const TaskInput& input, std::size_t i
   }
   motion.point = contact.point;
   const Vector3 wanted = asked(contact, motion, reference, point, velocity, base_from_joint, input.period_s);
-  Vector3 left = wanted - (load3(&drift6_[6 * joint]) + cross(load3(&drift6_[6 * joint + 3]), point) +
-                           cross(angular, velocity));
+  Vector3 left =
+      wanted - (load3(&drift6_[6 * joint]) + cross(load3(&drift6_[6 * joint + 3]), point) + cross(angular, velocity));
   double* rows = &jacobian_[3 * active_.size() * joints];
   for (std::size_t i = 0; i < joints; ++i) {
     Vector3 column{};
@@ -196,7 +201,7 @@ bool PropagatedComplianceTask::update(const TaskInput& input) noexcept {
     if (points_.contacts()[i].share > 0) add_contact(input, i);
   std::ranges::fill(residuals_, 0.0);
   StepBudget budget{.most = gains_.steps, .deadline_ns = input.deadline_ns};
-  if (!active_.empty())
+  for (std::size_t sweep = 0; sweep < gains_.sweeps && !active_.empty(); ++sweep)
     for (std::size_t limb = programmes_.size(); limb-- > 0;)
       if (!solve(input, limb, budget)) return false;
 
@@ -231,12 +236,13 @@ bool PropagatedComplianceTask::solve(const TaskInput& input, std::size_t limb, S
     }
   }
   if (rows == 0) return true;
-  double *free = limb_values_.data(), *low = free + count, *high = low + count, *torque = high + count,
-         *largest = torque + count, *change = largest + count;
+  double *so_far = limb_values_.data(), *changed = so_far + count, *low = changed + count, *high = low + count,
+         *torque = high + count, *largest = torque + count, *change = largest + count;
   const std::span<const double> mass = input.dynamics.mass_matrix();
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t joint = own[i];
-    free[i] = acceleration_[joint];
+    so_far[i] = acceleration_[joint];
+    changed[i] = acceleration_[joint] - free_[joint];
     low[i] = low_[joint];
     high[i] = high_[joint];
     largest[i] = limits_.torque[joint];
@@ -244,7 +250,8 @@ bool PropagatedComplianceTask::solve(const TaskInput& input, std::size_t limb, S
     for (std::size_t k = 0; k < joints; ++k) torque[i] += mass[joint * joints + k] * acceleration_[k];
     for (std::size_t k = 0; k < count; ++k) limb_mass_[i * count + k] = mass[joint * joints + own[k]];
   }
-  const LimbState state{.free = {free, count},
+  const LimbState state{.acceleration = {so_far, count},
+                        .changed = {changed, count},
                         .low = {low, count},
                         .high = {high, count},
                         .mass = {limb_mass_.data(), count * count},

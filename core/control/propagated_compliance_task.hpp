@@ -21,19 +21,22 @@ struct PropagationGains {
   // Of the motion that each contact is to have [Cheng19 eq. 26]; critically damped.
   ContactImpedanceGains impedance{.inertia = 2.5, .damping = 14.2, .stiffness = 20};
   ContactGains contacts;
-  double largest_speed_m_s = 0.25;  // of that motion
+  double largest_speed_m_s = 0.25;    // of that motion
   double largest_joint_speed = 1.57;  // rad/s or m/s, where 95 % of a joint's velocity limit is not less
-  double largest_lead_m = 0.05;     // by which it may run ahead of the contact
-  double tracking_per_s = 10;       // how fast the contact comes back to it
-  double effort = 1e-3;             // epsilon of eq. 27
-  double return_per_s = 1;          // how fast joints go back to their reference
-  std::size_t steps = 200;          // of the solver, in a tick
+  double largest_lead_m = 0.05;       // by which it may run ahead of the contact
+  double tracking_per_s = 10;         // how fast the contact comes back to it
+  double effort = 1e-3;               // epsilon of [Cheng19 eq. 27]
+  double return_per_s = 1;            // how fast joints go back to their reference
+  std::size_t sweeps = 4;             // over all limbs in a tick
+  std::size_t steps = 400;            // of the solver, in a tick
 };
 
 // A contact is drawn to where its point of the body lies in the reference posture, which is that of the start. Its
 // desired motion is integrated beside the robot. Limbs are solved from the outermost inwards: each gives its contacts
 // what it can within its limits, and hands the residual of their accelerations to its parent, whose programme has the
-// residuals of all limbs that it carries. Joints of no limb keep to the reference.
+// residuals of all limbs that it carries. What is left after the last one goes back to the first: an arm alone does not
+// know that what is level of its task could be left to the base. After some sweeps all limbs together do as well as one
+// programme over all joints would. Joints of no limb keep to the reference.
 //
 // The torque gives all joints the accelerations found, gravity excepted. Claims 3 rows for each contact.
 class PropagatedComplianceTask final : public Task {
@@ -55,7 +58,7 @@ class PropagatedComplianceTask final : public Task {
   std::span<const double> acceleration() const noexcept { return acceleration_; }
 
  private:
-  struct Motion {  // of a contact: where eq. 26 has it, from its place in the reference posture
+  struct Motion {  // of a contact: where [Cheng19 eq. 26] has it, from its place in the reference posture
     Vector3 moved{}, velocity{};
     Vector3 point{};  // of the last tick, in the joint's frame
   };
@@ -76,7 +79,7 @@ class PropagatedComplianceTask final : public Task {
   RobotDynamics reference_dynamics_;
   std::vector<double> reference_, largest_;  // (n)
   std::vector<double> velocity6_, drift6_;   // (n, 6) of each joint's body: velocity, and acceleration without a''
-  std::vector<double> low_, high_, acceleration_;  // (n)
+  std::vector<double> low_, high_, free_, acceleration_;  // (n) rad/s^2: bounds, without contacts, with them
   // Of the contacts of this tick.
   std::vector<std::size_t> active_;
   std::vector<double> jacobian_, residual_;  // (3 contacts, n), (3 contacts)

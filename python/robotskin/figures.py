@@ -15,6 +15,8 @@ from rich.table import Table
 import robotskin
 from robotskin.whole_file import whole_file
 
+__all__ = ["Bound", "broken", "table_of", "write_figures"]
+
 
 @dataclass(frozen=True)
 class Bound:

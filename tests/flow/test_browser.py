@@ -75,6 +75,12 @@ def view(seed: int, tmp_path: Path) -> Iterator[str]:
 
 
 @pytest.fixture
+def propagating(seed: int, tmp_path: Path) -> Iterator[str]:
+    """The address of a running `robotskin app propagate` whose shoulder is pushed."""
+    yield from running("app", seed, tmp_path, "propagate", "--push", "361", "--force", "5")
+
+
+@pytest.fixture
 def placing(seed: int, tmp_path: Path) -> Iterator[tuple[str, Path]]:
     """The address of a running `robotskin view --place`, and the file to which it saves."""
     file = tmp_path / "placed.json"
@@ -421,3 +427,14 @@ def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
     surface = LinkSurface.of(robot.link_mesh("shoulder_link"), layout.Rules().foam + CELL_THICKNESS_M)
     least, most = stand_off(surface, saved.link_from_cell[mine])
     assert -0.003 < least < most < 0.025, "the patch does not lie on the link"
+
+
+@pytest.mark.timeout(600)
+def test_the_base_gives_way_in_the_page_of_propagation(browser: "sync_api.Browser", propagating: str) -> None:
+    page = opened(browser, propagating)
+    told = page.locator("[data-propagation]").first
+    wait_for(lambda: float(told.get_attribute("data-base-mm") or 0) > 20, "the base does not give way")
+    assert told.get_attribute("data-propagation") == "base_gives"
+    if "ROBOTSKIN_PICTURES" in os.environ:
+        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / "propagate.png"))
+    page.close()

@@ -854,6 +854,159 @@ class ForceTask(Task):
     def measured(self) -> NDArray[numpy.float64]:
         """(3) newton, base frame: how the cells say that the limb presses"""
 
+class Limb:
+    """
+    Joints that belong together, and the limb that takes what they leave undone.
+    """
+
+    def __init__(
+        self, name: str, joints: Sequence[str], parent: str, largest_acceleration: Sequence[float]
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @name.setter
+    def name(self, arg: str, /) -> None: ...
+    @property
+    def joints(self) -> list[str]: ...
+    @joints.setter
+    def joints(self, arg: Sequence[str], /) -> None: ...
+    @property
+    def parent(self) -> str:
+        """name of the limb that carries this one; empty: none does"""
+
+    @parent.setter
+    def parent(self, arg: str, /) -> None: ...
+    @property
+    def largest_acceleration(self) -> list[float]:
+        """(joints) rad/s^2 or m/s^2"""
+
+    @largest_acceleration.setter
+    def largest_acceleration(self, arg: Sequence[float], /) -> None: ...
+
+class ContactGains:
+    """How the cells' forces are merged into contacts."""
+
+    def __init__(self) -> None: ...
+    @property
+    def merge_within_m(self) -> float:
+        """
+        cells of a body nearer than this to a contact belong to it; all of them are one if it is large
+        """
+
+    @merge_within_m.setter
+    def merge_within_m(self, arg: float, /) -> None: ...
+    @property
+    def bandwidth_hz(self) -> float: ...
+    @bandwidth_hz.setter
+    def bandwidth_hz(self, arg: float, /) -> None: ...
+    @property
+    def fade_s(self) -> float: ...
+    @fade_s.setter
+    def fade_s(self, arg: float, /) -> None: ...
+
+class PropagationGains:
+    """Of a PropagatedComplianceTask [Cheng19 eq. 26, 27]."""
+
+    def __init__(self) -> None: ...
+    @property
+    def impedance(self) -> ContactImpedanceGains: ...
+    @impedance.setter
+    def impedance(self, arg: ContactImpedanceGains, /) -> None: ...
+    @property
+    def contacts(self) -> ContactGains: ...
+    @contacts.setter
+    def contacts(self, arg: ContactGains, /) -> None: ...
+    @property
+    def largest_speed_m_s(self) -> float: ...
+    @largest_speed_m_s.setter
+    def largest_speed_m_s(self, arg: float, /) -> None: ...
+    @property
+    def largest_joint_speed(self) -> float:
+        """rad/s or m/s"""
+
+    @largest_joint_speed.setter
+    def largest_joint_speed(self, arg: float, /) -> None: ...
+    @property
+    def largest_lead_m(self) -> float: ...
+    @largest_lead_m.setter
+    def largest_lead_m(self, arg: float, /) -> None: ...
+    @property
+    def tracking_per_s(self) -> float: ...
+    @tracking_per_s.setter
+    def tracking_per_s(self, arg: float, /) -> None: ...
+    @property
+    def effort(self) -> float:
+        """epsilon of [Cheng19 eq. 27]"""
+
+    @effort.setter
+    def effort(self, arg: float, /) -> None: ...
+    @property
+    def return_per_s(self) -> float:
+        """how fast joints go back to their reference"""
+
+    @return_per_s.setter
+    def return_per_s(self, arg: float, /) -> None: ...
+    @property
+    def sweeps(self) -> int:
+        """over all limbs in a tick"""
+
+    @sweeps.setter
+    def sweeps(self, arg: int, /) -> None: ...
+    @property
+    def steps(self) -> int:
+        """of the solver, in a tick"""
+
+    @steps.setter
+    def steps(self, arg: int, /) -> None: ...
+
+class Contact:
+    """A contact, in the frame of the joint that carries its body."""
+
+    @property
+    def joint(self) -> int: ...
+    @property
+    def force(self) -> list[float]:
+        """(3) newton"""
+
+    @property
+    def point(self) -> list[float]:
+        """(3) m"""
+
+    @property
+    def share(self) -> float:
+        """0 to 1, how much it counts"""
+
+class PropagatedComplianceTask(Task):
+    """
+    The whole robot gives way: what a limb cannot do at its contacts is handed to the one that carries it.
+    """
+
+    def __init__(
+        self,
+        robot: robotskin.model.RobotModel,
+        skin: robotskin.skin.SkinModel,
+        touch: TouchWrench,
+        limbs: Sequence[Limb],
+        gains: PropagationGains = ...,
+    ) -> None:
+        """
+        touch: of weight 1, in newton. Raises ControlError for limbs and gains that do not fit.
+        """
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """of the last update"""
+
+    @property
+    def residuals(self) -> dict:
+        """
+        m/s^2 by name of the limb: what it has left undone of its contacts' accelerations in the last update
+        """
+
+    @property
+    def acceleration(self) -> NDArray[numpy.float64]:
+        """(n) rad/s^2 that the joints are to have"""
+
 class QpAnswer:
     """What HierarchicalQp.solve has found."""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin run`: a robot does one of the behaviours of figure 11, in the browser or as a scripted test."""
+"""`robotskin run`: a robot does one of the behaviours of the paper, in the browser or as a scripted test."""
 
 from __future__ import annotations
 

@@ -4,8 +4,9 @@
 from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
 from robotskin.control.controller import Controller
 from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
-from robotskin.control.task_library import TASKS, TaskLibrary
-from robotskin.tasks import FEEDFORWARD, Fusion, PythonTask
+from robotskin.control.task_library import TASKS, TaskLibrary, propagated_compliance
+from robotskin.robots.limbs import limbs_of
+from robotskin.tasks import FEEDFORWARD, Fusion, Limb, PropagationGains, PythonTask, Task
 
 __all__ = [
     "BEHAVIOURS",
@@ -18,9 +19,14 @@ __all__ = [
     "Fusion",
     "Goal",
     "JointGoal",
+    "Limb",
     "Primitive",
+    "PropagationGains",
     "PythonTask",
+    "Task",
     "TaskLibrary",
     "behaviour",
+    "limbs_of",
     "primitive",
+    "propagated_compliance",
 ]

@@ -201,7 +201,7 @@ def propagated_compliance(
 ) -> PropagatedComplianceTask:
     """The task "propagated_compliance", with limbs and gains other than the usual ones where they are given.
 
-    The touch is in newton, so that eq. 26 holds as it stands; nearness at full scale is a push of `proximity_n`.
+    The touch is in newton, as [Cheng19 eq. 26] has it; nearness at full scale is a push of `proximity_n`.
     """
     newton = gains.gains.skin_gains_of(np.zeros(len(own.skin)))
     newton.force_weight = [1.0] * len(own.skin)

@@ -27,6 +27,8 @@ from robotskin.viewer.network import grown_tree
 from robotskin.viewer.session_view import Ball, Floats, Goal, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
 from robotskin.world.drawing import piece_colour, piece_mesh
 
+__all__ = ["LiveSession"]
+
 SNAPSHOT_PERIODS = 16
 """Control periods between two snapshots: some sixty a second."""
 

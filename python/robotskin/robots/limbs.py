@@ -11,9 +11,9 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from robotskin._core.control import Limb
-from robotskin._core.model import JointKind, RobotModel
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.model import JointKind, RobotModel
+from robotskin.tasks import Limb
 
 FOLDER = "limbs"
 TURN_RAD_S2, SLIDE_M_S2 = 15.0, 1.0

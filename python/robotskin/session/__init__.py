@@ -5,6 +5,7 @@ A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput
 """
 
 from robotskin.choices import INTERFACES, MODES, SOURCES
+from robotskin.cycle import SafetyState
 from robotskin.loop import LoopError, LoopReport, SkinLoop
 from robotskin.model import (
     CommandMode,
@@ -30,6 +31,7 @@ __all__ = [
     "PortSensors",
     "PortStatus",
     "RobotPort",
+    "SafetyState",
     "SensorPlace",
     "Session",
     "SessionError",

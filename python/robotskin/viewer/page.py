@@ -23,6 +23,8 @@ from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import SessionView, Snapshot
 from robotskin.viewer.solids import Solids
 
+__all__ = ["Page"]
+
 FRAMES_PER_S = 30
 FRAMES_PER_READOUT = 6
 FRAMES_PER_PLOT = 4

@@ -17,6 +17,7 @@
 #include "control/joint_limit_task.hpp"
 #include "control/joint_task.hpp"
 #include "control/map_skin_task.hpp"
+#include "control/propagated_compliance_task.hpp"
 #include "control/skin_cartesian_task.hpp"
 #include "control/skin_reaction_task.hpp"
 #include "control/spline_cartesian_task.hpp"
@@ -62,12 +63,22 @@ int main(int argument_count, char** arguments) {
   for (std::size_t i = n; i < 2 * n; ++i) map.posture[i] = 0.2;
   const auto recalled = std::make_shared<control::MapSkinTask>(n, cells, skin_gains, map, 0.3);
 
+  std::vector<control::Limb> limbs = {{.name = "base"}, {.name = "rest", .parent = "base"}};
+  for (std::size_t i = 0; i < n; ++i) {
+    control::Limb& limb = limbs[i < n / 2 ? 0 : 1];
+    limb.joints.push_back(robot.joint_names()[i]);
+    limb.largest_acceleration.push_back(15);
+  }
+  const auto whole =
+      std::make_shared<control::PropagatedComplianceTask>(robot, model, felt, limbs, control::PropagationGains{});
+
   const std::vector<control::StackEntry> entries = {{gravity, control::StackEntry::feedforward},
                                                     {limit, 0},
                                                     {pose, 1},
                                                     {touch, 2},
                                                     {recalled, 2},
                                                     {contact, 3},
+                                                    {whole, 3},
                                                     {drag, 3},
                                                     {path, 4},
                                                     {spline, 5},

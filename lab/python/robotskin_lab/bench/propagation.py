@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from robotskin._core.control import PropagationGains
 from robotskin.errors import UnknownNameError
+from robotskin.tasks import PropagationGains
 from robotskin_lab.bench.progress import tell, tell_step
 from robotskin_lab.bench.propagation_rig import VARIANTS, Followed, PropagationRig, drawn_cells
 from robotskin_lab.bench.propagation_sessions import session_figures, soak_figures
@@ -100,7 +100,7 @@ def merging_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
     contacts.merge_within_m = 0.06
     gains.contacts = contacts
     together, apart = PropagationRig("with"), PropagationRig("with", gains)
-    ranges = {"merged": [], "apart": []}
+    ranges: dict[str, list[float]] = {"merged": [], "apart": []}
     for cell in cells:
         for name, rig in (("merged", together), ("apart", apart)):
             tell_step(f"merging: cell {cell}, {name}")

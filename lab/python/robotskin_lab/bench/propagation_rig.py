@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin._core.control import ContactImpedanceGains, Limb, PropagationGains, Task
-from robotskin._core.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
-from robotskin._core.skin import Health, SkinState
 from robotskin.control import UNPROJECTED, Behaviour, Controller, Fusion, TaskLibrary
 from robotskin.control.task_library import propagated_compliance
 from robotskin.layout import finished
+from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
 from robotskin.robots.gains import ChosenGains, GainSet
 from robotskin.robots.limbs import limbs_of
+from robotskin.skin import Health, SkinState
+from robotskin.tasks import ContactImpedanceGains, Limb, PropagationGains, Task
 
 Array = NDArray[np.float64]
 PERIOD_S = 0.001
@@ -114,7 +114,8 @@ class PropagationRig:
         return self.dynamics.base_from_link(link) @ self.layout.link_from_cell[cell]
 
     def cell_on(self, link: str, inward: Array) -> int:
-        """The cell of a link whose inward normal points most in a direction, where the robot is now."""
+        """The cell of a link whose inward normal points most in a direction, at home."""
+        self.joints.position = self.gains.home
         cells = [cell for cell, row in enumerate(self.layout.link) if self.layout.links[row] == link]
         normals = np.array([-self.cell_place(cell)[:3, 2] for cell in cells])
         return cells[int(np.argmax(normals @ inward))]
@@ -133,7 +134,7 @@ class PropagationRig:
     def follow(self, cell: int, cap_m: float, other: int | None = None) -> Followed:
         """Push a cell along its inward normal, ever harder, until it leaves its desired motion or that reaches the cap.
 
-        The palm stays flat on the cell. Its force and direction give the desired motion by eq. 26 alone. With an
+        The palm stays flat on the cell. Its force gives the desired motion by [Cheng19 eq. 26] alone. With an
         `other` cell each has half of the force, and the motion is that of the point between them.
         """
         cells = [cell] if other is None else [cell, other]

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +10,12 @@ import typer
 
 
 def command(
-    push: Annotated[int | None, typer.Option(help="The cell to push; by default one of the right shoulder.")] = None,
+    push: Annotated[
+        int | None,
+        typer.Option(
+            help="The cell to push; headless by default one of the right shoulder, in the page by default none."
+        ),
+    ] = None,
     force: Annotated[float, typer.Option(help="Newton at the end of the rise, of 2 N/s.", min=0.5, max=20)] = 8.0,
     wait: Annotated[float, typer.Option(help="Seconds to wait after the release.", min=0)] = 10.0,
     without: Annotated[bool, typer.Option("--without", help="Arms that hand nothing on: the base stays.")] = False,
@@ -26,15 +30,16 @@ def command(
     """
     from rich.console import Console
 
-    from robotskin import layout, robots
     from robotskin.apps.propagate.script import Plan, bounds, run, usual_cell
     from robotskin.apps.propagate.tasks import WITH, use_arms_alone
     from robotskin.figures import broken, table_of, write_figures
+    from robotskin.layout import finished
+    from robotskin.robots import load
     from robotskin.session import Session
 
     console = Console()
-    skin = layout.finished("dual_arm")
-    session = Session(robots.load("dual_arm"), skin, WITH, seed=seed, interface="velocity", link="in process")
+    skin = finished("dual_arm")
+    session = Session(load("dual_arm"), skin, WITH, seed=seed, interface="velocity", link="in process")
     try:
         plan = Plan(usual_cell(session) if push is None else push, force, wait_s=wait)
         session.in_world(plan.cell)
@@ -43,13 +48,15 @@ def command(
         with console.status("booting the skin") as status:
             session.boot()
             figures = run(session, plan, status.update) if headless else {}
-        if not headless:
-            _show(session, port, console)
-    finally:
-        if headless:
-            session.shut_down()
+    except BaseException:
+        session.shut_down()
+        raise
     if not headless:
+        from robotskin.apps.propagate.panel import show
+
+        show(session, port, None if push is None else plan)
         return
+    session.shut_down()
     held = bounds(plan)
     link = skin.links[skin.link[plan.cell]]
     title = f"cell {plan.cell} of {link}, {force:g} N, {'arms alone' if without else 'arms and base'}"
@@ -57,16 +64,3 @@ def command(
     if json_file is not None:
         write_figures(json_file, seed, figures)
     raise typer.Exit(1 if broken(held, figures) else 0)
-
-
-def _show(session: object, port: int, console: object) -> None:
-    """Serve the page until it is interrupted."""
-    from robotskin.apps.propagate.panel import PropagatePage
-    from robotskin.live.live_session import LiveSession
-
-    with LiveSession(session) as live, PropagatePage(live, port) as page:
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            console.print("bringing the robot to rest")

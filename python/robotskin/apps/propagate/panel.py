@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+import threading
 
+import numpy as np
+from rich.console import Console
+
+from robotskin.apps.propagate.script import Plan
 from robotskin.apps.propagate.states import Seen, State, following
 from robotskin.live.live_session import LiveSession
+from robotskin.session import Session
 from robotskin.viewer.page import Page
 from robotskin.viewer.session_view import Snapshot
 
@@ -43,3 +48,16 @@ class PropagatePage(Page):
                 f'data-base-mm="{1e3 * way:.1f}"><b>{self._state}</b><br>base {1e3 * way:.0f} mm from its place, '
                 f"{felt:.1f} N felt</div>"
             )
+
+
+def show(session: Session, port: int, plan: Plan | None = None) -> None:
+    """Serve the page of a booted session until it is interrupted; a plan's cell is pushed from the beginning."""
+    console = Console()
+    with LiveSession(session) as live, PropagatePage(live, port) as page:
+        if plan is not None:
+            live.push(plan.cell, plan.force_n)
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print("bringing the robot to rest")

@@ -9,10 +9,12 @@ from robotskin.control import (
     Fusion,
     Limb,
     PropagationGains,
+    Task,
     TaskLibrary,
     limbs_of,
     propagated_compliance,
 )
+from robotskin.robots.gains import ChosenGains
 from robotskin.session import Session
 
 WITH = "propagated_compliance"
@@ -28,7 +30,7 @@ def use_arms_alone(session: Session) -> None:
         if one.name != BASE
     ]
 
-    def make(library: TaskLibrary, gains: object) -> object:
+    def make(library: TaskLibrary, gains: ChosenGains) -> Task:
         return propagated_compliance(library, gains, arms, PropagationGains())
 
     session.controller.library.add(WITHOUT, make)

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Force propagation as an application: its states, and one short run through firmware, network and driver."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.apps.propagate.states import TABLE, Seen, State, following
+from robotskin.cli import main
+
+
+def test_states_follow_touch_and_base() -> None:
+    seen = [Seen(0.0, 0.0), Seen(5.0, 0.0), Seen(5.0, 0.05), Seen(0.0, 0.05), Seen(0.0, 0.05), Seen(0.0, 0.001)]
+    state, gone = State.WAITING, []
+    for one in seen:
+        state = following(state, one)
+        gone.append(state)
+    returning = State.RETURNING
+    assert gone == [State.WAITING, State.ARM_GIVES, State.BASE_GIVES, returning, returning, State.WAITING]
+
+
+def test_every_state_is_left_again() -> None:
+    assert {row[0] for row in TABLE} == {row[2] for row in TABLE} == set(State)
+
+
+@pytest.mark.timeout(300)
+def test_the_base_gives_way_in_a_whole_session(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "figures.json"
+    options = ["--headless", "--force", "2", "--wait", "0.5", "--seed", str(seed), "--json", str(file)]
+    answer = CliRunner().invoke(main.app, ["app", "propagate", *options])
+    assert answer.exit_code == 0, answer.output
+    figures = json.loads(file.read_text())
+    assert figures["base_moved_mm"] > 30
+    assert figures["base_gives_s"] > 0.2
+    assert (figures["limit_violations"], figures["running"]) == (0, 1)
+
+
+def test_a_cell_that_is_none_is_refused_before_anything_moves() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "propagate", "--headless", "--push", "700"])
+    assert answer.exit_code != 0
+    assert "cell 700: there are cells 0 to 699" in answer.output + str(answer.exception)
