@@ -84,7 +84,7 @@ def test_every_behaviour_can_be_made_for_every_robot_with_gains(robot: str, name
     ready = robot_with_gains(robot)
     controller = Controller(ready.robot.core, finished(robot).skin_model(), ready.gains, name)
     held = {"foot_contact", "balance"} if ready.robot.standing else set()
-    assert set(controller.tasks) == FIGURE_11[name] | held
+    assert set(controller.tasks) == (FIGURE_11 | SECTION_V_E)[name] | held
 
 
 def test_skin_compliance_holds_and_gives_way(rig) -> None:
