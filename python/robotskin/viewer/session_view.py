@@ -17,7 +17,7 @@ from robotskin.layout import Layout
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
 
-__all__ = ["Ball", "Health", "RobotView", "SessionView", "SkinReading", "Snapshot", "Solid", "Torques", "Touch"]
+__all__ = ["Ball", "RobotView", "SessionView", "SkinReading", "Snapshot", "Solid", "Torques", "Touch"]
 
 Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
