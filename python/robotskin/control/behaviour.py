@@ -84,7 +84,7 @@ BEHAVIOURS = {
         ),
         Behaviour(
             "propagated_compliance",
-            {"propagated_compliance": 0, "gravity": UNPROJECTED},
+            {"propagated_compliance": 0, "gravity": FEEDFORWARD},
             Fusion.weighted_sum,
             "gives way with all its limbs: what an arm cannot give, the base gives",
             gains="skin_compliance",

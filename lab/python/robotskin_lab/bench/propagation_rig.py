@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin.control import UNPROJECTED, Behaviour, Controller, Fusion, TaskLibrary
+from robotskin.control import FEEDFORWARD, Behaviour, Controller, Fusion, TaskLibrary
 from robotskin.control.task_library import propagated_compliance
 from robotskin.layout import finished
 from robotskin.model import CommandMode, JointCommand, JointState, RobotDynamics, RobotModel
@@ -67,7 +67,7 @@ class PropagationRig:
             return propagated_compliance(library, chosen, variant_limbs(self.robot.core, variant), self.chosen)
 
         self.controller.library.add("variant", make)
-        tasks = {"variant": 0, "gravity": UNPROJECTED}
+        tasks = {"variant": 0, "gravity": FEEDFORWARD}
         self.controller.use(Behaviour("variant", tasks, Fusion.weighted_sum, gains="skin_compliance"))
         self.controller.request_mode(CommandMode.velocity)
         n = self.robot.joint_count

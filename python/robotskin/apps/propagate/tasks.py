@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from robotskin.control import (
-    UNPROJECTED,
+    FEEDFORWARD,
     Behaviour,
     Fusion,
     Limb,
@@ -34,6 +34,6 @@ def use_arms_alone(session: Session) -> None:
         return propagated_compliance(library, gains, arms, PropagationGains())
 
     session.controller.library.add(WITHOUT, make)
-    tasks = {WITHOUT: 0, "gravity": UNPROJECTED}
+    tasks = {WITHOUT: 0, "gravity": FEEDFORWARD}
     meaning = "gives way with its arms; the base stays"
     session.controller.use(Behaviour(WITHOUT, tasks, Fusion.weighted_sum, meaning, gains="skin_compliance"))
