@@ -12,8 +12,8 @@ from robotskin.errors import InputError, UnknownNameError
 from robotskin.model import BASE, RobotModel
 from robotskin.robots import Robot
 from robotskin.robots.gains import ChosenGains
-from robotskin.robots.standing import feet_of
 from robotskin.robots.limbs import limbs_of
+from robotskin.robots.standing import feet_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.skin import SkinModel
 from robotskin.tasks import (
