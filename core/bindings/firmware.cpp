@@ -103,11 +103,15 @@ void bind_limits(nb::module_& module) {
 // ---- Tables: lists of tuples in the order of the headers ----
 
 void bind_tables(nb::module_& module) {
-  nb::list channels, types, operations, statuses, kinds, thresholds, rates;
+  nb::list channels, sensors, types, operations, statuses, kinds, thresholds, rates;
 #define CHANNEL(name, is_signed, bits, numerator, denominator, unit) \
   channels.append(nb::make_tuple(#name, (is_signed) != 0, bits, double{numerator} / (denominator), unit));
   RS_CHANNELS(CHANNEL)
 #undef CHANNEL
+#define SENSOR(name, is_signed, first, count, column, blank, unit) \
+  sensors.append(nb::make_tuple(#name, #column, count, unit, RS_CHANNEL_##first >= RS_CHANNEL_COUNT));
+  RS_SENSORS(SENSOR)
+#undef SENSOR
 #define NUMBERED(name, number, text) types.append(nb::make_tuple(#name, number, text));
   RS_FRAME_TYPES(NUMBERED)
 #undef NUMBERED
@@ -128,6 +132,8 @@ void bind_tables(nb::module_& module) {
 #undef RATE
   module.attr("MODES") = nb::make_tuple("clock", "event");  // in the order of rs_mode
   module.attr("CHANNELS") = nb::tuple(channels);            // name, signed, bits, unit per count, unit
+  module.attr("SENSORS") =
+      nb::tuple(sensors);  // name, column, channels, unit, whether beyond a sample frame's channels
   module.attr("FRAME_TYPES") = nb::tuple(types);            // name, number, meaning
   module.attr("OPERATIONS") = nb::tuple(operations);        // name, number, index, value
   module.attr("REPLY_STATUSES") = nb::tuple(statuses);      // name, number, meaning
@@ -153,6 +159,7 @@ void bind_tables(nb::module_& module) {
 #define FIELDS_OF_command RS_COMMAND_FIELDS(FIELD)
 #define FIELDS_OF_reply RS_REPLY_FIELDS(FIELD)
 #define FIELDS_OF_join RS_JOIN_FIELDS(FIELD)
+#define FIELDS_OF_further RS_FURTHER_FIELDS(FIELD)
   RS_FRAME_TYPES(FRAME)
   module.attr("FRAMES") = frames;  // name: tuples of field name, signed, bits, meaning
 }

@@ -115,17 +115,16 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
             nb::dict columns;
             columns["key"] = column(samples.key);
             columns["stamp_ns"] = column(samples.stamp_ns);
-            columns["normal_force"] = column(samples.normal_force);
-            columns["proximity"] = column(samples.proximity);
-            columns["acceleration"] = column(samples.acceleration);
-            columns["temperature"] = column(samples.temperature);
+#define ROBOTSKIN_KEEP(name, is_signed, first, channels, values, blank, unit) columns[#values] = column(samples.values);
+            RS_SENSORS(ROBOTSKIN_KEEP)
+#undef ROBOTSKIN_KEEP
             columns["flags"] = column(samples.flags);
             return nb::make_tuple(bytes_from(self.kept), columns);
           },
           nb::sig("def drain_driver(self) -> tuple[bytes, dict[str, bytes]]"),
           R"(Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
-little-endian numbers each: key u32, stamp_ns i64, normal_force (S, 3) f32 newton, proximity f32, acceleration (S, 3)
-f32 m/s^2, temperature (S, 2) f32 degrees Celsius, flags u32 (1: an event, 2: a sensor's fault, 4: for freshness).)")
+little-endian numbers each: key u32, stamp_ns i64, f32 of each sensor by its column (`firmware.SENSORS`), SI units, flags
+u32 (1: an event, 2: a sensor's fault, 4: for freshness).)")
       .def(
           "set_zero",
           [](Recorder& self, const nb::bytes& force_offset) {

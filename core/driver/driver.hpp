@@ -148,6 +148,8 @@ class Driver {
   bool is_new(std::size_t row, const rs_clock& frame, std::int64_t arrival_ns);
   void take_sample(CellIndex::Group& group, std::size_t unit_row, const std::uint8_t* record, std::uint64_t unit_ns,
                    std::int64_t arrival_ns);
+  void take_further(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns,
+                    std::int64_t arrival_ns);
   void count_events(const Sample& before, const rs_clock& frame);
   void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
   void reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns);

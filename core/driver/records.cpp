@@ -24,6 +24,8 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
     case RS_TYPE_clock:
     case RS_TYPE_event:
       return take_sample(group, unit_row, record, unit_ns, arrival_ns);
+    case RS_TYPE_further:
+      return take_further(group, record, unit_ns, arrival_ns);
     case RS_TYPE_topology:
       return take_topology(group, unit, record, arrival_ns);
     case RS_TYPE_reply:
@@ -123,6 +125,28 @@ void Driver::take_sample(CellIndex::Group& group, std::size_t unit_row, const st
   sample.rate_divisor = units_.row(unit_row).ports[port].rate_divisor & 0xF;
   arrival_port_[static_cast<std::size_t>(row)] = static_cast<std::uint16_t>(unit_row << 4 | port);
   if (looking_on_ != nullptr) looking_on_->sampled(sample);
+}
+
+template <class Row>
+static void stamp_further(Row& sample, std::int64_t stamp_ns) {
+  if constexpr (requires { sample.further_ns; }) sample.further_ns = stamp_ns;
+}
+
+// The channels behind the nine, of a cell that has sent these. One that has been overtaken says nothing.
+void Driver::take_further(CellIndex::Group& group, const std::uint8_t* record, std::uint64_t unit_ns,
+                          std::int64_t arrival_ns) {
+  rs_further frame;
+  rs_further_unpack(&frame, record);
+  if (!has_further_channels || !CellIndex::valid(frame.source)) return statistics_.frames_invalid.add();
+  const std::int32_t row = index_.row(group, frame.source);
+  if (row == CellIndex::no_row) return statistics_.frames_unknown_cell.add();
+  statistics_.further_frames.add();
+  if (!samples_.row(static_cast<std::size_t>(row)).seen) return;
+  const std::int64_t stamp_ns = arrival_ns - sample_age_ns(frame, unit_ns);
+  if (stamp_ns < further_ns(samples_.row(static_cast<std::size_t>(row)))) return statistics_.frames_late.add();
+  Sample& sample = samples_.change(static_cast<std::size_t>(row));
+  take_channels(sample, frame);
+  stamp_further(sample, stamp_ns);
 }
 
 void Driver::count_events(const Sample& before, const rs_clock& frame) {

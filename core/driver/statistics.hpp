@@ -44,6 +44,7 @@ class Counter {
   X(clock_frames, "samples in clock mode")                                                          \
   X(event_frames, "samples in event mode, refreshes included")                                      \
   X(refresh_frames, "event-mode samples sent for freshness")                                        \
+  X(further_frames, "samples of channels that a sample frame has no room for")                         \
   X(topology_frames, "neighbour lists")                                                             \
   X(reply_frames, "answers to commands")                                                            \
   X(status_frames, "subtree sizes")                                                                 \

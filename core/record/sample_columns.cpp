@@ -21,29 +21,23 @@ void SampleColumns::set_zero(std::span<const float> force_offset) {
 void SampleColumns::clear() {
   key.clear();
   stamp_ns.clear();
-  normal_force.clear();
-  proximity.clear();
-  acceleration.clear();
-  temperature.clear();
+#define ROBOTSKIN_CLEAR(name, is_signed, first, channels, column, blank, unit) column.clear();
+  RS_SENSORS(ROBOTSKIN_CLEAR)
+#undef ROBOTSKIN_CLEAR
   flags.clear();
 }
 
 void SampleColumns::add(const driver::Sample& sample) {
-  constexpr auto force_step = static_cast<float>(skin::force_1_step);
-  constexpr auto acceleration_step = static_cast<float>(skin::acceleration_x_step * skin::standard_gravity);
-  const auto found = row_.find(sample.key);
-  const std::array<float, 3>& zero = zero_[found == row_.end() ? zero_.size() - 1 : found->second];
   key.push_back(sample.key);
   stamp_ns.push_back(sample.stamp_ns);
-  std::array<float, 3>& force = normal_force.emplace_back();
-  std::array<float, 3>& specific_force = acceleration.emplace_back();
-  for (std::size_t i = 0; i < 3; ++i) {
-    force[i] = std::max(0.0F, static_cast<float>(sample.force[i]) * force_step - zero[i]);
-    specific_force[i] = static_cast<float>(sample.acceleration[i]) * acceleration_step;
-  }
-  proximity.push_back(static_cast<float>(sample.proximity[0] * skin::proximity_step));
-  temperature.push_back({static_cast<float>(sample.temperature[0] * skin::temperature_1_step),
-                         static_cast<float>(sample.temperature[1] * skin::temperature_2_step)});
+#define ROBOTSKIN_ADD(name, is_signed, first, channels, column, blank, unit) \
+  skin::to_si(sample.name, RS_CHANNEL_##first, column.emplace_back());
+  RS_SENSORS(ROBOTSKIN_ADD)
+#undef ROBOTSKIN_ADD
+  const auto found = row_.find(sample.key);
+  const std::array<float, 3>& zero = zero_[found == row_.end() ? zero_.size() - 1 : found->second];
+  std::array<float, 3>& force = normal_force.back();
+  for (std::size_t i = 0; i < 3; ++i) force[i] = std::max(0.0F, force[i] - zero[i]);
   flags.push_back((sample.event ? 1U : 0U) | (sample.fault ? 2U : 0U) | (sample.refresh ? 4U : 0U));
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "driver/sample.hpp"
+#include "skin/skin_state.hpp"
 
 namespace robotskin::record {
 
@@ -24,13 +25,14 @@ class SampleColumns {
   void clear();
   void add(const driver::Sample& sample);
 
-  std::vector<std::uint32_t> key;                  // (S) section-unit group << 16 | id
-  std::vector<std::int64_t> stamp_ns;              // (S) host clock at the sample
-  std::vector<std::array<float, 3>> normal_force;  // (S, 3) newton, >= 0
-  std::vector<float> proximity;                    // (S) share of full scale
-  std::vector<std::array<float, 3>> acceleration;  // (S, 3) m/s^2, cell frame
-  std::vector<std::array<float, 2>> temperature;   // (S, 2) degrees Celsius
-  std::vector<std::uint32_t> flags;                // (S) 1: an event, 2: a sensor's fault, 4: sent for freshness
+  std::vector<std::uint32_t> key;      // (S) section-unit group << 16 | id
+  std::vector<std::int64_t> stamp_ns;  // (S) host clock at the sample
+  // A column of each sensor (channels.h), SI units.
+#define ROBOTSKIN_COLUMN(name, is_signed, first, channels, column, blank, unit) \
+  std::vector<skin::Column<channels>> column;
+  RS_SENSORS(ROBOTSKIN_COLUMN)
+#undef ROBOTSKIN_COLUMN
+  std::vector<std::uint32_t> flags;  // (S) 1: an event, 2: a sensor's fault, 4: sent for freshness
 
  private:
   std::unordered_map<driver::CellKey, std::uint32_t> row_;

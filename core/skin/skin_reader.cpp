@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 
 #include "skin/calibration.hpp"
 #include "skin/proximity_curve.hpp"
@@ -37,14 +37,16 @@ bool saturated(const Sample& sample) {
   return any;
 }
 
-// Of one sensor, from counts.
-template <class AllCounts, class Values>
-void to_si(const AllCounts& counts, std::size_t first, Values& values) {
-  if constexpr (std::is_same_v<Values, float>) {
-    values = counts[0] * channel_scales[first].si_step;
-  } else {
-    for (std::size_t i = 0; i < counts.size(); ++i) values[i] = counts[i] * channel_scales[first + i].si_step;
-  }
+// Further channels that have not come for so long are not known any more: at the slowest clock rate one of their frames
+// may be lost, at the usual one seven.
+constexpr std::int64_t further_fresh_ns = 1'100'000'000;
+
+void blank_further(std::size_t cell, SkinState& state) {
+  [[maybe_unused]] constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+#define ROBOTSKIN_BLANK(name, is_signed, first, channels, column, blank, unit) \
+  if (RS_CHANNEL_##first >= RS_CHANNEL_COUNT) state.column[cell] = filled<channels>(static_cast<float>(blank));
+  RS_SENSORS(ROBOTSKIN_BLANK)
+#undef ROBOTSKIN_BLANK
 }
 
 bool impossible(const Sample& sample) {
@@ -127,6 +129,9 @@ void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& stat
 #define ROBOTSKIN_TO_SI(name, is_signed, first, channels, column, blank, unit) \
   to_si(sample.name, RS_CHANNEL_##first, state.column[cell]);
   RS_SENSORS(ROBOTSKIN_TO_SI)
+  const std::int64_t fresh_ns = further_fresh_ns * std::max<int>(sample.rate_divisor, 1);
+  if (driver::has_further_channels && sample.stamp_ns - driver::further_ns(sample) > fresh_ns)
+    blank_further(cell, state);
 #undef ROBOTSKIN_TO_SI
   for (unsigned i = 0; i < 3; ++i) {
     float& force = state.normal_force[cell][i];

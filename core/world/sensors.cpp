@@ -7,6 +7,7 @@
 
 #include "skin/calibration.hpp"
 #include "skin/proximity_curve.hpp"
+#include "world/further_truth.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::world {
@@ -22,7 +23,7 @@ struct Channel {
 #define CHANNEL(name, is_signed, bits, numerator, denominator, unit)                                         \
   Channel{(is_signed) ? -(1 << ((bits) - 1)) : 0, (is_signed) ? (1 << ((bits) - 1)) - 1 : (1 << (bits)) - 1, \
           static_cast<double>(denominator) / (numerator)},
-constexpr Channel channels[RS_CHANNEL_COUNT] = {RS_CHANNELS(CHANNEL)};
+constexpr Channel channels[RS_CHANNEL_ALL_COUNT] = {RS_ALL_CHANNELS(CHANNEL)};
 #undef CHANNEL
 
 enum Purpose : std::uint64_t { purpose_individual = 1, purpose_noise = 2, purpose_phase = 3, purpose_strange = 4 };
@@ -215,6 +216,17 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
     sample.value[c] = held;
     saturated |= held == highest || (lowest < 0 && held == lowest);
   }
+  std::fill(sample.value + RS_CHANNEL_COUNT, sample.value + RS_CHANNEL_ALL_COUNT, 0);
+#define ROBOTSKIN_FEEL(name, what, noise_in_unit)                                                                \
+  {                                                                                                              \
+    const auto [lowest, highest, counts_per_unit] = channels[RS_CHANNEL_##name];                                 \
+    const double noise = quantiles[random_bits(individual.noise_key, individual.draws++) >> (64 - normal_bits)]; \
+    const double counts = ((what) + (noise_in_unit) * noise) * counts_per_unit;                                  \
+    const double limited = std::clamp(counts, static_cast<double>(lowest), static_cast<double>(highest));        \
+    sample.value[RS_CHANNEL_##name] = static_cast<std::int32_t>(std::lrint(limited));                            \
+  }
+  RS_FURTHER_TRUTH(ROBOTSKIN_FEEL)
+#undef ROBOTSKIN_FEEL
   samples_ += 1;
   saturated_ += saturated ? 1 : 0;
   return saturated;

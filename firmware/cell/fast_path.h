@@ -91,6 +91,7 @@ RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bo
   if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) return false;
   switch (rs_frame_type_of(frame)) {
     case RS_TYPE_clock:
+    case RS_TYPE_further:
       return take_sample(cell, neighbour, frame, checked, now_us);
     case RS_TYPE_tick:
       return take_tick(cell, port, frame, checked, now_us);

@@ -96,6 +96,7 @@ static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const uint8_t* fra
       rs_torque_receive(cell, port, frame, now_us);
       break;
     case RS_TYPE_clock:
+    case RS_TYPE_further:
     case RS_TYPE_topology:
     case RS_TYPE_reply:
     case RS_TYPE_join:

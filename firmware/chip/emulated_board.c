@@ -92,6 +92,8 @@ uint32_t rs_board_sent(void) {
 
 bool rs_board_sense(rs_sample* sample) {
   for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) sample->value[c] = in->channel[c];
+  /* Further channels, if there are any, read the clock. */
+  for (int c = RS_CHANNEL_COUNT; c < (int)RS_CHANNEL_ALL_COUNT; ++c) sample->value[c] = (int32_t)(in->now_us & 0xFFU);
   return in->fault != 0U;
 }
 

@@ -249,7 +249,7 @@ uint32_t rs_board_sent(void) {
 
 bool rs_board_sense(rs_sample* sample) {
   static uint32_t count;
-  for (unsigned channel = 0; channel < RS_CHANNEL_COUNT; ++channel) {
+  for (unsigned channel = 0; channel < RS_CHANNEL_ALL_COUNT; ++channel) {
     sample->value[channel] = (int32_t)((count + 7U * channel) % COUNTED);
   }
   count = (count + 1U) % COUNTED;

@@ -138,6 +138,7 @@ void rs_ports_receive(rs_section_unit* unit, unsigned port, const uint8_t* frame
       break;
     case RS_TYPE_clock:
     case RS_TYPE_reply:
+    case RS_TYPE_further:
       rs_datagrams_gather(unit, port + 1U, frame, now_ns);
       break;
     default:

@@ -57,6 +57,7 @@ def address() -> Path:
         "check_sequence_window",
         "check_snapshot_table",
         "check_cycle",
+        "check_further_channels",
         "check_active_set",
         "check_event_queue",
     ]
@@ -83,6 +84,10 @@ def test_no_torn_sample_is_ever_seen(address: Path, thread: Path, seed: int) -> 
 
 def test_the_cycle_allocates_nothing(address: Path, seed: int) -> None:
     check(address, "check_cycle", seed, 2000)
+
+
+def test_further_channels_reach_the_state_of_the_skin(address: Path, seed: int) -> None:
+    check(address, "check_further_channels", seed)
 
 
 def test_events_come_in_order_however_many_wait(address: Path, seed: int) -> None:

@@ -139,7 +139,7 @@ static void fuzz_cell(uint32_t steps, bool keyed) {
       case 0:
         break;
       case 1: {
-        for (unsigned c = 0; c < RS_CHANNEL_COUNT; ++c) sample.value[c] = (int32_t)(draw() >> draw() % 32U);
+        for (unsigned c = 0; c < RS_CHANNEL_ALL_COUNT; ++c) sample.value[c] = (int32_t)(draw() >> draw() % 32U);
         input = (rs_input){.kind = RS_INPUT_SAMPLE, .sample = &sample, .fault = draw() % 2U != 0U};
         break;
       }

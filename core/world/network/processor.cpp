@@ -1,17 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "world/network/processor.hpp"
 
+#include <algorithm>
+#include <string_view>
+
 #include "robotskin/wire.h"
 #include "world/network/input_cycles.hpp"
 
 namespace robotskin::world {
 namespace {
 
+// Further channels go the way of clock samples.
+constexpr InputKind kind_named(std::string_view type) {
+  const std::string_view name = type == "further" ? "clock" : type;
+  return static_cast<InputKind>(std::ranges::find(input_kind_names, name) - input_kind_names.begin());
+}
+
 InputKind kind_of_frame(const std::uint8_t* frame) {
   switch (rs_frame_type_of(frame)) {
-#define RS_KIND_OF_TYPE(name, number, text) \
-  case RS_TYPE_##name:                      \
-    return InputKind::name;
+#define RS_KIND_OF_TYPE(name, number, text)                                  \
+  case RS_TYPE_##name: {                                                     \
+    constexpr InputKind kind = kind_named(#name);                            \
+    static_assert(static_cast<std::size_t>(kind) < input_kind_names.size()); \
+    return kind;                                                             \
+  }
     RS_FRAME_TYPES(RS_KIND_OF_TYPE)
 #undef RS_KIND_OF_TYPE
     default:

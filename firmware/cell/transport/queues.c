@@ -55,6 +55,7 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
       cell->sampling.dropped = true;
       break;
     case RS_TYPE_clock:
+    case RS_TYPE_further:
       if (rs_frame_is_retransmitted(frame) && is_here(queues, frame)) return true;
       if (queues->data.count >= queues->data_most && rs_sampling_left_out(cell, frame, now_us)) {
         ++cell->counts.frames_dropped;

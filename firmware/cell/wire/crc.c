@@ -152,7 +152,9 @@ static void change(uint8_t frame[RS_FRAME_BYTES], unsigned byte, uint32_t change
 }
 
 void rs_frame_mark_retransmitted(uint8_t frame[RS_FRAME_BYTES]) {
-  RS_STATIC_ASSERT((int)RS_clock_retransmitted_AT == (int)RS_event_retransmitted_AT, "samples are laid out alike");
+  RS_STATIC_ASSERT((int)RS_clock_retransmitted_AT == (int)RS_event_retransmitted_AT &&
+                       (int)RS_clock_retransmitted_AT == (int)RS_further_retransmitted_AT,
+                   "samples are laid out alike");
   const unsigned byte = RS_clock_retransmitted_AT / 8;
   const uint32_t bit = 0x8000U >> RS_clock_retransmitted_AT % 8;
   if ((((uint32_t)frame[byte] << 8) & bit) == 0U) change(frame, byte, bit);
@@ -160,7 +162,7 @@ void rs_frame_mark_retransmitted(uint8_t frame[RS_FRAME_BYTES]) {
 
 bool rs_frame_take_hop(uint8_t frame[RS_FRAME_BYTES]) {
   const rs_frame_type type = rs_frame_type_of(frame);
-  if (type == RS_TYPE_clock || type == RS_TYPE_event) {
+  if (type == RS_TYPE_clock || type == RS_TYPE_event || type == RS_TYPE_further) {
     if (!rs_sample_has_hop(frame)) return false;
     rs_sample_take_hop(frame);
     return true;

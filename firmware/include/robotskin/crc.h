@@ -39,7 +39,8 @@ RS_INLINE bool rs_frame_is_retransmitted(const uint8_t frame[RS_FRAME_BYTES]) {
 /* What a hop taken changes in a sample's checksum, by the hops left before: it is linear, and the time to live is the
  * lower part of byte 3. Byte 18 is the lower half. */
 extern const uint16_t rs_sample_hop_change[64];
-RS_STATIC_ASSERT((int)RS_clock_ttl_AT == 26 && (int)RS_clock_ttl_LAST == 31 && (int)RS_event_ttl_AT == 26,
+RS_STATIC_ASSERT((int)RS_clock_ttl_AT == 26 && (int)RS_clock_ttl_LAST == 31 && (int)RS_event_ttl_AT == 26 &&
+                     (int)RS_further_ttl_AT == 26,
                  "hops left are the lower six bits of byte 3");
 
 /* What a tick's fields of a link change in the checksum of one that has 0 in them: by sender_port << 2 | parent << 1 |

@@ -50,7 +50,8 @@ enum {
   X(topology, 8, "cell to host: identity and port-to-port neighbours")           \
   X(command, 9, "host to one cell or all")                                       \
   X(reply, 10, "cell to host: answer to a command")                              \
-  X(join, 11, "cell to section unit: a cell without an id asks for one")
+  X(join, 11, "cell to section unit: a cell without an id asks for one")         \
+  X(further, 12, "cell to host: one sample of the channels that a sample frame has no room for")
 
 #define RS_TYPE_NUMBER(name, number, text) RS_TYPE_##name = (number),
 typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type;
@@ -80,6 +81,26 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(acceleration_z, 1, 10, "counts")                                                  \
   X(temperature_1, 1, 8, "counts")                                                    \
   X(temperature_2, 1, 14, "counts")
+
+/* The channels behind the nine, in their order (channels.h); what a board does not have is 0. What passes samples on
+ * finds all that it asks for at the same place. */
+#define RS_FURTHER_FIELDS(X)                                                        \
+  X(type, 0, 4, "frame type")                                                       \
+  X(source, 0, 14, "id of the cell")                                                \
+  X(sequence, 0, 8, "of the cell's next sample frame")                              \
+  X(ttl, 0, 6, "hops left")                                                         \
+  X(sample_tick, 0, 4, "sample time: low bits of the tick number")                  \
+  X(sample_phase, 0, 6, "sample time: elapsed 64ths of the tick period")            \
+  X(spare_1, 0, 1, "")                                                              \
+  X(fault, 0, 1, "a sensor is missing or saturated")                                \
+  X(retransmitted, 0, 1, "sent again after a change of route")                      \
+  X(spare_2, 0, 3, "")                                                              \
+  X(value_1, 0, 16, "counts of the tenth channel, signed ones as two's complement") \
+  X(value_2, 0, 16, "of the eleventh")                                              \
+  X(value_3, 0, 16, "of the twelfth")                                               \
+  X(value_4, 0, 16, "of the thirteenth")                                            \
+  X(value_5, 0, 16, "of the fourteenth")                                            \
+  X(value_6, 0, 16, "of the fifteenth")
 
 #define RS_CLOCK_FIELDS(X) RS_SAMPLE_FIELDS(X)
 #define RS_EVENT_FIELDS(X) RS_SAMPLE_FIELDS(X)
@@ -400,6 +421,13 @@ RS_DEFINE_FRAME(reply, RS_REPLY_FIELDS)
 #define RS_UNPACK_join(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_join_##name##_AT, bits)
 #define RS_PACK_join(name, is_signed, bits, text) rs_bits_put(words, RS_join_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(join, RS_JOIN_FIELDS)
+
+#define RS_POSITION_further(name, is_signed, bits, text) \
+  RS_further_##name##_AT, RS_further_##name##_LAST = RS_further_##name##_AT + (bits) - 1,
+#define RS_UNPACK_further(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_further_##name##_AT, bits)
+#define RS_PACK_further(name, is_signed, bits, text) \
+  rs_bits_put(words, RS_further_##name##_AT, (bits), (uint32_t)in->name);
+RS_DEFINE_FRAME(further, RS_FURTHER_FIELDS)
 
 /* The largest number that an unsigned field holds, by frame and field: RS_FIELD_MAX(tick_age_us). */
 #define RS_FIELD_MAX(field) ((1U << ((unsigned)RS_##field##_LAST - (unsigned)RS_##field##_AT + 1U)) - 1U)

@@ -77,6 +77,7 @@ nb::bytes pack_frame(const std::string& name, const nb::dict& fields) {
 #define SET_command RS_COMMAND_FIELDS(SET_FIELD)
 #define SET_reply RS_REPLY_FIELDS(SET_FIELD)
 #define SET_join RS_JOIN_FIELDS(SET_FIELD)
+#define SET_further RS_FURTHER_FIELDS(SET_FIELD)
   RS_FRAME_TYPES(PACK_FRAME)
   throw nb::value_error(("no frame is called " + name + "; FRAMES lists those that are").c_str());
 }
@@ -103,6 +104,7 @@ std::pair<std::string, nb::dict> unpack_frame(const nb::bytes& bytes) {
 #define GET_command RS_COMMAND_FIELDS(GET_FIELD)
 #define GET_reply RS_REPLY_FIELDS(GET_FIELD)
 #define GET_join RS_JOIN_FIELDS(GET_FIELD)
+#define GET_further RS_FURTHER_FIELDS(GET_FIELD)
   switch (static_cast<int>(rs_frame_type_of(data))) {
     RS_FRAME_TYPES(UNPACK_FRAME)
     default:

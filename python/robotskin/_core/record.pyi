@@ -89,8 +89,8 @@ class Recorder:
     def drain_driver(self) -> tuple[bytes, dict[str, bytes]]:
         """
         Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
-        little-endian numbers each: key u32, stamp_ns i64, normal_force (S, 3) f32 newton, proximity f32, acceleration (S, 3)
-        f32 m/s^2, temperature (S, 2) f32 degrees Celsius, flags u32 (1: an event, 2: a sensor's fault, 4: for freshness).
+        little-endian numbers each: key u32, stamp_ns i64, f32 of each sensor by its column (`firmware.SENSORS`), SI units, flags
+        u32 (1: an event, 2: a sensor's fault, 4: for freshness).
         """
 
     def set_zero(self, force_offset: bytes) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin import firmware
 from robotskin.choices import member, require_mode
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError, UnknownNameError
@@ -330,4 +331,9 @@ class LiveSession:
             temperature=np.array(skin.temperature),
             health=np.array(skin.health),
             age_s=age_s,
+            further={
+                column: (np.array(getattr(skin, column)), unit)
+                for _, column, _, unit, further in firmware.SENSORS
+                if further
+            },
         )

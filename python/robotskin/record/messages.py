@@ -6,12 +6,13 @@ Every field is packed numbers or bytes, so that numpy writes and reads it withou
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin import firmware
 from robotskin.errors import InputError
 
 PACKAGE = "robotskin"
@@ -101,6 +102,15 @@ class Message:
         return _field(1, file)
 
 
+def further_fields(sensors: Iterable[tuple[str, str, int, str, bool]]) -> list[Field]:
+    """Of the sensors (as in `firmware.SENSORS`) beyond those that every cell has, in their order."""
+    return [
+        Field(column, "float", f"(S) {unit}" if channels == 1 else f"(S, {channels}) {unit}")
+        for _, column, channels, unit, further in sensors
+        if further
+    ]
+
+
 BLOCK = Message("Block", "entries of a tape, as core/record/tape.hpp defines them", (Field("entries", "bytes", ""),))
 SKIN_SAMPLES = Message(
     "SkinSamples",
@@ -113,6 +123,7 @@ SKIN_SAMPLES = Message(
         Field("acceleration", "float", "(S, 3) m/s^2, cell frame"),
         Field("temperature", "float", "(S, 2) degrees Celsius"),
         Field("flags", "fixed32", "(S) 1: an event, 2: a sensor's fault, 4: sent for freshness"),
+        *further_fields(firmware.SENSORS),
     ),
 )
 JOINTS = Message(

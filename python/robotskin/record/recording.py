@@ -17,6 +17,7 @@ from mcap.records import Chunk, ChunkIndex, Message
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
+from robotskin import firmware
 from robotskin.layout import Layout
 from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_whole, unpacked
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES
@@ -152,7 +153,7 @@ class Recording:
                 continue
             for name, values in SKIN_SAMPLES.unpack(message.data).items():
                 columns[name].append(np.asarray(values))
-        widths = {"normal_force": 3, "acceleration": 3, "temperature": 2}
+        widths = {column: channels for _, column, channels, _, _ in firmware.SENSORS if channels > 1}
         joined = {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in columns.items()}
         return {name: values.reshape(-1, widths[name]) if name in widths else values for name, values in joined.items()}
 

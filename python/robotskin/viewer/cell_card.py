@@ -35,6 +35,10 @@ def cell_card(
         ("proximity, of full scale", f"{float(reading.proximity[cell]):.2%}"),
         ("acceleration x, y, z", f"{_row(reading.acceleration[cell], 2)} m/s²"),
         ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C"),
+        *(
+            (column.replace("_", " "), f"{_row(np.atleast_1d(values[cell]), 2)} {unit}")
+            for column, (values, unit) in reading.further.items()
+        ),
     ]
     # Last values of a cell that is not alive are shown, but never as if they were fresh.
     faded = "" if health is Health.alive else "opacity:.55;"

@@ -74,6 +74,8 @@ class SkinReading:
     """(N,) the numbers of `robotskin.skin.Health`."""
     age_s: Floats
     """(N,) seconds since the cell's last sample, +inf for one that never sent any."""
+    further: Mapping[str, tuple[Floats, str]] = field(default_factory=dict)
+    """By column, (N,) or (N, channels) what sensors say that only some boards have, and its unit; NaN: unknown."""
 
 
 @dataclass(frozen=True)

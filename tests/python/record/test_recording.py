@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from mcap.records import Attachment, Message
 
-from robotskin import layout, robots
+from robotskin import firmware, layout, robots
 from robotskin.keys import SkinKeys
 from robotskin.record import Recorder, Recording, RecordingFileError, repair
 from robotskin.record.mcap_file import records
+from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.session import Session
 from robotskin.skin import SkinState
 
@@ -55,6 +56,22 @@ def test_every_skin_state_comes_back_to_the_byte(made: Made) -> None:
         assert bytes_of(frame.skin) == made.states[frame.time_ns]
         frames += 1
     assert frames == STEPS
+
+
+def test_every_sensor_has_its_field() -> None:
+    names = [field.name for field in SKIN_SAMPLES.fields]
+    assert {column for _, column, _, _, _ in firmware.SENSORS} == set(names) - {"key", "stamp_ns", "flags"}
+    # Numbers of fields stand in files: those of the sensors that every cell has come first, and others behind.
+    own = ["key", "stamp_ns", "normal_force", "proximity", "acceleration", "temperature", "flags"]
+    assert names[: len(own)] == own
+    hygrometer = ("humidity", "humidity", 1, "percent", True)
+    gyroscope = ("angular_velocity", "angular_velocity", 3, "deg/s", True)
+    further = further_fields([*firmware.SENSORS, hygrometer, gyroscope])
+    assert [(field.name, field.meaning) for field in further[-2:]] == [
+        ("humidity", "(S) percent"),
+        ("angular_velocity", "(S, 3) deg/s"),
+    ]
+    assert further[:-2] == further_fields(firmware.SENSORS)
 
 
 def test_joints_come_back(made: Made) -> None:

@@ -188,6 +188,22 @@ def test_readouts_tell_the_truth_about_a_dead_cell_and_a_stopped_controller() ->
     assert "+34.4°" in rows
 
 
+def test_a_further_sensor_has_its_row_on_the_card() -> None:
+    session = StandInSession()
+    reading = resting(len(session.layout))
+    cable = np.zeros(len(session.layout), dtype=int)
+    assert "humidity" not in cell_card(3, session.layout, cable, reading)
+    damp = np.full(len(session.layout), np.nan)
+    damp[3] = 48.25
+    turning = np.tile([1.0, -2.0, 3.0], (len(session.layout), 1))
+    reading = replace(reading, further={"humidity": (damp, "percent"), "angular_velocity": (turning, "deg/s")})
+    text = cell_card(3, session.layout, cable, reading)
+    assert "48.25 percent" in text
+    assert "angular velocity" in text
+    assert "1.00  -2.00  3.00 deg/s" in text
+    assert "nan percent" in cell_card(4, session.layout, cable, reading)
+
+
 def test_the_hand_is_shown_at_its_distance(page: Page) -> None:
     page.scene.mark(None, Touch(5, distance_m=0.1))
     assert page.scene.handle.visible
