@@ -54,7 +54,7 @@ campaign_mutant(damaged_time_believed cell/routing/beacons.c
 
 # ---- Moves and levelling: R10 ----
 campaign_mutant(moves_not_held cell/routing/moves.c
-  "hold(cell, best, whole, route->told_size, now_us)"
+  "begin_handover(cell, best, whole, route->told_size, now_us)"
   "rs_route_adopt(cell, best, now_us)")
 campaign_mutant(moves_lose_samples cell/routing/parent.c
   "if (moved) route->handover = false"
@@ -142,7 +142,7 @@ campaign_mutant(events_forgotten include/robotskin/timing.h
   "RS_ARQ_KEEP_US = 12000"
   "RS_ARQ_KEEP_US = 100")
 campaign_mutant(ack_ignored cell/transport/arq_sender.c
-  "if ((echo & RS_ARQ_MISSED) == 0U) return"
+  "if ((ack & RS_ARQ_MISSED) == 0U) return"
   "return")
 campaign_mutant(beacons_unlimited cell/transmit.c
   "if (now_us - *last_us < RS_BEACONS_US) continue"
