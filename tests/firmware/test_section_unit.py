@@ -296,7 +296,7 @@ def test_a_second_cell_with_a_name_is_told_to_ask_anew() -> None:
     told = [firmware.unpack(frame)[1] for _, frame in bench.frames if firmware.unpack(frame)[0] == "command"]
     rejoin = {name: number for name, number, *_ in firmware.OPERATIONS}["rejoin"]
     assert [(fields["operation"], fields["index"], fields["value_low"]) for fields in told] == [(rejoin, 50, 2)]
-    assert bench.unit.ids == {1: 50}
+    assert bench.unit.names == {1: 50}
 
 
 @pytest.mark.parametrize(
