@@ -40,7 +40,7 @@ def test_a_machine_is_a_cell_among_cells(compiler: str, keyed: bool, seed: int, 
     key = key_of(seed) if keyed else None
     with Machine(elf, UID, random=seed + 1, key=key) as machine:
         skin = MachineSkin(machine, key)
-        assert skin.run_until(skin.all_named, 400), skin.unit.ids
+        assert skin.run_until(skin.all_named, 400), skin.unit.names
         own = skin.machine_id()
 
         def each_has_sampled(since: int) -> bool:
@@ -60,10 +60,10 @@ def test_a_machine_is_a_cell_among_cells(compiler: str, keyed: bool, seed: int, 
         assert skin.run_until(lambda: each_has_sampled(heard) and whole(), 400), skin.heard
         assert skin.wrong_samples() == []
 
-        assert skin.answered(400) == set(skin.unit.ids.values())
+        assert skin.answered(400) == set(skin.unit.names.values())
         newest = skin.driver.samples()
         by_key = dict(zip(newest["key"].tolist(), newest["proximity"].tolist(), strict=True))
-        assert set(by_key) == set(skin.unit.ids.values())
+        assert set(by_key) == set(skin.unit.names.values())
         assert by_key[own] in [sample["proximity"] for sample in skin.heard.samples if sample["source"] == own]
 
 

@@ -77,7 +77,7 @@ def test_every_cell_has_a_name_of_its_own(skin: SmallWorld) -> None:
     ids = [skin.cell(index).id for index in range(len(skin.nodes))]
     assert len(set(ids)) == len(ids)
     assert all(firmware.ID_FIRST <= id <= firmware.ID_LAST for id in ids)
-    assert skin.unit.ids == {1000 + index: id for index, id in enumerate(ids)}
+    assert skin.unit.names == {1000 + index: id for index, id in enumerate(ids)}
 
 
 def test_names_are_unique_under_loss(seed: int) -> None:
