@@ -89,8 +89,9 @@ static void send_further(rs_cell* cell, const rs_sample* sample, bool fault, uin
   for (int c = 0; c < (int)RS_FURTHER_CHANNEL_COUNT; ++c) {
     value[c] = (uint32_t)sample->value[(int)RS_CHANNEL_COUNT + c] & 0xFFFFU;
   }
+  const uint32_t source = cell->id;
   const rs_further further = {.type = RS_TYPE_further,
-                              .source = cell->id,
+                              .source = source,
                               .sequence = cell->sampling.sequence,
                               .ttl = RS_TTL_START,
                               .sample_tick = (cell->route.wave.sequence + ticks) & 0xFU,
