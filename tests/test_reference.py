@@ -20,7 +20,7 @@ pages = importlib.util.module_from_spec(SPECIFICATION)
 SPECIFICATION.loader.exec_module(pages)
 
 COMPILED = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "simulator")
-UNTOLD_IN_THE_CORE = 168
+UNTOLD_IN_THE_CORE = 165
 """Properties and methods of the compiled core whose binding says nothing yet. This number only falls."""
 
 

@@ -75,17 +75,23 @@ void bind_gains(nb::module_& module) {
             new (self) ResolverGains{std::move(virtual_robot), std::move(inner_loop)};
           },
           "virtual_robot"_a, "inner_loop"_a)
-      .def_rw("virtual_robot", &ResolverGains::virtual_robot)
-      .def_rw("inner_loop", &ResolverGains::inner_loop)
-      .def_rw("period_s", &ResolverGains::period_s)
-      .def_rw("switch_time_s", &ResolverGains::switch_time_s)
-      .def_rw("largest_lead_rad", &ResolverGains::largest_lead_rad)
-      .def_rw("position_bias_per_s", &ResolverGains::position_bias_per_s)
-      .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad)
-      .def_rw("torque_bias_per_s", &ResolverGains::torque_bias_per_s)
-      .def_rw("largest_bias_effort_share", &ResolverGains::largest_bias_effort_share)
-      .def_rw("servo_lag_s", &ResolverGains::servo_lag_s)
-      .def_rw("servo_lag_s2", &ResolverGains::servo_lag_s2);
+      .def_rw("virtual_robot", &ResolverGains::virtual_robot,
+              "of the robot that stands in where the interface feels no touch")
+      .def_rw("inner_loop", &ResolverGains::inner_loop, "of the velocity that the velocity interface commands")
+      .def_rw("period_s", &ResolverGains::period_s, "s, of one tick")
+      .def_rw("switch_time_s", &ResolverGains::switch_time_s, "s, how long a change of interface is blended")
+      .def_rw("largest_lead_rad", &ResolverGains::largest_lead_rad,
+              "rad, how far the virtual robot may run ahead of the real one")
+      .def_rw("position_bias_per_s", &ResolverGains::position_bias_per_s,
+              "1/s, how fast the static error of a position servo is removed")
+      .def_rw("largest_bias_rad", &ResolverGains::largest_bias_rad, "rad, bound of that correction")
+      .def_rw("torque_bias_per_s", &ResolverGains::torque_bias_per_s,
+              "1/s, how fast the torque interface makes up for what the model does not know")
+      .def_rw("largest_bias_effort_share", &ResolverGains::largest_bias_effort_share,
+              "bound of that torque, as a share of each joint's effort limit")
+      .def_rw("servo_lag_s", &ResolverGains::servo_lag_s,
+              "s, first time constant of the position servo, by which commands lead")
+      .def_rw("servo_lag_s2", &ResolverGains::servo_lag_s2, "s^2, the second one");
 }
 
 void bind_touch(nb::module_& module) {

@@ -156,47 +156,71 @@ class ResolverGains:
 
     def __init__(self, virtual_robot: VirtualRobotGains, inner_loop: InnerLoopGains) -> None: ...
     @property
-    def virtual_robot(self) -> VirtualRobotGains: ...
+    def virtual_robot(self) -> VirtualRobotGains:
+        """of the robot that stands in where the interface feels no touch"""
+
     @virtual_robot.setter
     def virtual_robot(self, arg: VirtualRobotGains, /) -> None: ...
     @property
-    def inner_loop(self) -> InnerLoopGains: ...
+    def inner_loop(self) -> InnerLoopGains:
+        """of the velocity that the velocity interface commands"""
+
     @inner_loop.setter
     def inner_loop(self, arg: InnerLoopGains, /) -> None: ...
     @property
-    def period_s(self) -> float: ...
+    def period_s(self) -> float:
+        """s, of one tick"""
+
     @period_s.setter
     def period_s(self, arg: float, /) -> None: ...
     @property
-    def switch_time_s(self) -> float: ...
+    def switch_time_s(self) -> float:
+        """s, how long a change of interface is blended"""
+
     @switch_time_s.setter
     def switch_time_s(self, arg: float, /) -> None: ...
     @property
-    def largest_lead_rad(self) -> float: ...
+    def largest_lead_rad(self) -> float:
+        """rad, how far the virtual robot may run ahead of the real one"""
+
     @largest_lead_rad.setter
     def largest_lead_rad(self, arg: float, /) -> None: ...
     @property
-    def position_bias_per_s(self) -> float: ...
+    def position_bias_per_s(self) -> float:
+        """1/s, how fast the static error of a position servo is removed"""
+
     @position_bias_per_s.setter
     def position_bias_per_s(self, arg: float, /) -> None: ...
     @property
-    def largest_bias_rad(self) -> float: ...
+    def largest_bias_rad(self) -> float:
+        """rad, bound of that correction"""
+
     @largest_bias_rad.setter
     def largest_bias_rad(self, arg: float, /) -> None: ...
     @property
-    def torque_bias_per_s(self) -> float: ...
+    def torque_bias_per_s(self) -> float:
+        """
+        1/s, how fast the torque interface makes up for what the model does not know
+        """
+
     @torque_bias_per_s.setter
     def torque_bias_per_s(self, arg: float, /) -> None: ...
     @property
-    def largest_bias_effort_share(self) -> float: ...
+    def largest_bias_effort_share(self) -> float:
+        """bound of that torque, as a share of each joint's effort limit"""
+
     @largest_bias_effort_share.setter
     def largest_bias_effort_share(self, arg: float, /) -> None: ...
     @property
-    def servo_lag_s(self) -> float: ...
+    def servo_lag_s(self) -> float:
+        """s, first time constant of the position servo, by which commands lead"""
+
     @servo_lag_s.setter
     def servo_lag_s(self, arg: float, /) -> None: ...
     @property
-    def servo_lag_s2(self) -> float: ...
+    def servo_lag_s2(self) -> float:
+        """s^2, the second one"""
+
     @servo_lag_s2.setter
     def servo_lag_s2(self, arg: float, /) -> None: ...
 
@@ -472,11 +496,15 @@ class BalanceGains:
     @lean.setter
     def lean(self, arg: float, /) -> None: ...
     @property
-    def lean_hz(self) -> float: ...
+    def lean_hz(self) -> float:
+        """Hz, how fast it leans"""
+
     @lean_hz.setter
     def lean_hz(self, arg: float, /) -> None: ...
     @property
-    def capture(self) -> float: ...
+    def capture(self) -> float:
+        """how far the zero-moment point goes beyond the capture point's error"""
+
     @capture.setter
     def capture(self, arg: float, /) -> None: ...
     @property
@@ -486,7 +514,9 @@ class BalanceGains:
     @admittance.setter
     def admittance(self, arg: float, /) -> None: ...
     @property
-    def margin_m(self) -> float: ...
+    def margin_m(self) -> float:
+        """m, by which the zero-moment point stays inside the soles"""
+
     @margin_m.setter
     def margin_m(self, arg: float, /) -> None: ...
     @property
@@ -496,7 +526,11 @@ class BalanceGains:
     @largest_speed.setter
     def largest_speed(self, arg: float, /) -> None: ...
     @property
-    def largest_lead_m(self) -> float: ...
+    def largest_lead_m(self) -> float:
+        """
+        m, by which the wanted centre of mass may be ahead of the estimated one
+        """
+
     @largest_lead_m.setter
     def largest_lead_m(self, arg: float, /) -> None: ...
     @property
@@ -512,15 +546,21 @@ class BalanceGains:
     @damping.setter
     def damping(self, arg: float, /) -> None: ...
     @property
-    def touch_hz(self) -> float: ...
+    def touch_hz(self) -> float:
+        """Hz, low-pass of what the skin feels"""
+
     @touch_hz.setter
     def touch_hz(self, arg: float, /) -> None: ...
     @property
-    def rest_hz(self) -> float: ...
+    def rest_hz(self) -> float:
+        """Hz, how fast the feet tell what the skin does not feel"""
+
     @rest_hz.setter
     def rest_hz(self, arg: float, /) -> None: ...
     @property
-    def feet_hz(self) -> float: ...
+    def feet_hz(self) -> float:
+        """Hz, the same where the skin is not asked"""
+
     @feet_hz.setter
     def feet_hz(self, arg: float, /) -> None: ...
     @property
@@ -1113,43 +1153,63 @@ class QuadraticLimits:
     @staticmethod
     def of(robot: robotskin.model.RobotModel, braking: float = 10.0) -> QuadraticLimits: ...
     @property
-    def lower(self) -> list[float]: ...
+    def lower(self) -> list[float]:
+        """(n,) rad"""
+
     @lower.setter
     def lower(self, arg: Sequence[float], /) -> None: ...
     @property
-    def upper(self) -> list[float]: ...
+    def upper(self) -> list[float]:
+        """(n,) rad"""
+
     @upper.setter
     def upper(self, arg: Sequence[float], /) -> None: ...
     @property
-    def velocity(self) -> list[float]: ...
+    def velocity(self) -> list[float]:
+        """(n,) rad/s"""
+
     @velocity.setter
     def velocity(self, arg: Sequence[float], /) -> None: ...
     @property
-    def torque(self) -> list[float]: ...
+    def torque(self) -> list[float]:
+        """(n,) Nm"""
+
     @torque.setter
     def torque(self, arg: Sequence[float], /) -> None: ...
     @property
-    def braking(self) -> list[float]: ...
+    def braking(self) -> list[float]:
+        """(n,) rad/s^2, on which stopping before a position limit counts"""
+
     @braking.setter
     def braking(self, arg: Sequence[float], /) -> None: ...
     @property
-    def margin_rad(self) -> float: ...
+    def margin_rad(self) -> float:
+        """rad, kept from the position limits"""
+
     @margin_rad.setter
     def margin_rad(self, arg: float, /) -> None: ...
     @property
-    def horizon_s(self) -> float: ...
+    def horizon_s(self) -> float:
+        """s, in which a velocity beyond its bound is to come back"""
+
     @horizon_s.setter
     def horizon_s(self, arg: float, /) -> None: ...
     @property
-    def form(self) -> LimitForm: ...
+    def form(self) -> LimitForm:
+        """how position and velocity limits are written"""
+
     @form.setter
     def form(self, arg: LimitForm, /) -> None: ...
     @property
-    def position_rate(self) -> float: ...
+    def position_rate(self) -> float:
+        """lambda of [Cheng19 eq. 27], Nm/rad"""
+
     @position_rate.setter
     def position_rate(self, arg: float, /) -> None: ...
     @property
-    def velocity_rate(self) -> float: ...
+    def velocity_rate(self) -> float:
+        """mu of [Cheng19 eq. 27], Nm s/rad"""
+
     @velocity_rate.setter
     def velocity_rate(self, arg: float, /) -> None: ...
     @property
@@ -1159,7 +1219,9 @@ class QuadraticLimits:
     @steps.setter
     def steps(self, arg: int, /) -> None: ...
     @property
-    def fade_s(self) -> float: ...
+    def fade_s(self) -> float:
+        """s, how long a difference fades that the end of the steps made"""
+
     @fade_s.setter
     def fade_s(self, arg: float, /) -> None: ...
 
