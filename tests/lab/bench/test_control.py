@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from robotskin.control import BEHAVIOURS
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin_lab.bench.control import run
 from robotskin_lab.bench.control_peer import PYTHON_VARIABLE
@@ -51,7 +52,7 @@ def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
 
 def test_every_behaviour_bears_touches_on_every_pairing(seed: int) -> None:
     figures = run(seed=seed, parts="soak", soak_seconds=0.3)
-    assert figures["soak_s"] == pytest.approx(0.3 * 18)
+    assert figures["soak_s"] == pytest.approx(0.3 * 3 * len(BEHAVIOURS))
     assert figures["soak_violations"] == 0
     assert figures["soak_stops"] == 0
 

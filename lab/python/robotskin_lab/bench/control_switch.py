@@ -15,12 +15,16 @@ from robotskin.tasks import Fusion
 
 PERIOD_S = 0.001
 
+WITH_A_STATE = "propagated_compliance"
+"""The behaviour whose torque settles from its own start, also where the robot stands still."""
+
 
 def switch_figures(seed: int) -> dict[str, float]:
     """Every behaviour after every other, then tasks inserted, removed and re-ranked, then every fusion.
 
     `switch_jump_nm`: the largest step of a joint's torque at a switching tick; `switch_slope_share`: the largest step
-    of any later tick over 2 |change| dt / T, T the fade.
+    of any later tick over 2 |change| dt / T, T the fade, for behaviours whose torque follows from the state alone.
+    `switch_transient_step_nm`: the largest later step where force propagation begins, which has a state of its own.
     """
     rng = np.random.default_rng(seed)
     robot, skin, gains = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")
@@ -48,7 +52,7 @@ def switch_figures(seed: int) -> dict[str, float]:
     for _ in range(400):
         step()
 
-    jump = slope = 0.0
+    jump = slope = transient_nm = 0.0
     changes = _changes()
     for wanted in changes:
         before = controller.cycle.fused_torque
@@ -58,13 +62,17 @@ def switch_figures(seed: int) -> dict[str, float]:
         change = np.abs(torques[-1] - torques[0])
         allowed = 2 * change * PERIOD_S / fade_s + 1e-9
         jump = max(jump, float(steps[0].max()))
-        slope = max(slope, float((steps[1:] / allowed).max()))
+        if wanted.name == WITH_A_STATE:
+            transient_nm = max(transient_nm, float(steps[1:].max()))
+        else:
+            slope = max(slope, float((steps[1:] / allowed).max()))
     return {
         "switches": float(len(changes)),
         "switch_fade_s": fade_s,
         "switch_jump_nm": jump,
         "switch_slope_share": slope,
         "switch_slope_ok": float(slope <= 1),
+        "switch_transient_step_nm": transient_nm,
     }
 
 
