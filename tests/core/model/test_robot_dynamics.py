@@ -106,7 +106,7 @@ def test_a_refused_update_changes_nothing(seed: int) -> None:
     dynamics.update(q, q)
     before = dynamics.mass_matrix, dynamics.nonlinear_effects, dynamics.base_from_joint
     for bad_q, bad_v in [(q[:5], q), (q, q[:5]), (np.full(6, np.nan), q), (q, np.full(6, np.inf))]:
-        with pytest.raises(ValueError, match="finite|entries"):
+        with pytest.raises(ValueError, match=r"finite|entries"):
             dynamics.update(bad_q, bad_v)
     after = dynamics.mass_matrix, dynamics.nonlinear_effects, dynamics.base_from_joint
     for one, other in zip(before, after, strict=True):
