@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "control/control_error.hpp"
+#include "control/low_pass.hpp"
 #include "control/touch_wrench.hpp"
 
 namespace robotskin::control {
@@ -17,10 +17,6 @@ constexpr double largest_shift_m = 0.25;  // more than any robot can stand again
 // Without the feet's forces: how fast the centre of mass follows the lean, and at most.
 constexpr double lean_rate = 2.5, lean_speed = 0.1;
 constexpr double begin_s = 0.5;  // in which the task comes up to its full speed
-
-double share_of(double bandwidth_hz, double period_s) noexcept {
-  return bandwidth_hz > 0 ? 1 - std::exp(-2 * std::numbers::pi * bandwidth_hz * period_s) : 1.0;
-}
 
 }  // namespace
 
@@ -62,13 +58,14 @@ void BalanceTask::follow(const TaskInput& input) noexcept {
   const bool by_feet = gains_.by_feet && state.forces_count;
   Vector2 goal{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    skin_shift_[axis] += share_of(gains_.touch_hz, period) * (felt_now[axis] - skin_shift_[axis]);
+    skin_shift_[axis] += low_pass_share(gains_.touch_hz, period) * (felt_now[axis] - skin_shift_[axis]);
     // What pushes and is not felt, such as between cells, shows in the feet, where the robot's own motion hides it.
     const double unfelt = by_feet ? state.zmp[axis] - state.centre_of_mass[axis] - skin_shift_[axis] : 0.0;
     const double slowly = gains_.by_skin ? gains_.rest_hz : gains_.feet_hz;
-    rest_[axis] += share_of(slowly, period) * (std::clamp(unfelt, -largest_shift_m, largest_shift_m) - rest_[axis]);
+    rest_[axis] +=
+        low_pass_share(slowly, period) * (std::clamp(unfelt, -largest_shift_m, largest_shift_m) - rest_[axis]);
     shift_[axis] = skin_shift_[axis] + rest_[axis];
-    slow_[axis] += share_of(gains_.lean_hz, period) * (shift_[axis] - slow_[axis]);
+    slow_[axis] += low_pass_share(gains_.lean_hz, period) * (shift_[axis] - slow_[axis]);
     goal[axis] = centre[axis] - gains_.lean * slow_[axis];
     pressed_[axis] = goal[axis] + shift_[axis] + gains_.capture * (capture[axis] - goal[axis]);
   }

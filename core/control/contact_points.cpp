@@ -6,6 +6,7 @@
 #include <string>
 
 #include "control/control_error.hpp"
+#include "control/low_pass.hpp"
 #include "control/touch_wrench.hpp"
 
 namespace robotskin::control {
@@ -82,7 +83,7 @@ void ContactPoints::update(std::span<const float> magnitudes, double period_s) n
     contact.sum = contact.sum + magnitude * cells_[i].touch;
     contact.moment = contact.moment + magnitude * cells_[i].point;
   }
-  const double follow = 1 - std::exp(-2 * M_PI * gains_.bandwidth_hz * period_s);
+  const double follow = low_pass_share(gains_.bandwidth_hz, period_s);
   const double fade = 1 - std::exp(-3 * period_s / gains_.fade_s);  // 95 % of the way within fade_s
   for (Contact& contact : contacts_) {
     if (contact.share == 0 && contact.magnitude == 0) continue;

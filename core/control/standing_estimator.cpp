@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "control/control_error.hpp"
+#include "control/low_pass.hpp"
 
 namespace robotskin::control {
 namespace {
@@ -24,13 +24,6 @@ bool finite(const Vector3& v) noexcept {
 }
 bool young(std::int64_t stamp_ns, std::int64_t now_ns, std::int64_t age_ns) noexcept {
   return stamp_ns <= now_ns && stamp_ns >= now_ns - age_ns;
-}
-double follow(double bandwidth_hz, double period_s) noexcept {
-  return 1 - std::exp(-2 * std::numbers::pi * bandwidth_hz * period_s);
-}
-Matrix3 rotation_of(const double* placement) noexcept {
-  return {placement[0], placement[1], placement[2], placement[4], placement[5],
-          placement[6], placement[8], placement[9], placement[10]};
 }
 
 // x of A x = b by Cramer's rule; columns of A are a, b, c.
@@ -69,7 +62,7 @@ void StandingEstimator::use_sensors(const RobotModel& robot, const PortSensors& 
   imu_ = sensors.imus.empty() ? none : 0;
   if (imu_ != none) {
     imu_link_ = robot.link_index(sensors.imus[0].link);
-    link_from_imu_ = rotation_of(sensors.imus[0].link_from_sensor.data());
+    link_from_imu_ = sensors.imus[0].link_from_sensor;
   }
   for (FootPlace& foot : feet_) {
     foot.sensor = none;
@@ -89,11 +82,14 @@ bool StandingEstimator::hear_imu(const SensorReadings& sensors, std::int64_t now
   return young(now.stamp_ns, now_ns, silent_ns) && young(imu_changed_ns_, now_ns, stuck_ns);
 }
 
-void StandingEstimator::turn_base(const Vector3& turn) noexcept {
-  // Rates of yaw, pitch and roll that turn the base so, along the axes that these joints have now.
+// Of yaw, pitch and roll, which turn the base so along the axes that these joints have now.
+Vector3 StandingEstimator::base_rates(const Vector3& turn) const noexcept {
   const double* motions = dynamics_.joint_motions().data();
-  const Vector3 rates =
-      solved(load3(motions + 6 * 3 + 3), load3(motions + 6 * 4 + 3), load3(motions + 6 * 5 + 3), turn);
+  return solved(load3(motions + 6 * 3 + 3), load3(motions + 6 * 4 + 3), load3(motions + 6 * 5 + 3), turn);
+}
+
+void StandingEstimator::turn_base(const Vector3& turn) noexcept {
+  const Vector3 rates = base_rates(turn);
   for (std::size_t i = 0; i < 3; ++i) position_[3 + i] += rates[i];
 }
 
@@ -109,16 +105,13 @@ Vector3 StandingEstimator::turn_rate() noexcept {
     (void)dynamics_.link_jacobian(imu_link_, jacobian_);
     double pose[16];
     (void)dynamics_.base_from_link(imu_link_, pose);
-    wanted = robotskin::apply(rotation_of(pose), robotskin::apply(link_from_imu_, heard_.angular_velocity));
+    wanted = rotate(pose, rotate(link_from_imu_.data(), heard_.angular_velocity));
     for (std::size_t axis = 0; axis < 3; ++axis) wanted[axis] -= without_base(jacobian_, 3 + axis);
   } else {
     for (const FootPlace& foot : feet_)
       for (std::size_t axis = 0; axis < 3; ++axis) wanted[axis] -= foot.share * without_base(foot.jacobian, 3 + axis);
   }
-  const double* motions = dynamics_.joint_motions().data();
-  const Vector3 rates =
-      solved(load3(motions + 6 * 3 + 3), load3(motions + 6 * 4 + 3), load3(motions + 6 * 5 + 3), wanted);
-  std::ranges::copy(rates, velocity_.begin() + 3);
+  std::ranges::copy(base_rates(wanted), velocity_.begin() + 3);
   return wanted;
 }
 
@@ -129,7 +122,7 @@ Vector3 StandingEstimator::tilt_error() const noexcept {
     double pose[16];
     (void)dynamics_.base_from_link(imu_link_, pose);
     const auto& m = heard_.up_from_sensor;
-    return cross(robotskin::apply(rotation_of(pose), robotskin::apply(link_from_imu_, {m[6], m[7], m[8]})), up);
+    return cross(rotate(pose, rotate(link_from_imu_.data(), {m[6], m[7], m[8]})), up);
   }
   Vector3 error{};
   for (const FootPlace& foot : feet_) error = error + foot.share * cross(rotate(foot.pose.data(), up), up);
@@ -224,7 +217,7 @@ void StandingEstimator::hear_forces(const SensorReadings& sensors, std::int64_t 
     zmp[0] += foot.share * (foot.anchor[0] + c * local[0] - s * local[1]);
     zmp[1] += foot.share * (foot.anchor[1] + s * local[0] + c * local[1]);
   }
-  const double share = zmp_began_ ? follow(zmp_hz, period_s) : 1;
+  const double share = zmp_began_ ? low_pass_share(zmp_hz, period_s) : 1;
   zmp_began_ = true;
   for (std::size_t axis = 0; axis < 2; ++axis) state_.zmp[axis] += share * (zmp[axis] - state_.zmp[axis]);
 }
@@ -260,7 +253,7 @@ bool StandingEstimator::update(const SensorReadings& sensors, std::int64_t now_n
   for (std::size_t axis = 0; axis < 3; ++axis) position_[axis] += shift[axis];
   state_.centre_of_mass = dynamics_.centre_of_mass() + shift;
   (void)dynamics_.centre_of_mass_jacobian(com_jacobian_);
-  const double share = follow(velocity_hz, period_s);
+  const double share = low_pass_share(velocity_hz, period_s);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double speed = 0;
     for (std::size_t i = 0; i < joints_; ++i) speed += com_jacobian_[axis * joints_ + i] * velocity_[i];

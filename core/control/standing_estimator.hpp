@@ -55,6 +55,7 @@ class StandingEstimator {
   bool hear_imu(const SensorReadings& sensors, std::int64_t now_ns) noexcept;
   void hear_forces(const SensorReadings& sensors, std::int64_t now_ns, double period_s) noexcept;
   void begin() noexcept;
+  Vector3 base_rates(const Vector3& turn) const noexcept;
   void turn_base(const Vector3& turn) noexcept;
   Vector3 turn_rate() noexcept;
   Vector3 tilt_error() const noexcept;
@@ -65,7 +66,7 @@ class StandingEstimator {
   std::array<FootPlace, 2> feet_;
   int imu_ = none;
   std::size_t imu_link_ = 0;
-  Matrix3 link_from_imu_{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  std::array<double, 16> link_from_imu_{};
   ImuReading heard_;
   std::int64_t imu_changed_ns_ = never_ns;
   std::vector<double> position_, velocity_, jacobian_, com_jacobian_;
