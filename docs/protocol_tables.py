@@ -87,7 +87,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def with_tables(page: str) -> str:
-    """The page with every table as the headers have it now. Raises KeyError for a table nobody makes."""
+    """The page with every table as the headers have it now. Raises KeyError for a table that is not made."""
     return re.sub(
         r"<!-- table: (.+?) -->\n.*?<!-- end -->",
         lambda match: f"<!-- table: {match[1]} -->\n{TABLES[match[1]]()}\n<!-- end -->",

@@ -79,7 +79,7 @@ void bind_options(nb::module_& module) {
       .def_rw("unit_skew_us", &LineQuality::unit_skew_us, "section units' clocks at the start, within +-")
       .def_rw("unit_drift_ppm", &LineQuality::unit_drift_ppm, "section units' clocks, within +-");
 
-  nb::class_<Wiring>(module, "Wiring", "Who is plugged into whom.")
+  nb::class_<Wiring>(module, "Wiring", "Which port is plugged into which.")
       .def(
           "__init__",
           [](Wiring* self, const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
@@ -283,7 +283,7 @@ void bind_world_network(nb::module_& module) {
   nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");
   nb::class_<InProcess, Transport>(module, "InProcess", "In process: datagrams wait until they are taken.")
       .def(nb::init<>())
-      .def_prop_ro("overflowed", &InProcess::overflowed, "datagrams that gave way because nobody took them")
+      .def_prop_ro("overflowed", &InProcess::overflowed, "datagrams dropped, the oldest first, because they were not taken in time")
       .def(
           "post", [](InProcess& self, std::size_t unit, const Bytes& datagram) { self.post(unit, bytes_of(datagram)); },
           "unit"_a, "datagram"_a, "From the host to a section unit (its index).")
@@ -299,7 +299,7 @@ void bind_world_network(nb::module_& module) {
           "What the section units have sent: (unit index, virtual time in ns, datagram) in order.");
 
   nb::class_<UdpTransport, Transport>(module, "UdpTransport",
-                                      "Real UDP, a socket for each section unit; each answers who last spoke to it.")
+                                      "Real UDP, a socket for each section unit; each answers the host that last spoke to it.")
       .def(
           "__init__",
           [](UdpTransport* self, std::size_t units, const std::string& bind, std::uint16_t first_port,
@@ -309,7 +309,7 @@ void bind_world_network(nb::module_& module) {
             new (self) UdpTransport(units, bind, first_port, address);
           },
           "units"_a, "bind"_a = "127.0.0.1", "first_port"_a = 0, "host"_a = nb::none(),
-          "`host`: (host, port) to send to before anybody has asked. Raises RuntimeError if a port is taken.")
+          "`host`: (host, port) to send to before any host has asked. Raises RuntimeError if a port is taken.")
       .def_prop_ro(
           "addresses",
           [](const UdpTransport& self) {

@@ -98,7 +98,7 @@ struct NullSpaceFusion::Workspace {
         if (inverse == Inverse::dynamically_consistent) factor.triangularView<Eigen::Lower>().solveInPlace(torque);
         project(torque);
         sum += torque;                          // [Cheng19 eq. 19]
-        if (level + 1 == levels.size()) break;  // nobody is below
+        if (level + 1 == levels.size()) break;  // no level is below
       }
       const auto count = static_cast<Eigen::Index>(own.rows.size()) / joints;
       for (Eigen::Index first = 0; first < count; first += block) {

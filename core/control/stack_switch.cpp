@@ -36,7 +36,7 @@ void StackSwitch::request(std::unique_ptr<TaskStack> next) {
 }
 
 bool StackSwitch::change(const TaskInput& input) noexcept {
-  // The old stack waits in used_ for whoever asks next; while one waits there, the next one has to wait, too.
+  // The old stack waits in used_ for the next call; while one waits there, the next one has to wait, too.
   if (next_.load(std::memory_order_relaxed) == nullptr || used_.load(std::memory_order_acquire) != nullptr)
     return false;
   TaskStack* next = next_.exchange(nullptr, std::memory_order_acq_rel);

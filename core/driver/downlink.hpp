@@ -50,7 +50,7 @@ struct Power {
   bool on = true;
 };
 
-// To whom a datagram goes: a unit, or 255 for all of the group. `pending`: a unit that has not shown yet that it lives
+// Where a datagram goes: a unit, or 255 for all of the group. `pending`: a unit that has not shown yet that it lives
 // now, to be answered where its last datagram came from.
 struct Recipient {
   std::uint16_t group = 0;

@@ -7,7 +7,7 @@
 // table is read by one other thread. Time is an argument: nanoseconds of the host's monotonic clock, growing.
 //
 // Sessions. With a key, a datagram must carry a right tag, must answer one of this driver's own last sessions, and its
-// sequence number must be new. A unit whose tag is right but that answers nobody yet is pending: it gets a
+// sequence number must be new. A unit whose tag is right but that answers no session yet is pending: it gets a
 // keep-alive that answers its session, whereupon it answers ours, which proves that it lives now. When a known unit
 // comes back with another session, the driver draws itself a new one, so that nothing of before can come back. Without
 // a key anyone can send anything: a new session is then taken for a restart at once, and only ended ones are refused.
@@ -65,7 +65,7 @@ class Driver {
 
   void publish(std::int64_t now_ns);
 
-  // Takes a recorded datagram that a driver has accepted before: its tag and whom it answers are not looked at again.
+  // Takes a recorded datagram that a driver has accepted before: its tag and what it answers are not looked at again.
   // For replay alone; no socket leads here.
   Verdict replay(std::span<const std::uint8_t> datagram, std::int64_t now_ns);
 

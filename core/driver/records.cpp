@@ -202,7 +202,7 @@ void Driver::take_topology(CellIndex::Group& group, UnitRow& unit, const std::ui
   }
 }
 
-// Counts who reports a cell as neighbour: a cell whom nobody reports any more, and who is silent, is gone.
+// Counts the cells that report a cell as neighbour: a silent cell that none of them reports any more is gone.
 void Driver::reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns) {
   if (!CellIndex::valid(neighbour.id)) return;
   const std::int32_t row = group.row[neighbour.id];

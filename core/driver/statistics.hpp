@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the driver counts: all that the evaluation of the skin network logs. Written by the driver's thread alone, read
-// by anyone.
+// by any thread.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ class Counter {
 #define ROBOTSKIN_DATAGRAM_VERDICTS(X)                                                              \
   X(accepted, "taken")                                                                              \
   X(truncated, "shorter or longer than its header says")                                            \
-  X(foreign, "not of this protocol or version, or of a section-unit group that nobody asked for")   \
+  X(foreign, "not of this protocol or version, or of a section-unit group that was not asked for")  \
   X(malformed, "a kind, flag or session that no section unit sends")                                \
   X(unauthenticated, "without a right tag although a key is set")                                   \
   X(unanswering, "of an earlier exchange: does not answer this driver's session")                   \
@@ -44,7 +44,7 @@ class Counter {
   X(clock_frames, "samples in clock mode")                                                          \
   X(event_frames, "samples in event mode, refreshes included")                                      \
   X(refresh_frames, "event-mode samples sent for freshness")                                        \
-  X(further_frames, "samples of channels that a sample frame has no room for")                         \
+  X(further_frames, "samples of channels that a sample frame has no room for")                      \
   X(topology_frames, "neighbour lists")                                                             \
   X(reply_frames, "answers to commands")                                                            \
   X(status_frames, "subtree sizes")                                                                 \
@@ -61,7 +61,7 @@ class Counter {
   X(frames_duplicated, "samples that had come before: sent again after a failure")                  \
   X(frames_missing, "gaps in the cells' sequences, less what came late")                            \
   X(frames_dropped_by_units, "that section units say they had to drop")                             \
-  X(replies_dropped, "answers nobody fetched in time")                                              \
+  X(replies_dropped, "answers not fetched in time")                                                 \
   X(sessions, "section units that started or restarted")                                            \
   X(publications, "snapshots handed out")                                                           \
   X(keep_alives_sent, "to section units")                                                           \

@@ -27,7 +27,7 @@ struct TopologyRow {
 // One port of one section unit.
 struct UnitPortRow {
   std::int64_t heard_ns = 0;
-  std::uint16_t cell = RS_ID_NONE;  // who is plugged in
+  std::uint16_t cell = RS_ID_NONE;  // what is plugged in
   std::uint8_t cell_port = 0;
   std::uint16_t size = 0;         // cells of the tree below
   std::uint8_t height = 0;        // hops to its deepest cell

@@ -18,7 +18,7 @@ enum class PortStatus : std::uint8_t {
   disconnected,  // the robot does not answer
 };
 
-// How long a command is good for. Whoever commands may have died: a port that hears nothing for longer stops by itself.
+// How long a command is good for. The commanding program may have died: a port that hears nothing for longer stops.
 inline constexpr double command_life_s = 0.02;
 
 // Called from the control cycle: no function blocks, allocates or throws. After construction the robot holds still

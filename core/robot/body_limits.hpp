@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forces and pressures with which parts of the robot may press on regions of a person's body, in the manner of
-// ISO/TS 15066. No number is ours: who gives one names its source (`robotskin.robots.body_limits`).
+// ISO/TS 15066. No number is ours: a file with one names its source (`robotskin.robots.body_limits`).
 #pragma once
 
 #include <array>

@@ -227,7 +227,7 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
     double aim = asked;
     if (command.mode == CommandMode::position) {
       asked = (command.value[i] - from) / period;
-      // Who has been held back catches up no faster than it can end beside the controller's command, which goes on.
+      // A robot held back catches up no faster than it can end beside the controller's command, which goes on.
       const double own = goes_on ? (command.value[i] - asked_position_[i]) / period : asked;
       const double lag = command.value[i] - from - own * period;
       const double catch_up =

@@ -9,7 +9,7 @@
 namespace robotskin::robot {
 
 // off: nothing known of the joints. ready: holds still and may start. running: obeys the controller. degraded: obeys it
-// slowly, since part of the skin is missing. stopped: brought to rest and held, until nobody wants it to run any more.
+// slowly, since part of the skin is missing. stopped: brought to rest and held, until it is no longer wanted to run.
 // A robot that stands balances in all states but off.
 enum class SafetyState : std::uint8_t { off, ready, running, degraded, stopped };
 inline constexpr std::size_t safety_state_count = 5;
@@ -22,7 +22,7 @@ enum Condition : std::uint16_t {
   skin_whole = 1 << 3,     // enough of its cells are alive for full speed
   command_finite = 1 << 4,
   on_time = 1 << 5,         // the last cycle did not overrun by more than the limit
-  wanted = 1 << 6,          // somebody wants the robot to run
+  wanted = 1 << 6,          // the robot is wanted to run
   at_rest = 1 << 7,         // no joint moves faster than the speed of rest
   contact_within = 1 << 8,  // no contact is beyond the limits of a body region, as far as any are given
   balanced = 1 << 9,        // a robot that stands can still come to rest above its feet; always so of a mounted one
@@ -36,7 +36,7 @@ enum class Reason : std::uint8_t {
   skin_partly_lost,    // cells missing: slow, not stopped
   command_not_finite,  // the controller had no finite answer
   overrun,             // a cycle came too late
-  asked,               // nobody wants the robot to run any more
+  asked,               // the robot is no longer wanted to run
   body_limit,          // a contact beyond the limit of a body region, or one that cannot be known
   unbalanced,          // the robot is about to fall
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last second of a controlled robot, kept for whoever asks why it stopped.
+// The last second of a controlled robot, kept to tell why it stopped.
 #pragma once
 
 #include <cstddef>

@@ -70,7 +70,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
 
   bool valid = fits(joints.position) && fits(joints.velocity) && command.value.size() == count;
   if (valid) {
-    if (!moves) {  // whoever holds still starts again from where it is, at rest
+    if (!moves) {  // a robot that holds still starts again from where it is, at rest
       resolver_.reset(joints);
       touch_filter_.reset();
     }

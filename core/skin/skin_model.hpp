@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The constant part of a skin: which cell sits where on which link, and who its neighbours are.
+// The constant part of a skin: which cell sits where on which link, and which its neighbours are.
 #pragma once
 
 #include <array>

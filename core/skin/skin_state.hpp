@@ -33,7 +33,7 @@ Column<channels> filled(float value) {
 
 // Struct of arrays, cell axis first, in the order of the SkinModel; sized once, filled every cycle.
 // Values of a cell that is not alive are its last ones, of one never seen no touch, nothing near, temperature NaN:
-// whoever uses a value looks at its health first.
+// look at a cell's health before its values are used.
 struct SkinState {
   // A column of each sensor (channels.h): the touch on the robot is -z times the sum of `normal_force`, `proximity` is
   // a share of full scale, `acceleration` the specific force in the cell frame.

@@ -14,7 +14,7 @@ struct HandDescription {
   int joint;  // the first of its three sliding joints
   double radius_m;
   double mass_kg;
-  Vector3 parking;  // metres, world frame, where it disturbs nobody
+  Vector3 parking;  // metres, world frame, where it disturbs nothing
 };
 
 class Hand {

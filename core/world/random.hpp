@@ -17,7 +17,7 @@ constexpr std::uint64_t scramble(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-// Names one sequence of random numbers of a run: who draws (a cell, a link) and what for.
+// Names one sequence of random numbers of a run: what draws (a cell, a link) and what for.
 constexpr std::uint64_t stream_family(std::uint64_t seed, std::uint64_t purpose) {
   return scramble(scramble(seed + 0x9E3779B97F4A7C15U) + purpose);
 }

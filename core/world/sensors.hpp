@@ -30,7 +30,7 @@ class Sensors {
   // the value until the next; each reading of a cell takes the next numbers of its own random sequence. True if a
   // channel is at the end of its range.
   bool sample(std::size_t cell, double time_s, const Truth& truth, rs_sample& sample);
-  // Whether a reading at `time_s` would measure proximity anew; otherwise nobody looks at `Truth::distance_m`.
+  // Whether a reading at `time_s` would measure proximity anew; otherwise `Truth::distance_m` is not looked at.
   bool measures_proximity(std::size_t cell, double time_s) const;
 
   std::uint64_t samples() const { return samples_; }

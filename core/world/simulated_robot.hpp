@@ -21,7 +21,7 @@ struct ServoGains {
   double integral = 60000;   // ki, 1/s^3
 };
 
-// Not for several threads at once: whoever steps the world also calls the port.
+// Not for several threads at once: the thread that steps the world also calls the port.
 class SimulatedRobot : public RobotPort {
  public:
   // `joints`: MuJoCo joint of each of the n robot joints; effort_limit (n) Nm or N. The first `base_joints` of them

@@ -32,7 +32,7 @@ def _derived(secret: bytes, use: bytes, count: int) -> bytes:
 
 @dataclass(frozen=True)
 class SkinKeys:
-    """The secret of one skin. `seeded`: it was drawn from a seed, so anybody who knows the seed knows it."""
+    """The secret of one skin. `seeded`: it was drawn from a seed, so those who know the seed know it."""
 
     secret: bytes = field(repr=False)
     seeded: bool = False

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Feeds cells and a section unit with frames and datagrams nobody meant, and aborts when an invariant breaks.
+ * Feeds cells and a section unit with frames and datagrams that make no sense, and aborts when an invariant breaks.
  *
  * Usage: fuzz_firmware SEED STEPS. Built with sanitizers by test_hostile_input.py. */
 #include <stdio.h>

@@ -12,7 +12,7 @@ MS = 1_000_000
 
 
 def sheet(columns: int, rows: int, patches: int = 1) -> np.ndarray:
-    """Neighbours (N, 4, 2) of rectangular patches of cells: cell and its port by own port - 1, -1 where nobody is."""
+    """Neighbours (N, 4, 2) of rectangular patches of cells: cell and its port by own port - 1, -1 where none is."""
     size = columns * rows
     neighbours = np.full((patches * size, 4, 2), -1, dtype=np.int32)
     for patch in range(patches):

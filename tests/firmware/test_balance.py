@@ -83,7 +83,7 @@ def test_what_has_joined_since_the_offer_does_not_come_too_deep(kind: str, ports
 
 
 @pytest.mark.parametrize(("ports", "skin_seed"), [(3, 56), (5, 38)])
-def test_whoever_goes_a_longer_way_brings_nobody_too_deep_who_came_below_meanwhile(ports: int, skin_seed: int) -> None:
+def test_a_longer_way_brings_no_cell_too_deep_that_came_below_meanwhile(ports: int, skin_seed: int) -> None:
     run = settle("sheared_sheet", ports, skin_seed)
     assert max(run.loads) < max(run.formed)
     assert run.depth <= run.least_depth + 4
@@ -176,7 +176,7 @@ def test_where_all_of_a_tree_hangs_at_the_border_few_let_go_at_a_time(seed: int)
 
 
 def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
-    """In this round, of which nobody has heard before."""
+    """In this round, of which no cell has heard before."""
     world = skin(seed, 2)
     granted_in_vain(world, round=7, whole=1)
 
@@ -198,7 +198,7 @@ def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:
         assert steps == list(range(len(steps)))
 
 
-def test_once_even_nobody_moves_any_more(seed: int) -> None:
+def test_once_even_no_cell_moves_any_more(seed: int) -> None:
     world = skin(seed, 2)
     world.run_ms(700)
     before = [world.cell(index).parent_port for index in range(48)]
@@ -221,7 +221,7 @@ def test_a_lost_port_is_shared_out_and_taken_back(seed: int) -> None:
     assert max(sizes(world)) <= 18
 
 
-def test_a_forged_grant_moves_nobody(seed: int) -> None:
+def test_a_forged_grant_moves_no_cell(seed: int) -> None:
     world = skin(seed, 2, key=bytes(range(16)))
     for cell in granted_in_vain(world):
         assert cell.counts["tags_refused"] > 0

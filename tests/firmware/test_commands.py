@@ -198,7 +198,7 @@ def test_recorded_commands_and_ticks_played_again_do_nothing(keyed: SmallWorld) 
     for port, frame in commands:
         keyed.cell_done(victim, cell.frame(port, frame, keyed.now))
     assert keyed.nodes[victim].led == 2
-    # 70 seconds later the counter has come round for nobody, but the era has gone: even a rebooted cell is safe.
+    # 70 seconds later the counter has come round for no cell, but the era has gone: even a rebooted cell is safe.
     keyed.now += 70_000_000
     fresh = keyed.nodes[victim]
     keyed.unit_done(keyed.unit.timer(keyed.now * 1000))

@@ -158,7 +158,7 @@ def test_a_cut_off_part_is_orphaned_and_returns(seed: int) -> None:
     assert all(world.cell(index).counts["frames_from_parent"] == 0 for index in range(8))
 
 
-def test_a_dead_section_unit_leaves_nobody_attached(seed: int) -> None:
+def test_a_dead_section_unit_leaves_no_cell_attached(seed: int) -> None:
     links, roots = random_skin(20, 2, seed)
     world = SmallWorld(20, links, roots, seed)
     world.run_ms(20)
@@ -265,7 +265,7 @@ def cell_beside_two() -> tuple[firmware.Cell, int]:
     return cell, now
 
 
-def test_who_hears_its_parent_badly_takes_another_and_comes_back() -> None:
+def test_a_cell_that_hears_its_parent_badly_takes_another_and_comes_back() -> None:
     cell, now = cell_beside_two()
     now = run_beside_two(cell, now, 112, 8, {1})
     assert cell.parent_port == 2
@@ -275,7 +275,7 @@ def test_who_hears_its_parent_badly_takes_another_and_comes_back() -> None:
     assert cell.parent_port == 1
 
 
-def test_where_every_line_spoils_frames_nobody_changes_its_parent() -> None:
+def test_where_every_line_spoils_frames_no_cell_changes_its_parent() -> None:
     cell, now = cell_beside_two()
     changes = cell.counts["parent_changes"]
     run_beside_two(cell, now, 112, 40, {1, 2})
@@ -285,7 +285,7 @@ def test_where_every_line_spoils_frames_nobody_changes_its_parent() -> None:
 
 
 @pytest.mark.parametrize("key", [None, bytes(range(16))])
-def test_the_tick_of_no_root_is_followed_by_nobody(key: bytes | None) -> None:
+def test_the_tick_of_no_root_is_followed_by_none(key: bytes | None) -> None:
     """All that the tag covers is zero, as in the memory of a cell whose neighbour has said nothing yet."""
     cell = firmware.Cell()
     cell.boot(7, 1, 0, key=key)

@@ -223,7 +223,7 @@ def test_with_a_key_only_tagged_datagrams_of_this_exchange_count() -> None:
     bench.say(datagram(INJECT, 1, (command_record(50),), answering=77))  # no tag
     bench.say(good[:-1] + bytes([good[-1] ^ 1]))  # wrong tag
     bench.say(datagram(INJECT, 2, (command_record(51),), keyed=True, answering=76))  # of an earlier unit session
-    bench.say(datagram(INJECT, 3, (command_record(52),), keyed=True))  # answers nobody
+    bench.say(datagram(INJECT, 3, (command_record(52),), keyed=True))  # answers no session
     assert bench.unit.refused == 4
     bench.say(datagram(KEEP_ALIVE, 1, keyed=True))  # opens the exchange
     bench.say(good)

@@ -15,7 +15,7 @@ OF_LIMB = 6 * BITS
 
 
 class OneHot:
-    """Cells that add one bit each, a bit that no other cell of their limb has: a sum tells who is in it."""
+    """Cells that add one bit each, a bit that no other cell of their limb has: a sum tells which are in it."""
 
     def __init__(self, world: LargeWorld, limb_size: int) -> None:
         assert limb_size <= OF_LIMB
@@ -155,7 +155,7 @@ def test_long_chains_travel_in_parts_and_saturation_is_said(seed: int) -> None:
             assert (fields["joint_1"], fields["joint_2"], fields["saturated"]) == (840, 0, 0)
 
 
-def test_where_nobody_contributes_nothing_is_sent(seed: int) -> None:
+def test_where_no_cell_contributes_nothing_is_sent(seed: int) -> None:
     world = LargeWorld(sheet(4, 4), [(1, 4)], seed)
     world.run_ms(100)
     assert world.take("torque") == []

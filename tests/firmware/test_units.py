@@ -27,7 +27,7 @@ class Group:
         self.drift = [self.random.uniform(-1e-4, 1e-4) for _ in offsets_us]
         self.units: list[firmware.SectionUnit | None] = [None] * len(offsets_us)
         self.timers = [-1] * len(offsets_us)
-        self.parts = [0] * len(offsets_us)  # who hears whom: those of one part
+        self.parts = [0] * len(offsets_us)  # which units hear each other: those of one part
         self.loss = 0.0
         self.queue: list[tuple[int, int, str, int, object]] = []
         self.ticks: list[list[tuple[int, int]]] = [[] for _ in offsets_us]  # (time us, tick number) at port 1
@@ -105,7 +105,7 @@ def test_units_that_start_together_tick_together_within_100_us(seed: int, keyed:
     assert group.skew_us(150) < 20
 
 
-def test_a_unit_that_starts_late_takes_the_groups_time_and_moves_nobody(seed: int) -> None:
+def test_a_unit_that_starts_late_takes_the_groups_time_and_moves_none(seed: int) -> None:
     group = Group([-3_600_000_000, 300, 86_400_000_000], seed, keyed=True)
     group.boot(1)
     group.run_ms(100)
@@ -188,7 +188,7 @@ def test_datagrams_played_again_change_nothing(seed: int) -> None:
     assert group.skew_us(200) < 100
 
 
-def test_without_the_key_nobody_moves_the_time(seed: int) -> None:
+def test_without_the_key_no_datagram_moves_the_time(seed: int) -> None:
     group = Group([0, 60_000_000], seed, keyed=True)
     group.boot(0)
     group.run_ms(20)

@@ -209,7 +209,7 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
 
     page.get_by_label("Until released").check()
     x, y, cell = place_to_click(page, joint_positions(page))
-    assert np.abs(joint_positions(page) - before).max() < 0.002, "the arm moves although nobody touches it"
+    assert np.abs(joint_positions(page) - before).max() < 0.002, "the arm moves although it is not touched"
     page.mouse.click(x, y)
     page.get_by_text("Cell", exact=True).click()
     chosen = page.locator("[data-cell]").first

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Datagrams without a network: they wait in order until somebody takes them.
+// Datagrams without a network: they wait in order until they are taken.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace robotskin::world {
 
-// If nobody takes them, the oldest give way and are counted.
+// If they are not taken, the oldest give way and are counted.
 class InProcess : public Transport {
  public:
   static constexpr std::size_t waiting_max = 65536;

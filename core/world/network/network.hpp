@@ -117,7 +117,7 @@ class Network {
   bool unit_runs(std::size_t unit) const;
   bool port_powered(std::size_t unit, int port) const;
   std::int64_t booted_ns(std::size_t cell) const;                         // when it last started, -1: never
-  std::uint64_t topology_revision() const { return topology_revision_; }  // counts changes of wires and of who runs
+  std::uint64_t topology_revision() const { return topology_revision_; }  // counts changes of wires and power
   std::size_t cell_count() const;
   std::size_t unit_count() const;
   const rs_cell& cell(std::size_t index) const;

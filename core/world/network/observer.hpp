@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who watches a network while it runs: told after every event, changes nothing.
+// Watches a network while it runs: told after every event, changes nothing.
 //
 // Without observers a network pays one comparison an event for them.
 #pragma once
@@ -41,7 +41,7 @@ class Observer {
   // It has arrived, or has not; the receiver steps next.
   virtual void frame_ended(const Network&, WireEnd /*from*/, WireEnd /*to*/, const std::uint8_t* /*frame*/, FrameFate) {
   }
-  // A fault is about to hand a cell a frame that nobody on its wire has sent: forged, or played again.
+  // A fault is about to hand a cell a frame that no sender on its wire has sent: forged, or played again.
   virtual void frame_planted(const Network&, WireEnd /*to*/, const std::uint8_t* /*frame*/, const Fault&) {}
   virtual void datagram_to_host(const Network&, std::size_t /*unit*/, std::span<const std::uint8_t>) {}
   virtual void datagram_from_host(const Network&, std::size_t /*unit*/, std::span<const std::uint8_t>) {}

@@ -50,7 +50,7 @@ struct TrialReport {
   std::uint64_t log_hash = 0;
 };
 
-// Cells read what lies still in the air; nobody takes the datagrams. Ways are surveyed whenever a parent or a wire has
+// Cells read what lies still in the air; the datagrams are not taken. Ways are surveyed whenever a parent or a wire has
 // changed, at most every 25 us.
 class NetworkTrial : private SampleSource, private DatagramSink, private Observer {
  public:

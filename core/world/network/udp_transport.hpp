@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Datagrams over real UDP: each section unit has its own socket, as the boxes on a robot have.
 //
-// A unit answers whoever last sent it a datagram that its firmware took; before that it sends to `host`, if one is
+// A unit answers the host that last sent it a datagram that its firmware took; before, it sends to `host`, if one is
 // given.
 #pragma once
 

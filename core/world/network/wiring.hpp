@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who is plugged into whom, and how good the wires and the clocks are.
+// Which port is plugged into which, and how good the wires and the clocks are.
 #pragma once
 
 #include <array>

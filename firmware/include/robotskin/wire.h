@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "robotskin/channels.h"
+#include "robotskin/frame_bits.h"
 #include "robotskin/geometry.h"
 #include "robotskin/portable.h"
 
@@ -70,8 +71,8 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(sample_phase, 0, 6, "sample time: elapsed 64ths of the tick period")              \
   X(refresh, 0, 1, "sent for freshness or after a change of route, not for an event") \
   X(fault, 0, 1, "a sensor is missing or saturated")                                  \
-  X(retransmitted, 0, 1, "sent again after a change of route")                             \
-  X(dropped, 0, 1, "the cell had to drop samples since its last one")                  \
+  X(retransmitted, 0, 1, "sent again after a change of route")                        \
+  X(dropped, 0, 1, "the cell had to drop samples since its last one")                 \
   X(proximity, 0, 16, "counts")                                                       \
   X(force_1, 0, 10, "counts")                                                         \
   X(force_2, 0, 10, "counts")                                                         \
@@ -117,7 +118,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(nonce, 0, 8, "drawn at the sender's boot")                         \
   X(parent, 0, 1, "the receiver is the sender's parent")               \
   X(heard, 0, 1, "the sender hears the receiver")                      \
-  X(draining, 0, 1, "the sender is about to change its parent")         \
+  X(draining, 0, 1, "the sender is about to change its parent")        \
   X(forming, 0, 1, "the network is being formed")                      \
   X(depth_cap, 0, 8, "deepest hops a granted move may reach")          \
   X(rate_divisor, 0, 4, "cells send every n-th sample")                \
@@ -131,7 +132,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(type, 0, 4, "frame type")                                         \
   X(sender, 0, 14, "id")                                              \
   X(size, 0, 16, "cells in the subtree")                              \
-  X(captive_size, 0, 16, "those without another parent in reach")        \
+  X(captive_size, 0, 16, "those without another parent in reach")     \
   X(height, 0, 8, "hops to the deepest cell")                         \
   X(alternative, 0, 1, "another parent of the same tree is in reach") \
   X(candidate, 0, 14, "cell that offers to move, 0: none")            \
@@ -143,7 +144,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
   X(foreign_2, 0, 8, "another one")                                   \
   X(foreign_3, 0, 8, "another one")                                   \
-  X(ack, 0, 8, "sequence of the last event heard on this link")      \
+  X(ack, 0, 8, "sequence of the last event heard on this link")       \
   X(spare, 0, 7, "")
 
 #define RS_GRANT_FIELDS(X)                                       \
@@ -153,12 +154,12 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(round, 0, 3, "counts changes of the wants")                  \
   X(cell, 0, 14, "cell that may move, 0: none")                  \
   X(target_root, 0, 8, "where to")                               \
-  X(demand_1_root, 0, 8, "root that may receive cells, 0: none")   \
-  X(demand_1_size, 0, 11, "how many at once")                      \
-  X(demand_2_root, 0, 8, "another one")                            \
-  X(demand_2_size, 0, 11, "how many at once")                      \
-  X(demand_3_root, 0, 8, "another one")                            \
-  X(demand_3_size, 0, 11, "how many at once")                      \
+  X(demand_1_root, 0, 8, "root that may receive cells, 0: none") \
+  X(demand_1_size, 0, 11, "how many at once")                    \
+  X(demand_2_root, 0, 8, "another one")                          \
+  X(demand_2_size, 0, 11, "how many at once")                    \
+  X(demand_3_root, 0, 8, "another one")                          \
+  X(demand_3_size, 0, 11, "how many at once")                    \
   X(whole, 0, 1, "it takes its whole subtree along")             \
   X(last_resort, 0, 1, "small moves have not been offered")      \
   X(tag, 0, 32, "of all before it and the second")
@@ -253,75 +254,6 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(spare_1, 0, 32, "")                                   \
   X(spare_2, 0, 32, "")
 // clang-format on
-
-RS_INLINE uint32_t rs_bits_get(const uint32_t* words, unsigned at, unsigned width) {
-  const unsigned word = at / 32U, bit = at % 32U;
-  const uint32_t mask = width == 32U ? 0xFFFFFFFFU : (1U << width) - 1U;
-  if (bit + width <= 32U) return (words[word] >> (32U - bit - width)) & mask;
-  const unsigned low = bit + width - 32U;
-  return ((words[word] << low) | (words[word + 1U] >> (32U - low))) & mask;
-}
-
-RS_INLINE void rs_bits_put(uint32_t* words, unsigned at, unsigned width, uint32_t value) {
-  const unsigned word = at / 32U, bit = at % 32U;
-  if (width < 32U) value &= (1U << width) - 1U;
-  if (bit + width <= 32U) {
-    words[word] |= value << (32U - bit - width);
-  } else {
-    const unsigned low = bit + width - 32U;
-    words[word] |= value >> low;
-    words[word + 1U] |= value << (32U - low);
-  }
-}
-
-RS_INLINE int32_t rs_sign_extend(uint32_t value, unsigned width) {
-  const uint32_t sign = 1U << (width - 1U);
-  return (int32_t)((value ^ sign) - sign);
-}
-
-RS_INLINE uint32_t rs_load32(const uint8_t* bytes) {
-  return ((uint32_t)bytes[0] << 24) | ((uint32_t)bytes[1] << 16) | ((uint32_t)bytes[2] << 8) | (uint32_t)bytes[3];
-}
-
-RS_INLINE void rs_store32(uint8_t* bytes, uint32_t word) {
-  bytes[0] = (uint8_t)(word >> 24);
-  bytes[1] = (uint8_t)(word >> 16);
-  bytes[2] = (uint8_t)(word >> 8);
-  bytes[3] = (uint8_t)word;
-}
-
-/* One of the first four words of a frame, and back. */
-RS_INLINE uint32_t rs_frame_word(const uint8_t* frame, unsigned at) {
-#if defined(RS_FRAMES_AT_WORDS)
-  uint32_t word; /* a little-endian processor, which turns the bytes round in one instruction */
-  __builtin_memcpy(&word, RS_AT_WORD(frame + 4U * at), sizeof word);
-  return __builtin_bswap32(word);
-#else
-  return rs_load32(frame + 4U * at);
-#endif
-}
-RS_INLINE void rs_frame_set_word(uint8_t* frame, unsigned at, uint32_t word) {
-#if defined(RS_FRAMES_AT_WORDS)
-  word = __builtin_bswap32(word);
-  __builtin_memcpy(RS_AT_WORD(frame + 4U * at), &word, sizeof word);
-#else
-  rs_store32(frame + 4U * at, word);
-#endif
-}
-
-/* The content as big-endian words; the last word holds 16 content bits on top and is zero below. */
-RS_INLINE void rs_content_load(uint32_t words[5], const uint8_t* bytes) {
-  const uint8_t* at = (const uint8_t*)RS_AT_WORD(bytes);
-  for (unsigned i = 0; i < 4U; ++i) words[i] = rs_frame_word(bytes, i);
-  words[4] = ((uint32_t)at[16] << 24) | ((uint32_t)at[17] << 16);
-}
-
-RS_INLINE void rs_content_store(uint8_t* bytes, const uint32_t words[5]) {
-  uint8_t* at = (uint8_t*)RS_AT_WORD(bytes);
-  for (unsigned i = 0; i < 4U; ++i) rs_frame_set_word(bytes, i, words[i]);
-  at[16] = (uint8_t)(words[4] >> 24);
-  at[17] = (uint8_t)(words[4] >> 16);
-}
 
 RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {
   return (rs_frame_type)(bytes[0] >> 4);

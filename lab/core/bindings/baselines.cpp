@@ -82,7 +82,7 @@ void bind_baselines(nb::module_ module) {
                                       static_cast<std::int64_t>(1e9 * duration_s), seed);
       },
       "next"_a, "period_s"_a, "duration_s"_a, "seed"_a = 1, nb::call_guard<nb::gil_scoped_release>(),
-      "Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) whom each node sends to, "
+      "Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) node each one sends to, "
       "-1: the host.");
 }
 

@@ -29,7 +29,7 @@ std::int64_t hold_ns(std::int32_t downs) {
 GroundTruth::GroundTruth(const world::Network& network)
     : network_(network),
       cells_(network.cell_count()),
-      far_(RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * network.unit_count(), nobody),
+      far_(RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * network.unit_count(), no_wire),
       downs_(far_.size()),
       joined_(far_.size()),
       ready_ns_(far_.size()),
@@ -52,8 +52,8 @@ void GroundTruth::look_at(std::size_t wire) {
     if (end.port > network_.wiring().units[end.index].ports.size()) return;
   }
   const WireEnd other = network_.other_end(end);
-  const std::int32_t far = other.at == WireEnd::At::nothing ? nobody : static_cast<std::int32_t>(wire_of(other));
-  bool joined = far != nobody && network_.carries(end) && network_.carries(other);
+  const std::int32_t far = other.at == WireEnd::At::nothing ? no_wire : static_cast<std::int32_t>(wire_of(other));
+  bool joined = far != no_wire && network_.carries(end) && network_.carries(other);
   for (const WireEnd& side : {end, other})
     if (side.at == WireEnd::At::unit)
       joined = joined && network_.unit_runs(side.index) && network_.port_powered(side.index, side.port);
@@ -66,14 +66,14 @@ void GroundTruth::look_at(std::size_t wire) {
   ++revision_;
   if (was_joined) ++downs_[wire];
   if (!joined) return;
-  const std::int32_t downs = std::max(downs_[wire], far == nobody ? 0 : downs_[static_cast<std::size_t>(far)]);
+  const std::int32_t downs = std::max(downs_[wire], far == no_wire ? 0 : downs_[static_cast<std::size_t>(far)]);
   ready_ns_[wire] = network_.time_ns() + link_up_ns + hold_ns(downs);
 }
 
 // A wire whose link goes down although both its ends run.
 void GroundTruth::shake(std::size_t wire, std::int64_t for_ns, std::int32_t downs) {
   for (const std::int32_t side : {static_cast<std::int32_t>(wire), far_[wire]}) {
-    if (side == nobody) continue;
+    if (side == no_wire) continue;
     const auto at = static_cast<std::size_t>(side);
     downs_[at] += downs;
     ready_ns_[at] =
@@ -111,7 +111,7 @@ void GroundTruth::booted(std::size_t cell) {
   for (unsigned port = 1; port <= RS_PORTS; ++port) {
     const std::size_t wire = wire_of_cell(cell, port);
     look_at(wire);
-    if (far_[wire] != nobody) look_at(static_cast<std::size_t>(far_[wire]));
+    if (far_[wire] != no_wire) look_at(static_cast<std::size_t>(far_[wire]));
     shake(wire, quarantine_ns + link_up_ns, 0);
   }
   disturb(0, repair_ns);
@@ -130,7 +130,7 @@ std::vector<std::size_t> GroundTruth::wires_of(const Fault& fault) const {
     const bool named = fault.cell < 0 && fault.unit < 0;
     const bool mine = (cell ? fault.cell : fault.unit) == static_cast<std::int32_t>(at / ports) &&
                       (fault.port == 0 || fault.port == static_cast<std::int32_t>(at % ports) + 1);
-    if (far_[wire] != nobody && (named || mine)) wires.push_back(wire);
+    if (far_[wire] != no_wire && (named || mine)) wires.push_back(wire);
   }
   return wires;
 }

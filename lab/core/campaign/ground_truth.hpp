@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ground truth of a run, from wires, power and faults alone: who can reach whom, and since when it has been quiet.
+// The ground truth of a run, from wires, power and faults alone: what can reach what, and since when it has been quiet.
 //
 // It knows the published periods of the protocol (timing.h), to say how long a repair may take, and nothing else of it.
 #pragma once
@@ -19,13 +19,13 @@ inline constexpr std::int64_t us = 1000, ms = 1000 * us;
 inline constexpr std::int64_t hop_ns = 120 * us;  // a tick's way through a cell, at most
 // Without a hop: four heartbeats until a silent neighbour is noticed, one for the check, one for the next tick.
 inline constexpr std::int64_t repair_ns = 6 * ms;
-// A cell that was granted a move holds back the ticks of its tree for so long, and who waits for one behind it waits.
+// A cell that was granted a move holds back the ticks of its tree for so long, and cells behind it wait as long.
 inline constexpr std::int64_t held_ns = RS_HOLD_US * us * 102 / 100;
 inline constexpr std::int64_t legal_again_ns = 60 * ms;
 
 class GroundTruth : private world::FaultWitness {
  public:
-  static constexpr std::int32_t nobody = -1;
+  static constexpr std::int32_t no_wire = -1;
 
   explicit GroundTruth(const world::Network& network);
 
@@ -46,7 +46,7 @@ class GroundTruth : private world::FaultWitness {
                : RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * end.index + end.port - 1;
   }
   std::size_t wire_count() const { return far_.size(); }
-  // The wire that leads back, nobody: open end.
+  // The wire that leads back, no_wire: open end.
   std::int32_t far(std::size_t wire) const { return far_[wire]; }
   bool is_cell(std::size_t wire) const { return wire < RS_PORTS * cells_; }
   static std::size_t cell_of(std::size_t wire) { return wire / RS_PORTS; }

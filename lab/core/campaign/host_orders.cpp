@@ -64,7 +64,7 @@ void HostOrders::poll(const world::Network& network, const GroundTruth& ground, 
   if (!in_use_) return;
   const std::int64_t now_ns = network.time_ns();
   told_.resize(network.cell_count());
-  // The newest order that all have by now, or one of the two after it: one may pass by who moves.
+  // The newest order that all have by now, or one of the two after it: one may pass by a cell that moves.
   const auto past = std::ranges::upper_bound(sent_ns_, now_ns - 2 * orders_every_ms * ms - way_ns);
   const auto known = static_cast<std::uint32_t>(past - sent_ns_.begin());
   const bool quiet = known > 0 && !may_lose && ground.calm(now_ns) && !ground.lawless(now_ns);

@@ -16,10 +16,10 @@ namespace robotskin::campaign {
 
 // X(name, number, what must be true)
 // clang-format off
-#define ROBOTSKIN_INVARIANTS(X)                                                                                   \
+#define ROBOTSKIN_INVARIANTS(X)                                                                                    \
   X(acyclic, 1, "parent pointers form no circle")                                                                  \
   X(distance_order, 2, "a parent's feasible distance comes strictly before its child's")                           \
-  X(true_adoption, 3, "a cell's hops and tick are those of a beacon that arrived at its parent port, one hop on") \
+  X(true_adoption, 3, "a cell's hops and tick are those of a beacon that arrived at its parent port, one hop on")  \
   X(hops_left, 3, "no frame runs out of hops, and no sample comes from the own parent")                            \
   X(own_child, 4, "no cell adopts a neighbour that says to be its child")                                          \
   X(quarantine, 4, "no cell has a parent before its quarantine is over")                                           \
@@ -27,17 +27,17 @@ namespace robotskin::campaign {
   X(tick_window, 5, "no tick runs far ahead of a parent that is alive")                                            \
   X(rejoined, 6, "without faults every cell that can be reached has a whole path to a section unit")               \
   X(shortest, 7, "while forming, every cell has its breadth-first distance")                                       \
-  X(depth_cap, 8, "no move to another tree goes deeper than the cap, and settled cells have the nearest parent of theirs")                                                   \
+  X(depth_cap, 8, "no move to another tree goes deeper than the cap, and settled cells have the nearest parent of theirs") \
   X(tree_sizes, 9, "the sizes that roots know add up to the cells attached")                                       \
   X(levelling_bound, 10, "by levelling no port gets fuller than the fullest, or than the mean and what was granted") \
   X(levelling_progress, 10, "levelled loads are no less even than before")                                         \
   X(true_sample, 11, "every sample that the host gets was taken by the cell it names")                             \
   X(exactly_once, 11, "no sample is delivered twice")                                                              \
   X(in_order, 11, "samples of a cell arrive in order while its path stays")                                        \
-  X(none_lost, 11, "without faults no sample is lost, whoever moves")                                              \
-  X(obeyed, 11, "without faults what the host orders reaches every cell with a way")                              \
+  X(none_lost, 11, "without faults no sample is lost, whichever cell moves")                                       \
+  X(obeyed, 11, "without faults what the host orders reaches every cell with a way")                               \
   X(sampled, 11, "without faults every cell with a way has an id, and sends within its period times the divisor")  \
-  X(torque_count, 12, "a torque sum has as many different cells in it as it says")                                \
+  X(torque_count, 12, "a torque sum has as many different cells in it as it says")                                 \
   X(torque_once, 12, "no cell is in two sums of one epoch")                                                        \
   X(torque_complete, 12, "without faults every cell is in each epoch's sums")                                      \
   X(event_kept, 11, "no event is lost to a single failure of a link or of another cell")                           \

@@ -4,7 +4,7 @@
 //
 // Over lines that spoil frames samples are repeated, which may fill queues; and while trees form, so may torque sums of
 // single cells, which go first. From the first repeated sample in a queue, or if trees formed in the two epochs
-// before it filled, until it is empty, nobody is held to how long others wait there, nor to those that find it full.
+// before it filled, until it is empty, no cell is held to how long others wait there, nor to those that find it full.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole in bounded time: who can be reached is reached, as fast as the distance allows, and as near as the graph allows
-// (I6 to I9, I15, I16). Looks once a millisecond.
+// Whole in bounded time: what can be reached is reached, as fast as the distance allows, and as near as the graph
+// allows (I6 to I9, I15, I16). Looks once a millisecond.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
 
 // A frame has 63 hops. One that had climbed a tree 40 hops deep may come down again and climb another when the tree's
 // root is lost, without any circle; so only a frame that met no change of parents while it lived must not run out. It
-// lives for 63 hops, and is kept for 12 ms. Reports and requests wait behind all others, for how long nobody can say;
+// lives for 63 hops, and is kept for 12 ms. Reports and requests wait behind all others, for how long is open;
 // they come again by themselves, and what carried them in a circle would carry samples too.
 constexpr std::int64_t frame_lives_ns = RS_TTL_START * hop_ns + RS_ARQ_KEEP_US * us;
 
@@ -62,7 +62,7 @@ void RouteChecker::frame_arrives(std::size_t at_wire, const std::uint8_t* frame)
     if (shadow.port != port || ground_.lawless(now_ns)) return;
     // Believed to lead elsewhere, or back only by chance: the plug was moved.
     const std::int32_t far = ground_.far(at_wire);
-    if (!ground_.ready(at_wire, now_ns) || far == GroundTruth::nobody ||
+    if (!ground_.ready(at_wire, now_ns) || far == GroundTruth::no_wire ||
         !ground_.is_cell(static_cast<std::size_t>(far)) ||
         shadow.parent != static_cast<std::int32_t>(GroundTruth::cell_of(static_cast<std::size_t>(far))))
       return;
@@ -121,9 +121,9 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
   const std::int32_t before = shadow.parent;
   const ArrivedBeacon* beacon = beacons_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
   if (beacon != nullptr && beacon->time_ns < ground_.moved_ns(wire)) {
-    // Who said so was there until the plug was moved.
+    // The cell that said so was there until the plug was moved.
     if (port != shadow.port) shadow.parent = none;
-  } else if (far == GroundTruth::nobody) {
+  } else if (far == GroundTruth::no_wire) {
     shadow.parent = none;
   } else if (!ground_.is_cell(static_cast<std::size_t>(far))) {
     shadow.parent = unit;
@@ -219,7 +219,7 @@ void RouteChecker::check_order(std::size_t child) {
 void RouteChecker::check_children(std::size_t cell) {
   for (unsigned port = 1; port <= RS_PORTS; ++port) {
     const std::int32_t far = ground_.far(ground_.wire_of_cell(cell, port));
-    if (far == GroundTruth::nobody || !ground_.is_cell(static_cast<std::size_t>(far))) continue;
+    if (far == GroundTruth::no_wire || !ground_.is_cell(static_cast<std::size_t>(far))) continue;
     const std::size_t other = GroundTruth::cell_of(static_cast<std::size_t>(far));
     if (shadow_[other].parent == static_cast<std::int32_t>(cell)) check_order(other);
   }

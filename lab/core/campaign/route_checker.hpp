@@ -23,8 +23,8 @@ class RouteChecker {
 
   void cell_stepped(std::size_t cell, const rs_input& input);
   void frame_arrives(std::size_t at_wire, const std::uint8_t* frame);  // whole, at a cell; before its step
-  void settle();                                                       // after a fault: who is off points nowhere
-  void check_all();                                                    // when memory is lawful again
+  void settle();     // after a fault: a cell that is off points nowhere
+  void check_all();  // when memory is lawful again
 
   std::int32_t parent(std::size_t cell) const { return shadow_[cell].parent; }
   unsigned parent_port(std::size_t cell) const { return shadow_[cell].port; }

@@ -36,7 +36,7 @@ class SampleLedger : public world::SampleSource {
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
   void datagram(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                 std::span<const std::uint8_t> datagram);
-  // What a frame on its way to the host says to be; a frame of nobody says cell 0, number 0, which is none.
+  // What a frame on its way to the host says to be; a frame of no cell says cell 0, number 0, which is none.
   static TakenSample taken_in(const std::uint8_t* frame);
   static TakenSample taken_in(const rs_sample& own);
   // It found a queue full of repeated ones.

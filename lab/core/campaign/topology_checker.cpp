@@ -58,8 +58,8 @@ void TopologyChecker::judge(const world::Network& network, const GroundTruth& gr
         id = RS_ID_SECTION_UNIT;
         far_port = ports[port - 1];
       }
-    } else if (far != GroundTruth::nobody) {
-      continue;  // carries one way, or nobody runs there
+    } else if (far != GroundTruth::no_wire) {
+      continue;  // carries one way, or no cell runs there
     }
     if (ids[port - 1] == id && (id == RS_ID_NONE || ports[port - 1] == far_port)) continue;
     breaks_.add(Invariant::host_topology, now_ns, {cell},

@@ -79,7 +79,7 @@ void TorqueLedger::add(const world::Network& network, const GroundTruth& ground,
     if (bit >= share || cell >= cells_) {
       if (!excused)
         breaks_.add(Invariant::torque_count, now_ns, {},
-                    {{"limb", torque.limb}, {"bit of nobody", static_cast<std::int64_t>(bit)}});
+                    {{"limb", torque.limb}, {"bit of no cell", static_cast<std::int64_t>(bit)}});
       continue;
     }
     // Where a section unit's time has leapt back, the same number comes twice.

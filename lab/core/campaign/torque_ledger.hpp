@@ -3,7 +3,7 @@
 // (I12).
 //
 // Each cell adds one bit that no other cell of its limb has. A sum of different bits has as many ones as addends; where
-// two are equal they make a carry, and the sum has fewer. So a sum tells who is in it, and that nobody is in it twice.
+// two are equal they make a carry, and the sum has fewer. So a sum tells which are in it, and that none is in it twice.
 #pragma once
 
 #include <array>

@@ -221,7 +221,7 @@ TrafficReport send_traffic(const TrafficOptions& options, const std::string& hos
       for (std::size_t i = 0; i < count; ++i) traffic.hear(socket.datagram(i));
     }
   };
-  // Speaking with nobody listening is what a section unit does not do either.
+  // A section unit does not speak either while no host listens.
   const std::int64_t give_up_ns = monotonic_ns() + static_cast<std::int64_t>(patience_s * 1e9);
   for (; !traffic.connected(); hear()) {
     if (monotonic_ns() > give_up_ns) throw std::runtime_error("no host has sent a keep-alive");

@@ -53,7 +53,7 @@ def command(
     mode: Annotated[str, typer.Option(help="clock or event.")] = "clock",
     skin_source: Annotated[
         str,
-        typer.Option(help="Who sums the torque of the skin task: host, or skin: the cells themselves."),
+        typer.Option(help="What sums the torque of the skin task: host, or skin: the cells themselves."),
     ] = "host",
     self_collision: Annotated[
         bool,

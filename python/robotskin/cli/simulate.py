@@ -102,7 +102,7 @@ def skin_of(layout: str, ports: int | None, units: int | None, seed: int) -> tup
     Raises:
         InputError: neither a finished layout, nor a shape, nor a file; or no cable, or more than the rim has room for;
             or more section units than cables.
-        LayoutFileError: a file that is no skin, or does not say who is plugged into whom.
+        LayoutFileError: a file that is no skin, or does not say which port is plugged into which.
     """
     from random import Random
 

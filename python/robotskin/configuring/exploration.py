@@ -49,7 +49,7 @@ class ExplorationError(RobotskinError):
 
 
 def wake_skin(world: World, seconds: float = 0.6, most_cells: int = 16000, quiet_s: float = 0.2) -> NDArray[np.int64]:
-    """Keys (N,) of all cells that report on the running network, sorted; nobody has told the driver of any.
+    """Keys (N,) of all cells that report on the running network, sorted; the driver has been told of none.
 
     Args:
         world: whose section units send unasked.
@@ -132,7 +132,7 @@ class Exploration:
         self.dynamics = RobotDynamics(robot.core)
         count = robot.joint_count
         limits = GuardLimits([4 * TRAVEL_ACCELERATION + 60.0] * count, [10.0] * count, [1e5] * count)
-        # Cells that never spoke are no reason to stop a robot that nobody touches; half of the skin falling silent is.
+        # Cells that never spoke are no reason to stop a robot that is not touched; half of the skin falling silent is.
         limits.whole_alive_share = 0.5
         self.guard = Guard(robot.core, limits)
         self._wanted = False
@@ -350,4 +350,4 @@ def on_grid(time_s: Array, counts: NDArray[np.integer], duration_s: float) -> tu
 
 
 def _silent(_what: str, _share: float) -> None:
-    """Tell nobody."""
+    """Tell nothing."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits of contact by body region, in the manner of ISO/TS 15066, read from a user's file.
 
-No number is ours. The file that comes with the project, `body_limits.toml`, is empty; who adds a number names its
+No number is ours. The file that comes with the project, `body_limits.toml`, is empty; those who add a number name its
 source.
 What the guard does with them stands in `core/robot/body_limits.hpp`.
 """

@@ -32,7 +32,7 @@ class CartesianGoal:
 class ForceGoal:
     """Press with `force_n` (3) newton along the axes of the base, as the skin on and beyond `link` measures it.
 
-    Without a force: yield, let whoever pushes lead the joints, or with `hand` the hand.
+    Without a force: yield, let those who push lead the joints, or with `hand` the hand.
     """
 
     hand: bool = False

@@ -108,7 +108,7 @@ def _skin_filter_hz(gains: ChosenGains) -> float:
 
 
 MAP_LEVER_M = 0.3
-"""Without a model nobody knows how long a cell's lever is; of an arm it is about this."""
+"""Without a model it is not known how long a cell's lever is; of an arm it is about this."""
 
 
 def _map_skin(own: TaskLibrary, gains: ChosenGains) -> Task:

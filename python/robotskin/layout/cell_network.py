@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who is wired to whom in a skin, and which cells have a cable: all that a network's limits depend on."""
+"""Which cell is wired to which in a skin, and which cells have a cable: all that a network's limits depend on."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A skin layout: which cell sits where on which link, who its neighbours are and where the cables plug in."""
+"""A skin layout: which cell sits where on which link, which its neighbours are and where the cables plug in."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who is plugged into whom in a skin that a file describes by the neighbours' ids."""
+"""Which port is plugged into which in a skin that a file describes by the neighbours' ids."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class NetworkWatch:
         reachable = alive & (np.asarray(self.network.depths) >= 0)
         self._starting &= ~alive
         stranded = int(np.count_nonzero((reachable & (cable == NO_PATH)) | self._starting))
-        # A cut cable feeds nobody: cells that only it fed are off.
+        # A cut cable feeds no cell: cells that only it fed are off.
         self._lost = int(np.count_nonzero(~reachable & ~self._killed & ~self._starting))
         self._tell(stranded, reachable=int(np.count_nonzero(reachable)))
         return NetworkReading(

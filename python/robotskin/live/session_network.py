@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cells' network of a running session, to look at and to meddle with while the robot moves.
 
-The network has every cell that the robot wears; who looks knows the cells of the believed layout, in its order.
+The network has every cell that the robot wears; the page knows the cells of the believed layout, in its order.
 """
 
 from __future__ import annotations

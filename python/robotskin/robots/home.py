@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A posture to stand in, for a robot that nobody has given one, and the link that is its hand."""
+"""A posture to stand in, for a robot that has been given none, and the link that is its hand."""
 
 from __future__ import annotations
 

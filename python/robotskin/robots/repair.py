@@ -45,7 +45,7 @@ class Repair:
 class Mimic:
     """A joint the mechanism couples to another: position = multiplier · source position + offset (rad or m).
 
-    The models treat it as a joint of its own, so that both have the same joints; who drives the robot applies it.
+    The models treat it as a joint of its own, so that both have the same joints; the robot's driver applies it.
     """
 
     joint: str

@@ -128,7 +128,7 @@ class Controls:
                 "Touch adds up in",
                 tuple(SOURCE_WORDS.values()),
                 initial_value=SOURCE_WORDS[snapshot.source],
-                hint="Who computes the torques of touch: this computer from all cells, or the cells on the way.",
+                hint="What computes the torques of touch: this computer from all cells, or the cells on the way.",
             )
             self._source_refused = gui.add_html("", visible=False)
         self.release.on_click(lambda _: command(session.release))
@@ -167,7 +167,7 @@ class Controls:
         return None if self.hold.value else float(self.duration.value)
 
     def update(self, snapshot: Snapshot, now_s: float) -> None:
-        """Show what the session does now, whoever asked for it; `now_s` is the wall clock's, of any origin."""
+        """Show what the session does now, whatever asked for it; `now_s` is the wall clock's, of any origin."""
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
         self._offer_source(snapshot)

@@ -156,7 +156,7 @@ class NetworkScene:
 def wire_colours(wires: Integers, reading: NetworkReading) -> tuple[Flags, Colours]:
     """Which wires (W, 4) are cut (W,), and the colour of each (W, 3).
 
-    A wire on somebody's path has the colour of its cable, lighter than the cells, and white while the path is new;
+    A wire on a cell's path has the colour of its cable, lighter than the cells, and white while the path is new;
     others are dark; one that has just damaged a frame is amber, whatever runs over it.
     """
     cell, port, other, other_port = wires.T

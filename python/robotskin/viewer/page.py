@@ -2,7 +2,7 @@
 """The browser page of a session: scene, controls and readouts on a server bound to this machine.
 
 A thread of its own copies the session's state thirty times a second and sends what changed; the control loop never
-waits for it, and while nobody looks it only asks whether somebody came.
+waits for it, and while no browser looks it only asks whether one came.
 """
 
 import time

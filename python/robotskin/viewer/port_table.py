@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The four ports of one cell of a living network, as HTML: who is there, whether it works, what was damaged."""
+"""The four ports of one cell of a living network, as HTML: what is there, whether it works, what was damaged."""
 
 from dataclasses import dataclass
 

@@ -155,7 +155,7 @@ class Snapshot:
     stop_reason: str = ""
     """Why it stopped; empty while it runs."""
     source: str = "host"
-    """Who computes the torque of the skin task: one of `robotskin.choices.SOURCES`."""
+    """What computes the torque of the skin task: one of `robotskin.choices.SOURCES`."""
     source_refused: str = ""
     """Why only the host can at present; empty where there is a choice."""
     goal: Goal | None = None

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A network without a body, run in virtual time with its faults and measured: formation, recovery, gaps, loads.
 
-In: who is wired to whom, faults, a seed. Out: what happened, in numbers, and the hash of every frame and datagram. One
-seed gives one run. What can go wrong: a fault that is misspelt or whose target does not exist (FaultError).
+In: which cell is wired to which, faults, a seed. Out: what happened, in numbers, and the hash of every frame and
+datagram. One seed gives one run. What can go wrong: a fault that is misspelt or whose target does not exist
+(FaultError).
 """
 
 from __future__ import annotations

@@ -124,7 +124,7 @@ def test_any_friction_is_stable(ur5, rng, friction) -> None:
 
 @pytest.mark.parametrize("mode", [POSITION, VELOCITY, TORQUE])
 def test_the_steady_state_is_torque_over_stiffness(ur5, rng, mode) -> None:
-    """The same with all three interfaces: K^-1 (task + touch), whoever brings the touch."""
+    """The same with all three interfaces: K^-1 (task + touch), whatever brings the touch."""
     loop = Loop(ur5, gains())
     extra, touch = rng.uniform(-20, 20, 6), rng.uniform(-5, 5, 6)
     for _ in range(5000):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How old a sample is, by two clocks that nobody has set alike: delay is not taken for offset, drift is."""
+"""How old a sample is, by two clocks that are not set alike: delay is not taken for offset, drift is."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who is believed: tags, sessions and restarts; what is refused changes nothing."""
+"""Which units are believed: tags, sessions and restarts; what is refused changes nothing."""
 
 import hashlib
 import random

@@ -16,7 +16,7 @@ START_NS = 10**12
 def connected(cells: int, key: bytes | None, seed: int, **options: int) -> tuple[Traffic, Driver, int]:
     traffic = Traffic(cells, key=key, seed=seed, **options)
     driver = Driver(traffic.keys(), key, session_seed=seed)
-    # Keep-alive, a first datagram that answers nobody, a keep-alive that answers it.
+    # Keep-alive, a first datagram that answers no session, a keep-alive that answers it.
     while not traffic.connected:
         for _, _, datagram in driver.downlink(START_NS):
             traffic.hear(datagram)

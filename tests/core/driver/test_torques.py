@@ -73,7 +73,7 @@ def test_the_limbs_vector_is_the_sum_of_all_cells(link: str, robot: str, units: 
     skin = ToldSkin(seed, link, robot, units)
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, robots.load(robot).joint_count)
     codes = skin.chain.codes(q)
-    assert len(skin.run_ms(250, None)[-1]["limb"]) == 0, "nobody knows how the joints stand"
+    assert len(skin.run_ms(250, None)[-1]["limb"]) == 0, "it is not known how the joints stand"
     skin.press()
     skin.run_ms(300, codes)
     seen = skin.run_ms(200, codes)
@@ -105,7 +105,7 @@ def test_without_fresh_positions_torques_cease(seed: int) -> None:
     assert after["age"][0] == firmware.TORQUE_AGE_MAX
 
 
-def test_a_cell_that_dies_is_missing_and_nobody_counts_twice(seed: int) -> None:
+def test_a_cell_that_dies_is_missing_and_none_counts_twice(seed: int) -> None:
     skin = ToldSkin(seed, "wrist_3_link", units=2)
     codes = skin.chain.codes(np.full(6, 0.5))
     skin.run_ms(250, codes)

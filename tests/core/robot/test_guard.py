@@ -268,7 +268,7 @@ def test_a_torque_controlled_robot_is_braked_and_held(bench) -> None:
     np.testing.assert_allclose(bench.command.value, bench.dynamics.gravity_torque, atol=0.1)
 
 
-def test_a_stop_ends_only_when_nobody_wants_to_run(bench) -> None:
+def test_a_stop_ends_only_when_a_run_is_not_wanted(bench) -> None:
     bench.started(POSITION)
     bench.check(POSITION, bench.neutral(POSITION), finite=False)
     for _ in range(100):

@@ -38,7 +38,7 @@ class Cells:
         self.frame_sequence = [self.draw.randrange(256) for _ in range(count)]
 
     def sample(self, cell: int, now_ns: int, kind: str = "clock", *, lost: bool = False, **channels: int) -> None:
-        """One frame of a cell, sampled and sent now; `lost`: its number is used but nobody hears it."""
+        """One frame of a cell, sampled and sent now; `lost`: its number is used but it is not heard."""
         self.frame_sequence[cell] = (self.frame_sequence[cell] + 1) % 256
         if lost:
             return
@@ -54,7 +54,7 @@ class Cells:
         self.send(firmware.pack(kind, fields | channels), now_ns)
 
     def topology(self, cell: int, neighbours: list[int], now_ns: int) -> None:
-        """A cell tells whom it sees at its ports."""
+        """A cell tells which cells it sees at its ports."""
         fields = {f"neighbour_{port + 1}": other + 1 for port, other in enumerate(neighbours)}
         self.send(firmware.pack("topology", {"source": cell + 1, **fields}), now_ns)
 
@@ -144,7 +144,7 @@ def test_an_impossible_temperature_is_no_fresh_cell(seed: int) -> None:
     assert cells.health(START_NS) == [Health.stuck, Health.alive]
 
 
-def test_who_is_silent_and_whom_no_neighbour_reports_any_more_is_dead(seed: int) -> None:
+def test_a_silent_cell_that_no_neighbour_reports_any_more_is_dead(seed: int) -> None:
     cells = Cells(3, seed)
     for step in range(0, 400, 4):
         now_ns = START_NS + step * MS

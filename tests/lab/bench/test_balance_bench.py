@@ -38,7 +38,7 @@ def test_the_base_is_estimated_and_a_push_is_borne(rig: StandingRig) -> None:
     state, readings = JointState(38), SensorReadings(port.sensors)
     rig.world.step(0.001)
     assert port.read(state) is PortStatus.ok
-    assert np.isnan(state.position[:6]).all(), "nobody measures where the base is"
+    assert np.isnan(state.position[:6]).all(), "it is not measured where the base is"
     assert np.isfinite(state.position[6:]).all()
     assert port.read_sensors(readings) is PortStatus.ok
     assert sum(one.force[2] for one in readings.forces) == pytest.approx(886, rel=0.1)

@@ -31,7 +31,7 @@ def test_the_flat_programme_and_its_peer(seed: int) -> None:
     if os.environ.get(PYTHON_VARIABLE):
         assert figures["flat_qp_tsid_difference"] < 1e-3
     else:
-        assert not any("tsid" in key for key in figures), "what nobody measured is absent"
+        assert not any("tsid" in key for key in figures), "what was not measured is absent"
 
 
 def test_a_peer_that_cannot_run_is_an_error(tmp_path: Path) -> None:

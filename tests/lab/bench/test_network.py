@@ -148,7 +148,7 @@ def test_the_picture_of_trees_shows_the_loads_that_the_network_reports(seed, tmp
     assert (tmp_path / "trees.png").exists()
 
 
-def test_torque_sums_come_in_time_and_count_nobody_twice(seed):
+def test_torque_sums_come_in_time_and_count_no_cell_twice(seed):
     runs = [torque_run(seed % 90, False), torque_run(seed % 90, True)]
     figures = torque_figures(runs)
     assert figures["torque_double_counts"] == 0
@@ -184,7 +184,7 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
     [
         ("link", "sheared_sheet", 5),  # a cable gets twice the cells that it carries, at once
         ("reboot", "sheared_sheet", 5),
-        ("reboot", "sheared_sheet", 19),  # whoever has rebooted is heard again before it is missed
+        ("reboot", "sheared_sheet", 19),  # a cell that has rebooted is heard again before it is missed
         ("zombie", "ring_12", 18),  # four cells in a row look for another way and repeat what they have sent
         ("zombie", "cylinder", 13),
         ("slow", "sheet", 10),  # frames come in more often than the cell wakes up

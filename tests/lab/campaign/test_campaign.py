@@ -37,7 +37,7 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
 
 @pytest.mark.parametrize("part", ["sampling", "arq", "torque", "commands", "settings", "whole"])
 def test_any_damaged_memory_heals(part: str, seed: int) -> None:
-    """Torques apart: a contribution that was damaged is given up, as nobody gives it again here."""
+    """Torques apart: a contribution that was damaged is given up, as none gives it again here."""
     cases = [case for case in (draw_case(number) for number in range(30 * seed, 30 * seed + 30)) if case.limbs == 0][:6]
     for number, drawn in enumerate(cases):
         bytes_damaged, cell = (16, 64, 256)[number % 3], (7 * number) % drawn.cells
@@ -161,7 +161,7 @@ def test_every_mutant_is_caught() -> None:
         ("50,50/60,40", ["levelling_bound", "levelling_progress"]),
         ("90,10,20/80,10,30/50,30,40", []),
         ("60,30,30/40,50,30/55,35,30", ["levelling_bound"]),
-        ("50,50/70,40", []),  # ten more cells: nobody levelled
+        ("50,50/70,40", []),  # ten more cells: none levelled
     ],
 )
 def test_levelling_that_makes_it_worse_is_noticed(weighings: str, broken: list[str]) -> None:

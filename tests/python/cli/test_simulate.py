@@ -75,7 +75,7 @@ def test_cells_that_nothing_can_reach_any_more_are_no_failure_to_heal(seed):
     assert answer.exit_code == 0, answer.output
 
 
-def test_what_no_cable_reaches_and_what_nobody_has_heard_is_said(tmp_path, seed):
+def test_what_no_cable_reaches_and_what_was_never_heard_is_said(tmp_path, seed):
     file = tmp_path / "run.json"
     answer = simulate("ur5", "--ports", 2, "--seconds", 0.05, "--rate", 0, "--json", file, "--seed", seed)
     assert answer.exit_code == 0, answer.output
@@ -91,7 +91,7 @@ def test_a_foreign_skin_runs_and_one_without_wires_is_refused(shared_data, seed)
     assert "log hash" in answer.output
     answer = simulate(shared_data / "icub_taxels" / "torso.txt")
     assert answer.exit_code == 2
-    assert "who is plugged into whom" in " ".join(answer.output.split())
+    assert "which port is plugged into which" in " ".join(answer.output.split())
 
 
 def test_a_layout_without_cables_asks_for_some(tmp_path, seed):

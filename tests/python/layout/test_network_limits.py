@@ -391,7 +391,7 @@ def test_a_foreign_skin_is_judged_with_the_cables_it_states(shared_data: Path):
 def test_files_of_a_folder_that_are_no_networks_are_told(shared_data: Path):
     found = read_networks(shared_data)
     assert {len(read.network) for read in found} >= {28, 4}
-    assert any("who is plugged into whom" in remark for remark in found[0].remarks)
+    assert any("which port is plugged into which" in remark for remark in found[0].remarks)
     assert not any(
         "left out" in remark for read in read_networks(shared_data / "tum_patches") for remark in read.remarks
     )

@@ -97,7 +97,7 @@ def shared_with(network: LiveNetwork, place: SectionUnitPort) -> Flags:
     return part == part[place.cell]
 
 
-def test_a_disturbed_wire_damages_frames_and_nobody_loses_the_way(network: LiveNetwork) -> None:
+def test_a_disturbed_wire_damages_frames_and_no_cell_loses_the_way(network: LiveNetwork) -> None:
     before = network.reading()
     cell = trunk(before, network)
     port = int(before.parent_port[cell])

@@ -204,7 +204,7 @@ def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, 
         session.step()
     with pytest.raises(ValueError, match="no text"):
         session.shut_down()
-    assert session.state == SafetyState.ready, "brought to rest, and nobody wants it to run"
+    assert session.state == SafetyState.ready, "brought to rest, and not wanted to run"
 
 
 def test_a_robot_that_does_not_start_says_for_want_of_what(session: Session, monkeypatch) -> None:

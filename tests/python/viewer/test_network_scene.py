@@ -125,7 +125,7 @@ def test_a_piece_of_skin_shares_its_cells_among_its_working_cables() -> None:
     assert np.array_equal(fair_shares(whole.alive, cut, layout), [0, 10])
 
 
-def test_the_panel_tells_loads_and_who_has_no_path() -> None:
+def test_the_panel_tells_loads_and_cells_without_a_path() -> None:
     layout = stand_in_layout()
     text = state(reading(stranded=4, news="cut: 4 cells seek a path"), layout)
     assert 'data-stranded="4"' in text

@@ -154,7 +154,7 @@ def test_the_tick_number_wraps_when_it_is_told_to(seed):
     assert report.samples_lost == 0
 
 
-def test_forged_frames_cut_nobody_off_where_there_are_keys(seed):
+def test_forged_frames_cut_no_cell_off_where_there_are_keys(seed):
     wiring = sheet_wiring()
     options = core.NetworkOptions()
     options.seed = seed

@@ -127,7 +127,7 @@ def test_torques_stay_within_the_limits(make_body):
 
 
 @pytest.mark.parametrize("mode", [CommandMode.velocity, CommandMode.torque])
-def test_a_robot_that_nobody_commands_any_more_comes_to_rest(make_body, mode):
+def test_a_robot_that_is_commanded_no_more_comes_to_rest(make_body, mode):
     world = make_body()
     drive(world, command(mode, np.full(6, 0.4) if mode == CommandMode.velocity else np.zeros(6)), 0.2)
     assert np.abs(state_of(world).velocity).max() > 0.1

@@ -48,7 +48,7 @@ def test_a_driver_wakes_the_section_units_and_feels_every_cell(make_world, skin,
     assert world.now_ns - samples["stamp_ns"].min() < 20_000_000
 
 
-def test_over_udp_the_units_answer_who_asks_them_with_the_right_key(make_world, skin):
+def test_over_udp_the_units_answer_the_host_with_the_right_key(make_world, skin):
     transport = UdpTransport(len(CellNetwork.of_layout(skin).unit_descriptions()))
     world = make_world(key=KEY, transport=transport)
     stranger = Driver(skin.skin_model(), key=bytes(32), bind=("127.0.0.1", 0), units=transport.addresses)

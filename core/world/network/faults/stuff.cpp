@@ -44,7 +44,7 @@ constinit const FaultType stuff{
     .number = 11,
     .name = "stuff",
     .keys = "cell! port=1 frames=100",
-    .text = "so many samples of nobody arrive at once",
+    .text = "so many samples of no cell arrive at once",
     .draw = draw,
     .course = FaultCourse::momentary,
     .begin = begin,

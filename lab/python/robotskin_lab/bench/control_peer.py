@@ -2,7 +2,7 @@
 """`robotskin bench control`, the peer: the same fixed-base problem as one flat weighted programme, here and by TSID.
 
 Both hands of Talos in six directions and a posture, weighted; limits of torque and, over a horizon, of velocity; at
-rest, where nobody's drift terms matter. Each tick is timed from Python, from the joint positions to the torque:
+rest, where no library's drift terms matter. Each tick is timed from Python, from the joint positions to the torque:
 dynamics, Jacobians, errors, programme. TSID runs in a Python environment of its own (docs/control.md says how it is
 made) and gets the problem as a file; where there is none, its figures are absent.
 """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, times: whole ticks, state in and command out, and the skin task in them.
 
-A microsecond depends on the machine and on who else uses it, so each time stands beside its ratio to one kernel of the
-same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`), and beside the processor's own time of the
-thread, which waiting for others does not stretch.
+A microsecond depends on the machine and on what else runs there, so each time stands beside its ratio to one kernel of
+the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`), and beside the processor's own time of
+the thread, which waiting for others does not stretch.
 """
 
 from __future__ import annotations

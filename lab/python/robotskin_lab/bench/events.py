@@ -4,12 +4,12 @@
 The scenarios follow from what people do, not from what comes out. The palms are those of
 `robotskin_lab.bench.stimulus`, and a cell is active when its proximity or a force exceeds 2 % of full scale:
 
-- idle: the robot stands still and nobody is near.
+- idle: the robot stands still and nothing is near.
 - heavy: 260 cells on a UR5, palms hold and rub at least half of them; each palm rubs half of the time. The published
   evaluation says "heavily stimulated" and no more.
 - many contacts: 1260 cells on Talos, people lean on the robot with so many palms that at least 680 cells are active
-  at once, as published. Who leans mostly keeps still: each palm rests 9 of 10 s and strokes, or changes place, for 1 s.
-  As this share decides the outcome and is nowhere published, frames are also counted for other shares.
+  at once, as published. People who lean mostly keep still: each palm rests 9 of 10 s and strokes, or changes place, for
+  1 s. As this share decides the outcome and is nowhere published, frames are also counted for other shares.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ def _profile(meter: Meter, samples: int) -> dict[str, float]:
 
 
 def _lone_figures(seed: int) -> dict[str, float]:
-    """The same with nobody's frames to pass on: a leaf of the tree."""
+    """The same without frames to pass on: a leaf of the tree."""
     rig = rig_of(seed, 4, 1, [(0, 3)], 3)
     meter = Meter(rig.chip)
     rig.run_ms(300)

@@ -160,9 +160,9 @@ def host_us(cells: int, seed: int) -> tuple[float, float]:
     on = np.sort(generator.integers(0, len(links), cells)).astype(np.int32)
     ids = np.arange(cells)
     keys = ((ids // 16000) << 16 | (ids % 16000 + 1)).astype(np.uint32)
-    nobody = np.full((cells, 4, 2), -1, dtype=np.int32)
-    nobody[:, :, 1] = 0
-    skin = SkinModel(links, keys, on, pose, nobody, np.zeros(cells, dtype=np.int32))
+    no_neighbour = np.full((cells, 4, 2), -1, dtype=np.int32)
+    no_neighbour[:, :, 1] = 0
+    skin = SkinModel(links, keys, on, pose, no_neighbour, np.zeros(cells, dtype=np.int32))
     gains = SkinGains.uniform(cells, 3.0, 20.0, 0.35, 0.9, 0.02, 0.05)
     first, second = (_touched(cells, generator) for _ in range(2))
     rounds = max(100, min(2000, 2_000_000 // cells))

@@ -29,7 +29,7 @@ FAULT_SKINS = ("sheet", "sheared_sheet", "cylinder", "ring_12", "ur5")
 
 def cpu_s() -> float:
     """Processor time of this process and of the workers that have ended."""
-    uses = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    uses = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(use.ru_utime + use.ru_stime for use in uses)
 
 

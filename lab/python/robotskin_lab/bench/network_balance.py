@@ -119,7 +119,7 @@ def balance(kind: str, ports: int, seed: int) -> Balance:
 class Limits:
     """Of a part: `best`, `within` and `found` of `Balance`, and a depth that no forest with the best loads undercuts.
 
-    The depth is 0 where nobody asks.
+    The depth is 0 where none is asked for.
     """
 
     best: int

@@ -76,7 +76,7 @@ def skins(kind: str, ports: int = 3, seed: int = 0) -> CellNetwork:
         rim = network.free_ports.any(axis=1)
     elif kind == "cylinder":
         links, position = lattice(9 + draw(random, 5), cells, wrapped=True)
-        # The rim is that of the whole cylinder: nobody plugs a cable where a link is missing by accident.
+        # The rim is that of the whole cylinder: no one plugs a cable where a link is missing by accident.
         rim = assemble(kind, cells, links, position).free_ports.any(axis=1)
         network = assemble(kind, cells, without_links(cells, links, MISSING_LINKS, random), position)
     elif kind == "ring_12":
@@ -146,7 +146,7 @@ def limbs(count: int, cells: int = 250, ports: int = 4, seed: int = 0) -> CellNe
 
 
 def digest(networks: Iterator[CellNetwork]) -> str:
-    """SHA-256 over who is wired to whom and where the cables are."""
+    """SHA-256 over which cell is wired to which and where the cables are."""
     total = hashlib.sha256()
     for network in networks:
         total.update(network.neighbours.astype("<i4").tobytes())

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Torque sums inside the network: how late, how complete, and whether any cell ever counts twice.
 
-Every cell adds one bit that no other cell of its limb has, so that a sum tells who is in it: a cell that counted twice
-would carry into another bit and leave fewer bits than cells.
+Every cell adds one bit that no other cell of its limb has, so that a sum tells which are in it: a cell that counted
+twice would carry into another bit and leave fewer bits than cells.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 """People's palms on a skin: where they lie, how steadily they press, how they rub; the same for every run of one seed.
 
 A palm is a ball of 5 cm radius, for a palm that cups a robot's link touches and shades about as many cells. It presses
-with 3 to 12 N, the weight of a resting hand and forearm. Nobody's hand is steady: isometric force varies by 2 to 4 % of
+with 3 to 12 N, the weight of a resting hand and forearm. No hand is steady: isometric force varies by 2 to 4 % of
 itself, mostly below 3 Hz (Slifkin and Newell 1999; Enoka et al. 2003), and trembles at 8 to 12 Hz (McAuley and Marsden
 2000) with less. Taken here, as our assumption between those: 3 % rms drift and 1 % rms tremor. A rubbing palm strokes
 2.5 cm to both sides, 0.7 to 1.3 times a second, which is at most 20 cm/s.

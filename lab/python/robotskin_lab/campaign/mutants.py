@@ -49,7 +49,7 @@ MUTANTS = {
     "silence_unnoticed": Mutant("a silent neighbour counts as there for ten times as long", ("recovery",)),
     "way_lost_untold": Mutant("a cell that has lost its way does not say so at once", ("recovery",), directed=True),
     "never_nearer": Mutant("no cell goes over to a nearer parent", ("shortest",)),
-    "zombies_followed": Mutant("nobody leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
+    "zombies_followed": Mutant("no cell leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
     "far_ahead_believed": Mutant("there is no window of tick numbers", ("tick_window",), directed=True),
     "wrap_unknown": Mutant("a tick number after the wrap is older than those before", ("rejoined",), seed=14),
     "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=96),

@@ -158,14 +158,14 @@ class MachineSkin:
             assert isinstance(frame, bytes)
             self._send(at + 1, frame, lambda: self._cell_done(at, cell.sent(1, self.now_us)))
         for port in range(2, firmware.PORTS + 1):
-            if output.frames[port - 1] is not None:  # nobody is there
-                self._at(self.now_us + firmware.FRAME_US, partial(self._sent_to_nobody, at, port))
+            if output.frames[port - 1] is not None:  # no cell is there
+                self._at(self.now_us + firmware.FRAME_US, partial(self._sent_into_the_void, at, port))
         self._once(f"timer {at}", output.timer_us, lambda: self._cell_done(at, cell.timer(self.now_us)))
         if output.sample_us is not None:
             values = [0] * len(firmware.CHANNELS)
             self._once(f"sample {at}", output.sample_us, lambda: self._cell_done(at, cell.sample(values, self.now_us)))
 
-    def _sent_to_nobody(self, at: int, port: int) -> None:
+    def _sent_into_the_void(self, at: int, port: int) -> None:
         self._cell_done(at, self.cells[at].sent(port, self.now_us))
 
     def _host(self) -> None:

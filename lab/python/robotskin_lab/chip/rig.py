@@ -19,7 +19,7 @@ KEY = bytes(range(firmware.CELL_KEY_BYTES))
 
 
 def sheet(columns: int, rows: int) -> NDArray[np.int32]:
-    """(N, 4, 2) neighbours of a rectangular sheet: cell and its port by own port - 1, -1 where nobody is."""
+    """(N, 4, 2) neighbours of a rectangular sheet: cell and its port by own port - 1, -1 where none is."""
     neighbours = np.full((columns * rows, firmware.PORTS, 2), -1, dtype=np.int32)
     for row in range(rows):
         for column in range(columns):

@@ -38,9 +38,9 @@ def load_within(
         near: neighbours of each cell, all connected.
         roots: the cell of each cable, all different.
         deepest: hops of the deepest cell, the cable included; no less than shortest paths have.
-        most: a load that is known to be possible; nobody asks for more.
+        most: a load that is known to be possible; no more is asked for.
         trials: of each decision by branch and bound, at most.
-        enough: a load below which nobody asks.
+        enough: a load below which none is asked for.
         steps_per_cell: of the search for a forest, at most.
 
     Raises:

@@ -70,7 +70,7 @@ def bottleneck(network: CellNetwork, part: int | None = None) -> Bottleneck:
     """The cut that limits the rate of a connected part, or of the whole skin: the least rate of its parts.
 
     Args:
-        network: who is wired to whom.
+        network: which cell is wired to which.
         part: which of its connected parts; all by default.
     """
     if part is None:

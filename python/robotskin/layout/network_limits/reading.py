@@ -49,7 +49,8 @@ def read_networks(path: Path) -> list[ReadNetwork]:
             elif any(cell.neighbours for cell in skin.cells):
                 skins.setdefault(skin.format, []).append(skin)
             else:
-                raise LayoutFileError(file, "neighbours", skin.format, "it does not say who is plugged into whom")
+                missing = "it does not say which port is plugged into which"
+                raise LayoutFileError(file, "neighbours", skin.format, missing)
         except LayoutFileError as error:
             problems.append(error)
     networks += [found_network(f"{path} ({kind})", found) for kind, found in skins.items()]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a skin's wiring can carry, for whoever designs it: each connected part judged, and the tightest place named."""
+"""What a skin's wiring can carry, for those who design it: each connected part judged, and the tightest place named."""
 
 from __future__ import annotations
 

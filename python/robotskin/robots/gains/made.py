@@ -130,7 +130,7 @@ def _fill(values: dict[str, dict[str, Any]], robot: Robot, body: _Body, friction
 
 
 def _round(value: Array) -> Array:
-    """To two digits: nobody knows more of them."""
+    """To two digits: more of them are not known."""
     digits = 10.0 ** np.floor(np.log10(np.maximum(np.abs(value), 1e-12)) - 1)
     return np.asarray(np.round(np.round(value / digits) * digits, 9))
 

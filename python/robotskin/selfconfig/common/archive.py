@@ -37,7 +37,7 @@ def read_arrays(path: str | Path) -> dict[str, NDArray]:
     """All arrays by name. Raises ArchiveError."""
     try:
         # Member by member, since numpy takes other files for single arrays or for pickles, and reads an array's
-        # header before anyone has compared its checksum.
+        # header before its checksum has been compared.
         with zipfile.ZipFile(path) as archive:
             return {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
     except _DAMAGE as error:

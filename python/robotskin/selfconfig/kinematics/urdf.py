@@ -27,7 +27,7 @@ class JointBounds:
 
 
 UNBOUNDED = JointBounds(-2 * np.pi, 2 * np.pi, 1.0, 0.0)
-"""What stands where nobody told: URDF wants a number, and no force is granted."""
+"""What stands where nothing was told: URDF wants a number, and no force is granted."""
 
 
 def link_name(joint: str) -> str:

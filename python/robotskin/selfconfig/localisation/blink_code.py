@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cells blink who they are: an id of 14 bits as colours over 31 frames, found again wherever a camera began to look.
+"""Cells blink their ids: an id of 14 bits as colours over 31 frames, found again wherever a camera began to look.
 
 In: ids of cells. Out: the colour of each cell in each frame, for the firmware's `led` command; and back, from what
 a camera saw. What can go wrong: a blob that is no cell, or hidden for too long: no id, never a wrong one.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From pictures to cells: bright blobs that blink, and who they are. OpenCV finds them, the code names them."""
+"""From pictures to cells: bright blobs that blink, and which cells they are. OpenCV finds them, the code names them."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Sighting:
 class SeenCells:
     """The B blobs of all views as evidence (`motion_fit.OtherEvidence`) of where n cells are on a candidate link.
 
-    weight: (B,) 0 to 1, square root of how much each is trusted; to be set by who looks for outliers.
+    weight: (B,) 0 to 1, square root of how much each is trusted; to be set by a search for outliers.
     """
 
     def __init__(self, robot: Robot, link: str, camera: Camera, seen: Sequence[Sighting], count: int) -> None:

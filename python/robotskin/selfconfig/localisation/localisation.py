@@ -104,7 +104,7 @@ class Localisation:
     def aligned_error(self, true_link_from_patch: Array) -> Array:
         """(6,) error (w, d) against a true pose (4, 4), less what is open.
 
-        The open motions are undone as far as they bring the estimate to the truth: nobody can know them.
+        The open motions are undone as far as they bring the estimate to the truth: they cannot be known.
         """
         scale = np.repeat([1.0, LEVER_M], 3)
 
@@ -162,7 +162,7 @@ def covariance_of(
     basis = vector[:, closed]
     covariance = basis / value[closed] @ basis.T
     if common is not None:
-        # An error along an open direction is none: nobody could tell it.
+        # An error along an open direction is none: it could not be told.
         project = basis @ basis.T
         covariance = covariance + project @ (common / scale[:, None] / scale) @ project
     open_basis = vector[:, ~closed]

@@ -208,7 +208,7 @@ def _tell_ports(claims: list[_Claim]) -> tuple[list[_Claim], list[TopologyDefect
 
 
 def _agree(claims: list[_Claim]) -> tuple[NDArray[np.int64], NDArray[np.bool_], list[TopologyDefect]]:
-    """Edges that both cells report, then those that one reports and nobody contradicts."""
+    """Edges that both cells report, then those that one reports and no other contradicts."""
     claims, defects = _tell_ports(claims)
     forward = {(claim.cell, claim.port): (claim.neighbour, claim.neighbour_port) for claim in claims}
     edges: list[tuple[int, int, int, int]] = []
