@@ -28,6 +28,13 @@ inline nanobind::module_ part(nanobind::module_& module, const char* name, const
   return made;
 }
 
+// A robotskin.errors.RobotskinError of this name, which the exception `Error` becomes in Python.
+template <typename Error>
+void error_class(nanobind::module_& module, const char* name, const char* doc) {
+  nanobind::exception<Error>(module, name, nanobind::module_::import_("robotskin.errors").attr("RobotskinError"))
+      .attr("__doc__") = doc;
+}
+
 inline void bind_all(nanobind::module_& module) {
   bind_model(
       part(module, "model", "robotskin.model", "Stage 0: the robot's kinematics and dynamics, states, commands."));

@@ -65,8 +65,9 @@ void bind_gains(nb::module_& module) {
       .def_rw("proportional", &InnerLoopGains::proportional, "(n) 1/s")
       .def_rw("integral", &InnerLoopGains::integral, "(n) 1/s^2")
       .def_rw("derivative", &InnerLoopGains::derivative, "(n)")
-      .def_rw("dead_zone_rad_s", &InnerLoopGains::dead_zone_rad_s)
-      .def_rw("estimator_hz", &InnerLoopGains::estimator_hz)
+      .def_rw("dead_zone_rad_s", &InnerLoopGains::dead_zone_rad_s, "rad/s, velocity errors below it are none")
+      .def_rw("estimator_hz", &InnerLoopGains::estimator_hz,
+              "Hz, below which the velocity estimate follows the real robot")
       .def_rw("largest_bias", &InnerLoopGains::largest_bias, "rad/s");
   nb::class_<ResolverGains>(module, "ResolverGains", "Torque resolver: virtual robot, inner loop, blending.")
       .def(
@@ -99,7 +100,7 @@ void bind_touch(nb::module_& module) {
                           "What a unit touch of each cell does to its body: constant, shared by touches of any gains.")
       .def(nb::init<const RobotModel&, const skin::SkinModel&>(), "robot"_a, "skin"_a,
            "Raises ModelError for an unknown link.")
-      .def_prop_ro("cell_count", &TouchMatrix::cell_count)
+      .def_prop_ro("cell_count", &TouchMatrix::cell_count, "N of the skin")
       .def_prop_ro("body_count", &TouchMatrix::body_count, "joints whose links have cells");
   nb::class_<TouchWrench>(
       module, "TouchWrench",
@@ -109,7 +110,7 @@ void bind_touch(nb::module_& module) {
            "gains"_a, "Raises ModelError for an unknown link, ControlError for gains that do not fit the skin.")
       .def(nb::init<std::shared_ptr<const TouchMatrix>, const control::SkinGains&>(), "matrix"_a, "gains"_a,
            "Raises ControlError for gains that do not fit the matrix.")
-      .def_prop_ro("cell_count", &TouchWrench::cell_count)
+      .def_prop_ro("cell_count", &TouchWrench::cell_count, "N of the skin")
       .def(
           "compute",
           [](TouchWrench& self, const RobotDynamics& dynamics, const skin::SkinState& state, InputArray<float> share) {
@@ -150,12 +151,15 @@ void bind_resolver(nb::module_& module) {
           "dynamics"_a, "velocity"_a, "torque"_a, "period_s"_a, "(n) rad/s^2, friction taken at the period's end.");
   nb::class_<TorqueResolver>(module, "TorqueResolver", "One fused torque in, a command for any of the interfaces out.")
       .def(nb::init<const RobotModel&, control::ResolverGains>(), "robot"_a, "gains"_a)
-      .def("reset", &TorqueResolver::reset, "joints"_a)
-      .def("begin", &TorqueResolver::begin, "joints"_a, "mode"_a)
+      .def("reset", &TorqueResolver::reset, "joints"_a, "Forgets the past: the virtual robot is at this JointState.")
+      .def("begin", &TorqueResolver::begin, "joints"_a, "mode"_a,
+           "Goes on through this CommandMode, from this JointState.")
       .def_prop_ro(
-          "position", [](const TorqueResolver& self) { return copy_of(self.position()); }, nb::rv_policy::move)
+          "position", [](const TorqueResolver& self) { return copy_of(self.position()); }, nb::rv_policy::move,
+          "(n) rad, of the virtual robot")
       .def_prop_ro(
-          "velocity", [](const TorqueResolver& self) { return copy_of(self.velocity()); }, nb::rv_policy::move)
+          "velocity", [](const TorqueResolver& self) { return copy_of(self.velocity()); }, nb::rv_policy::move,
+          "(n) rad/s, of the virtual robot")
       .def(
           "resolve",
           [](TorqueResolver& self, const RobotDynamics& dynamics, Doubles fused, Doubles touch,
@@ -172,8 +176,7 @@ void bind_resolver(nb::module_& module) {
 }  // namespace
 
 void bind_control(nb::module_ module) {
-  nb::exception<control::ControlError>(module, "ControlError",
-                                       nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  error_class<control::ControlError>(module, "ControlError", "Gains, tasks or levels that do not fit together.");
   bind_gains(module);
   bind_touch(module);
   bind_resolver(module);

@@ -111,20 +111,21 @@ void bind_control_fusion(nb::module_& module) {
       .value("null_space", Fusion::null_space, "[Cheng19 eq. 19, 20], dynamically consistent")
       .value("null_space_at_rest", Fusion::null_space_at_rest, "[Cheng19 eq. 19, 20] with Moore-Penrose inverses")
       .value("quadratic", Fusion::quadratic, "a quadratic programme a level, within the limits");
-  nb::enum_<Inverse>(module, "Inverse")
-      .value("dynamically_consistent", Inverse::dynamically_consistent)
-      .value("moore_penrose", Inverse::moore_penrose);
-  nb::enum_<LimitForm>(module, "LimitForm")
-      .value("acceleration", LimitForm::acceleration)
+  nb::enum_<Inverse>(module, "Inverse", "The generalised inverse of [Cheng19 eq. 20].")
+      .value("dynamically_consistent", Inverse::dynamically_consistent, "lower tasks accelerate no higher one")
+      .value("moore_penrose", Inverse::moore_penrose, "so at rest alone");
+  nb::enum_<LimitForm>(module, "LimitForm", "How limits of position and velocity are written.")
+      .value("acceleration", LimitForm::acceleration, "rad/s^2 that still stop before them")
       .value("paper", LimitForm::paper, "[Cheng19 eq. 27] as printed");
   nb::class_<Damping>(module, "Damping", "Below the threshold directions are protected by s^2 / (s^2 + damping^2 ...).")
       .def(
           "__init__", [](Damping* self, double threshold, double damping) { new (self) Damping{threshold, damping}; },
           "threshold"_a = 0.02, "damping"_a = 0.02)
-      .def_rw("threshold", &Damping::threshold)
-      .def_rw("damping", &Damping::damping);
+      .def_rw("threshold", &Damping::threshold, "1/sqrt(kg), or m/rad at rest: singular value")
+      .def_rw("damping", &Damping::damping, "of the same unit, where the singular value is 0");
   nb::class_<QuadraticLimits>(module, "QuadraticLimits", "Position, velocity and torque limits of the programmes.")
-      .def_static("of", &QuadraticLimits::of, "robot"_a, "braking"_a = 10.0)
+      .def_static("of", &QuadraticLimits::of, "robot"_a, "braking"_a = 10.0,
+                  "Those of a robot, which brakes with `braking` rad/s^2.")
       .def_rw("lower", &QuadraticLimits::lower, "(n,) rad")
       .def_rw("upper", &QuadraticLimits::upper, "(n,) rad")
       .def_rw("velocity", &QuadraticLimits::velocity, "(n,) rad/s")
@@ -150,9 +151,9 @@ void bind_control_fusion(nb::module_& module) {
             new (self) StackEntry{std::move(task), level, weight};
           },
           "task"_a, "level"_a = 0, "weight"_a = 1.0)
-      .def_ro("task", &StackEntry::task)
-      .def_ro("level", &StackEntry::level)
-      .def_ro("weight", &StackEntry::weight);
+      .def_ro("task", &StackEntry::task, "the Task")
+      .def_ro("level", &StackEntry::level, "0 the highest; FEEDFORWARD: outside of levels")
+      .def_ro("weight", &StackEntry::weight, "among tasks of a weighted sum");
   module.attr("FEEDFORWARD") = StackEntry::feedforward;
   nb::class_<TaskStack>(module, "TaskStack", "Which tasks, on which levels, fused in which way.")
       .def(nb::init<std::size_t, std::vector<StackEntry>, Fusion, Damping, std::optional<QuadraticLimits>>(),
@@ -177,8 +178,9 @@ void bind_control_fusion(nb::module_& module) {
             with_input(dynamics, position, velocity, skin, share, period_s,
                        [&](const TaskInput& input) { self.start(input, nullptr); });
           },
-          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001)
-      .def_prop_ro("fusion", &TaskStack::fusion)
+          "dynamics"_a, "position"_a, "velocity"_a, "skin"_a, "share"_a, "period_s"_a = 0.001,
+          "Lets all tasks begin where the robot is: position (n) rad, velocity (n) rad/s.")
+      .def_prop_ro("fusion", &TaskStack::fusion, "the Fusion")
       .def_prop_ro("report", &TaskStack::report, "how a quadratic fusion ended the last compute");
 
   using Levels = std::vector<std::pair<Doubles, Rows>>;
@@ -249,9 +251,9 @@ void bind_control_fusion(nb::module_& module) {
           "(n) Nm, feedforward (n) included, of one programme without a hierarchy: terms are (weight, rows (rows, n),\n"
           "acceleration (rows)).")
       .def_prop_ro("constrained", &QuadraticFusion::constrained, "levels of the last fuse that met a limit")
-      .def_prop_ro("report", &QuadraticFusion::report)
+      .def_prop_ro("report", &QuadraticFusion::report, "FusionReport of the last fuse")
       .def("set_steps", &QuadraticFusion::set_steps, "steps"_a, "How many solver steps a tick may take from now on.")
-      .def_prop_ro("claimed", &QuadraticFusion::claimed);
+      .def_prop_ro("claimed", &QuadraticFusion::claimed, "directions that its levels took");
   module.attr("QUADRATIC_TOLERANCE") = QuadraticFusion::tolerance;
 }
 

@@ -32,24 +32,24 @@ void bind_gains(nb::module_& module) {
             new (self) Limb{std::move(name), std::move(joints), std::move(parent), std::move(largest_acceleration)};
           },
           "name"_a, "joints"_a, "parent"_a, "largest_acceleration"_a)
-      .def_rw("name", &Limb::name)
-      .def_rw("joints", &Limb::joints)
+      .def_rw("name", &Limb::name, "of the limb")
+      .def_rw("joints", &Limb::joints, "names of its joints")
       .def_rw("parent", &Limb::parent, "name of the limb that carries this one; empty: none does")
       .def_rw("largest_acceleration", &Limb::largest_acceleration, "(joints) rad/s^2 or m/s^2");
   nb::class_<ContactGains>(module, "ContactGains", "How the cells' forces are merged into contacts.")
       .def(nb::init<>())
       .def_rw("merge_within_m", &ContactGains::merge_within_m,
               "cells of a body nearer than this to a contact belong to it; all of them are one if it is large")
-      .def_rw("bandwidth_hz", &ContactGains::bandwidth_hz)
-      .def_rw("fade_s", &ContactGains::fade_s);
+      .def_rw("bandwidth_hz", &ContactGains::bandwidth_hz, "Hz, low-pass of force and point")
+      .def_rw("fade_s", &ContactGains::fade_s, "s, in which a contact that is over stops counting");
   nb::class_<PropagationGains>(module, "PropagationGains", "Of a PropagatedComplianceTask [Cheng19 eq. 26, 27].")
       .def(nb::init<>())
-      .def_rw("impedance", &PropagationGains::impedance)
-      .def_rw("contacts", &PropagationGains::contacts)
-      .def_rw("largest_speed_m_s", &PropagationGains::largest_speed_m_s)
+      .def_rw("impedance", &PropagationGains::impedance, "ContactImpedanceGains of each contact")
+      .def_rw("contacts", &PropagationGains::contacts, "ContactGains")
+      .def_rw("largest_speed_m_s", &PropagationGains::largest_speed_m_s, "m/s, of the wanted motion of a contact")
       .def_rw("largest_joint_speed", &PropagationGains::largest_joint_speed, "rad/s or m/s")
-      .def_rw("largest_lead_m", &PropagationGains::largest_lead_m)
-      .def_rw("tracking_per_s", &PropagationGains::tracking_per_s)
+      .def_rw("largest_lead_m", &PropagationGains::largest_lead_m, "m, by which it may run ahead of the contact")
+      .def_rw("tracking_per_s", &PropagationGains::tracking_per_s, "1/s, how fast the contact comes back to it")
       .def_rw("effort", &PropagationGains::effort, "epsilon of [Cheng19 eq. 27]")
       .def_rw("return_per_s", &PropagationGains::return_per_s, "how fast joints go back to their reference")
       .def_rw("sweeps", &PropagationGains::sweeps, "over all limbs in a tick")
@@ -58,7 +58,7 @@ void bind_gains(nb::module_& module) {
 
 void bind_propagated_compliance(nb::module_& module) {
   nb::class_<Contact>(module, "Contact", "A contact, in the frame of the joint that carries its body.")
-      .def_ro("joint", &Contact::joint)
+      .def_ro("joint", &Contact::joint, "index; it carries the body")
       .def_ro("force", &Contact::force, "(3) newton")
       .def_ro("point", &Contact::point, "(3) m")
       .def_ro("share", &Contact::share, "0 to 1, how much it counts");

@@ -55,9 +55,9 @@ std::array<double, 6> six_of(const std::vector<double>& values, const char* what
 void bind_task(nb::module_& module) {
   nb::class_<Task>(module, "Task",
                    "A task: a torque on the joints, and the motions (rows) that tasks of lower levels leave alone.")
-      .def_prop_ro("name", &Task::name)
-      .def_prop_ro("joint_count", &Task::joint_count)
-      .def_prop_ro("largest_rows", &Task::largest_rows)
+      .def_prop_ro("name", &Task::name, "of the task, in messages")
+      .def_prop_ro("joint_count", &Task::joint_count, "n of `torque`")
+      .def_prop_ro("largest_rows", &Task::largest_rows, "that `rows` ever has")
       .def_prop_ro(
           "torque", [](const Task& self) { return copy_of(self.torque()); }, nb::rv_policy::move, "(n) Nm")
       .def_prop_ro(
@@ -108,9 +108,9 @@ void bind_standing_tasks(nb::module_& module) {
             new (self) Foot{.link = std::move(link), .sole = sole, .half = half};
           },
           "link"_a, "sole"_a, "half"_a, "sole (3) m: middle of its lower face; half (2) m: half of length and width.")
-      .def_ro("link", &Foot::link)
-      .def_ro("sole", &Foot::sole)
-      .def_ro("half", &Foot::half);
+      .def_ro("link", &Foot::link, "that carries the foot")
+      .def_ro("sole", &Foot::sole, "(3) m, middle of the sole's lower face, link frame")
+      .def_ro("half", &Foot::half, "(2) m, half of length and width");
   nb::class_<SupportPolygon>(module, "SupportPolygon", "The convex hull of what stands on the floor.")
       .def(nb::init<>())
       .def(
@@ -122,22 +122,22 @@ void bind_standing_tasks(nb::module_& module) {
             return std::vector<std::array<double, 2>>(self.corners().begin(), self.corners().end());
           },
           "anticlockwise, (2) m each")
-      .def_prop_ro("centre", &SupportPolygon::centre)
+      .def_prop_ro("centre", &SupportPolygon::centre, "(2) m")
       .def("inside_by", &SupportPolygon::inside_by, "point"_a, "m from the nearest edge; negative: outside.")
       .def("clipped", &SupportPolygon::clipped, "point"_a, "margin"_a, "The nearest point inside by the margin.");
   nb::class_<StandingState>(module, "StandingState", "What is known of a standing robot's balance; world frame.")
       .def_ro("centre_of_mass", &StandingState::centre_of_mass, "(3) m")
       .def_ro("com_velocity", &StandingState::com_velocity, "(3) m/s")
-      .def_ro("support", &StandingState::support)
+      .def_ro("support", &StandingState::support, "SupportPolygon of the soles on the floor")
       .def_ro("imu_counts", &StandingState::imu_counts, "the inertial unit is heard and not stuck")
       .def_ro("forces_count", &StandingState::forces_count, "the force of each foot is heard; zmp is known")
       .def_ro("zmp", &StandingState::zmp, "(2) m, zero-moment point")
-      .def_ro("load_n", &StandingState::load_n)
-      .def_ro("foot_load_n", &StandingState::foot_load_n)
+      .def_ro("load_n", &StandingState::load_n, "N, of the floor on all feet, upwards")
+      .def_ro("foot_load_n", &StandingState::foot_load_n, "(2) N, of each foot")
       .def_ro("foot_pressure", &StandingState::foot_pressure, "(2, 2) m from the middle of each sole")
       .def_ro("foot_place", &StandingState::foot_place, "(2, 2) m, middle of each sole")
       .def_prop_ro("capture_point", &StandingState::capture_point, "(2) m");
-  nb::class_<FootContactGains>(module, "FootContactGains")
+  nb::class_<FootContactGains>(module, "FootContactGains", "Of a FootContactTask.")
       .def(nb::init<>())
       .def_rw("stiffness", &FootContactGains::stiffness, "1/s^2")
       .def_rw("damping", &FootContactGains::damping, "1/s")
@@ -147,7 +147,7 @@ void bind_standing_tasks(nb::module_& module) {
       .def(nb::init<const RobotModel&, const std::vector<Foot>&, FootContactGains>(), "robot"_a, "feet"_a,
            "gains"_a = FootContactGains{})
       .def_prop_ro("turned", &FootContactTask::turned, "(2, 2) rad about x and y, to lie flat");
-  nb::class_<BalanceGains>(module, "BalanceGains")
+  nb::class_<BalanceGains>(module, "BalanceGains", "Of a BalanceTask.")
       .def(nb::init<>())
       .def_rw("lean", &BalanceGains::lean, "share of a lasting push that leaning takes up")
       .def_rw("lean_hz", &BalanceGains::lean_hz, "Hz, how fast it leans")
@@ -200,7 +200,7 @@ void bind_model_tasks(nb::module_& module) {
   nb::class_<SplineJointTask, JointTask>(module, "SplineJointTask", "A joint task whose reference moves by a quintic.")
       .def(nb::init<const RobotModel&, control::JointGains, double>(), "robot"_a, "gains"_a, "speed"_a,
            "speed in rad/s, of the fastest joint.")
-      .def_prop_ro("arrived", &SplineJointTask::arrived);
+      .def_prop_ro("arrived", &SplineJointTask::arrived, "the reference is at its goal");
   nb::class_<CartesianGains>(module, "CartesianGains", "Impedance along and about x, y, z of the base.")
       .def(
           "__init__",
@@ -208,8 +208,8 @@ void bind_model_tasks(nb::module_& module) {
             new (self) CartesianGains{six_of(stiffness, "stiffness"), six_of(damping, "damping")};
           },
           "stiffness"_a, "damping"_a, "N/m and Nm/rad, N s/m and Nm s/rad; axes with neither are left free.")
-      .def_rw("stiffness", &CartesianGains::stiffness)
-      .def_rw("damping", &CartesianGains::damping);
+      .def_rw("stiffness", &CartesianGains::stiffness, "(6) N/m, then Nm/rad")
+      .def_rw("damping", &CartesianGains::damping, "(6) N s/m, then Nm s/rad");
   nb::class_<CartesianTask, Task>(module, "CartesianTask", "An impedance of a link's frame about a pose.")
       .def(
           "__init__",
@@ -224,7 +224,8 @@ void bind_model_tasks(nb::module_& module) {
           },
           "base_from_link"_a, "(4, 4), metres.")
       .def_prop_ro(
-          "reference", [](const CartesianTask& self) { return copy_of(self.reference(), {4, 4}); }, nb::rv_policy::move)
+          "reference", [](const CartesianTask& self) { return copy_of(self.reference(), {4, 4}); }, nb::rv_policy::move,
+          "(4, 4) metres, base_from_link")
       .def_prop_ro(
           "error", [](const CartesianTask& self) { return copy_of(self.error()); }, nb::rv_policy::move,
           "(6) m and rad of the last tick");
@@ -232,10 +233,10 @@ void bind_model_tasks(nb::module_& module) {
                                                  "A Cartesian task whose reference moves along a line by a quintic.")
       .def(nb::init<const RobotModel&, const std::string&, CartesianGains, double, double>(), "robot"_a, "link"_a,
            "gains"_a, "speed"_a, "turn_speed"_a, "speeds in m/s and rad/s.")
-      .def_prop_ro("arrived", &SplineCartesianTask::arrived);
-  nb::class_<JointLimitGains>(module, "JointLimitGains")
+      .def_prop_ro("arrived", &SplineCartesianTask::arrived, "the reference is at its goal");
+  nb::class_<JointLimitGains>(module, "JointLimitGains", "Of a JointLimitTask.")
       .def(nb::init<>())
-      .def_rw("margin_rad", &JointLimitGains::margin_rad)
+      .def_rw("margin_rad", &JointLimitGains::margin_rad, "rad or m from a limit, where the task begins to push")
       .def_rw("stiffness", &JointLimitGains::stiffness, "Nm/rad")
       .def_rw("damping", &JointLimitGains::damping, "Nm s/rad");
   nb::class_<JointLimitTask, Task>(module, "JointLimitTask", "Pushes joints back that come near a position limit.")
@@ -245,19 +246,19 @@ void bind_model_tasks(nb::module_& module) {
 void bind_self_collision(nb::module_& module) {
   using control::SelfCollisionGains;
   using control::SelfCollisionTask;
-  nb::class_<SelfCollisionGains>(module, "SelfCollisionGains")
+  nb::class_<SelfCollisionGains>(module, "SelfCollisionGains", "Of a SelfCollisionTask.")
       .def(nb::init<>())
       .def_rw("safe_m", &SelfCollisionGains::safe_m, "the distance at which the task begins to act")
       .def_rw("stiffness", &SelfCollisionGains::stiffness, "N/m")
       .def_rw("damping", &SelfCollisionGains::damping, "N s/m");
   nb::class_<NearPair>(module, "NearPair", "Two bodies that are near each other, in the base frame.")
-      .def_ro("pair", &NearPair::pair)
-      .def_ro("joint_a", &NearPair::joint_a)
-      .def_ro("joint_b", &NearPair::joint_b)
-      .def_ro("distance_m", &NearPair::distance_m)
-      .def_ro("point_a", &NearPair::point_a)
-      .def_ro("point_b", &NearPair::point_b)
-      .def_ro("a_to_b", &NearPair::a_to_b);
+      .def_ro("pair", &NearPair::pair, "index into the pairs asked for")
+      .def_ro("joint_a", &NearPair::joint_a, "that carries the first body; -1: the base")
+      .def_ro("joint_b", &NearPair::joint_b, "that carries the second body; -1: the base")
+      .def_ro("distance_m", &NearPair::distance_m, "m, below 0 where they overlap")
+      .def_ro("point_a", &NearPair::point_a, "(3) m, of the first body, nearest to the second")
+      .def_ro("point_b", &NearPair::point_b, "(3) m, of the second body, nearest to the first")
+      .def_ro("a_to_b", &NearPair::a_to_b, "(3) unit vector");
   nb::class_<SelfCollisionTask, Task>(module, "SelfCollisionTask",
                                       "Pushes bodies apart that come nearer to each other than a safe distance.")
       .def(
@@ -337,13 +338,13 @@ void bind_skin_tasks(nb::module_& module) {
           },
           "joint_count"_a, "cell_count"_a, "gains"_a, "posture"_a, "weight"_a, "lever"_a,
           "posture (T, n) rad and weight (T, N, n) of a SensoryMotorMap in the order of the skin; lever in metres.")
-      .def_prop_ro("recalled", &MapSkinTask::recalled);
+      .def_prop_ro("recalled", &MapSkinTask::recalled, "index of the tile in use");
 }
 
 void bind_force(nb::module_& module) {
   using control::ForceGains;
   using control::ForceTask;
-  nb::class_<ForceGains>(module, "ForceGains")
+  nb::class_<ForceGains>(module, "ForceGains", "Of a ForceTask.")
       .def(nb::init<>())
       .def_rw("integral", &ForceGains::integral, "1/s")
       .def_rw("damping", &ForceGains::damping, "N s/m")

@@ -130,8 +130,7 @@ void bind_tables(nb::module_& module) {
 #define RATE(rate_hz, period_us) rates.append(nb::make_tuple(rate_hz, period_us));
   RS_CLOCK_RATES(RATE)
 #undef RATE
-  module.attr("MODES") = nb::make_tuple("clock", "event");  // in the order of rs_mode
-  module.attr("CHANNELS") = nb::tuple(channels);            // name, signed, bits, unit per count, unit
+  module.attr("CHANNELS") = nb::tuple(channels);  // name, signed, bits, unit per count, unit
   module.attr("SENSORS") =
       nb::tuple(sensors);  // name, column, channels, unit, whether beyond a sample frame's channels
   module.attr("FRAME_TYPES") = nb::tuple(types);            // name, number, meaning
@@ -167,6 +166,9 @@ void bind_tables(nb::module_& module) {
 }  // namespace
 
 void bind_firmware(nb::module_ module) {
+  nb::enum_<rs_mode>(module, "CellMode", "When a cell sends its samples.")
+      .value("clock", RS_MODE_CLOCK, "at the clock rate")
+      .value("event", RS_MODE_EVENT, "when a channel has changed by its threshold, and now and then");
   bind_geometry(module);
   bind_limits(module);
   bind_tables(module);

@@ -28,7 +28,7 @@ void raise_error_of(SkinLoop& self) {
 }  // namespace
 
 void bind_loop(nb::module_ module) {
-  nb::exception<LoopError>(module, "LoopError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  error_class<LoopError>(module, "LoopError", "Parts of a loop that do not fit together, or one that failed.");
   nb::class_<LoopReport>(module, "LoopReport", "What became of the last tick, and of all before it.")
       .def_ro("input", &LoopReport::input, "InputStatus of the skin")
       .def_ro("read", &LoopReport::read, "PortStatus of the joints")
@@ -36,7 +36,7 @@ void bind_loop(nb::module_ module) {
       .def_ro("write", &LoopReport::write, "PortStatus of the command; no_new_state: none was sent")
       .def_ro("offline", &LoopReport::offline, "the robot did not answer, or did not take its command")
       .def_ro("latched", &LoopReport::latched, "it was lost while it was to run: it stands until asked to run anew")
-      .def_ro("ticks", &LoopReport::ticks)
+      .def_ro("ticks", &LoopReport::ticks, "so far")
       .def_ro("sent", &LoopReport::sent, "commands that the robot took")
       .def_ro("lost", &LoopReport::lost, "ticks in which it was offline");
   nb::class_<SkinLoop>(module, "SkinLoop",
@@ -61,7 +61,7 @@ void bind_loop(nb::module_ module) {
           "raised or answered amiss; the robot was told to stop before.")
       .def("request_run", &SkinLoop::request_run, "run"_a, "To run, or to stop smoothly. Ends a latched stop.")
       .def("request_mode", &SkinLoop::request_mode, "mode"_a, "Raises LoopError for one that the port does not offer.")
-      .def_prop_ro("report", &SkinLoop::report, nb::rv_policy::reference_internal)
+      .def_prop_ro("report", &SkinLoop::report, nb::rv_policy::reference_internal, "LoopReport of the last tick")
       .def_prop_ro("guard", &SkinLoop::guard, nb::rv_policy::reference_internal, "GuardReport of the last tick")
       .def_prop_ro("skin", &SkinLoop::skin, nb::rv_policy::reference_internal, "SkinState of the last tick")
       .def_prop_ro("joints", &SkinLoop::joints, nb::rv_policy::reference_internal, "JointState of the last tick")

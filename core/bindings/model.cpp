@@ -71,7 +71,7 @@ void bind_states(nb::module_& module) {
   module.attr("NEVER_NS") = never_ns;
   auto state = nb::class_<JointState>(module, "JointState", "Measured joints: rad, rad/s, Nm; m, m/s, N if prismatic.")
                    .def(nb::init<std::size_t>(), "joint_count"_a)
-                   .def_prop_ro("joint_count", &JointState::joint_count)
+                   .def_prop_ro("joint_count", &JointState::joint_count, "n of the arrays")
                    .def("__repr__",
                         [](const JointState& self) {
                           return "<JointState of " + std::to_string(self.joint_count()) + " joints, at " +
@@ -88,8 +88,8 @@ void bind_states(nb::module_& module) {
       .value("torque", CommandMode::torque);
   auto command = nb::class_<JointCommand>(module, "JointCommand", "What the joints are told for one cycle.")
                      .def(nb::init<CommandMode, std::size_t>(), "mode"_a, "joint_count"_a)
-                     .def_prop_ro("joint_count", &JointCommand::joint_count)
-                     .def_rw("mode", &JointCommand::mode);
+                     .def_prop_ro("joint_count", &JointCommand::joint_count, "n of `value`")
+                     .def_rw("mode", &JointCommand::mode, "the CommandMode that `value` is for");
   bind_vector<&JointCommand::value>(command, "value", "(n) rad, rad/s or Nm by mode");
 
   nb::enum_<PortStatus>(module, "PortStatus", "How a robot answered a read or a write.")
@@ -107,8 +107,8 @@ void bind_robot_port(nb::module_& module) {
             new (self) SensorPlace{.name = std::move(name), .link = std::move(link)};
           },
           "name"_a, "link"_a)
-      .def_ro("name", &SensorPlace::name)
-      .def_ro("link", &SensorPlace::link)
+      .def_ro("name", &SensorPlace::name, "of the sensor")
+      .def_ro("link", &SensorPlace::link, "that carries it")
       .def_prop_rw(
           "link_from_sensor",
           [](const SensorPlace& self) { return copied(std::span<const double>(self.link_from_sensor), {4, 4}); },
@@ -123,8 +123,8 @@ void bind_robot_port(nb::module_& module) {
             new (self) PortSensors{std::move(imus), std::move(forces)};
           },
           "imus"_a = std::vector<SensorPlace>{}, "forces"_a = std::vector<SensorPlace>{})
-      .def_ro("imus", &PortSensors::imus)
-      .def_ro("forces", &PortSensors::forces);
+      .def_ro("imus", &PortSensors::imus, "SensorPlace of each inertial unit")
+      .def_ro("forces", &PortSensors::forces, "SensorPlace of each force sensor");
   nb::class_<ImuReading>(module, "ImuReading", "What is not measured is NaN, with a stamp of NEVER_NS, and never zero.")
       .def_rw("acceleration", &ImuReading::acceleration, "(3) m/s^2, specific force, sensor frame")
       .def_rw("angular_velocity", &ImuReading::angular_velocity, "(3) rad/s, sensor frame")
@@ -145,7 +145,7 @@ void bind_robot_port(nb::module_& module) {
               readings.append(nb::cast(&one, nb::rv_policy::reference_internal, self));
             return readings;
           },
-          nb::sig("def imus(self) -> list[ImuReading]"))
+          nb::sig("def imus(self) -> list[ImuReading]"), "of each inertial unit")
       .def_prop_ro(
           "forces",
           [](nb::handle_t<SensorReadings> self) {
@@ -154,7 +154,7 @@ void bind_robot_port(nb::module_& module) {
               readings.append(nb::cast(&one, nb::rv_policy::reference_internal, self));
             return readings;
           },
-          nb::sig("def forces(self) -> list[ForceReading]"));
+          nb::sig("def forces(self) -> list[ForceReading]"), "of each force sensor");
 
   nb::class_<RobotPort, PythonPort>(
       module, "RobotPort",
@@ -168,38 +168,42 @@ robot to rest and keep it there against gravity, whatever was commanded before; 
            "sensors"_a = PortSensors{}, "modes: the interfaces that the robot offers.")
       .def_prop_ro("sensors", &RobotPort::sensors, "which sensors the robot has beside its joints")
       .def("read_sensors", &RobotPort::read_sensors, "readings"_a, "Fills what is new; `no_new_state`: nothing is.")
-      .def_prop_ro("joint_count", &RobotPort::joint_count)
-      .def("offers", &RobotPort::offers, "mode"_a)
+      .def_prop_ro("joint_count", &RobotPort::joint_count, "n of its states and commands")
+      .def("offers", &RobotPort::offers, "mode"_a, "Whether commands may go through this interface.")
       .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")
       .def("write", &RobotPort::write, "command"_a, "Holds until the next write or stop.")
       .def("stop", &RobotPort::stop, "Brings the robot to rest and keeps it there against gravity.");
 }
 
 void bind_robot_model(nb::module_& module) {
-  nb::exception<ModelError>(module, "ModelError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  error_class<ModelError>(module, "ModelError", "A robot that cannot be modelled, or a joint or link that it lacks.");
   module.attr("BASE") = RobotModel::base;
   module.attr("UNBOUNDED") = RobotModel::unbounded;
-  nb::enum_<JointKind>(module, "JointKind")
-      .value("revolute", JointKind::revolute)
-      .value("prismatic", JointKind::prismatic);
+  nb::enum_<JointKind>(module, "JointKind", "How a joint moves.")
+      .value("revolute", JointKind::revolute, "turns about its axis, rad")
+      .value("prismatic", JointKind::prismatic, "slides along its axis, m");
 
   nb::class_<RobotModel>(module, "RobotModel",
                          "What is constant about a robot of n joints and l links on a fixed base.\n\n"
                          "Lengths in m, angles in rad. Joints come before their children, the base link comes first.")
       .def(nb::init<const std::string&>(), "urdf"_a,
            "Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.")
-      .def_prop_ro("name", &RobotModel::name)
-      .def_prop_ro("joint_count", &RobotModel::joint_count)
-      .def_prop_ro("link_count", &RobotModel::link_count)
-      .def_prop_ro("joint_names", [](const RobotModel& self) { return names(self.joint_names()); })
-      .def_prop_ro("link_names", [](const RobotModel& self) { return names(self.link_names()); })
+      .def_prop_ro("name", &RobotModel::name, "as the URDF says")
+      .def_prop_ro("joint_count", &RobotModel::joint_count, "n, joints that move")
+      .def_prop_ro("link_count", &RobotModel::link_count, "l, the base link counted")
+      .def_prop_ro(
+          "joint_names", [](const RobotModel& self) { return names(self.joint_names()); }, "(n)")
+      .def_prop_ro(
+          "link_names", [](const RobotModel& self) { return names(self.link_names()); }, "(l), the base first")
       .def_prop_ro(
           "joint_parents", [](const RobotModel& self) { return copied(self.joint_parents(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) index of the joint above, or BASE")
-      .def_prop_ro("joint_kinds",
-                   [](const RobotModel& self) {
-                     return std::vector<JointKind>(self.joint_kinds().begin(), self.joint_kinds().end());
-                   })
+      .def_prop_ro(
+          "joint_kinds",
+          [](const RobotModel& self) {
+            return std::vector<JointKind>(self.joint_kinds().begin(), self.joint_kinds().end());
+          },
+          "(n) JointKind")
       .def_prop_ro(
           "joint_axes", [](const RobotModel& self) { return copied(self.joint_axes(), {self.joint_count(), 3}); },
           nb::rv_policy::move, "(n, 3) unit vectors in the joint's frame")
@@ -239,8 +243,8 @@ void bind_robot_dynamics(nb::module_& module) {
                        "Where the links are and how the robot answers to forces, at the last update.\n\n"
                        "All in the base frame, SI units: M(q) a + C(q, v) v + g(q) = torque.")
       .def(nb::init<const RobotModel&>(), "model"_a)
-      .def_prop_ro("joint_count", &Dynamics::joint_count)
-      .def_prop_ro("link_count", &Dynamics::link_count)
+      .def_prop_ro("joint_count", &Dynamics::joint_count, "n")
+      .def_prop_ro("link_count", &Dynamics::link_count, "l")
       .def(
           "update",
           [](Dynamics& self, InputVector q, InputVector v) {

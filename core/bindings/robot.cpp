@@ -72,8 +72,8 @@ void bind_body_limits(nb::module_& module) {
             new (self) ContactLimit{transient, quasi_static};
           },
           "transient"_a = ContactLimit{}.transient, "quasi_static"_a = ContactLimit{}.quasi_static)
-      .def_ro("transient", &ContactLimit::transient)
-      .def_ro("quasi_static", &ContactLimit::quasi_static);
+      .def_ro("transient", &ContactLimit::transient, "N or N/cm^2, of a short contact; infinite: none")
+      .def_ro("quasi_static", &ContactLimit::quasi_static, "N or N/cm^2, of a lasting contact; infinite: none");
   nb::class_<BodyRegion>(module, "BodyRegion", "A region of a person's body and the cells that may meet it.")
       .def(
           "__init__",
@@ -82,8 +82,8 @@ void bind_body_limits(nb::module_& module) {
             new (self) BodyRegion{std::move(region), std::move(cells), force, pressure, transient_s};
           },
           "name"_a, "cells"_a, "force"_a = ContactLimit{}, "pressure"_a = ContactLimit{}, "transient_s"_a = 0.0)
-      .def_ro("name", &BodyRegion::name)
-      .def_ro("cells", &BodyRegion::cells)
+      .def_ro("name", &BodyRegion::name, "of the region")
+      .def_ro("cells", &BodyRegion::cells, "indices of its cells")
       .def_ro("force", &BodyRegion::force, "N, on all of the region")
       .def_ro("pressure", &BodyRegion::pressure, "N/cm^2, of a cell's force over its hexagon")
       .def_ro("transient_s", &BodyRegion::transient_s, "for which a contact is transient");
@@ -94,12 +94,12 @@ void bind_body_limits(nb::module_& module) {
             new (self) BodyLimits{std::move(regions), silent_n};
           },
           "regions"_a, "silent_n"_a, "silent_n: a cell that feels no more is not touched.")
-      .def_ro("regions", &BodyLimits::regions);
+      .def_ro("regions", &BodyLimits::regions, "BodyRegion of each");
   module.def("cell_area_cm2", &cell_area_cm2, "Over which a cell's force is a pressure.");
 }
 
 void bind_guard(nb::module_& module) {
-  nb::exception<GuardError>(module, "GuardError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  bindings::error_class<GuardError>(module, "GuardError", "Limits that do not fit the robot or the skin.");
   nb::class_<GuardLimits>(module, "GuardLimits", "Limits beside those of the robot model.")
       .def(
           "__init__",
@@ -113,14 +113,14 @@ void bind_guard(nb::module_& module) {
       .def_rw("torque_rate", &GuardLimits::torque_rate, "(n) Nm/s")
       .def_rw("position_margin", &GuardLimits::position_margin, "rad kept from the position limits")
       .def_rw("speed_share", &GuardLimits::speed_share, "share of the velocity limits commands may use")
-      .def_rw("degraded_speed_share", &GuardLimits::degraded_speed_share)
+      .def_rw("degraded_speed_share", &GuardLimits::degraded_speed_share, "the same while degraded")
       .def_rw("rest_speed", &GuardLimits::rest_speed, "rad/s")
       .def_rw("smallest_alive_share", &GuardLimits::smallest_alive_share, "of the cells, below it the skin is lost")
       .def_rw("whole_alive_share", &GuardLimits::whole_alive_share, "of the cells, below it the robot is slow")
-      .def_rw("joints_timeout_ns", &GuardLimits::joints_timeout_ns)
-      .def_rw("skin_timeout_ns", &GuardLimits::skin_timeout_ns)
-      .def_rw("largest_cycle_ns", &GuardLimits::largest_cycle_ns)
-      .def_rw("period_s", &GuardLimits::period_s)
+      .def_rw("joints_timeout_ns", &GuardLimits::joints_timeout_ns, "age from which joint states are stale")
+      .def_rw("skin_timeout_ns", &GuardLimits::skin_timeout_ns, "age from which the skin is stale")
+      .def_rw("largest_cycle_ns", &GuardLimits::largest_cycle_ns, "time between two cycles, beyond it the robot stops")
+      .def_rw("period_s", &GuardLimits::period_s, "s, of a cycle")
       .def_rw("body", &GuardLimits::body, "limits of contact, by body region");
   nb::enum_<Limit>(module, "Limit", "Which limit made the guard change a command.")
       .value("position", Limit::position)
@@ -129,8 +129,8 @@ void bind_guard(nb::module_& module) {
       .value("torque", Limit::torque)
       .value("torque_rate", Limit::torque_rate);
   nb::class_<GuardReport>(module, "GuardReport", "What the guard decided in the last cycle.")
-      .def_ro("state", &GuardReport::state)
-      .def_ro("reason", &GuardReport::reason)
+      .def_ro("state", &GuardReport::state, "SafetyState")
+      .def_ro("reason", &GuardReport::reason, "Reason for which the state was entered")
       .def_ro("conditions", &GuardReport::conditions, "bits of Condition")
       .def_ro("send", &GuardReport::send, "the command may go to the robot")
       .def_ro("stop_port", &GuardReport::stop_port, "call RobotPort.stop: the robot cannot be controlled from here")
@@ -139,7 +139,7 @@ void bind_guard(nb::module_& module) {
       .def_ro("limited_joint", &GuardReport::limited_joint, "of which joint; -1: there was no intervention")
       .def_ro("violations", &GuardReport::violations,
               "joint states measured beyond position, velocity or torque limits")
-      .def_ro("alive_share", &GuardReport::alive_share)
+      .def_ro("alive_share", &GuardReport::alive_share, "of the cells")
       .def_prop_ro(
           "text",
           [](const GuardReport& self) {
@@ -155,7 +155,7 @@ void bind_guard(nb::module_& module) {
              JointCommand& command) { return self.check(dynamics, joints, skin, now_ns, run_wanted, finite, command); },
           "dynamics"_a, "joints"_a, "skin"_a, "now_ns"_a, "run_wanted"_a, "finite"_a, "command"_a,
           "Rewrites the command where it has to; returns the report.")
-      .def_prop_ro("report", &Guard::report, nb::rv_policy::copy);
+      .def_prop_ro("report", &Guard::report, nb::rv_policy::copy, "GuardReport of the last check");
 }
 
 }  // namespace

@@ -160,7 +160,8 @@ void bind_skin(nb::module_ module) {
           "key (N) uint32 = section unit << 16 | id; link (N) int32 indexes link_names; link_from_cell (N, 4, 4), z\n"
           "outward; neighbours (N, 4, 2) int32 = index or -1 and port 1 to 4; patch (N) int32, -1: none.")
       .def("__len__", &SkinModel::size)
-      .def_prop_ro("link_names", [](const SkinModel& self) { return self.link_names; })
+      .def_prop_ro(
+          "link_names", [](const SkinModel& self) { return self.link_names; }, "that `link` indexes")
       .def_prop_ro(
           "key", [](const SkinModel& self) { return copy_of(std::span<const std::uint32_t>(self.key)); },
           nb::rv_policy::move, "(N)")
@@ -242,7 +243,7 @@ that of others does.)")
           "tare", [](SkinReader& self, double seconds) { self.tare(static_cast<std::int64_t>(seconds * 1e9)); },
           "seconds"_a,
           "Averages the forces over the coming `seconds` and subtracts them from then on. Nothing may touch the skin.")
-      .def_prop_ro("taring", &SkinReader::taring)
+      .def_prop_ro("taring", &SkinReader::taring, "a tare is under way")
       .def_prop_ro("tare_refused", &SkinReader::tare_refused,
                    "Force sensors whose offset was too large to be one: left as it is.")
       .def_prop_ro(

@@ -38,7 +38,7 @@ overridden, too: position (n) rad or m of the robot's joints. An input that rais
       .def(nb::init<std::size_t, double>(), "cell_count"_a,
            "fresh_s"_a = 1e-9 * static_cast<double>(skin::sample_fresh_ns),
            "Raises ValueError unless fresh_s is greater than 0.")
-      .def_prop_ro("cell_count", &SkinInput::cell_count)
+      .def_prop_ro("cell_count", &SkinInput::cell_count, "N of the states that it fills")
       .def_prop_ro("fresh_ns", &SkinInput::fresh_ns, "how old a sample of a living cell may be")
       .def(
           "tell_joints",

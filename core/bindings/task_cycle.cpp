@@ -67,10 +67,10 @@ void bind_task_cycle(nb::module_& module) {
             new (self) TaskCycleGains{std::move(touch), std::move(resolver)};
           },
           "touch"_a, "resolver"_a)
-      .def_rw("touch", &TaskCycleGains::touch)
-      .def_rw("resolver", &TaskCycleGains::resolver)
-      .def_rw("touch_bandwidth_hz", &TaskCycleGains::touch_bandwidth_hz)
-      .def_rw("fade_s", &TaskCycleGains::fade_s)
+      .def_rw("touch", &TaskCycleGains::touch, "SkinGains: which forces count as a touch; the weights are not read")
+      .def_rw("resolver", &TaskCycleGains::resolver, "ResolverGains; their period is the cycle's")
+      .def_rw("touch_bandwidth_hz", &TaskCycleGains::touch_bandwidth_hz, "Hz, low-pass of the measured touch; 0: none")
+      .def_rw("fade_s", &TaskCycleGains::fade_s, "s, that a change of the stack, the skin or a patch takes")
       .def_rw("feet", &TaskCycleGains::feet, "Foot of a robot that stands on them; none: it is mounted")
       .def_rw("fusion_ends_s", &TaskCycleGains::fusion_ends_s,
               "after which a clock ends the fusion of a period, on a real robot's ports alone; 0: none does");
@@ -137,12 +137,13 @@ void bind_task_cycle(nb::module_& module) {
           "(steps, 2) nanoseconds on the clock and of the processor that each of as many periods took, on the joint "
           "states "
           "in turn.")
-      .def("request_run", &TaskCycle::request_run, "run"_a)
-      .def("request_mode", &TaskCycle::request_mode, "mode"_a)
+      .def("request_run", &TaskCycle::request_run, "run"_a, "To run, or to stop smoothly.")
+      .def("request_mode", &TaskCycle::request_mode, "mode"_a, "The interface from the next period on.")
       .def("request_skin_source", &TaskCycle::request_skin_source, "source"_a,
            "Whose torque skin tasks contribute: what the skin says is used while it is fresh.")
       .def("request_skin", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
-      .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a)
+      .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a,
+           "Masked: no task feels the cells of this patch. False if there is no such patch.")
       .def(
           "request_stack",
           [](TaskCycle& self, std::vector<StackEntry> entries, Fusion fusion, Damping damping,
@@ -152,11 +153,11 @@ void bind_task_cycle(nb::module_& module) {
           },
           "entries"_a, "fusion"_a, "damping"_a = Damping{}, "quadratic"_a = nb::none(),
           "The tasks from the next period on; those that stay go on as they are. The torque does not jump.")
-      .def_prop_ro("joint_count", &TaskCycle::joint_count)
+      .def_prop_ro("joint_count", &TaskCycle::joint_count, "n")
       .def_prop_ro("standing", &TaskCycle::standing, nb::rv_policy::reference_internal,
                    "StandingState of the last tick; None of a robot that is mounted")
-      .def_prop_ro("cell_count", &TaskCycle::cell_count)
-      .def_prop_ro("patch_count", &TaskCycle::patch_count)
+      .def_prop_ro("cell_count", &TaskCycle::cell_count, "N")
+      .def_prop_ro("patch_count", &TaskCycle::patch_count, "of the skin")
       .def_prop_ro(
           "touch_torque", [](const TaskCycle& self) { return copy_of(self.touch_torque()); }, nb::rv_policy::move,
           "(n) Nm of the forces felt")
@@ -169,8 +170,8 @@ void bind_task_cycle(nb::module_& module) {
       .def_prop_ro(
           "intervention_counts", [](const TaskCycle& self) { return counts_of(self.guard()); }, nb::rv_policy::move,
           "(5, n) cycles in which each `Limit` of each joint changed a running command")
-      .def_prop_ro("fusion_counts", &TaskCycle::fusion_counts, nb::rv_policy::reference_internal)
-      .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal);
+      .def_prop_ro("fusion_counts", &TaskCycle::fusion_counts, nb::rv_policy::reference_internal, "FusionCounts")
+      .def_prop_ro("report", &TaskCycle::report, nb::rv_policy::reference_internal, "GuardReport of the last period");
 }
 
 }  // namespace robotskin::bindings

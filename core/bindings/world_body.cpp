@@ -104,8 +104,8 @@ void bind_parts(nb::module_& module) {
           [](HandDescription* self, int body, int joint, double radius_m, double mass_kg,
              std::array<double, 3> parking) { new (self) HandDescription{body, joint, radius_m, mass_kg, parking}; },
           "body"_a, "joint"_a, "radius_m"_a, "mass_kg"_a, "parking"_a)
-      .def_ro("radius_m", &HandDescription::radius_m)
-      .def_ro("mass_kg", &HandDescription::mass_kg);
+      .def_ro("radius_m", &HandDescription::radius_m, "m, of the ball")
+      .def_ro("mass_kg", &HandDescription::mass_kg, "kg, that it moves with");
 
   nb::class_<Waypoint>(module, "Waypoint", "Where a carried thing is at a time of its path.")
       .def(
@@ -163,7 +163,7 @@ void bind_world_body(nb::module_& module) {
           "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{},
           "imu_body"_a = std::vector<int>{}, "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
-      .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal)
+      .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal, "the port of the simulated robot")
       .def_prop_ro(
           "sensor_force", [](const Body& self) { return rows(self.contacts().sensor_force()); }, nb::rv_policy::move,
           "(N, 3) newton, what each force sensor truly feels")
@@ -220,28 +220,47 @@ void bind_world_body(nb::module_& module) {
             return nb::ndarray<nb::numpy, std::int32_t>(counts, {cells, std::size_t{RS_CHANNEL_COUNT}}, owner);
           },
           "time_ns"_a, nb::rv_policy::move, "(N, 9) counts of all cells at once.")
-      .def("world_from_cell",
-           [](const Body& self) {
-             std::vector<std::array<double, 16>> all;
-             for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back(self.world_from_cell(i));
-             return rows(all);
-           })
-      .def_prop_ro("samples", [](const Body& self) { return self.sensors().samples(); })
-      .def_prop_ro("saturated_samples", [](const Body& self) { return self.sensors().saturated_samples(); })
+      .def(
+          "world_from_cell",
+          [](const Body& self) {
+            std::vector<std::array<double, 16>> all;
+            for (std::size_t i = 0; i < self.cell_count(); ++i) all.push_back(self.world_from_cell(i));
+            return rows(all);
+          },
+          nb::rv_policy::move, "(N, 16) metres, a row-major placement of each cell.")
+      .def_prop_ro(
+          "samples", [](const Body& self) { return self.sensors().samples(); }, "taken by all cells so far")
+      .def_prop_ro(
+          "saturated_samples", [](const Body& self) { return self.sensors().saturated_samples(); },
+          "of them, with a channel at its end")
       .def(
           "carrier_follow",
           [](Body& self, std::size_t carrier, std::vector<Waypoint> path, bool smooth, bool repeats, double begin_s) {
             self.carriers().at(carrier).follow(std::move(path), smooth, repeats, begin_s);
           },
-          "carrier"_a, "path"_a, "smooth"_a, "repeats"_a, "begin_s"_a)
-      .def("hand_push", [](Body& self, std::size_t hand, std::size_t cell, double force_n, double x_m,
-                           double y_m) { self.hands().at(hand).push(cell, force_n, x_m, y_m); })
-      .def("hand_approach",
-           [](Body& self, std::size_t hand, std::size_t cell, double distance_m, double speed_m_s, double x_m,
-              double y_m) { self.hands().at(hand).approach(cell, distance_m, speed_m_s, x_m, y_m); })
-      .def("hand_leave", [](Body& self, std::size_t hand) { self.hands().at(hand).leave(); })
-      .def("hand_task", [](Body& self, std::size_t hand) { return self.hands().at(hand).task(); })
-      .def("hand_cell", [](Body& self, std::size_t hand) { return self.hands().at(hand).cell(); });
+          "carrier"_a, "path"_a, "smooth"_a, "repeats"_a, "begin_s"_a,
+          "Sends a carried thing on another path, a list of Waypoint, from virtual time `begin_s` on.")
+      .def(
+          "hand_push",
+          [](Body& self, std::size_t hand, std::size_t cell, double force_n, double x_m, double y_m) {
+            self.hands().at(hand).push(cell, force_n, x_m, y_m);
+          },
+          "hand"_a, "cell"_a, "force_n"_a, "x_m"_a, "y_m"_a,
+          "Pushes with so many newton along the inward normal, at the point (x, y) of the cell's face.")
+      .def(
+          "hand_approach",
+          [](Body& self, std::size_t hand, std::size_t cell, double distance_m, double speed_m_s, double x_m,
+             double y_m) { self.hands().at(hand).approach(cell, distance_m, speed_m_s, x_m, y_m); },
+          "hand"_a, "cell"_a, "distance_m"_a, "speed_m_s"_a, "x_m"_a, "y_m"_a,
+          "Comes so near to the point (x, y) of the cell's face, with at most `speed_m_s`.")
+      .def(
+          "hand_leave", [](Body& self, std::size_t hand) { self.hands().at(hand).leave(); }, "hand"_a,
+          "Goes back along the normal, and parks.")
+      .def(
+          "hand_task", [](Body& self, std::size_t hand) { return self.hands().at(hand).task(); }, "hand"_a, "HandTask.")
+      .def(
+          "hand_cell", [](Body& self, std::size_t hand) { return self.hands().at(hand).cell(); }, "hand"_a,
+          "Index of the cell that it was last sent to.");
 }
 
 }  // namespace robotskin::bindings

@@ -91,8 +91,8 @@ void bind_world_external_cell(nb::module_& module) {
             return nb::str(name.data(), name.size());
           },
           "of the input that it has now, as processing time tells them apart")
-      .def_prop_ro("steps", &ExternalCell::steps)
-      .def_prop_ro("samples", &ExternalCell::samples)
+      .def_prop_ro("steps", &ExternalCell::steps, "inputs that it has answered")
+      .def_prop_ro("samples", &ExternalCell::samples, "of those, that were samples")
       .def_prop_ro("frames", &ExternalCell::frames, "that the external cell sent")
       .def_prop_ro("differences", &ExternalCell::differences,
                    "steps in which it answered otherwise than the host-built cell")

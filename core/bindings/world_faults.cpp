@@ -6,6 +6,7 @@
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
 
+#include "bindings/bindings.hpp"
 #include "bindings/world.hpp"
 #include "world/network/fault.hpp"
 
@@ -19,7 +20,7 @@ using world::FaultError;
 using world::Wiring;
 
 void bind_world_faults(nb::module_& module) {
-  nb::exception<FaultError>(module, "FaultError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  error_class<FaultError>(module, "FaultError", "A fault that cannot be read, or whose target does not exist.");
   nb::class_<Fault>(module, "Fault", "Something that goes wrong in a network at a time; its text can be read again.")
       .def(
           "__init__", [](Fault* self, const std::string& text) { new (self) Fault(world::parse_fault(text)); },
@@ -27,17 +28,21 @@ void bind_world_faults(nb::module_& module) {
       .def("__str__", [](const Fault& self) { return world::to_string(self); })
       .def("__repr__", [](const Fault& self) { return "Fault('" + world::to_string(self) + "')"; })
       .def(nb::self == nb::self, nb::sig("def __eq__(self, arg: object, /) -> bool"))
-      .def_prop_ro("kind", [](const Fault& self) { return std::string(world::name_of(self.kind)); })
+      .def_prop_ro(
+          "kind", [](const Fault& self) { return std::string(world::name_of(self.kind)); }, "one of fault_kinds()")
       .def_ro("time_ns", &Fault::time_ns, "virtual time at which it strikes")
       .def_ro("cell", &Fault::cell, "-1: none")
       .def_ro("unit", &Fault::unit, "-1: none")
       .def_ro("port", &Fault::port, "0: all")
       .def_ro("lasts_ns", &Fault::lasts_ns, "0: for good");
-  module.def("fault_kinds", [] {
-    std::vector<std::string> names;
-    for (const std::string_view name : world::fault_names()) names.emplace_back(name);
-    return names;
-  });
+  module.def(
+      "fault_kinds",
+      [] {
+        std::vector<std::string> names;
+        for (const std::string_view name : world::fault_names()) names.emplace_back(name);
+        return names;
+      },
+      "Names of all kinds, as the text of a fault begins.");
   module.def("fault_help", &world::fault_help, "A line a kind: its keys, their values if left out, what happens.");
   module.def("parse_faults", &world::parse_faults, "text"_a, "wiring"_a, "seed"_a,
              "The faults of a specification in order of time; 'random:N@TIME' is drawn from the seed. Raises "

@@ -99,10 +99,10 @@ void bind_options(nb::module_& module) {
           },
           "group"_a, "unit"_a, "ports"_a, "skew_ns"_a = 0, "drift_ppm"_a = 0.0,
           "ports: (cell, cell port) of port p at index p - 1; skew and drift of its clock against virtual time.")
-      .def_rw("skew_ns", &UnitDescription::skew_ns)
-      .def_rw("drift_ppm", &UnitDescription::drift_ppm)
-      .def_ro("group", &UnitDescription::group)
-      .def_ro("unit", &UnitDescription::unit);
+      .def_rw("skew_ns", &UnitDescription::skew_ns, "its clock less virtual time at the start")
+      .def_rw("drift_ppm", &UnitDescription::drift_ppm, "of its clock")
+      .def_ro("group", &UnitDescription::group, "of the section unit")
+      .def_ro("unit", &UnitDescription::unit, "its number in the group");
 
   nb::enum_<world::Processor>(module, "Processor",
                               "Of the cells, at 48 MHz: what an input takes is as metered on the chip.")
@@ -126,12 +126,12 @@ void bind_options(nb::module_& module) {
   nb::class_<NetworkOptions>(module, "NetworkOptions", "How a network is run.")
       .def(nb::init<>())
       .def_rw("processor", &NetworkOptions::processor, "of the cells")
-      .def_rw("line", &NetworkOptions::line)
+      .def_rw("line", &NetworkOptions::line, "LineQuality")
       .def_rw("batch_us", &NetworkOptions::batch_us, "a frame waits at most this long for its datagram; 0: no other")
       .def_rw("unasked", &NetworkOptions::unasked, "section units send without a keep-alive")
       .def_rw("powered", &NetworkOptions::powered, "ports have power from the start")
       .def_rw("epoch_ns", &NetworkOptions::epoch_ns, "the section units' clock at virtual time 0")
-      .def_rw("seed", &NetworkOptions::seed)
+      .def_rw("seed", &NetworkOptions::seed, "of all that is drawn by chance")
       .def_rw("clock_rate_hz", &NetworkOptions::clock_rate_hz, "kept in the cells' flash: 0, 63, 125 or 250")
       .def_rw("faults", &NetworkOptions::faults, "that strike during the run")
       .def(
@@ -155,10 +155,10 @@ void bind_network(nb::module_& module) {
       .def_ro("frames_lost", &NetworkCounts::frames_lost, "on a wire: by chance, cut, or to a dead cell")
       .def_ro("frames_damaged", &NetworkCounts::frames_damaged, "by bit errors")
       .def_ro("frames_overrun", &NetworkCounts::frames_overrun, "of those: to a cell too busy to take them")
-      .def_ro("cell_steps", &NetworkCounts::cell_steps)
-      .def_ro("events", &NetworkCounts::events)
-      .def_ro("datagrams", &NetworkCounts::datagrams)
-      .def_ro("datagram_bytes", &NetworkCounts::datagram_bytes)
+      .def_ro("cell_steps", &NetworkCounts::cell_steps, "inputs that cells have taken")
+      .def_ro("events", &NetworkCounts::events, "of virtual time, all kinds")
+      .def_ro("datagrams", &NetworkCounts::datagrams, "sent by section units")
+      .def_ro("datagram_bytes", &NetworkCounts::datagram_bytes, "in those")
       .def_ro("records", &NetworkCounts::records, "frames inside datagrams");
 
   const auto check = [](const Network& self, std::size_t cell, int port = 1) {
@@ -168,34 +168,43 @@ void bind_network(nb::module_& module) {
   };
   nb::class_<Network> network(module, "Network", "Cells, wires and section units in virtual time.");
   bind_world_survey(network);
-  network.def_prop_ro("cell_count", &Network::cell_count)
-      .def_prop_ro("unit_count", &Network::unit_count)
-      .def_prop_ro("counts", [](const Network& self) { return self.counts(); })
+  network.def_prop_ro("cell_count", &Network::cell_count, "N")
+      .def_prop_ro("unit_count", &Network::unit_count, "section units")
+      .def_prop_ro(
+          "counts", [](const Network& self) { return self.counts(); }, "NetworkCounts so far")
       .def_prop_ro("frames_dropped", &Network::frames_dropped, "by full queues of cells and section units")
       .def_prop_ro("queue_peaks", &Network::queue_peaks, "(N) frames waiting in a cell at once, at most")
       .def_prop_ro("depths", &Network::depths, "(N) hops to the nearest powered port over wires that work, -1: none")
       .def_prop_ro("formed", &Network::formed, "every cell that can be reached has an id and its shortest path")
       .def_prop_ro("log_hash", &Network::log_hash, "of every frame and datagram so far")
-      .def("alive",
-           [check](const Network& self, std::size_t cell) {
-             check(self, cell);
-             return self.alive(cell);
-           })
-      .def("cell_id",
-           [check](const Network& self, std::size_t cell) {
-             check(self, cell);
-             return self.cell(cell).id;
-           })
-      .def("cell_hops",
-           [check](const Network& self, std::size_t cell) {
-             check(self, cell);
-             return self.cell(cell).route.hops;
-           })
-      .def("cell_parent_port",
-           [check](const Network& self, std::size_t cell) {
-             check(self, cell);
-             return self.cell(cell).route.parent_port;
-           })
+      .def(
+          "alive",
+          [check](const Network& self, std::size_t cell) {
+            check(self, cell);
+            return self.alive(cell);
+          },
+          "cell"_a, "Whether it has power and runs.")
+      .def(
+          "cell_id",
+          [check](const Network& self, std::size_t cell) {
+            check(self, cell);
+            return self.cell(cell).id;
+          },
+          "cell"_a, "0: not named yet.")
+      .def(
+          "cell_hops",
+          [check](const Network& self, std::size_t cell) {
+            check(self, cell);
+            return self.cell(cell).route.hops;
+          },
+          "cell"_a, "To its section unit, as it believes; 255: without a way.")
+      .def(
+          "cell_parent_port",
+          [check](const Network& self, std::size_t cell) {
+            check(self, cell);
+            return self.cell(cell).route.parent_port;
+          },
+          "cell"_a, "1 to 4, 0: no parent.")
       .def(
           "contribute",
           [](Network& self, std::size_t cell, unsigned limb, const std::vector<std::int32_t>& torque, bool active,
@@ -235,11 +244,13 @@ void bind_network(nb::module_& module) {
             return divisors;
           },
           "unit"_a, "of each port")
-      .def("cell_led",
-           [check](const Network& self, std::size_t cell) {
-             check(self, cell);
-             return self.cell(cell).led_rgb;
-           })
+      .def(
+          "cell_led",
+          [check](const Network& self, std::size_t cell) {
+            check(self, cell);
+            return self.cell(cell).led_rgb;
+          },
+          "cell"_a, "0xRRGGBB of its light.")
       .def(
           "cut",
           [check](Network& self, std::size_t cell, int port, bool out, bool in) {
@@ -253,14 +264,14 @@ void bind_network(nb::module_& module) {
             check(self, cell, port);
             self.mend(cell, port);
           },
-          "cell"_a, "port"_a)
+          "cell"_a, "port"_a, "The wire at this port works again.")
       .def(
           "kill",
           [check](Network& self, std::size_t cell) {
             check(self, cell);
             self.kill(cell);
           },
-          "cell"_a)
+          "cell"_a, "Takes a cell's power.")
       .def(
           "reboot",
           [check](Network& self, std::size_t cell, std::int64_t off_ns) {
@@ -283,7 +294,8 @@ void bind_world_network(nb::module_& module) {
   nb::class_<Transport>(module, "Transport", "Carries datagrams between section units and host.");
   nb::class_<InProcess, Transport>(module, "InProcess", "In process: datagrams wait until they are taken.")
       .def(nb::init<>())
-      .def_prop_ro("overflowed", &InProcess::overflowed, "datagrams dropped, the oldest first, because they were not taken in time")
+      .def_prop_ro("overflowed", &InProcess::overflowed,
+                   "datagrams dropped, the oldest first, because they were not taken in time")
       .def(
           "post", [](InProcess& self, std::size_t unit, const Bytes& datagram) { self.post(unit, bytes_of(datagram)); },
           "unit"_a, "datagram"_a, "From the host to a section unit (its index).")
@@ -298,8 +310,8 @@ void bind_world_network(nb::module_& module) {
           },
           "What the section units have sent: (unit index, virtual time in ns, datagram) in order.");
 
-  nb::class_<UdpTransport, Transport>(module, "UdpTransport",
-                                      "Real UDP, a socket for each section unit; each answers the host that last spoke to it.")
+  nb::class_<UdpTransport, Transport>(
+      module, "UdpTransport", "Real UDP, a socket for each section unit; each answers the host that last spoke to it.")
       .def(
           "__init__",
           [](UdpTransport* self, std::size_t units, const std::string& bind, std::uint16_t first_port,
@@ -334,10 +346,11 @@ void bind_world_network(nb::module_& module) {
           },
           nb::keep_alive<1, 2>(), nb::keep_alive<1, 7>(), "body"_a.none(), "neighbours"_a, "id"_a, "units"_a,
           "options"_a, "transport"_a, "step_s"_a = 0.001)
-      .def("run", &World::run, nb::call_guard<nb::gil_scoped_release>(), "duration_ns"_a)
-      .def_prop_ro("time_ns", &World::time_ns)
+      .def("run", &World::run, nb::call_guard<nb::gil_scoped_release>(), "duration_ns"_a,
+           "So much virtual time passes.")
+      .def_prop_ro("time_ns", &World::time_ns, "virtual time")
       .def_prop_ro("formed_ns", &World::formed_ns, "virtual time when the network first was whole, -1: not yet")
-      .def_prop_ro("network", nb::overload_cast<>(&World::network), nb::rv_policy::reference_internal);
+      .def_prop_ro("network", nb::overload_cast<>(&World::network), nb::rv_policy::reference_internal, "the Network");
 }
 
 }  // namespace robotskin::bindings

@@ -6,17 +6,17 @@ from __future__ import annotations
 import enum
 from typing import TypeVar
 
-from robotskin import firmware
 from robotskin.cycle import SkinSource
 from robotskin.errors import UnknownNameError
+from robotskin.firmware import CellMode
 from robotskin.model import CommandMode
 
 Member = TypeVar("Member", bound=enum.Enum)
 
 INTERFACES = tuple(str(one.name) for one in CommandMode)
 """How a robot may be commanded."""
-MODES: tuple[str, ...] = firmware.MODES
-"""When cells send, in the order of the numbers that cells know them by."""
+MODES = tuple(str(one.name) for one in CellMode)
+"""When cells send."""
 SOURCES = tuple(str(one.name) for one in SkinSource)
 """Which side may sum the torque of touch."""
 
@@ -29,10 +29,3 @@ def member(kind: str, choices: type[Member], choice: Member | str) -> Member:
     if choice not in names:
         raise UnknownNameError(kind, str(choice), names)
     return choices[str(choice)]
-
-
-def require_mode(mode: str) -> str:
-    """The mode, if there is such a one. Raises UnknownNameError."""
-    if mode not in MODES:
-        raise UnknownNameError("mode", mode, MODES)
-    return mode

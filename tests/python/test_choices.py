@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from robotskin.choices import INTERFACES, MODES, SOURCES, member, require_mode
+from robotskin.choices import INTERFACES, MODES, SOURCES, member
+from robotskin.cycle import SkinSource
 from robotskin.errors import UnknownNameError
+from robotskin.firmware import CellMode
 from robotskin.model import CommandMode
 from robotskin.skin import Health
 
@@ -15,16 +17,17 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_a_member_is_itself_and_a_name_is_its_member() -> None:
-    for one in CommandMode:
-        assert member("interface", CommandMode, one) is one
-        assert member("interface", CommandMode, one.name) is one
+    for kind, choices in (("interface", CommandMode), ("mode", CellMode), ("source", SkinSource)):
+        for one in choices:
+            assert member(kind, choices, one) is one
+            assert member(kind, choices, one.name) is one
 
 
 def test_what_is_no_choice_is_refused_by_name() -> None:
     with pytest.raises(UnknownNameError, match="unknown interface 'positon': did you mean position"):
         member("interface", CommandMode, "positon")
     with pytest.raises(UnknownNameError, match="unknown mode 'clok': did you mean clock"):
-        require_mode("clok")
+        member("mode", CellMode, "clok")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import robotskin.model
 import robotskin.skin
 
 class ControlError(robotskin.errors.RobotskinError):
-    pass
+    """Gains, tasks or levels that do not fit together."""
 
 class JointGains:
     """Impedance of the joint task, one entry a joint."""
@@ -137,11 +137,15 @@ class InnerLoopGains:
     @derivative.setter
     def derivative(self, arg: Sequence[float], /) -> None: ...
     @property
-    def dead_zone_rad_s(self) -> float: ...
+    def dead_zone_rad_s(self) -> float:
+        """rad/s, velocity errors below it are none"""
+
     @dead_zone_rad_s.setter
     def dead_zone_rad_s(self, arg: float, /) -> None: ...
     @property
-    def estimator_hz(self) -> float: ...
+    def estimator_hz(self) -> float:
+        """Hz, below which the velocity estimate follows the real robot"""
+
     @estimator_hz.setter
     def estimator_hz(self, arg: float, /) -> None: ...
     @property
@@ -233,7 +237,9 @@ class TouchMatrix:
         """Raises ModelError for an unknown link."""
 
     @property
-    def cell_count(self) -> int: ...
+    def cell_count(self) -> int:
+        """N of the skin"""
+
     @property
     def body_count(self) -> int:
         """joints whose links have cells"""
@@ -254,7 +260,9 @@ class TouchWrench:
         """Raises ControlError for gains that do not fit the matrix."""
 
     @property
-    def cell_count(self) -> int: ...
+    def cell_count(self) -> int:
+        """N of the skin"""
+
     def compute(
         self,
         dynamics: robotskin.model.RobotDynamics,
@@ -296,12 +304,20 @@ class TorqueResolver:
     """One fused torque in, a command for any of the interfaces out."""
 
     def __init__(self, robot: robotskin.model.RobotModel, gains: ResolverGains) -> None: ...
-    def reset(self, joints: robotskin.model.JointState) -> None: ...
-    def begin(self, joints: robotskin.model.JointState, mode: robotskin.model.CommandMode) -> None: ...
+    def reset(self, joints: robotskin.model.JointState) -> None:
+        """Forgets the past: the virtual robot is at this JointState."""
+
+    def begin(self, joints: robotskin.model.JointState, mode: robotskin.model.CommandMode) -> None:
+        """Goes on through this CommandMode, from this JointState."""
+
     @property
-    def position(self) -> NDArray[numpy.float64]: ...
+    def position(self) -> NDArray[numpy.float64]:
+        """(n) rad, of the virtual robot"""
+
     @property
-    def velocity(self) -> NDArray[numpy.float64]: ...
+    def velocity(self) -> NDArray[numpy.float64]:
+        """(n) rad/s, of the virtual robot"""
+
     def resolve(
         self,
         dynamics: robotskin.model.RobotDynamics,
@@ -318,11 +334,17 @@ class Task:
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """of the task, in messages"""
+
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n of `torque`"""
+
     @property
-    def largest_rows(self) -> int: ...
+    def largest_rows(self) -> int:
+        """that `rows` ever has"""
+
     @property
     def torque(self) -> NDArray[numpy.float64]:
         """(n) Nm"""
@@ -384,11 +406,16 @@ class Foot:
         """
 
     @property
-    def link(self) -> str: ...
+    def link(self) -> str:
+        """that carries the foot"""
+
     @property
-    def sole(self) -> list[float]: ...
+    def sole(self) -> list[float]:
+        """(3) m, middle of the sole's lower face, link frame"""
+
     @property
-    def half(self) -> list[float]: ...
+    def half(self) -> list[float]:
+        """(2) m, half of length and width"""
 
 class SupportPolygon:
     """The convex hull of what stands on the floor."""
@@ -402,7 +429,9 @@ class SupportPolygon:
         """anticlockwise, (2) m each"""
 
     @property
-    def centre(self) -> list[float]: ...
+    def centre(self) -> list[float]:
+        """(2) m"""
+
     def inside_by(self, point: Sequence[float]) -> float:
         """m from the nearest edge; negative: outside."""
 
@@ -421,7 +450,9 @@ class StandingState:
         """(3) m/s"""
 
     @property
-    def support(self) -> SupportPolygon: ...
+    def support(self) -> SupportPolygon:
+        """SupportPolygon of the soles on the floor"""
+
     @property
     def imu_counts(self) -> bool:
         """the inertial unit is heard and not stuck"""
@@ -435,9 +466,13 @@ class StandingState:
         """(2) m, zero-moment point"""
 
     @property
-    def load_n(self) -> float: ...
+    def load_n(self) -> float:
+        """N, of the floor on all feet, upwards"""
+
     @property
-    def foot_load_n(self) -> list[float]: ...
+    def foot_load_n(self) -> list[float]:
+        """(2) N, of each foot"""
+
     @property
     def foot_pressure(self) -> list[list[float]]:
         """(2, 2) m from the middle of each sole"""
@@ -451,6 +486,8 @@ class StandingState:
         """(2) m"""
 
 class FootContactGains:
+    """Of a FootContactTask."""
+
     def __init__(self) -> None: ...
     @property
     def stiffness(self) -> float:
@@ -488,6 +525,8 @@ class FootContactTask(Task):
         """(2, 2) rad about x and y, to lie flat"""
 
 class BalanceGains:
+    """Of a BalanceTask."""
+
     def __init__(self) -> None: ...
     @property
     def lean(self) -> float:
@@ -624,7 +663,8 @@ class SplineJointTask(JointTask):
         """speed in rad/s, of the fastest joint."""
 
     @property
-    def arrived(self) -> bool: ...
+    def arrived(self) -> bool:
+        """the reference is at its goal"""
 
 class CartesianGains:
     """Impedance along and about x, y, z of the base."""
@@ -633,11 +673,15 @@ class CartesianGains:
         """N/m and Nm/rad, N s/m and Nm s/rad; axes with neither are left free."""
 
     @property
-    def stiffness(self) -> list[float]: ...
+    def stiffness(self) -> list[float]:
+        """(6) N/m, then Nm/rad"""
+
     @stiffness.setter
     def stiffness(self, arg: Sequence[float], /) -> None: ...
     @property
-    def damping(self) -> list[float]: ...
+    def damping(self) -> list[float]:
+        """(6) N s/m, then Nm s/rad"""
+
     @damping.setter
     def damping(self, arg: Sequence[float], /) -> None: ...
 
@@ -656,7 +700,9 @@ class CartesianTask(Task):
         """(4, 4), metres."""
 
     @property
-    def reference(self) -> NDArray[numpy.float64]: ...
+    def reference(self) -> NDArray[numpy.float64]:
+        """(4, 4) metres, base_from_link"""
+
     @property
     def error(self) -> NDArray[numpy.float64]:
         """(6) m and rad of the last tick"""
@@ -670,12 +716,17 @@ class SplineCartesianTask(CartesianTask):
         """speeds in m/s and rad/s."""
 
     @property
-    def arrived(self) -> bool: ...
+    def arrived(self) -> bool:
+        """the reference is at its goal"""
 
 class JointLimitGains:
+    """Of a JointLimitTask."""
+
     def __init__(self) -> None: ...
     @property
-    def margin_rad(self) -> float: ...
+    def margin_rad(self) -> float:
+        """rad or m from a limit, where the task begins to push"""
+
     @margin_rad.setter
     def margin_rad(self, arg: float, /) -> None: ...
     @property
@@ -697,6 +748,8 @@ class JointLimitTask(Task):
     def __init__(self, robot: robotskin.model.RobotModel, gains: JointLimitGains = ...) -> None: ...
 
 class SelfCollisionGains:
+    """Of a SelfCollisionTask."""
+
     def __init__(self) -> None: ...
     @property
     def safe_m(self) -> float:
@@ -721,19 +774,32 @@ class NearPair:
     """Two bodies that are near each other, in the base frame."""
 
     @property
-    def pair(self) -> int: ...
+    def pair(self) -> int:
+        """index into the pairs asked for"""
+
     @property
-    def joint_a(self) -> int: ...
+    def joint_a(self) -> int:
+        """that carries the first body; -1: the base"""
+
     @property
-    def joint_b(self) -> int: ...
+    def joint_b(self) -> int:
+        """that carries the second body; -1: the base"""
+
     @property
-    def distance_m(self) -> float: ...
+    def distance_m(self) -> float:
+        """m, below 0 where they overlap"""
+
     @property
-    def point_a(self) -> list[float]: ...
+    def point_a(self) -> list[float]:
+        """(3) m, of the first body, nearest to the second"""
+
     @property
-    def point_b(self) -> list[float]: ...
+    def point_b(self) -> list[float]:
+        """(3) m, of the second body, nearest to the first"""
+
     @property
-    def a_to_b(self) -> list[float]: ...
+    def a_to_b(self) -> list[float]:
+        """(3) unit vector"""
 
 class SelfCollisionTask(Task):
     """
@@ -854,9 +920,12 @@ class MapSkinTask(Task):
         """
 
     @property
-    def recalled(self) -> int: ...
+    def recalled(self) -> int:
+        """index of the tile in use"""
 
 class ForceGains:
+    """Of a ForceTask."""
+
     def __init__(self) -> None: ...
     @property
     def integral(self) -> float:
@@ -903,11 +972,15 @@ class Limb:
         self, name: str, joints: Sequence[str], parent: str, largest_acceleration: Sequence[float]
     ) -> None: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """of the limb"""
+
     @name.setter
     def name(self, arg: str, /) -> None: ...
     @property
-    def joints(self) -> list[str]: ...
+    def joints(self) -> list[str]:
+        """names of its joints"""
+
     @joints.setter
     def joints(self, arg: Sequence[str], /) -> None: ...
     @property
@@ -936,11 +1009,15 @@ class ContactGains:
     @merge_within_m.setter
     def merge_within_m(self, arg: float, /) -> None: ...
     @property
-    def bandwidth_hz(self) -> float: ...
+    def bandwidth_hz(self) -> float:
+        """Hz, low-pass of force and point"""
+
     @bandwidth_hz.setter
     def bandwidth_hz(self, arg: float, /) -> None: ...
     @property
-    def fade_s(self) -> float: ...
+    def fade_s(self) -> float:
+        """s, in which a contact that is over stops counting"""
+
     @fade_s.setter
     def fade_s(self, arg: float, /) -> None: ...
 
@@ -949,15 +1026,21 @@ class PropagationGains:
 
     def __init__(self) -> None: ...
     @property
-    def impedance(self) -> ContactImpedanceGains: ...
+    def impedance(self) -> ContactImpedanceGains:
+        """ContactImpedanceGains of each contact"""
+
     @impedance.setter
     def impedance(self, arg: ContactImpedanceGains, /) -> None: ...
     @property
-    def contacts(self) -> ContactGains: ...
+    def contacts(self) -> ContactGains:
+        """ContactGains"""
+
     @contacts.setter
     def contacts(self, arg: ContactGains, /) -> None: ...
     @property
-    def largest_speed_m_s(self) -> float: ...
+    def largest_speed_m_s(self) -> float:
+        """m/s, of the wanted motion of a contact"""
+
     @largest_speed_m_s.setter
     def largest_speed_m_s(self, arg: float, /) -> None: ...
     @property
@@ -967,11 +1050,15 @@ class PropagationGains:
     @largest_joint_speed.setter
     def largest_joint_speed(self, arg: float, /) -> None: ...
     @property
-    def largest_lead_m(self) -> float: ...
+    def largest_lead_m(self) -> float:
+        """m, by which it may run ahead of the contact"""
+
     @largest_lead_m.setter
     def largest_lead_m(self, arg: float, /) -> None: ...
     @property
-    def tracking_per_s(self) -> float: ...
+    def tracking_per_s(self) -> float:
+        """1/s, how fast the contact comes back to it"""
+
     @tracking_per_s.setter
     def tracking_per_s(self, arg: float, /) -> None: ...
     @property
@@ -1003,7 +1090,9 @@ class Contact:
     """A contact, in the frame of the joint that carries its body."""
 
     @property
-    def joint(self) -> int: ...
+    def joint(self) -> int:
+        """index; it carries the body"""
+
     @property
     def force(self) -> list[float]:
         """(3) newton"""
@@ -1122,12 +1211,19 @@ class Fusion(enum.Enum):
     """a quadratic programme a level, within the limits"""
 
 class Inverse(enum.Enum):
+    """The generalised inverse of [Cheng19 eq. 20]."""
+
     dynamically_consistent = 0
+    """lower tasks accelerate no higher one"""
 
     moore_penrose = 1
+    """so at rest alone"""
 
 class LimitForm(enum.Enum):
+    """How limits of position and velocity are written."""
+
     acceleration = 0
+    """rad/s^2 that still stop before them"""
 
     paper = 1
     """[Cheng19 eq. 27] as printed"""
@@ -1139,11 +1235,15 @@ class Damping:
 
     def __init__(self, threshold: float = 0.02, damping: float = 0.02) -> None: ...
     @property
-    def threshold(self) -> float: ...
+    def threshold(self) -> float:
+        """1/sqrt(kg), or m/rad at rest: singular value"""
+
     @threshold.setter
     def threshold(self, arg: float, /) -> None: ...
     @property
-    def damping(self) -> float: ...
+    def damping(self) -> float:
+        """of the same unit, where the singular value is 0"""
+
     @damping.setter
     def damping(self, arg: float, /) -> None: ...
 
@@ -1151,7 +1251,9 @@ class QuadraticLimits:
     """Position, velocity and torque limits of the programmes."""
 
     @staticmethod
-    def of(robot: robotskin.model.RobotModel, braking: float = 10.0) -> QuadraticLimits: ...
+    def of(robot: robotskin.model.RobotModel, braking: float = 10.0) -> QuadraticLimits:
+        """Those of a robot, which brakes with `braking` rad/s^2."""
+
     @property
     def lower(self) -> list[float]:
         """(n,) rad"""
@@ -1253,11 +1355,16 @@ class StackEntry:
 
     def __init__(self, task: Task, level: int = 0, weight: float = 1.0) -> None: ...
     @property
-    def task(self) -> Task: ...
+    def task(self) -> Task:
+        """the Task"""
+
     @property
-    def level(self) -> int: ...
+    def level(self) -> int:
+        """0 the highest; FEEDFORWARD: outside of levels"""
+
     @property
-    def weight(self) -> float: ...
+    def weight(self) -> float:
+        """among tasks of a weighted sum"""
 
 FEEDFORWARD: int = -1
 
@@ -1291,9 +1398,15 @@ class TaskStack:
         skin: robotskin.skin.SkinState,
         share: Annotated[NDArray[numpy.float32], dict(shape=(None,), order="C", device="cpu", writable=False)],
         period_s: float = 0.001,
-    ) -> None: ...
+    ) -> None:
+        """
+        Lets all tasks begin where the robot is: position (n) rad, velocity (n) rad/s.
+        """
+
     @property
-    def fusion(self) -> Fusion: ...
+    def fusion(self) -> Fusion:
+        """the Fusion"""
+
     @property
     def report(self) -> FusionReport:
         """how a quadratic fusion ended the last compute"""
@@ -1359,11 +1472,14 @@ class QuadraticFusion:
         """levels of the last fuse that met a limit"""
 
     @property
-    def report(self) -> FusionReport: ...
+    def report(self) -> FusionReport:
+        """FusionReport of the last fuse"""
+
     def set_steps(self, steps: int) -> None:
         """How many solver steps a tick may take from now on."""
 
     @property
-    def claimed(self) -> int: ...
+    def claimed(self) -> int:
+        """directions that its levels took"""
 
 QUADRATIC_TOLERANCE: float = 1e-06

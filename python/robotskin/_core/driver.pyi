@@ -16,7 +16,7 @@ class Verdict(enum.Enum):
 
     foreign = 2
     """
-    not of this protocol or version, or of a section-unit group that nobody asked for
+    not of this protocol or version, or of a section-unit group that was not asked for
     """
 
     malformed = 3
@@ -157,7 +157,7 @@ class Driver:
     def topology(self) -> dict[str, numpy.ndarray]:
         """
         Neighbours as the cells report them, cell axis first: key, heard_ns (0: never), uid, parent_port,
-        neighbour_id (N, 4), neighbour_port (N, 4), errors (N, 4) by own port - 1. id 0: nobody, 16383: a section unit.
+        neighbour_id (N, 4), neighbour_port (N, 4), errors (N, 4) by own port - 1. id 0: none, 16383: a section unit.
         """
 
     def units(self) -> list[dict]:

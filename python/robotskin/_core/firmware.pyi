@@ -1,8 +1,18 @@
 """Stages 1 to 3: wire format, firmware of cell and unit."""
 
 from collections.abc import Sequence
+import enum
 
 import numpy
+
+class CellMode(enum.Enum):
+    """When a cell sends its samples."""
+
+    clock = 0
+    """at the clock rate"""
+
+    event = 1
+    """when a channel has changed by its threshold, and now and then"""
 
 PORT_POINTS_M: numpy.ndarray = ...
 
@@ -125,8 +135,6 @@ TORQUE_END_US: int = 3700
 EPOCH_TICKS: int = 4
 
 CELL_STATE_BYTES: int = 8180
-
-MODES: tuple = ("clock", "event")
 
 CHANNELS: tuple = ...
 

@@ -6,7 +6,7 @@ import robotskin.model
 import robotskin.skin
 
 class LoopError(robotskin.errors.RobotskinError):
-    pass
+    """Parts of a loop that do not fit together, or one that failed."""
 
 class LoopReport:
     """What became of the last tick, and of all before it."""
@@ -36,7 +36,9 @@ class LoopReport:
         """it was lost while it was to run: it stands until asked to run anew"""
 
     @property
-    def ticks(self) -> int: ...
+    def ticks(self) -> int:
+        """so far"""
+
     @property
     def sent(self) -> int:
         """commands that the robot took"""
@@ -67,7 +69,9 @@ class SkinLoop:
         """Raises LoopError for one that the port does not offer."""
 
     @property
-    def report(self) -> LoopReport: ...
+    def report(self) -> LoopReport:
+        """LoopReport of the last tick"""
+
     @property
     def guard(self) -> robotskin.cycle.GuardReport:
         """GuardReport of the last tick"""

@@ -16,7 +16,9 @@ class JointState:
 
     def __init__(self, joint_count: int) -> None: ...
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n of the arrays"""
+
     def __repr__(self) -> str: ...
     @property
     def stamp_ns(self) -> int:
@@ -63,9 +65,13 @@ class JointCommand:
 
     def __init__(self, mode: CommandMode, joint_count: int) -> None: ...
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n of `value`"""
+
     @property
-    def mode(self) -> CommandMode: ...
+    def mode(self) -> CommandMode:
+        """the CommandMode that `value` is for"""
+
     @mode.setter
     def mode(self, arg: CommandMode, /) -> None: ...
     @property
@@ -93,9 +99,13 @@ class SensorPlace:
 
     def __init__(self, name: str, link: str) -> None: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """of the sensor"""
+
     @property
-    def link(self) -> str: ...
+    def link(self) -> str:
+        """that carries it"""
+
     @property
     def link_from_sensor(self) -> NDArray[numpy.float64]:
         """(4, 4) metres"""
@@ -110,9 +120,12 @@ class PortSensors:
 
     def __init__(self, imus: Sequence[SensorPlace] = [], forces: Sequence[SensorPlace] = []) -> None: ...
     @property
-    def imus(self) -> list[SensorPlace]: ...
+    def imus(self) -> list[SensorPlace]:
+        """SensorPlace of each inertial unit"""
+
     @property
-    def forces(self) -> list[SensorPlace]: ...
+    def forces(self) -> list[SensorPlace]:
+        """SensorPlace of each force sensor"""
 
 class ImuReading:
     """What is not measured is NaN, with a stamp of NEVER_NS, and never zero."""
@@ -171,9 +184,12 @@ class SensorReadings:
 
     def __init__(self, sensors: PortSensors) -> None: ...
     @property
-    def imus(self) -> list[ImuReading]: ...
+    def imus(self) -> list[ImuReading]:
+        """of each inertial unit"""
+
     @property
-    def forces(self) -> list[ForceReading]: ...
+    def forces(self) -> list[ForceReading]:
+        """of each force sensor"""
 
 class RobotPort:
     """
@@ -196,8 +212,12 @@ class RobotPort:
         """Fills what is new; `no_new_state`: nothing is."""
 
     @property
-    def joint_count(self) -> int: ...
-    def offers(self, mode: CommandMode) -> bool: ...
+    def joint_count(self) -> int:
+        """n of its states and commands"""
+
+    def offers(self, mode: CommandMode) -> bool:
+        """Whether commands may go through this interface."""
+
     def read(self, state: JointState) -> PortStatus:
         """Fills the state; `no_new_state` leaves it as it was."""
 
@@ -208,16 +228,20 @@ class RobotPort:
         """Brings the robot to rest and keeps it there against gravity."""
 
 class ModelError(robotskin.errors.RobotskinError):
-    pass
+    """A robot that cannot be modelled, or a joint or link that it lacks."""
 
 BASE: int = -1
 
 UNBOUNDED: float = 1000000000.0
 
 class JointKind(enum.Enum):
+    """How a joint moves."""
+
     revolute = 0
+    """turns about its axis, rad"""
 
     prismatic = 1
+    """slides along its axis, m"""
 
 class RobotModel:
     """
@@ -232,21 +256,33 @@ class RobotModel:
         """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """as the URDF says"""
+
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n, joints that move"""
+
     @property
-    def link_count(self) -> int: ...
+    def link_count(self) -> int:
+        """l, the base link counted"""
+
     @property
-    def joint_names(self) -> list[str]: ...
+    def joint_names(self) -> list[str]:
+        """(n)"""
+
     @property
-    def link_names(self) -> list[str]: ...
+    def link_names(self) -> list[str]:
+        """(l), the base first"""
+
     @property
     def joint_parents(self) -> NDArray[numpy.int32]:
         """(n) index of the joint above, or BASE"""
 
     @property
-    def joint_kinds(self) -> list[JointKind]: ...
+    def joint_kinds(self) -> list[JointKind]:
+        """(n) JointKind"""
+
     @property
     def joint_axes(self) -> NDArray[numpy.float64]:
         """(n, 3) unit vectors in the joint's frame"""
@@ -298,9 +334,13 @@ class RobotDynamics:
 
     def __init__(self, model: RobotModel) -> None: ...
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n"""
+
     @property
-    def link_count(self) -> int: ...
+    def link_count(self) -> int:
+        """l"""
+
     def update(
         self,
         q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],

@@ -88,9 +88,12 @@ class ContactLimit:
 
     def __init__(self, transient: float = float("inf"), quasi_static: float = float("inf")) -> None: ...
     @property
-    def transient(self) -> float: ...
+    def transient(self) -> float:
+        """N or N/cm^2, of a short contact; infinite: none"""
+
     @property
-    def quasi_static(self) -> float: ...
+    def quasi_static(self) -> float:
+        """N or N/cm^2, of a lasting contact; infinite: none"""
 
 class BodyRegion:
     """A region of a person's body and the cells that may meet it."""
@@ -104,9 +107,13 @@ class BodyRegion:
         transient_s: float = 0.0,
     ) -> None: ...
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """of the region"""
+
     @property
-    def cells(self) -> list[int]: ...
+    def cells(self) -> list[int]:
+        """indices of its cells"""
+
     @property
     def force(self) -> ContactLimit:
         """N, on all of the region"""
@@ -126,13 +133,14 @@ class BodyLimits:
         """silent_n: a cell that feels no more is not touched."""
 
     @property
-    def regions(self) -> list[BodyRegion]: ...
+    def regions(self) -> list[BodyRegion]:
+        """BodyRegion of each"""
 
 def cell_area_cm2() -> float:
     """Over which a cell's force is a pressure."""
 
 class GuardError(robotskin.errors.RobotskinError):
-    pass
+    """Limits that do not fit the robot or the skin."""
 
 class GuardLimits:
     """Limits beside those of the robot model."""
@@ -171,7 +179,9 @@ class GuardLimits:
     @speed_share.setter
     def speed_share(self, arg: float, /) -> None: ...
     @property
-    def degraded_speed_share(self) -> float: ...
+    def degraded_speed_share(self) -> float:
+        """the same while degraded"""
+
     @degraded_speed_share.setter
     def degraded_speed_share(self, arg: float, /) -> None: ...
     @property
@@ -193,19 +203,27 @@ class GuardLimits:
     @whole_alive_share.setter
     def whole_alive_share(self, arg: float, /) -> None: ...
     @property
-    def joints_timeout_ns(self) -> int: ...
+    def joints_timeout_ns(self) -> int:
+        """age from which joint states are stale"""
+
     @joints_timeout_ns.setter
     def joints_timeout_ns(self, arg: int, /) -> None: ...
     @property
-    def skin_timeout_ns(self) -> int: ...
+    def skin_timeout_ns(self) -> int:
+        """age from which the skin is stale"""
+
     @skin_timeout_ns.setter
     def skin_timeout_ns(self, arg: int, /) -> None: ...
     @property
-    def largest_cycle_ns(self) -> int: ...
+    def largest_cycle_ns(self) -> int:
+        """time between two cycles, beyond it the robot stops"""
+
     @largest_cycle_ns.setter
     def largest_cycle_ns(self, arg: int, /) -> None: ...
     @property
-    def period_s(self) -> float: ...
+    def period_s(self) -> float:
+        """s, of a cycle"""
+
     @period_s.setter
     def period_s(self, arg: float, /) -> None: ...
     @property
@@ -232,9 +250,13 @@ class GuardReport:
     """What the guard decided in the last cycle."""
 
     @property
-    def state(self) -> SafetyState: ...
+    def state(self) -> SafetyState:
+        """SafetyState"""
+
     @property
-    def reason(self) -> Reason: ...
+    def reason(self) -> Reason:
+        """Reason for which the state was entered"""
+
     @property
     def conditions(self) -> int:
         """bits of Condition"""
@@ -264,7 +286,9 @@ class GuardReport:
         """joint states measured beyond position, velocity or torque limits"""
 
     @property
-    def alive_share(self) -> float: ...
+    def alive_share(self) -> float:
+        """of the cells"""
+
     @property
     def text(self) -> str:
         """the reason in words, with the values where there are any"""
@@ -286,7 +310,8 @@ class Guard:
         """Rewrites the command where it has to; returns the report."""
 
     @property
-    def report(self) -> GuardReport: ...
+    def report(self) -> GuardReport:
+        """GuardReport of the last check"""
 
 class SkinSource(enum.Enum):
     """Which side sums the torque of touch."""
@@ -300,19 +325,27 @@ class TaskCycleGains:
 
     def __init__(self, touch: robotskin.tasks.SkinGains, resolver: robotskin.tasks.ResolverGains) -> None: ...
     @property
-    def touch(self) -> robotskin.tasks.SkinGains: ...
+    def touch(self) -> robotskin.tasks.SkinGains:
+        """SkinGains: which forces count as a touch; the weights are not read"""
+
     @touch.setter
     def touch(self, arg: robotskin.tasks.SkinGains, /) -> None: ...
     @property
-    def resolver(self) -> robotskin.tasks.ResolverGains: ...
+    def resolver(self) -> robotskin.tasks.ResolverGains:
+        """ResolverGains; their period is the cycle's"""
+
     @resolver.setter
     def resolver(self, arg: robotskin.tasks.ResolverGains, /) -> None: ...
     @property
-    def touch_bandwidth_hz(self) -> float: ...
+    def touch_bandwidth_hz(self) -> float:
+        """Hz, low-pass of the measured touch; 0: none"""
+
     @touch_bandwidth_hz.setter
     def touch_bandwidth_hz(self, arg: float, /) -> None: ...
     @property
-    def fade_s(self) -> float: ...
+    def fade_s(self) -> float:
+        """s, that a change of the stack, the skin or a patch takes"""
+
     @fade_s.setter
     def fade_s(self, arg: float, /) -> None: ...
     @property
@@ -395,8 +428,12 @@ class TaskCycle:
         (steps, 2) nanoseconds on the clock and of the processor that each of as many periods took, on the joint states in turn.
         """
 
-    def request_run(self, run: bool) -> None: ...
-    def request_mode(self, mode: robotskin.model.CommandMode) -> None: ...
+    def request_run(self, run: bool) -> None:
+        """To run, or to stop smoothly."""
+
+    def request_mode(self, mode: robotskin.model.CommandMode) -> None:
+        """The interface from the next period on."""
+
     def request_skin_source(self, source: SkinSource) -> None:
         """
         Whose torque skin tasks contribute: what the skin says is used while it is fresh.
@@ -405,7 +442,11 @@ class TaskCycle:
     def request_skin(self, on: bool) -> None:
         """Off: no task feels any cell."""
 
-    def request_patch_mask(self, patch: int, masked: bool) -> bool: ...
+    def request_patch_mask(self, patch: int, masked: bool) -> bool:
+        """
+        Masked: no task feels the cells of this patch. False if there is no such patch.
+        """
+
     def request_stack(
         self,
         entries: Sequence[robotskin.tasks.StackEntry],
@@ -418,15 +459,21 @@ class TaskCycle:
         """
 
     @property
-    def joint_count(self) -> int: ...
+    def joint_count(self) -> int:
+        """n"""
+
     @property
     def standing(self) -> robotskin.tasks.StandingState:
         """StandingState of the last tick; None of a robot that is mounted"""
 
     @property
-    def cell_count(self) -> int: ...
+    def cell_count(self) -> int:
+        """N"""
+
     @property
-    def patch_count(self) -> int: ...
+    def patch_count(self) -> int:
+        """of the skin"""
+
     @property
     def touch_torque(self) -> NDArray[numpy.float64]:
         """(n) Nm of the forces felt"""
@@ -448,6 +495,9 @@ class TaskCycle:
         """
 
     @property
-    def fusion_counts(self) -> FusionCounts: ...
+    def fusion_counts(self) -> FusionCounts:
+        """FusionCounts"""
+
     @property
-    def report(self) -> GuardReport: ...
+    def report(self) -> GuardReport:
+        """GuardReport of the last period"""

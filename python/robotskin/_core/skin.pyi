@@ -81,7 +81,9 @@ class SkinInput:
         """Raises ValueError unless fresh_s is greater than 0."""
 
     @property
-    def cell_count(self) -> int: ...
+    def cell_count(self) -> int:
+        """N of the states that it fills"""
+
     @property
     def fresh_ns(self) -> int:
         """how old a sample of a living cell may be"""
@@ -160,7 +162,9 @@ class SkinModel:
 
     def __len__(self) -> int: ...
     @property
-    def link_names(self) -> list[str]: ...
+    def link_names(self) -> list[str]:
+        """that `link` indexes"""
+
     @property
     def key(self) -> NDArray[numpy.uint32]:
         """(N)"""
@@ -252,7 +256,9 @@ class SkinReader:
         """
 
     @property
-    def taring(self) -> bool: ...
+    def taring(self) -> bool:
+        """a tare is under way"""
+
     @property
     def tare_refused(self) -> int:
         """Force sensors whose offset was too large to be one: left as it is."""

@@ -367,9 +367,12 @@ class HandDescription:
 
     def __init__(self, body: int, joint: int, radius_m: float, mass_kg: float, parking: Sequence[float]) -> None: ...
     @property
-    def radius_m(self) -> float: ...
+    def radius_m(self) -> float:
+        """m, of the ball"""
+
     @property
-    def mass_kg(self) -> float: ...
+    def mass_kg(self) -> float:
+        """kg, that it moves with"""
 
 class Waypoint:
     """Where a carried thing is at a time of its path."""
@@ -434,7 +437,9 @@ class Body:
         """One physics step from this time on."""
 
     @property
-    def robot(self) -> SimulatedRobot: ...
+    def robot(self) -> SimulatedRobot:
+        """the port of the simulated robot"""
+
     @property
     def sensor_force(self) -> NDArray[numpy.float64]:
         """(N, 3) newton, what each force sensor truly feels"""
@@ -461,22 +466,45 @@ class Body:
     def sample_all(self, time_ns: int) -> NDArray[numpy.int32]:
         """(N, 9) counts of all cells at once."""
 
-    def world_from_cell(self) -> NDArray[numpy.float64]: ...
+    def world_from_cell(self) -> NDArray[numpy.float64]:
+        """(N, 16) metres, a row-major placement of each cell."""
+
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """taken by all cells so far"""
+
     @property
-    def saturated_samples(self) -> int: ...
+    def saturated_samples(self) -> int:
+        """of them, with a channel at its end"""
+
     def carrier_follow(
         self, carrier: int, path: Sequence[Waypoint], smooth: bool, repeats: bool, begin_s: float
-    ) -> None: ...
-    def hand_push(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, /) -> None: ...
-    def hand_approach(self, arg0: int, arg1: int, arg2: float, arg3: float, arg4: float, arg5: float, /) -> None: ...
-    def hand_leave(self, arg: int, /) -> None: ...
-    def hand_task(self, arg: int, /) -> HandTask: ...
-    def hand_cell(self, arg: int, /) -> int: ...
+    ) -> None:
+        """
+        Sends a carried thing on another path, a list of Waypoint, from virtual time `begin_s` on.
+        """
+
+    def hand_push(self, hand: int, cell: int, force_n: float, x_m: float, y_m: float) -> None:
+        """
+        Pushes with so many newton along the inward normal, at the point (x, y) of the cell's face.
+        """
+
+    def hand_approach(self, hand: int, cell: int, distance_m: float, speed_m_s: float, x_m: float, y_m: float) -> None:
+        """
+        Comes so near to the point (x, y) of the cell's face, with at most `speed_m_s`.
+        """
+
+    def hand_leave(self, hand: int) -> None:
+        """Goes back along the normal, and parks."""
+
+    def hand_task(self, hand: int) -> HandTask:
+        """HandTask."""
+
+    def hand_cell(self, hand: int) -> int:
+        """Index of the cell that it was last sent to."""
 
 class FaultError(robotskin.errors.RobotskinError):
-    pass
+    """A fault that cannot be read, or whose target does not exist."""
 
 class Fault:
     """
@@ -490,7 +518,9 @@ class Fault:
     def __repr__(self) -> str: ...
     def __eq__(self, arg: object, /) -> bool: ...
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> str:
+        """one of fault_kinds()"""
+
     @property
     def time_ns(self) -> int:
         """virtual time at which it strikes"""
@@ -511,7 +541,9 @@ class Fault:
     def lasts_ns(self) -> int:
         """0: for good"""
 
-def fault_kinds() -> list[str]: ...
+def fault_kinds() -> list[str]:
+    """Names of all kinds, as the text of a fault begins."""
+
 def fault_help() -> str:
     """A line a kind: its keys, their values if left out, what happens."""
 
@@ -574,7 +606,7 @@ class LineQuality:
     def unit_drift_ppm(self, arg: float, /) -> None: ...
 
 class Wiring:
-    """Who is plugged into whom."""
+    """Which port is plugged into which."""
 
     def __init__(
         self,
@@ -599,17 +631,24 @@ class UnitDescription:
         """
 
     @property
-    def skew_ns(self) -> int: ...
+    def skew_ns(self) -> int:
+        """its clock less virtual time at the start"""
+
     @skew_ns.setter
     def skew_ns(self, arg: int, /) -> None: ...
     @property
-    def drift_ppm(self) -> float: ...
+    def drift_ppm(self) -> float:
+        """of its clock"""
+
     @drift_ppm.setter
     def drift_ppm(self, arg: float, /) -> None: ...
     @property
-    def group(self) -> int: ...
+    def group(self) -> int:
+        """of the section unit"""
+
     @property
-    def unit(self) -> int: ...
+    def unit(self) -> int:
+        """its number in the group"""
 
 class Processor(enum.Enum):
     """
@@ -640,7 +679,9 @@ class NetworkOptions:
     @processor.setter
     def processor(self, arg: Processor, /) -> None: ...
     @property
-    def line(self) -> LineQuality: ...
+    def line(self) -> LineQuality:
+        """LineQuality"""
+
     @line.setter
     def line(self, arg: LineQuality, /) -> None: ...
     @property
@@ -668,7 +709,9 @@ class NetworkOptions:
     @epoch_ns.setter
     def epoch_ns(self, arg: int, /) -> None: ...
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """of all that is drawn by chance"""
+
     @seed.setter
     def seed(self, arg: int, /) -> None: ...
     @property
@@ -710,9 +753,13 @@ class ExternalCell:
         """of the input that it has now, as processing time tells them apart"""
 
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """inputs that it has answered"""
+
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """of those, that were samples"""
+
     @property
     def frames(self) -> int:
         """that the external cell sent"""
@@ -749,13 +796,21 @@ class NetworkCounts:
         """of those: to a cell too busy to take them"""
 
     @property
-    def cell_steps(self) -> int: ...
+    def cell_steps(self) -> int:
+        """inputs that cells have taken"""
+
     @property
-    def events(self) -> int: ...
+    def events(self) -> int:
+        """of virtual time, all kinds"""
+
     @property
-    def datagrams(self) -> int: ...
+    def datagrams(self) -> int:
+        """sent by section units"""
+
     @property
-    def datagram_bytes(self) -> int: ...
+    def datagram_bytes(self) -> int:
+        """in those"""
+
     @property
     def records(self) -> int:
         """frames inside datagrams"""
@@ -769,11 +824,17 @@ class Network:
         """
 
     @property
-    def cell_count(self) -> int: ...
+    def cell_count(self) -> int:
+        """N"""
+
     @property
-    def unit_count(self) -> int: ...
+    def unit_count(self) -> int:
+        """section units"""
+
     @property
-    def counts(self) -> NetworkCounts: ...
+    def counts(self) -> NetworkCounts:
+        """NetworkCounts so far"""
+
     @property
     def frames_dropped(self) -> int:
         """by full queues of cells and section units"""
@@ -794,10 +855,18 @@ class Network:
     def log_hash(self) -> int:
         """of every frame and datagram so far"""
 
-    def alive(self, arg: int, /) -> bool: ...
-    def cell_id(self, arg: int, /) -> int: ...
-    def cell_hops(self, arg: int, /) -> int: ...
-    def cell_parent_port(self, arg: int, /) -> int: ...
+    def alive(self, cell: int) -> bool:
+        """Whether it has power and runs."""
+
+    def cell_id(self, cell: int) -> int:
+        """0: not named yet."""
+
+    def cell_hops(self, cell: int) -> int:
+        """To its section unit, as it believes; 255: without a way."""
+
+    def cell_parent_port(self, cell: int) -> int:
+        """1 to 4, 0: no parent."""
+
     def contribute(self, cell: int, limb: int, torque: Sequence[int], active: bool = False, age: int = 0) -> None:
         """
         What a cell adds to its limb's joints in each epoch, in the limb's step; up to 12 joints, none: nothing.
@@ -817,12 +886,18 @@ class Network:
     def rate_divisors(self, unit: int) -> list[int]:
         """of each port"""
 
-    def cell_led(self, arg: int, /) -> int: ...
+    def cell_led(self, cell: int) -> int:
+        """0xRRGGBB of its light."""
+
     def cut(self, cell: int, port: int, out: bool = True, in_: bool = True) -> None:
         """The wire at this port carries nothing any more."""
 
-    def mend(self, cell: int, port: int) -> None: ...
-    def kill(self, cell: int) -> None: ...
+    def mend(self, cell: int, port: int) -> None:
+        """The wire at this port works again."""
+
+    def kill(self, cell: int) -> None:
+        """Takes a cell's power."""
+
     def reboot(self, cell: int, off_ns: int = 0) -> None:
         """Starts a cell, after this time without power."""
 
@@ -837,7 +912,9 @@ class FaultOutcome:
     """
 
     @property
-    def fault(self) -> Fault: ...
+    def fault(self) -> Fault:
+        """the Fault"""
+
     @property
     def recovery_ms(self) -> float:
         """until every cell in reach had a way again, for good"""
@@ -878,7 +955,9 @@ class TrialReport:
         """by fault, in the order they struck"""
 
     @property
-    def recovery_max_ms(self) -> float: ...
+    def recovery_max_ms(self) -> float:
+        """longest `recovery_ms` of all faults"""
+
     @property
     def whole(self) -> bool:
         """every cell in reach has a way at the end"""
@@ -892,13 +971,17 @@ class TrialReport:
         """hops over the fewest possible"""
 
     @property
-    def extra_depth_max(self) -> int: ...
+    def extra_depth_max(self) -> int:
+        """of the deepest such cell"""
+
     @property
     def port_loads(self) -> list[list[int]]:
         """cells that report through each port, by unit"""
 
     @property
-    def cells_in_reach(self) -> int: ...
+    def cells_in_reach(self) -> int:
+        """at the end"""
+
     @property
     def samples_sent(self) -> int:
         """since every cell had an id"""
@@ -908,7 +991,9 @@ class TrialReport:
         """of these by the host, each counted once"""
 
     @property
-    def samples_lost(self) -> int: ...
+    def samples_lost(self) -> int:
+        """sent and never heard"""
+
     @property
     def samples_twice(self) -> int:
         """duplicates that left the section units"""
@@ -932,9 +1017,13 @@ class TrialReport:
         """from sampling to the section unit's port"""
 
     @property
-    def latency_p99_ms(self) -> float: ...
+    def latency_p99_ms(self) -> float:
+        """that 99 % of the samples keep"""
+
     @property
-    def latency_max_ms(self) -> float: ...
+    def latency_max_ms(self) -> float:
+        """of the slowest sample"""
+
     @property
     def latency_counts(self) -> list[int]:
         """samples by that latency, 10 us each; beyond the last one in it"""
@@ -952,9 +1041,12 @@ class TrialReport:
         """frames waiting in a cell at once, at most"""
 
     @property
-    def counts(self) -> NetworkCounts: ...
+    def counts(self) -> NetworkCounts:
+        """NetworkCounts"""
+
     @property
-    def log_hash(self) -> int: ...
+    def log_hash(self) -> int:
+        """of every frame and datagram"""
 
 class NetworkTrial:
     """
@@ -974,9 +1066,12 @@ class NetworkTrial:
         """All that was measured so far."""
 
     @property
-    def time_s(self) -> float: ...
+    def time_s(self) -> float:
+        """s, virtual"""
+
     @property
-    def network(self) -> Network: ...
+    def network(self) -> Network:
+        """the Network"""
 
 class Transport:
     """Carries datagrams between section units and host."""
@@ -987,7 +1082,9 @@ class InProcess(Transport):
     def __init__(self) -> None: ...
     @property
     def overflowed(self) -> int:
-        """datagrams that gave way because nobody took them"""
+        """
+        datagrams dropped, the oldest first, because they were not taken in time
+        """
 
     def post(self, unit: int, datagram: bytes) -> None:
         """From the host to a section unit (its index)."""
@@ -999,14 +1096,14 @@ class InProcess(Transport):
 
 class UdpTransport(Transport):
     """
-    Real UDP, a socket for each section unit; each answers who last spoke to it.
+    Real UDP, a socket for each section unit; each answers the host that last spoke to it.
     """
 
     def __init__(
         self, units: int, bind: str = "127.0.0.1", first_port: int = 0, host: tuple[str, int] | None = None
     ) -> None:
         """
-        `host`: (host, port) to send to before anybody has asked. Raises RuntimeError if a port is taken.
+        `host`: (host, port) to send to before any host has asked. Raises RuntimeError if a port is taken.
         """
 
     @property
@@ -1038,12 +1135,17 @@ class World:
         transport: Transport,
         step_s: float = 0.001,
     ) -> None: ...
-    def run(self, duration_ns: int) -> None: ...
+    def run(self, duration_ns: int) -> None:
+        """So much virtual time passes."""
+
     @property
-    def time_ns(self) -> int: ...
+    def time_ns(self) -> int:
+        """virtual time"""
+
     @property
     def formed_ns(self) -> int:
         """virtual time when the network first was whole, -1: not yet"""
 
     @property
-    def network(self) -> Network: ...
+    def network(self) -> Network:
+        """the Network"""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import firmware
-from robotskin.choices import member, require_mode
+from robotskin.choices import member
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.network_watch import NetworkWatch
@@ -121,7 +121,7 @@ class LiveSession:
         """Take the hand away."""
         self._ask(self._end)
 
-    def set_interface(self, interface: str) -> None:
+    def set_interface(self, interface: CommandMode | str) -> None:
         """Command the robot through another interface."""
         chosen = member("interface", CommandMode, interface)
         self._ask(lambda: self.session.set_interface(chosen))
@@ -146,17 +146,17 @@ class LiveSession:
         reference = reference_of(self.session, place)
         self._ask(lambda: self._go(place, reference))
 
-    def set_mode(self, mode: str) -> None:
+    def set_mode(self, mode: firmware.CellMode | str) -> None:
         """Let the cells send in another mode."""
-        require_mode(mode)
-        self._ask(lambda: self.session.set_mode(mode))
+        chosen = member("mode", firmware.CellMode, mode)
+        self._ask(lambda: self.session.set_mode(chosen))
 
-    def set_source(self, source: str) -> None:
+    def set_source(self, source: SkinSource | str) -> None:
         """Let the host or the skin itself compute the torque of the skin task."""
-        member("source", SkinSource, source)
-        if source == "skin" and self.session.torques is None:
+        chosen = member("source", SkinSource, source)
+        if chosen is SkinSource.skin and self.session.torques is None:
             raise SessionError("the cells of this session do not compute torques")
-        self._ask(lambda: self._set_source(source))
+        self._ask(lambda: self._set_source(chosen))
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""
@@ -203,7 +203,7 @@ class LiveSession:
             return None
         return Goal(kind, at, self.goals.goal is not None, left, told)
 
-    def _set_source(self, source: str) -> None:
+    def _set_source(self, source: SkinSource) -> None:
         # The behaviour may have changed since the page asked: then the page shows the source that it has.
         with contextlib.suppress(InputError):
             self.session.set_source(source)

@@ -6,6 +6,7 @@ A robot of your own derives from `RobotPort`, a skin of your own from `SkinInput
 
 from robotskin.choices import INTERFACES, MODES, SOURCES
 from robotskin.cycle import SafetyState
+from robotskin.firmware import CellMode
 from robotskin.loop import LoopError, LoopReport, SkinLoop
 from robotskin.model import (
     CommandMode,
@@ -23,6 +24,7 @@ __all__ = [
     "MODES",
     "PERIOD_S",
     "SOURCES",
+    "CellMode",
     "CommandMode",
     "Health",
     "InputStatus",

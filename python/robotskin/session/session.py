@@ -10,11 +10,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.choices import MODES, require_mode
+from robotskin.choices import member
 from robotskin.control import Behaviour
 from robotskin.control.body_limits import BodyLimits
 from robotskin.cycle import SafetyState
 from robotskin.driver import Driver
+from robotskin.firmware import CellMode
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
@@ -53,7 +54,7 @@ class Session(SkinnedRobot):
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
         keys: of datagrams and cells. By default the cells' come from the seed; the datagrams' do so in process, and are
             drawn fresh where they go through a socket.
-        interface: by member or name; mode: "clock" or "event".
+        interface, mode: by member or name.
         estimated_layout: the layout that driver, skin and controller take for true, such as a self-configured
             one; cells are told apart by their keys, and those it lacks are not listened to. By default the worn one.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
@@ -83,7 +84,7 @@ class Session(SkinnedRobot):
         link: Link = "udp",
         keys: SkinKeys | None = None,
         interface: CommandMode | str = CommandMode.position,
-        mode: str = "clock",
+        mode: CellMode | str = CellMode.clock,
         estimated_layout: Layout | None = None,
         control: Robot | None = None,
         cell_torques: bool | None = False,
@@ -98,9 +99,11 @@ class Session(SkinnedRobot):
         require_robot_and_layout(robot, layout)
         if layout.robot != robot.name:
             raise SessionError(f"layout of {layout.robot}: the robot is {robot.name}")
-        require_mode(mode)
+        begin_mode = member("mode", CellMode, mode)
         known, estimated_layout = control or robot, estimated_layout or layout
-        self.seed, self.mode = seed, mode
+        self.seed = seed
+        self.mode = str(begin_mode.name)
+        """When the cells send, by name."""
         self.world_cells = cells_in(layout, estimated_layout)
         """(N,) index in the world of each cell of `layout`, which is the believed one."""
         gains = gains or gains_of(robot)
@@ -234,13 +237,13 @@ class Session(SkinnedRobot):
 
     # ---- What may be asked of it ----
 
-    def set_mode(self, mode: str) -> None:
-        """Let the cells send at the clock rate, or when something changes."""
-        require_mode(mode)
+    def set_mode(self, mode: CellMode | str) -> None:
+        """Let the cells send at the clock rate, or when something changes. Raises UnknownNameError."""
+        chosen = member("mode", CellMode, mode)
         for group in sorted({int(group) for group in self.layout.group}):
             self.driver.command("event_mask", TOUCH_EVENT_MASK, group=group)
-            self.driver.command("mode", MODES.index(mode), group=group)
-        self.mode = mode
+            self.driver.command("mode", chosen.value, group=group)
+        self.mode = str(chosen.name)
 
     def cell_position(self, cell: int) -> NDArray[np.float64]:
         """(3,) metres, base frame: where the simulated cell truly is."""

@@ -63,5 +63,5 @@ class PlainCounts:
 
 def run_plain_network(next: Sequence[int], period_s: float, duration_s: float, seed: int = 1) -> PlainCounts:
     """
-    Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) whom each node sends to, -1: the host.
+    Nodes that only store and forward frames of 50 us, on the same event queue. next: (N) node each one sends to, -1: the host.
     """
