@@ -38,10 +38,13 @@ def hand_link(session: Session) -> str:
     return str(session.gains.values["cartesian"]["link"])
 
 
-def hand_pose(session: Session) -> Array:
-    """(4, 4) metres, base frame: the link of the robot's Cartesian tasks, as measured."""
+def hand_pose(session: Session, dynamics: RobotDynamics | None = None) -> Array:
+    """(4, 4) metres, base frame: the link of the robot's Cartesian tasks, as measured.
+
+    The dynamics of the session's robot are used where they are given, which saves making them.
+    """
     robot = session.robot.core
-    dynamics = RobotDynamics(robot)
+    dynamics = dynamics or RobotDynamics(robot)
     dynamics.update(np.array(session.joints.position), np.zeros(robot.joint_count))
     return dynamics.base_from_link(robot.link_index(hand_link(session)))
 
@@ -105,6 +108,7 @@ class GoalWatch:
         self.goal = goal
         self._behaviour = session.behaviour
         self._reference: Array | None = None
+        self._dynamics = RobotDynamics(session.robot.core)
 
     def given(self, goal: Array) -> None:
         """A goal was given: (n) rad or m of the joints, or (3) m of the hand."""
@@ -128,7 +132,7 @@ class GoalWatch:
         if kind == "joints":
             left = float(np.abs(np.array(session.joints.position) - self.goal).max())
         else:
-            left = float(np.linalg.norm(hand_pose(session)[:3, 3] - self.goal))
+            left = float(np.linalg.norm(hand_pose(session, self._dynamics)[:3, 3] - self.goal))
         if left <= (REACHED_RAD if kind == "joints" else REACHED_M):
             return kind, self.goal, left, ""
         unit = "rad" if kind == "joints" else "m"
