@@ -12,8 +12,9 @@ from pathlib import Path
 
 from symbols import ROOT, symbol_at
 
+from robotskin_lab import page_table
+
 PAGE = Path(__file__).with_name("equations.md")
-START, END = "<!-- table -->", "<!-- end -->"
 SOURCES = ("firmware/**/*.c", "core/**/*.cpp", "lab/core/**/*.cpp", "python/**/*.py", "lab/python/**/*.py")
 TAG = re.compile(r"(?://|/\*|#) *\[Cheng19 eq\. ([0-9, ]+)\]")
 
@@ -91,20 +92,19 @@ def _next_code(lines: list[str], at: int) -> int:
     return at
 
 
-def table(found: list[Place]) -> str:
+def table(found: list[Place]) -> list[str]:
     """The rows of the page: a place is a file and a function, so that other edits do not touch the page."""
     rows = ["| eq. | what | where |", "|---|---|---|"]
     for number, what in WHAT.items():
         there = sorted({(not p.of_product, p.path, p.symbol) for p in found if p.equation == number})
         links = [f"[`{symbol}`](../{path})" + (" (laboratory)" if lab else "") for lab, path, symbol in there]
         rows.append(f"| {number} | {what} | {', '.join(links) or 'open'} |")
-    return "\n".join(rows)
+    return rows
 
 
 def with_table(page: str) -> str:
     """The page with the table as it should be."""
-    before, _, rest = page.partition(START)
-    return f"{before}{START}\n{table(places())}\n{END}{rest.partition(END)[2]}"
+    return page_table.with_table(page, "table", table(places()))
 
 
 if __name__ == "__main__":

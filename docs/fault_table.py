@@ -4,18 +4,15 @@
 from pathlib import Path
 
 from robotskin.simulator import fault_help
+from robotskin_lab import page_table
 
 PAGE = Path(__file__).with_name("network.md")
-START, END = "<!-- faults -->", "<!-- end -->"
 
 
 def with_table(page: str) -> str:
     """The page with the table as it should be; its two lines of head stay."""
-    before, _, rest = page.partition(START)
-    table, _, after = rest.partition(END)
-    head = table.strip().splitlines()[:2]
     rows = [f"| `{keys}` | {text} |" for keys, _, text in (line.partition("  ") for line in fault_help().splitlines())]
-    return before + START + "\n" + "\n".join([*head, *rows]) + "\n" + END + after
+    return page_table.with_rows(page, "faults", rows)
 
 
 if __name__ == "__main__":

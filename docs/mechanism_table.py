@@ -4,9 +4,10 @@
 import json
 from pathlib import Path
 
+from robotskin_lab import page_table
+
 PAGE = Path(__file__).with_name("network.md")
 MEASURED = Path(__file__).with_name("balance_mechanisms.json")
-START, END = "<!-- mechanisms -->", "<!-- end -->"
 FAMILIES = ("compact_3", "compact_4_5", "bridged", "robots")
 
 
@@ -19,13 +20,10 @@ def row(name: str, one: dict) -> str:
 
 def with_table(page: str, measured: dict) -> str:
     """The page with the table as it should be; its two lines of head stay."""
-    before, _, rest = page.partition(START)
-    table, _, after = rest.partition(END)
-    head = table.strip().splitlines()[:2]
     worst = ", ".join(f"{measured['worst'][family]:.2f}" for family in FAMILIES)
     shipping = f"| none is left out | | | | | {worst} | |"
     rows = [shipping, *(row(name, one) for name, one in measured["mechanisms"].items())]
-    return before + START + "\n" + "\n".join([*head, *rows]) + "\n" + END + after
+    return page_table.with_rows(page, "mechanisms", rows)
 
 
 if __name__ == "__main__":

@@ -11,18 +11,19 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from robotskin import firmware
+from robotskin_lab import page_table
 
 PAGE = Path(__file__).with_name("protocol.md")
 
 
-def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """A Markdown table."""
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    """The lines of a Markdown table."""
     lines = [list(map(str, head)), *(list(map(str, row)) for row in rows)]
     lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return ["| " + " | ".join(line) + " |" for line in lines]
 
 
-def frame(name: str) -> str:
+def frame(name: str) -> list[str]:
     """The fields of one frame, by bits."""
     rows = []
     at = 0
@@ -35,7 +36,7 @@ def frame(name: str) -> str:
     return table(("bits", "width", "field", "", "meaning"), rows)
 
 
-def channels() -> str:
+def channels() -> list[str]:
     """The channels of a cell."""
     rows = []
     thresholds = dict(firmware.EVENT_THRESHOLDS)
@@ -44,17 +45,17 @@ def channels() -> str:
     return table(("channel", "bits", "", "one count is", "threshold (counts)"), rows)
 
 
-def numbered(entries: Iterable[tuple[object, ...]], *head: str) -> str:
+def numbered(entries: Iterable[tuple[object, ...]], *head: str) -> list[str]:
     """Entries of (name, number, ...) by number."""
     return table(head, ((number, f"`{name}`", *rest) for name, number, *rest in entries))
 
 
-def rates() -> str:
+def rates() -> list[str]:
     """The rates of clock mode."""
     return table(("commanded (Hz)", "period (us)"), firmware.CLOCK_RATES)
 
 
-def timing() -> str:
+def timing() -> list[str]:
     """The periods and limits."""
     names = (
         ("FRAME_US", "one frame on a link"),
@@ -74,7 +75,7 @@ def timing() -> str:
     return table(("time (us)", "what"), ((getattr(firmware, name), text) for name, text in names))
 
 
-TABLES: dict[str, Callable[[], str]] = {
+TABLES: dict[str, Callable[[], list[str]]] = {
     "channels": channels,
     "frame types": lambda: numbered(firmware.FRAME_TYPES, "type", "frame", "from, to, what for"),
     "operations": lambda: numbered(firmware.OPERATIONS, "number", "operation", "index", "value"),
@@ -88,12 +89,9 @@ TABLES: dict[str, Callable[[], str]] = {
 
 def with_tables(page: str) -> str:
     """The page with every table as the headers have it now. Raises KeyError for a table that is not made."""
-    return re.sub(
-        r"<!-- table: (.+?) -->\n.*?<!-- end -->",
-        lambda match: f"<!-- table: {match[1]} -->\n{TABLES[match[1]]()}\n<!-- end -->",
-        page,
-        flags=re.DOTALL,
-    )
+    for name in re.findall(r"<!-- table: (.+?) -->", page):
+        page = page_table.with_table(page, f"table: {name}", TABLES[name]())
+    return page
 
 
 def main() -> int:

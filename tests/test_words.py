@@ -2,12 +2,12 @@
 """The code speaks as docs/glossary.md says: each of its terms is in use, and the words they replaced are gone."""
 
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tracked_files import ROOT, tracked_files
+
 PAGE = ROOT / "docs/glossary.md"
 ROWS = re.findall(r"^\| ([^|]+) \| [^|]+ \| ([^|]+) \| [^|]+ \|$", PAGE.read_text(), re.MULTILINE)
 TERMS = [row for row in ROWS if row[0] != "term"]
@@ -47,14 +47,8 @@ MAY_SAY_OLD_WORDS = {
 }
 
 
-def files(*suffixes: str) -> list[Path]:
-    """Files that git knows, by their ends."""
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
-    return [ROOT / name for name in listed if name.endswith(suffixes) and (ROOT / name).exists()]
-
-
 def sources() -> list[Path]:
-    return files(".c", ".h", ".cpp", ".hpp", ".py", ".pyi", ".cmake", ".toml")
+    return tracked_files(".c", ".h", ".cpp", ".hpp", ".py", ".pyi", ".cmake", ".toml")
 
 
 def old_words_in(text: str) -> list[str]:
@@ -85,7 +79,7 @@ def test_a_term_of_the_glossary_is_in_use(term: str, where: str, code: str) -> N
 
 def test_retired_words_occur_nowhere() -> None:
     found = []
-    for path in [*sources(), *files(".md")]:
+    for path in [*sources(), *tracked_files(".md")]:
         name = path.relative_to(ROOT).as_posix()
         if name not in MAY_SAY_OLD_WORDS:
             found += [f"{name}: {what}" for what in old_words_in(path.read_text())]
@@ -111,7 +105,7 @@ def speaks_of_people(line: str) -> bool:
 def test_cells_and_machines_are_not_people() -> None:
     """A cell is a cell: which it is, and none, not who it is, and nobody."""
     found = []
-    for path in [*sources(), *files(".md", ".json")]:
+    for path in [*sources(), *tracked_files(".md", ".json")]:
         name = path.relative_to(ROOT).as_posix()
         if name not in MAY_SPEAK_OF_PEOPLE:
             lines = enumerate(path.read_text().splitlines(), 1)
@@ -119,7 +113,9 @@ def test_cells_and_machines_are_not_people() -> None:
     assert not found, "\n".join(found)
 
 
-@pytest.mark.parametrize("line", ["cells who have no parent", "GroundTruth::nobody", "def test_a_grant_moves_nobody():"])
+@pytest.mark.parametrize(
+    "line", ["cells who have no parent", "GroundTruth::nobody", "def test_a_grant_moves_nobody():"]
+)
 def test_a_cell_as_a_person_is_seen(line: str) -> None:
     assert speaks_of_people(line)
     assert not speaks_of_people("it yields to those who push")

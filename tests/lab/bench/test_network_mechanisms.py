@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the mechanisms of balance buy is measured on the same skins and in the same way as balance itself."""
 
-import importlib.util
 import json
 import re
-import sys
 from pathlib import Path
 
+import mechanism_table
 import pytest
 
 from robotskin_lab.bench.network_mechanisms import FAMILIES, KEPT, MECHANISMS, Loads, bought, settle_in
@@ -22,14 +21,8 @@ def kept() -> dict:
 
 
 def test_the_page_has_the_table_that_was_measured() -> None:
-    spec = importlib.util.spec_from_file_location("mechanism_table", ROOT / "docs/mechanism_table.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["mechanism_table"] = module
-    spec.loader.exec_module(module)
-    page = (ROOT / "docs/network.md").read_text(encoding="utf-8")
-    assert page == module.with_table(page, kept()), "run python docs/mechanism_table.py"
+    page = mechanism_table.PAGE.read_text(encoding="utf-8")
+    assert page == mechanism_table.with_table(page, kept()), "run make docs"
 
 
 def test_what_stays_can_be_left_out_and_has_been() -> None:

@@ -12,6 +12,7 @@ import pytest
 from robotskin.errors import RobotskinError
 from robotskin_lab.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, parse_case, run_case
 from robotskin_lab.campaign.mutants import CampaignBuildError, build, directed_cases, run_program
+from robotskin_lab.page_table import rows_of
 
 KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["kept"]
 
@@ -24,7 +25,7 @@ def test_no_invariant_breaks(seed: int) -> None:
 
 def test_the_page_lists_every_invariant() -> None:
     page = (Path(__file__).parents[3] / "docs/network.md").read_text()
-    table = page.partition("<!-- invariants -->")[2].partition("<!-- end -->")[0].strip().splitlines()[2:]
+    table = rows_of(page, "invariants")
     rows = sorted(invariants(), key=lambda row: row[1])
     assert table == [f"| I{number} | `{name}` | {text} |" for name, number, text in rows]
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults as text and in a run: what is printed can be read again, and one seed gives one run."""
 
-from pathlib import Path
-
+import fault_table
 import numpy as np
 import pytest
 
 from robotskin import simulator as core
 from robotskin.errors import RobotskinError
+from robotskin_lab.page_table import rows_of
 
 COLUMNS, ROWS = 8, 6
 
@@ -69,10 +69,9 @@ def test_a_wrong_fault_names_the_valid_choices(text, says):
 
 
 def test_the_page_lists_every_fault():
-    page = (Path(__file__).parents[3] / "docs/network.md").read_text()
-    table = page.partition("<!-- faults -->")[2].partition("<!-- end -->")[0].strip().splitlines()[2:]
-    lines = [line.partition("  ")[::2] for line in core.fault_help().strip().splitlines()]
-    assert table == [f"| `{keys}` | {text} |" for keys, text in lines]
+    page = fault_table.PAGE.read_text()
+    assert page == fault_table.with_table(page), "run make docs"
+    assert len(rows_of(page, "faults")) == len(core.fault_kinds())
 
 
 def test_one_seed_and_its_faults_give_one_run_and_others_another(seed):

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The world differs from its models as the table says, and each difference can be switched off."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
+import imperfection_table
 import mujoco
 import numpy as np
 import pytest
@@ -13,7 +10,6 @@ from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.world import Imperfections, World, ideal_world
 from robotskin.world.robot_as_built import build_differently
 
-DOCS = Path(__file__).parents[3] / "docs"
 NAMES = [row[0] for row in Imperfections.table()]
 
 
@@ -32,12 +28,8 @@ def settled(make_body, imperfections: Imperfections, **options: object) -> World
 
 
 def test_the_page_has_the_table_of_the_header() -> None:
-    spec = importlib.util.spec_from_file_location("imperfection_table", DOCS / "imperfection_table.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["imperfection_table"] = module
-    spec.loader.exec_module(module)
-    page = (DOCS / "imperfections.md").read_text()
-    assert page == module.with_table(page), "run python docs/imperfection_table.py"
+    page = imperfection_table.PAGE.read_text()
+    assert page == imperfection_table.with_table(page), "run make docs"
     assert all(source.strip() for *_, source in Imperfections.table())
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from robotskin_lab import page_table
 from robotskin_lab.reproduce.catalogue import Catalogue, Row
 from robotskin_lab.reproduce.cited import with_figures
 from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, is_old, load
 
 PAGE = TREE / "docs" / "reproduction.md"
 PAGES = sorted([*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")])
-START, END = "<!-- results -->", "<!-- end of results -->"
 OLD = " (older than the code)"
 HEAD = (
     "| figure | stated (or our rebuild of the method) | ours | ours / stated | measured by | at commit |",
@@ -59,9 +59,7 @@ def lines(catalogue: Catalogue, folder: Path = FOLDER) -> list[str]:
 
 def with_table(page: str, catalogue: Catalogue) -> str:
     """The page with the table as it should be."""
-    before, start, rest = page.partition(START)
-    _, end, after = rest.partition(END)
-    return "\n".join([before + start, *lines(catalogue), end + after])
+    return page_table.with_table(page, "results", lines(catalogue))
 
 
 def write(catalogue: Catalogue) -> list[Path]:
