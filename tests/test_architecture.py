@@ -135,57 +135,6 @@ def test_firmware_knows_nothing_above_it() -> None:
             assert include in {"stdint", "stdbool", "stddef", "string", "limits"}, f"{source}: <{include}.h>"
 
 
-def include_graph(room: str) -> dict[str, set[str]]:
-    """Which file includes which, below a room: paths as they stand in an include."""
-    graph: dict[str, set[str]] = {}
-    for source in sorted((ROOT / room).rglob("*.[ch]*")):
-        if source.suffix in {".c", ".h", ".cpp", ".hpp"}:
-            name = re.sub(r"^(firmware/include/|[a-z]+/)", "", source.relative_to(ROOT).as_posix())
-            graph[name] = set(re.findall(r'#include "([a-z_0-9/]+\.[ch](?:pp)?)"', source.read_text()))
-    return graph
-
-
-def with_sources_as_their_headers(graph: dict[str, set[str]]) -> dict[str, set[str]]:
-    """The same where a source and its header count as one; then a circle is one of calls, too.
-
-    What the cell shares with others has its header in include/robotskin, unless there is one beside the source.
-    """
-
-    def module(path: str) -> str:
-        stem = path.rpartition(".")[0]
-        shared = "robotskin/" + stem.rpartition("/")[2]
-        return shared if path.endswith(".c") and f"{stem}.h" not in graph and f"{shared}.h" in graph else stem
-
-    merged: dict[str, set[str]] = {}
-    for path, others in graph.items():
-        merged.setdefault(module(path), set()).update(map(module, others))
-    return {name: others - {name} for name, others in merged.items()}
-
-
-def circle_in(graph: dict[str, set[str]]) -> list[str]:
-    """The modules that are left when those that include none of the rest are taken away again and again."""
-    left = dict(graph)
-    while free := [name for name, others in left.items() if not others & left.keys()]:
-        for name in free:
-            del left[name]
-    return sorted(left)
-
-
-@pytest.mark.parametrize("room", ["firmware", "core"])
-def test_no_file_includes_itself_round_about(room: str) -> None:
-    graph = include_graph(room)
-    assert len(graph) > 50
-    assert not circle_in(graph)
-
-
-def test_no_source_of_the_firmware_calls_itself_round_about() -> None:
-    assert not circle_in(with_sources_as_their_headers(include_graph("firmware")))
-
-
-def test_a_circle_is_found() -> None:
-    assert circle_in({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}, "e": set()}) == ["a", "b", "c", "d"]
-
-
 def test_rooms_of_the_cell_include_only_rooms_above_them() -> None:
     """The order is that of the table on the page; the cell's own folder stands at its end."""
     rows = re.findall(r"^\| `cell/(?:([a-z]+)/|\*\.\[ch\])` \|", PAGE, re.MULTILINE)
