@@ -143,6 +143,8 @@ void bind_control_fusion(nb::module_& module) {
       .def_ro("fallback", &FusionReport::fallback, "the steps, or the time, ended before all levels were exact")
       .def_ro("by_clock", &FusionReport::by_clock, "it was the time")
       .def_ro("fade_limited", &FusionReport::fade_limited, "a limit forbade that the torque went on without a step")
+      .def_ro("widened", &FusionReport::widened,
+              "no torque keeps all limits: those of acceleration gave way, those of torque did not")
       .def_ro("finished", &FusionReport::finished, "levels that are exact, from the highest on");
   nb::class_<StackEntry>(module, "StackEntry", "A task, its level (0 the highest, -1 outside of levels) and weight.")
       .def(

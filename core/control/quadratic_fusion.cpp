@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "control/acceleration_bounds.hpp"
+#include "control/braking_room.hpp"
 #include "control/control_error.hpp"
 #include "control/dense_kernels.hpp"
 
@@ -51,7 +52,8 @@ struct QuadraticFusion::Workspace {
         rows(capacity * n),
         wanted(capacity),
         levels(level_count),
-        solver({.variables = n, .limits = 2 * n, .largest_rows = capacity, .levels = level_count}) {
+        solver({.variables = n, .limits = 2 * n, .largest_rows = capacity, .levels = level_count}),
+        braking_room(n) {
     for (auto* values : {&low, &high}) values->resize(2 * n);
     for (auto* values : {&chosen, &asked, &z, &torque, &at_rest, &last, &offset}) values->resize(n);
   }
@@ -71,6 +73,9 @@ struct QuadraticFusion::Workspace {
   double faded_s = 0;                   // since something began to
   std::size_t kept = 0;                 // levels that what fades may not change
   bool running = false, fades = false;  // there was a tick before; something fades
+  BrakingRoom braking_room;
+  StepBudget budget;     // of this tick
+  bool widened = false;  // of this tick
   FusionReport report;
 
   bool begin(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
@@ -78,7 +83,7 @@ struct QuadraticFusion::Workspace {
   bool solve(std::size_t count, const TaskInput& input, std::span<const double> feedforward, std::span<double> fused);
   void set_matrix();
   void set_bounds(const TaskInput& input, std::span<const double> bias, std::span<const double> feedforward);
-  void widen_to_a_feasible_torque();
+  void find_a_feasible_torque();
   double* take_rows(std::span<const double> own, double* place, std::size_t first, std::size_t count, double weight);
   void fade(double period_s);
 };
@@ -124,9 +129,9 @@ void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<co
   }
 }
 
-// Limits of acceleration and torque may exclude each other, as where the motor is too weak to brake. Then the former
-// give way, so far that the torque nearest to the wanted deceleration is allowed.
-void QuadraticFusion::Workspace::widen_to_a_feasible_torque() {
+// A point within all limits. Those of acceleration and torque may exclude each other, as where the motor is too weak to
+// brake; then the former give way, as little as can be.
+void QuadraticFusion::Workspace::find_a_feasible_torque() {
   for (std::size_t i = 0; i < n; ++i) z[i] = std::clamp(0.0, low[i], high[i]);
   // t = L^T z, torque = L t
   transposed_product(factor.data(), n, n, n, z.data(), chosen.data());
@@ -137,15 +142,11 @@ void QuadraticFusion::Workspace::widen_to_a_feasible_torque() {
     cut = cut || allowed != torque[i];
     torque[i] = allowed;
   }
+  widened = false;
   if (!cut) return;
   solve_lower(factor.data(), n, n, torque.data());
   chosen = torque;
-  z = chosen;
-  solve_lower_transposed(factor.data(), n, n, z.data());
-  for (std::size_t i = 0; i < n; ++i) {
-    low[i] = std::min(low[i], z[i]);
-    high[i] = std::max(high[i], z[i]);
-  }
+  widened = braking_room.find(factor.data(), matrix.data(), low, high, budget, chosen);
 }
 
 // Rows `first` on of `count` at `place` are `weight` times these. Returns where the next level's rows begin.
@@ -158,13 +159,13 @@ double* QuadraticFusion::Workspace::take_rows(std::span<const double> own, doubl
 
 bool QuadraticFusion::Workspace::solve(std::size_t count, const TaskInput& input, std::span<const double> feedforward,
                                        std::span<double> fused) {
-  StepBudget budget{.most = limits.steps, .deadline_ns = input.deadline_ns};
   const std::size_t finished = report.finished;
   const bool before = report.fallback;
   if (!solver.solve({matrix.data(), low, high}, {levels.data(), count}, budget, chosen)) return false;
   report = {.steps = budget.taken,
             .fallback = solver.finished() < count,
             .by_clock = budget.by_clock,
+            .widened = widened,
             .finished = solver.finished()};
   product(factor.data(), n, n, n, chosen.data(), torque.data());
   if (running && (before || report.fallback)) {
@@ -249,9 +250,10 @@ bool QuadraticFusion::Workspace::begin(const TaskInput& input, std::span<const d
     return false;
   std::ranges::copy(mass, factor.begin());  // symmetric
   if (!factorise(factor.data(), n, n)) return false;
+  budget = {.most = limits.steps, .deadline_ns = input.deadline_ns};
   set_matrix();
   set_bounds(input, bias, feedforward);
-  widen_to_a_feasible_torque();
+  find_a_feasible_torque();
   return true;
 }
 

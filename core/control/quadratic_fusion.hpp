@@ -50,6 +50,7 @@ struct FusionReport {
   bool fallback = false;      // the steps, or the time, ended before all levels were exact
   bool by_clock = false;      // it was the time
   bool fade_limited = false;  // a limit forbade that the torque went on without a step
+  bool widened = false;       // no torque keeps all limits: those of acceleration gave way
   std::size_t finished = 0;   // levels that are exact, from the highest on
 };
 

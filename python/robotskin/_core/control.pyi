@@ -1347,6 +1347,12 @@ class FusionReport:
         """a limit forbade that the torque went on without a step"""
 
     @property
+    def widened(self) -> bool:
+        """
+        no torque keeps all limits: those of acceleration gave way, those of torque did not
+        """
+
+    @property
     def finished(self) -> int:
         """levels that are exact, from the highest on"""
 

@@ -246,6 +246,24 @@ def test_where_steps_end_and_come_back_the_torque_of_a_frozen_state_stays(robot,
     assert fell > 20
 
 
+def test_a_motor_too_weak_to_brake_does_all_it_can(rng) -> None:
+    """No torque keeps all limits: those of torque hold, and hardly any other joint misses its acceleration."""
+    robot = robots.load("ur5").core
+    limits = QuadraticLimits.of(robot)
+    limits.torque = [2.0, *limits.torque[1:]]
+    limits.upper = [0.1, *limits.upper[1:]]
+    q, v = np.array([0.0, -1.2, 1.4, -1.0, -1.5, 0.0]), np.array([2.5, 0, 0, 0, 0, 0])
+    dynamics = RobotDynamics(robot)
+    dynamics.update(q, v)
+    fusion = quadratic(robot, limits)
+    torque = fusion.fuse(dynamics, q, v, dynamics.gravity_torque, [(50 * rng.normal(size=6), np.eye(6))])
+    assert fusion.report.widened
+    assert torque[0] == pytest.approx(-2.0, abs=1e-3)
+    assert (np.abs(torque) <= np.array(limits.torque) + 1e-4).all()
+    acceleration = dynamics.forward_dynamics(torque)
+    assert (np.abs(acceleration[1:]) <= np.array(limits.velocity[1:]) / limits.horizon_s * 1.05).all()
+
+
 def test_a_programme_is_the_best_of_what_is_allowed(rng) -> None:
     """On one level: nothing within the limits comes nearer to what is asked for."""
     robot = robots.load("ur5").core

@@ -7,6 +7,7 @@ from typing import Any
 
 from robotskin.errors import UnknownNameError
 from robotskin_lab.bench import (
+    control_fallback,
     control_interfaces,
     control_map,
     control_peer,
@@ -16,7 +17,7 @@ from robotskin_lab.bench import (
     control_ticks,
 )
 
-PARTS = ("ticks", "skin", "peer", "priority", "switch", "map", "spread", "collision", "proximity", "soak")
+PARTS = ("ticks", "skin", "peer", "priority", "fallback", "switch", "map", "spread", "collision", "proximity", "soak")
 
 
 def run(
@@ -44,6 +45,7 @@ def run(
         "skin": lambda: control_ticks.skin_figures(seed, ticks),
         "peer": lambda: control_peer.peer_figures(seed, ticks, tsid_python),
         "priority": lambda: control_priority.priority_figures(seed, states),
+        "fallback": lambda: control_fallback.fallback_figures(seed, max(states // 20, 5)),
         "switch": lambda: control_switch.switch_figures(seed),
         "map": lambda: control_map.map_figures(seed),
         "spread": lambda: control_interfaces.spread_figures(seed, pushed_cells),
