@@ -62,7 +62,7 @@ def fallback_figures(seed: int, states: int) -> dict[str, float]:
                 violations += not bounds.keep(torque, widened=report.widened)
                 for asked, rows in levels[: report.finished]:
                     changed = np.linalg.norm(rows @ dynamics.solve_mass(torque - exact))
-                    wanted = max(np.linalg.norm(rows @ dynamics.solve_mass(asked)), 1e-9)
+                    wanted = max(float(np.linalg.norm(rows @ dynamics.solve_mass(asked))), 1e-9)
                     error = max(error, float(changed / wanted))
             before, fell = torque, report.fallback
         if report.widened:
