@@ -151,6 +151,8 @@ void bind_standing_tasks(nb::module_& module) {
       .def(nb::init<>())
       .def_rw("lean", &BalanceGains::lean, "share of a lasting push that leaning takes up")
       .def_rw("lean_hz", &BalanceGains::lean_hz, "Hz, how fast it leans")
+      .def_rw("largest_lean_m", &BalanceGains::largest_lean_m, "m, bound of the lean")
+      .def_rw("lean_feedforward", &BalanceGains::lean_feedforward, "share of the lean's own speed that is fed forward")
       .def_rw("capture", &BalanceGains::capture, "how far the zero-moment point goes beyond the capture point's error")
       .def_rw("admittance", &BalanceGains::admittance, "1/s")
       .def_rw("margin_m", &BalanceGains::margin_m, "m, by which the zero-moment point stays inside the soles")

@@ -13,6 +13,7 @@ namespace robotskin::control {
 namespace {
 
 constexpr double gravity = 9.81;
+constexpr double least_height_m = 0.1;
 constexpr double largest_shift_m = 0.25;  // more than any robot can stand against
 // Without the feet's forces: how fast the centre of mass follows the lean, and at most.
 constexpr double lean_rate = 2.5, lean_speed = 0.1;
@@ -22,9 +23,9 @@ constexpr double begin_s = 0.5;  // in which the task comes up to its full speed
 
 BalanceTask::BalanceTask(const RobotModel& robot, BalanceGains gains)
     : Task("balance", robot.joint_count(), 2, Asks::acceleration), gains_(gains), jacobian_(3 * robot.joint_count()) {
-  for (const double value :
-       {gains.lean, gains.lean_hz, gains.capture, gains.admittance, gains.margin_m, gains.largest_speed,
-        gains.largest_lead_m, gains.stiffness, gains.damping, gains.touch_hz, gains.rest_hz, gains.feet_hz})
+  for (const double value : {gains.lean, gains.lean_hz, gains.capture, gains.admittance, gains.margin_m,
+                             gains.largest_speed, gains.largest_lean_m, gains.lean_feedforward, gains.largest_lead_m,
+                             gains.stiffness, gains.damping, gains.touch_hz, gains.rest_hz, gains.feet_hz})
     if (!(value >= 0) || !std::isfinite(value))
       throw ControlError("balance task: gain " + std::to_string(value) + " must be finite and not negative");
 }
@@ -56,7 +57,8 @@ void BalanceTask::follow(const TaskInput& input) noexcept {
   const Vector2 felt_now = felt(input, state.centre_of_mass);
   const Vector2 capture = state.capture_point(), centre = state.support.centre();
   const bool by_feet = gains_.by_feet && state.forces_count;
-  Vector2 goal{};
+  const double rate = std::sqrt(gravity / std::max(state.centre_of_mass[2], least_height_m));
+  Vector2 goal{}, goal_speed{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     skin_shift_[axis] += low_pass_share(gains_.touch_hz, period) * (felt_now[axis] - skin_shift_[axis]);
     // What pushes and is not felt, such as between cells, shows in the feet, where the robot's own motion hides it.
@@ -65,16 +67,23 @@ void BalanceTask::follow(const TaskInput& input) noexcept {
     rest_[axis] +=
         low_pass_share(slowly, period) * (std::clamp(unfelt, -largest_shift_m, largest_shift_m) - rest_[axis]);
     shift_[axis] = skin_shift_[axis] + rest_[axis];
+    const double before = std::clamp(gains_.lean * slow_[axis], -gains_.largest_lean_m, gains_.largest_lean_m);
     slow_[axis] += low_pass_share(gains_.lean_hz, period) * (shift_[axis] - slow_[axis]);
-    goal[axis] = centre[axis] - gains_.lean * slow_[axis];
-    pressed_[axis] = goal[axis] + shift_[axis] + gains_.capture * (capture[axis] - goal[axis]);
+    const double lean = std::clamp(gains_.lean * slow_[axis], -gains_.largest_lean_m, gains_.largest_lean_m);
+    goal[axis] = centre[axis] - lean;
+    goal_speed[axis] = gains_.lean_feedforward * (before - lean) / period;
+    pressed_[axis] =
+        goal[axis] + shift_[axis] + gains_.capture * (capture[axis] - goal[axis]) - goal_speed[axis] / rate;
   }
   pressed_ = state.support.clipped(pressed_, gains_.margin_m);
   begun_s_ += period;
   const double share = std::min(begun_s_ / begin_s, 1.0);
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    speed_[axis] = by_feet ? std::clamp(gains_.admittance * (state.zmp[axis] - pressed_[axis]), -gains_.largest_speed,
-                                        gains_.largest_speed)
+    // What the soles allow of the lean's own speed.
+    const double allowed = rate * (capture[axis] + shift_[axis] - pressed_[axis]);
+    const double ahead = std::clamp(allowed, std::min(goal_speed[axis], 0.0), std::max(goal_speed[axis], 0.0));
+    speed_[axis] = by_feet ? std::clamp(ahead + gains_.admittance * (state.zmp[axis] - pressed_[axis]),
+                                        -gains_.largest_speed, gains_.largest_speed)
                            : std::clamp(lean_rate * (goal[axis] - wanted_[axis]), -lean_speed, lean_speed);
     speed_[axis] *= share;
     wanted_[axis] =

@@ -15,6 +15,8 @@ namespace robotskin::control {
 struct BalanceGains {
   double lean = 0.6;                       // share of a lasting push that leaning against it takes up
   double lean_hz = 0.5;                    // how fast it leans
+  double largest_lean_m = 0.07;            // of the capture point from the middle of the soles, by leaning
+  double lean_feedforward = 1;             // share of the lean's own speed that is fed forward
   double capture = 2;                      // how far the zero-moment point goes beyond the capture point's error
   double admittance = 2;                   // 1/s, of the centre of mass by the error of the zero-moment point
   double margin_m = 0.006;                 // by which the zero-moment point stays inside the soles

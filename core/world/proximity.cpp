@@ -151,6 +151,10 @@ Seen Proximity::measure(const mjModel& model, const mjData& data, std::size_t ce
   const bool stale = !other_geom_[body].empty() && (known.travel < 0 || travel_ - known.travel > stale_rad);
   const bool object_near = std::any_of(object_geom_.begin(), object_geom_.end(), [&](int geom) {
     const Vector3 offset = load3(data.geom_xpos + 3 * geom) - centre;
+    if (model.geom_type[geom] == mjGEOM_PLANE) {
+      const double* rotation = data.geom_xmat + 9 * geom;  // a plane has no end: only its height counts
+      return std::abs(dot(offset, {rotation[2], rotation[5], rotation[8]})) <= skin::proximity_reach_m;
+    }
     const double bound = skin::proximity_reach_m + model.geom_rbound[geom];
     return dot(offset, offset) <= bound * bound;
   });

@@ -541,6 +541,18 @@ class BalanceGains:
     @lean_hz.setter
     def lean_hz(self, arg: float, /) -> None: ...
     @property
+    def largest_lean_m(self) -> float:
+        """m, bound of the lean"""
+
+    @largest_lean_m.setter
+    def largest_lean_m(self, arg: float, /) -> None: ...
+    @property
+    def lean_feedforward(self) -> float:
+        """share of the lean's own speed that is fed forward"""
+
+    @lean_feedforward.setter
+    def lean_feedforward(self, arg: float, /) -> None: ...
+    @property
     def capture(self) -> float:
         """how far the zero-moment point goes beyond the capture point's error"""
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from robotskin.layout import Layout
 from robotskin.layout.cell import LATTICE_CELL_AREA_M2
 from robotskin.robots.standing import SOLE_THICKNESS_M, Standing
 from robotskin.simulator import Carrier, Waypoint
@@ -58,6 +59,12 @@ def pose(position_m: things.Vector, rotation_deg: things.Vector) -> NDArray[np.f
     result[:3, :3] = Rotation.from_euler("xyz", rotation_deg, degrees=True).as_matrix()
     result[:3, 3] = position_m
     return result
+
+
+def beside(layout: Layout) -> NDArray[np.int32]:
+    """(N, 4) the cells that share a soft layer with each, or -1: of its own patch. A jumper cable carries no force."""
+    other = layout.neighbours[:, :, 0]
+    return np.where((other >= 0) & (layout.patch[other] == layout.patch[:, None]), other, -1)
 
 
 def add_scene(spec: mujoco.MjSpec, scene: SceneSpec) -> tuple[Piece, ...]:

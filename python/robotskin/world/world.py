@@ -109,7 +109,7 @@ class World:
             cell_body=self.scene.cell_body.tolist(),
             cell_geom=self.scene.cell_geom.tolist(),
             body_from_cell=self.scene.body_from_cell,
-            cell_neighbours=layout.neighbours[:, :, 0].tolist(),
+            cell_neighbours=bodies.beside(layout).tolist(),
             object_body=self.scene.object_body.tolist(),
             object_temperature=self.scene.object_temperature,
             ambient_temperature=ambient_temperature,

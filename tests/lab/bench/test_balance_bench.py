@@ -16,8 +16,8 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import CHEST, LAWS, ROBOT, drawn_cells
-from robotskin_lab.bench.balance_rig import StandingRig
+from robotskin_lab.bench.balance import LAWS
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells
 
 BACKWARD = (-1.0, 0.0, 0.0)
 

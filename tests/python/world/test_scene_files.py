@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from robotskin import robots
+from robotskin.apps.feet.exoskeleton import skin as feet_skin
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.layout.finished_layouts import finished_names
 from robotskin.robots.gains import GainSet, robots_with_gains
 from robotskin.world import SceneError, SceneSpec, ThingSpec, World, WorldError, load_scene, read_scene, scene_names
+from robotskin.world.bodies import beside
 from robotskin.world.things import FloorSpec, Sphere
 
 BALL = """
@@ -129,3 +131,12 @@ def test_what_a_thing_cannot_do_is_refused(make_body):
             ask(world.thing("ball"))
     with pytest.raises(UnknownNameError, match="thing of the scene 'bal'"):
         world.thing("bal")
+
+
+def test_a_soft_layer_carries_force_within_a_patch_and_a_jumper_cable_none():
+    layout = feet_skin()
+    near = beside(layout)
+    across = layout.patch[layout.neighbours[:, :, 0]] != layout.patch[:, None]
+    assert (across & (layout.neighbours[:, :, 0] >= 0)).sum() == 16
+    assert (near[across] == -1).all()
+    assert (near[~across] == layout.neighbours[:, :, 0][~across]).all()

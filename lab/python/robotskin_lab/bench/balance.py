@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from robotskin import robots
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
-from robotskin.robots.gains import GainSet
 from robotskin.tasks import BalanceGains
-from robotskin_lab.bench.balance_rig import STATUE, Law, StandingRig, impulse, ramp, step
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
+from robotskin_lab.bench.balance_touches import palm_figures, three_figures, touch_figures
 from robotskin_lab.bench.progress import tell
 
-ROBOT, CHEST = "talos_standing", "torso_2_link"
 Profile = tuple[Callable[[float], float], float]
 
 
@@ -44,24 +43,26 @@ balance by the feet alone; footless: by the skin and the inertial unit alone."""
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of push: its figure, how it goes, between which sizes its limit is looked for, and along which axis."""
+    """A kind of push: its figure, how it goes, the size that is tried first, the largest one, and along which axis."""
 
     figure: str
     profile: Callable[[float], Profile]
-    least: float
+    first: float
     most: float
     side: bool = False
 
 
 KINDS = (
-    Kind("ramp_chest_n", ramp, 15.0, 165.0),
-    Kind("step_chest_n", step, 15.0, 115.0),
-    Kind("impulse_chest_ns", impulse, 4.0, 44.0),
-    Kind("impulse_side_ns", impulse, 4.0, 60.0, side=True),
+    Kind("ramp_chest_n", ramp, 95.0, 200.0),
+    Kind("step_chest_n", step, 68.0, 150.0),
+    Kind("impulse_chest_ns", impulse, 24.0, 60.0),
+    Kind("impulse_side_ns", impulse, 38.0, 80.0, side=True),
 )
-PARTS = ("limits", "give")
+PARTS = ("limits", "give", "three", "touches", "palm")
 GIVE_N = (10.0, 20.0)
 GIVE_LINKS = ("arm_left_6_link", "arm_right_6_link", "arm_left_4_link", "arm_right_4_link", "arm_left_3_link")
+GROWTH = 1.15
+"""From one size of a push to the next that is tried, until one stands and the next does not."""
 
 
 def run(
@@ -69,79 +70,79 @@ def run(
     seed: int = 1,
     seeds: int = 1,
     cells: int = 1,
-    halvings: int = 4,
+    halvings: int = 1,
     laws: str = "all",
     kinds: str = "all",
     parts: str = "limits,give",
+    triples: int = 5,
+    touches_s: float = 60.0,
 ) -> dict[str, Any]:
     """Pushes of a padded plate about drawn cells of the chest, until the robot falls; the worse of both directions.
 
-    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not: the skin's forces
-    are true, 8 ms late, and end at 10 N a sensor.
+    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not, but for the palm:
+    the skin's forces are true, 8 ms late, and end at 10 N a sensor.
 
     Args:
         seed: of world and cells; the first of `seeds`.
         seeds: how many are run; the worst counts.
         cells: drawn for each direction; their median counts.
-        halvings: of the interval in which a limit is looked for.
+        halvings: of the last interval of 15 % in which a limit is looked for.
         laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless; or all.
         kinds: figures, with commas between; or all.
-        parts: with commas between: limits, give.
+        parts: with commas between: limits, give, three (pushes at once), touches (at random), palm.
+        triples: of pushes at once.
+        touches_s: seconds of random touches.
 
     Raises:
         UnknownNameError: no such law, kind or part.
     """
-    for part in parts.split(","):
+    began = time.process_time()
+    asked = parts.split(",")
+    for part in asked:
         if part not in PARTS:
             raise UnknownNameError("part", part, PARTS)
-    wanted = [_named(name, LAWS) for name in LAWS] if laws == "all" else laws.split(",")
+    wanted = [law.name for law in LAWS.values()] if laws == "all" else laws.split(",")
     chosen = [kind.figure for kind in KINDS] if kinds == "all" else kinds.split(",")
     for name in wanted:
-        if name not in [_named(one, LAWS) for one in LAWS]:
-            raise UnknownNameError("law", name, [_named(one, LAWS) for one in LAWS])
+        if name not in [law.name for law in LAWS.values()]:
+            raise UnknownNameError("law", name, [law.name for law in LAWS.values()])
     for name in chosen:
         if name not in [kind.figure for kind in KINDS]:
             raise UnknownNameError("kind of push", name, [kind.figure for kind in KINDS])
-    figures: dict[str, Any] = {}
+    each: list[dict[str, float]] = []
     for one in range(seed, seed + seeds):
         found: dict[str, float] = {}
-        if "limits" in parts.split(","):
+        if "limits" in asked:
             found |= limit_figures(one, cells, halvings, wanted, chosen)
-        if "give" in parts.split(","):
+        if "give" in asked:
             found |= give_figures(one, cells)
-        for name, value in found.items():
-            worse = max if name.endswith(("spread", "max")) or name.startswith("statue") else min
-            figures[name] = worse(figures.get(name, value), value)
+        if "three" in asked:
+            found |= three_figures(one, triples)
+        if "touches" in asked:
+            found |= touch_figures(one, touches_s)
+        if "palm" in asked:
+            found |= palm_figures(one)
+        each.append(found | _ratios(found))
+    figures: dict[str, Any] = {}
+    for name in each[0]:
+        values = [found[name] for found in each if name in found]
+        most = name.endswith(("spread", "max", "falls", "violations")) or name.startswith(("statue", "stiff"))
+        figures[name] = max(values) if most else min(values)
+    tell("")
+    return figures | {"seeds": seeds, "cells": cells, "processor_s": time.process_time() - began}
+
+
+def _ratios(figures: dict[str, float]) -> dict[str, float]:
+    """Of one seed, between laws."""
+    found = {}
     for kind in KINDS:
         if {kind.figure, f"stiff_{kind.figure}"} <= figures.keys():
-            figures[f"compliance_cost_{kind.figure}"] = figures[kind.figure] / max(
-                figures[f"stiff_{kind.figure}"], 1e-9
-            )
+            found[f"compliance_cost_{kind.figure}"] = figures[kind.figure] / max(figures[f"stiff_{kind.figure}"], 1e-9)
         if {kind.figure, f"statue_{kind.figure}"} <= figures.keys():
-            figures[f"{kind.figure}_over_statue"] = figures[kind.figure] / max(figures[f"statue_{kind.figure}"], 1e-9)
-    costs = [value for name, value in figures.items() if name.startswith("compliance_cost_")]
-    if costs:
-        figures["compliance_cost"] = min(costs)
-    tell("")
-    return figures | {"seeds": seeds, "cells": cells}
-
-
-def _named(prefix: str, laws: dict[str, Law]) -> str:
-    return laws[prefix].name
-
-
-def drawn_cells(seed: int, count: int, link: str, direction: np.ndarray) -> list[int]:
-    """Cells of a link that face a push in this direction (3,), inside of their patch, drawn."""
-    robot, layout = robots.load(ROBOT), finished(ROBOT)
-    places = robot.base_from_link(GainSet.load(ROBOT).home)
-    index = [robot.link_index(name) for name in layout.links]
-    outward = np.einsum("cij,cj->ci", places[np.array(index)[layout.link]][:, :3, :3], layout.link_from_cell[:, :3, 2])
-    on_link = layout.link == layout.links.index(link)
-    faces = on_link & (outward @ direction < -0.8)
-    if not faces.any():
-        faces = on_link & (outward @ direction <= (outward @ direction)[on_link].min() + 0.1)
-    rng = np.random.default_rng([seed, *(np.abs(direction) * 2 + direction + 3).astype(int)])
-    return [int(cell) for cell in rng.choice(np.flatnonzero(faces), count)]
+            found[f"{kind.figure}_over_statue"] = figures[kind.figure] / max(figures[f"statue_{kind.figure}"], 1e-9)
+    if found and any(name.startswith("compliance_cost") for name in found):
+        found["compliance_cost"] = min(value for name, value in found.items() if name.startswith("compliance_cost"))
+    return found
 
 
 def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: list[str]) -> dict[str, float]:
@@ -157,7 +158,10 @@ def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: 
             for sign in (1.0, -1.0):
                 direction = (0.0, sign, 0.0) if kind.side else (sign, 0.0, 0.0)
                 drawn = drawn_cells(seed, cells, CHEST, np.array(direction))
-                found = [largest_stood(law, kind, seed, cell, direction, halvings) for cell in drawn]
+                found: list[float] = []
+                for cell in drawn:
+                    before = found[-1] if found else None
+                    found.append(largest_stood(law, kind, seed, cell, direction, halvings, before))
                 tell(f"balance: seed {seed}, {law.name}, {kind.figure} along {sign:+.0f}: {np.round(found, 1)}")
                 worst = min(worst, float(np.median(found)))
             figures["_".join(filter(None, (prefix, kind.figure)))] = worst
@@ -165,17 +169,38 @@ def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: 
 
 
 def largest_stood(
-    law: Law, kind: Kind, seed: int, cell: int, direction: tuple[float, float, float], halvings: int
+    law: Law,
+    kind: Kind,
+    seed: int,
+    cell: int,
+    direction: tuple[float, float, float],
+    halvings: int,
+    first: float | None = None,
 ) -> float:
-    """Newton or newton seconds, the largest push found that the robot stands; 0 if it falls at the least."""
-    low, high = 0.0, kind.most
-    middle = kind.most / 2
+    """Newton or newton seconds, the largest push found that the robot stands; 0 if it falls at the least.
+
+    `first`: where to begin, such as what stood at another cell; by default the kind's own.
+    """
+
+    def stands(size: float) -> bool:
+        force, seconds = kind.profile(size)
+        return StandingRig(ROBOT, law, seed, cell, direction).push(force, seconds)
+
+    size = first or kind.first
+    if stands(size):
+        low, high = size, size * GROWTH
+        while high < kind.most and stands(high):
+            low, high = high, high * GROWTH
+    else:
+        low, high = size / GROWTH, size
+        while not stands(low):
+            low, high = low / GROWTH, low
+            if low < kind.first / 12:
+                return 0.0
     for _ in range(halvings):
-        force, seconds = kind.profile(middle)
-        stands = StandingRig(ROBOT, law, seed, cell, direction).push(force, seconds)
-        low, high = (middle, high) if stands else (low, middle)
-        middle = (low + high) / 2
-    return low
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if stands(middle) else (low, middle)
+    return float(low)
 
 
 def give_figures(seed: int, cells: int) -> dict[str, float]:

@@ -21,10 +21,11 @@ from robotskin.robots.standing import BASE_JOINTS
 from robotskin.session import SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput, SkinState
 from robotskin.tasks import BalanceGains
-from robotskin.world import World
+from robotskin.world import HandSpec, World
 from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
 
 Array = NDArray[np.float64]
+ROBOT, CHEST = "talos_standing", "torso_2_link"
 PERIOD_S = 0.001
 SKIN_DELAY_TICKS = 8
 """From touch to skin state: half a sample at 125 Hz and the transport of a large skin."""
@@ -81,17 +82,32 @@ class StandingRig:
         seed: of the world.
         cell: before which the plate waits; None: there is no plate.
         direction: (3,) unit vector along x or y of the world, in which the plate pushes.
+        hands: how many balls there are besides, which push cells against their normals.
     """
 
     def __init__(
-        self, name: str, law: Law, seed: int, cell: int | None = None, direction: tuple[float, float, float] = (1, 0, 0)
+        self,
+        name: str,
+        law: Law,
+        seed: int,
+        cell: int | None = None,
+        direction: tuple[float, float, float] = (1, 0, 0),
+        hands: int = 0,
     ) -> None:
         self.law = law
         self.robot, self.layout, self.gains = robots.load(name), finished(name), GainSet.load(name)
         self.direction = np.asarray(direction, dtype=float)
         self.cell = cell
         scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=() if cell is None else (self._plate(cell),))
-        self.world = World(self.layout, self.robot, seed, posture=self.gains.home, powered=False, hands=(), scene=scene)
+        self.world = World(
+            self.layout,
+            self.robot,
+            seed,
+            posture=self.gains.home,
+            powered=False,
+            hands=(HandSpec(),) * hands,
+            scene=scene,
+        )
         self.time_s = 0.0
         self.robot_body = int(self.world.scene.model.body("base_link").id)
         self._home_height = float(self.gains.home[2])
@@ -217,3 +233,17 @@ def impulse(impulse_ns: float) -> tuple[Callable[[float], float], float]:
     """A half sine of 0.1 s, and 2.5 s of rest."""
     peak = impulse_ns * np.pi / (2 * 0.1)
     return lambda t: float(peak * np.sin(np.pi * t / 0.1)) if t < 0.1 else -1.0, 2.6
+
+
+def drawn_cells(seed: int, count: int, link: str, direction: np.ndarray) -> list[int]:
+    """Cells of a link that face a push in this direction (3,), inside of their patch, drawn."""
+    robot, layout = robots.load(ROBOT), finished(ROBOT)
+    places = robot.base_from_link(GainSet.load(ROBOT).home)
+    index = [robot.link_index(name) for name in layout.links]
+    outward = np.einsum("cij,cj->ci", places[np.array(index)[layout.link]][:, :3, :3], layout.link_from_cell[:, :3, 2])
+    on_link = layout.link == layout.links.index(link)
+    faces = on_link & (outward @ direction < -0.8)
+    if not faces.any():
+        faces = on_link & (outward @ direction <= (outward @ direction)[on_link].min() + 0.1)
+    rng = np.random.default_rng([seed, *(np.abs(direction) * 2 + direction + 3).astype(int)])
+    return [int(cell) for cell in rng.choice(np.flatnonzero(faces), count)]

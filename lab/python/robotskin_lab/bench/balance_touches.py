@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A standing robot that is touched at several places, at random, and by a palm that comes near."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotskin.layout import finished
+from robotskin.robots.gains import robot_with_gains
+from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin_lab.bench.balance_rig import ROBOT, Law, StandingRig
+from robotskin_lab.bench.progress import tell
+
+TRIPLE_LINKS = (
+    ("arm_left_4_link", "arm_left_2_link", "arm_left_3_link"),
+    ("arm_right_5_link", "arm_right_6_link", "arm_right_4_link"),
+    ("torso_2_link",),
+)
+"""One cell of each row: of an arm, of the other's wrist or forearm, of chest or back."""
+TRIPLE_N, TRIPLE_S, REST_S = 25.0, 2.0, 1.0
+LARGEST_STEP_N = 40.0
+TOUCH_S, PAUSE_S = (0.1, 1.2), (0.2, 1.0)
+LARGEST_IMPULSE_NS = 10.0
+"""Of touches that are shorter than `SHORT_S`."""
+SHORT_S = 0.25
+PALM_M_S, PALM_FROM_M, PALM_TO_M = 0.1, 0.15, 0.03
+PALM_LINKS = ("arm_left_4_link", "torso_2_link")
+
+
+def inner_cells(link: str) -> np.ndarray:
+    """The cells of a link that have at least three neighbours: a hand reaches them."""
+    layout = finished(ROBOT)
+    if link not in layout.links:
+        return np.array([], dtype=int)
+    inside = (layout.neighbours[:, :, 0] >= 0).sum(axis=1) >= 3
+    return np.flatnonzero((layout.link == layout.links.index(link)) & inside)
+
+
+def three_figures(seed: int, triples: int) -> dict[str, float]:
+    """Three pushes of 25 N at once, drawn; how many triples the robot stands, and how far the points give way."""
+    draw = np.random.default_rng([seed, 3])
+    stood, gives = 0, []
+    rig: StandingRig | None = None
+    for number in range(triples):
+        rows = [[link for link in row if len(inner_cells(link))] for row in TRIPLE_LINKS]
+        cells = [int(draw.choice(inner_cells(str(draw.choice(row))))) for row in rows]
+        if rig is None or rig.fallen:
+            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=3)
+        before = [rig.cell_place(cell) for cell in cells]
+        for hand, cell in enumerate(cells):
+            rig.world.push(cell, TRIPLE_N, hand=hand)
+        rig.run(TRIPLE_S)
+        force = rig.world.contact_normal_force()[:3]
+        moved = [float(np.linalg.norm(rig.cell_place(cell) - at)) for cell, at in zip(cells, before, strict=True)]
+        gives += [1e3 * way / TRIPLE_N for way, newton in zip(moved, force, strict=True) if newton > TRIPLE_N / 2]
+        rig.world.release()
+        rig.run(REST_S)
+        stood += not rig.fallen
+        tell(
+            f"balance: seed {seed}, triple {number + 1}: {np.round(force)} N move {np.round(1e3 * np.array(moved))} mm"
+        )
+    return {"three_share": stood / triples, "three_give_mm_per_n": float(np.min(gives)) if gives else 0.0}
+
+
+def touch_figures(seed: int, seconds: float) -> dict[str, float]:
+    """Touches at random places of the whole skin but the soles: falls, and commands beyond a limit."""
+    draw = np.random.default_rng([seed, 10])
+    rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1)
+    links = [link for link in rig.layout.links if "leg" not in link and len(inner_cells(link))]
+    falls = stops = count = 0
+    elapsed = 0.0
+    while elapsed < seconds:
+        cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
+        lasts = float(draw.uniform(*TOUCH_S))
+        force = float(draw.uniform(5.0, LARGEST_STEP_N))
+        if lasts < SHORT_S:
+            force = min(force, LARGEST_IMPULSE_NS / lasts)
+        rig.world.push(cell, force)
+        # A hand needs time to come.
+        for _ in range(1500):
+            rig.step()
+            if rig.world.contact_normal_force()[0] > force / 4:
+                break
+        rig.run(lasts)
+        rig.world.release()
+        rig.run(float(draw.uniform(*PAUSE_S)))
+        count += 1
+        elapsed = rig.time_s if falls == 0 else elapsed + lasts + PAUSE_S[1]
+        assert rig.skinned is not None
+        if rig.skinned.state not in (SafetyState.running, SafetyState.degraded):
+            stops += 1
+            tell(f"balance: seed {seed}, touch {count}: {rig.skinned.why_not_running()}")
+            if not rig.fallen:
+                rig.skinned.start()
+        if rig.fallen:
+            falls += 1
+            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1)
+    assert rig.skinned is not None
+    tell(f"balance: seed {seed}, {count} touches, {falls} falls, {stops} stops")
+    return {
+        "touch_falls": float(falls),
+        "touch_stops_max": float(stops),
+        "touch_limit_violations": float(rig.skinned.controller.report.violations),
+        "touches": float(count),
+    }
+
+
+def palm_figures(seed: int) -> dict[str, float]:
+    """A palm comes near at 0.1 m/s through firmware, network and driver: the largest force, and whether it stands."""
+    ready = robot_with_gains(ROBOT)
+    session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains, link="in process")
+    draw = np.random.default_rng([seed, 7])
+    largest, least_way = 0.0, np.inf
+    try:
+        session.boot()
+        for link in PALM_LINKS:
+            cell = int(draw.choice(inner_cells(link)))
+            before = session.cell_position(cell)
+            session.world.approach(session.in_world(cell), PALM_FROM_M, 0.4)
+            session.run(0.6)
+            session.world.approach(session.in_world(cell), PALM_TO_M, PALM_M_S)
+            for _ in range(round(1.8 / PERIOD_S)):
+                session.step()
+                largest = max(largest, float(session.world.contact_normal_force().sum()))
+            least_way = min(least_way, float(np.linalg.norm(session.cell_position(cell) - before)))
+            session.world.release()
+            session.run(0.4)
+        height = float(session.world.joint_positions()[2])
+        stands = height > 0.8 * session.home[2] and session.state in (SafetyState.running, SafetyState.degraded)
+    finally:
+        session.shut_down()
+    tell(f"balance: seed {seed}, palm: {largest:.2f} N, draws back {1e3 * least_way:.0f} mm")
+    return {"palm_force_n_max": largest, "palm_way_mm": 1e3 * least_way, "palm_stands": float(stands)}

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin bench feet`: what soles of seven cells tell of an exoskeleton's steps, sound and worn."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from robotskin.apps.feet.exoskeleton import REGIONS
+from robotskin.apps.feet.gait import Gait
+from robotskin.apps.feet.script import figures_of, walk
+from robotskin.apps.feet.settings import read_settings
+from robotskin.apps.feet.walk import FeelingFeet
+from robotskin_lab.bench.progress import tell, tell_step
+
+LOST_S = 0.5
+"""After all cells of a sole are lost, in which its motors have to fall silent."""
+SETTLES_S = 0.6
+SILENT_DUTY = 0.0
+WORSE_IF_LARGE = ("false_share", "scuffs_reported_share", "latency_ms", "lift_off_ms", "duty_", "silent_ms")
+
+
+def run(*, seed: int = 1, seeds: int = 1, steps: int = 500) -> dict[str, Any]:
+    """Walk on sound soles; walk on with one dead cell a sole; then lose all cells of a foot that stands.
+
+    Everything goes through firmware, network and driver, in the imperfect world. Of several seeds the worst counts.
+    `worn_` figures are of the second walk, whose cells have drifted since the first one began: at the usual 500 steps
+    for ten minutes. `naive_` ones are of a threshold of 0.3 N on the strongest cell.
+
+    Args:
+        seed: of gait and world; the first of `seeds`.
+        seeds: how many are run.
+        steps: of each of the two walks.
+    """
+    began = time.process_time()
+    figures: dict[str, Any] = {}
+    for one in range(seed, seed + seeds):
+        found = _figures(one, steps)
+        for name, value in found.items():
+            worse = max if any(part in name for part in WORSE_IF_LARGE) else min
+            figures[name] = worse(figures.get(name, value), value)
+    tell("")
+    return figures | {"seeds": seeds, "processor_s": time.process_time() - began}
+
+
+def _figures(seed: int, steps: int) -> dict[str, float]:
+    gait = Gait(seed, 2 * steps)
+    feet = FeelingFeet(gait, read_settings(), seed)
+    sound = walk(feet, gait.steps[steps].lifts_s - SETTLES_S, lambda text: tell_step(f"feet: seed {seed}, {text}"))
+    figures = figures_of(feet, sound, gait.steps[:steps])
+    draw = np.random.default_rng([seed, 5])
+    for foot in range(2):
+        feet.world.network.kill(7 * foot + int(draw.integers(len(REGIONS))))
+    worn = walk(feet, gait.ends_s, lambda text: tell_step(f"feet: seed {seed}, {text}"))
+    figures |= {f"worn_{name}": value for name, value in figures_of(feet, worn, gait.steps[steps:]).items()}
+    return figures | _lost(feet)
+
+
+def _lost(feet: FeelingFeet) -> dict[str, float]:
+    """Kill what is left of the soles while they stand: milliseconds until the duty of every motor is 0."""
+    before = float(feet.duty.max())
+    for cell in range(len(feet.layout)):
+        feet.world.network.kill(cell)
+    begun = feet.time_s
+    silent = float("inf")
+    while feet.time_s < begun + LOST_S:
+        feet.step()
+        if feet.duty.max() <= SILENT_DUTY:
+            silent = 1e3 * (feet.time_s - begun)
+            break
+    return {"standing_duty": before, "silent_ms": silent}

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page: two feet that walk, cells coloured by what they feel, three lamps for three motors, and the last events."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from rich.console import Console
+
+from robotskin.apps.feet.contact import Event
+from robotskin.apps.feet.exoskeleton import SIDES, Region
+from robotskin.apps.feet.walk import PERIOD_S, FeelingFeet
+from robotskin.viewer.colours import cell_colours
+from robotskin.viewer.scene import Scene
+from robotskin.viewer.served_page import ServedPage
+from robotskin.viewer.session_view import SkinReading
+
+FRAMES_PER_S = 25
+FRAMES_PER_TEXT = 3
+EVENTS_SHOWN = 6
+LAMP = (255, 176, 64)
+LAMP_AT_M = (0.0, 0.0, 0.62)
+LAMP_STEP_M, LAMP_M = 0.11, 0.042
+
+
+class FeetPage(ServedPage):
+    """Walks in real time on a thread of its own, and draws it; a walk that has ended begins anew.
+
+    The feet stay in the middle of the picture: the ground is a treadmill.
+    """
+
+    def __init__(self, make: Callable[[], FeelingFeet], port: int) -> None:
+        super().__init__("feeling feet, 14 cells", port)
+        self._make = make
+        self._events: list[tuple[int, Event]] = []
+        self.feet = self._begin()
+        self.scene = Scene(self.server, self.feet.robot, self.feet.layout, self._joints())
+        self._lamps = [
+            self.server.scene.add_icosphere(
+                f"/lamps/{region.name.lower()}",
+                radius=LAMP_M,
+                color=LAMP,
+                position=(LAMP_AT_M[0] - (region - 1) * LAMP_STEP_M, LAMP_AT_M[1], LAMP_AT_M[2]),
+            )
+            for region in Region
+        ]
+        for region in Region:
+            place = (LAMP_AT_M[0] - (region - 1) * LAMP_STEP_M, LAMP_AT_M[1], LAMP_AT_M[2] + 0.09)
+            self.server.scene.add_label(f"/lamps/{region.name.lower()}/label", region.name.lower(), position=place)
+        with self.server.gui.add_folder("Feeling feet"):
+            self._text = self.server.gui.add_html("")
+        self._count = 0
+        self._start("feet")
+
+    def _begin(self) -> FeelingFeet:
+        feet = self._make()
+        feet.on_event = lambda foot, event: self._events.append((foot, event))
+        return feet
+
+    def _joints(self) -> np.ndarray:
+        """(6,) of the feet, on the treadmill."""
+        joints = np.array(self.feet.world.joint_positions())
+        joints[[0, 3]] -= joints[[0, 3]].mean()
+        return joints
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._closing.wait(max(0.0, due - time.monotonic())):
+            due = max(due + 1 / FRAMES_PER_S, time.monotonic())
+            if self.feet.time_s > self.feet.gait.ends_s:
+                self._events.clear()
+                self.feet = self._begin()
+            for _ in range(round(1 / FRAMES_PER_S / PERIOD_S)):
+                self.feet.step()
+            if self.server.get_clients():
+                self.draw()
+
+    def draw(self) -> None:
+        """Send this moment to the browsers."""
+        felt = self.feet.felt
+        reading = SkinReading(
+            normal_force=np.array(felt.normal_force),
+            proximity=np.array(felt.proximity),
+            distance=np.array(felt.distance),
+            acceleration=np.array(felt.acceleration),
+            temperature=np.array(felt.temperature),
+            health=np.array(felt.health),
+            age_s=1e-9 * (self.feet.world.now_ns - np.array(felt.stamp_ns, dtype=float)),
+        )
+        with self.server.atomic():
+            self.scene.move(self._joints())
+            cable = np.zeros(len(self.feet.layout), dtype=int)
+            self.scene.colour(cell_colours("force", self.feet.layout, cable, reading))
+            for lamp, strength in zip(self._lamps, self.feet.motors.strength, strict=True):
+                red, green, blue = (round(28 + float(strength) * (full - 28)) for full in LAMP)
+                lamp.color = (red, green, blue)
+            if self._count % FRAMES_PER_TEXT == 0:
+                self._text.content = self._told()
+        self._count += 1
+
+    def _told(self) -> str:
+        duty = self.feet.duty.max(axis=0)
+        bars = "".join(
+            f'<div style="display:flex;align-items:center;margin:2px 0"><span style="width:52px">'
+            f'{region.name.lower()}</span><div style="background:#2a3140;width:150px;height:10px"><div '
+            f'style="background:rgb{LAMP};height:10px;width:{100 * duty[region]:.0f}%"></div></div>'
+            f'<span style="margin-left:8px">{duty[region]:.2f}</span></div>'
+            for region in Region
+        )
+        states = "".join(
+            f"<div><b>{side}</b> {contact.state}{', lands soon' if contact.announced else ''}</div>"
+            for side, contact in zip(SIDES, self.feet.contacts, strict=True)
+        )
+        last = "".join(
+            f"<div>{event.time_s:.2f} s {SIDES[foot]} {event.kind}</div>"
+            for foot, event in reversed(self._events[-EVENTS_SHOWN:])
+        )
+        touchdowns = sum(event.kind == "touchdown" for _, event in self._events)
+        return (
+            f'<div style="padding:0 12px;font-size:12px" data-touchdowns="{touchdowns}" '
+            f'data-duty="{" ".join(f"{one:.2f}" for one in duty)}">{bars}{states}<br>{last}</div>'
+        )
+
+
+def show(make: Callable[[], FeelingFeet], port: int) -> None:
+    """Serve the page until it is interrupted."""
+    console = Console()
+    with FeetPage(make, port) as page:
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print("the feet stand still")

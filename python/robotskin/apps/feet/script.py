@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The headless walk: what the soles told, compared with what was true under them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.apps.feet.contact import State
+from robotskin.apps.feet.gait import Step
+from robotskin.apps.feet.truth import TrueLoad
+from robotskin.apps.feet.vibration import duty_of
+from robotskin.apps.feet.walk import PERIOD_S, FeelingFeet
+from robotskin.figures import Bound
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+LOADED_N = 5.0
+"""A foot that truly carries more is on the ground."""
+EARLY_S, LATE_S = 0.10, 0.25
+"""Around the time at which a step is planned to land, in which it truly lands and has to be told."""
+NAIVE_N, NAIVE_FREE_S = 0.3, 0.05
+"""A threshold on the strongest cell, and how long it has to be below before it may tell another landing."""
+AHEAD_S = 0.05
+"""So long before it a landing is to be announced."""
+
+
+@dataclass
+class Walked:
+    """What was true while feet walked; T moments."""
+
+    time_s: list[float] = field(default_factory=list)
+    strongest_n: list[list[float]] = field(default_factory=list)
+    """Each (2), of the strongest cell of each foot."""
+    load_n: list[Array] = field(default_factory=list)
+    """Each (2, 3), of the regions of both feet."""
+    true_error: list[float] = field(default_factory=list)
+    felt_error: list[float] = field(default_factory=list)
+
+
+def bounds() -> list[Bound]:
+    """What must hold in a walk of any length."""
+    return [
+        Bound("detected_share", least=0.995),
+        Bound("false_share", most=0.01),
+        Bound("latency_ms_median", most=20.0),
+        Bound("latency_ms_p99", most=60.0),
+        Bound("announced_share", least=0.9),
+        Bound("duty_error", most=0.15),
+    ]
+
+
+def walk(feet: FeelingFeet, until_s: float, progress: Progress = lambda _text: None) -> Walked:
+    """Walk until a time, and take down what is true."""
+    truth, walked = TrueLoad(feet.world), Walked()
+    while feet.time_s < until_s - PERIOD_S / 2:
+        feet.step()
+        walked.time_s.append(feet.time_s)
+        walked.load_n.append(truth.now())
+        walked.strongest_n.append([float(contact.force_n.max()) for contact in feet.contacts])
+        _compare(feet, walked)
+        if len(walked.time_s) % 2500 == 0:
+            progress(f"{feet.time_s:.0f} s of {until_s:.0f} s")
+    return walked
+
+
+def _compare(feet: FeelingFeet, walked: Walked) -> None:
+    """Duties of feet that stand against the true load, and against what was felt when they were set."""
+    if feet.calibration is None:
+        return
+    vibration, region_n = feet.settings.vibration, feet.calibration.region_n
+    for foot, contact in enumerate(feet.contacts):
+        if contact.state is not State.STANDS or contact.since_s > feet.duty_set_s:
+            continue
+        known = np.isfinite(feet.loads_n[foot])
+        true = duty_of(walked.load_n[-1][foot], feet.calibration, vibration)
+        walked.true_error += np.abs(feet.duty[foot] - true)[known].tolist()
+        share = (feet.loads_n[foot] / region_n - vibration.silent_share) / (
+            vibration.full_share - vibration.silent_share
+        )
+        walked.felt_error.append(float(np.abs(feet.duty[foot] - np.clip(share, 0, 1))[known].max(initial=0.0)))
+
+
+def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str, float]:
+    """Compare what was told with what was true.
+
+    Figures: `detected_share` of the landings; `false_share`, landings told without one, for each step;
+    `scuffs_reported_share`, scuffs told as landings; `latency_ms_median` and `latency_ms_p99` of those detected;
+    `announced_share`, told at least 50 ms ahead; `lift_off_ms_median`, after the true one; `duty_error` and
+    `duty_error_p95`, mean and 95 % of the differences between a duty and that of the true load, while a foot stands;
+    `duty_felt_error`, the largest deviation of a duty from proportional to the felt load.
+    """
+    time = np.array(walked.time_s)
+    total = np.array(walked.load_n).sum(axis=2)
+    latencies: list[float] = []
+    lifts: list[float] = []
+    announced = reported = scuffs = 0
+    landings = 0
+    used: list[set[float]] = [set(), set()]
+    for step in steps:
+        told = feet.told[step.foot]
+        window = (time > step.lands_s - EARLY_S) & (time < step.lands_s + LATE_S) & (total[:, step.foot] > LOADED_N)
+        if not window.any():
+            continue
+        landings += 1
+        lands = float(time[np.argmax(window)])
+        found = [at for at in told.times("touchdown") if lands - EARLY_S <= at <= lands + LATE_S]
+        used[step.foot].update(found)
+        if found:
+            latencies.append(max(min(found) - lands, 0.0))
+        if any(lands - 0.6 <= at <= lands - AHEAD_S for at in _standing(told.events, lands)):
+            announced += 1
+        if step.scuff is not None:
+            scuffs += 1
+            hit = [at for at in told.times("touchdown") if abs(at - step.scuff.at_s) < LATE_S]
+            reported += bool(hit)
+        lifts += _lift_latency(time, total[:, step.foot], told.times("lift-off"), step)
+    begins, ends = steps[0].lifts_s, steps[-1].lands_s + LATE_S
+    wrong = sum(
+        begins <= at <= ends and at not in used[foot] for foot in (0, 1) for at in feet.told[foot].times("touchdown")
+    )
+    naive = sum(
+        begins <= at <= ends and not any(abs(at - step.lands_s) < LATE_S for step in steps if step.foot == foot)
+        for foot in (0, 1)
+        for at in _over_threshold(time, np.array(walked.strongest_n)[:, foot])
+    )
+    milliseconds = 1e3 * np.array(latencies or [np.inf])
+    return {
+        "steps": float(len(steps)),
+        "landings": float(landings),
+        "detected_share": len(latencies) / max(landings, 1),
+        "false_share": wrong / max(len(steps), 1),
+        "naive_false_share": naive / max(len(steps), 1),
+        "scuffs": float(scuffs),
+        "scuffs_reported_share": reported / max(scuffs, 1),
+        "latency_ms_median": float(np.median(milliseconds)),
+        "latency_ms_p99": float(np.percentile(milliseconds, 99)),
+        "announced_share": announced / max(landings, 1),
+        "lift_off_ms_median": float(1e3 * np.median(lifts)) if lifts else float("nan"),
+        "duty_error": float(np.mean(walked.true_error)) if walked.true_error else float("nan"),
+        "duty_error_p95": float(np.percentile(walked.true_error, 95)) if walked.true_error else float("nan"),
+        "duty_felt_error": float(np.max(walked.felt_error)) if walked.felt_error else float("nan"),
+    }
+
+
+def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type-arg]
+    """The announcement before a landing that was not taken back."""
+    before = [
+        event for event in events if event.kind in ("announced", "lift-off", "taken back") and event.time_s < lands_s
+    ]
+    return [before[-1].time_s] if before and before[-1].kind == "announced" else []
+
+
+def _lift_latency(time: Array, total: Array, told: list[float], step: Step) -> list[float]:
+    window = (time > step.lifts_s - LATE_S) & (time < step.lifts_s + LATE_S) & (total > LOADED_N)
+    if not window.any():
+        return []
+    left = float(time[np.flatnonzero(window)[-1]])
+    found = [at for at in told if abs(at - left) < LATE_S]
+    return [min(found, key=lambda at: abs(at - left)) - left] if found else []
+
+
+def _over_threshold(time: Array, strongest_n: Array) -> list[float]:
+    """When a plain threshold tells a landing: the strongest cell is over it, and was not for a while."""
+    found: list[float] = []
+    last = -np.inf
+    for at in time[strongest_n > NAIVE_N]:
+        if at - last > NAIVE_FREE_S:
+            found.append(float(at))
+        last = float(at)
+    return found

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of feeling feet, read from a TOML file."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import msgspec
+
+from robotskin.errors import InputError
+
+FILE = Path(__file__).with_name("settings.toml")
+"""The file to copy."""
+
+
+class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Numbers of one table; all finite and greater than 0."""
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if isinstance(value, float) and not 0 < value < math.inf:
+                raise ValueError(f"{name} = {value:g}: must be finite and greater than 0")
+
+
+class Touch(Part, frozen=True):
+    """What counts as a touch, and which touches are landings."""
+
+    on_n: float
+    off_share: float
+    residue_share: float
+    free_s: float
+    front_alone_s: float
+    calm_m_s2: float
+    calm_s: float
+    zero_s: float
+
+
+class Nearness(Part, frozen=True):
+    """When a landing is announced."""
+
+    within_m: float
+    ahead_s: float
+
+
+class Vibration(Part, frozen=True):
+    """From the load of a region to the duty of its motor."""
+
+    silent_share: float
+    full_share: float
+    update_hz: float
+    lost_s: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.full_share <= self.silent_share:
+            raise ValueError(f"full_share = {self.full_share:g}: must be more than silent_share")
+
+
+class Settings(Part, frozen=True):
+    """Of both feet."""
+
+    touch: Touch
+    nearness: Nearness
+    vibration: Vibration
+
+
+def read_settings(file: Path = FILE) -> Settings:
+    """Read a file such as `FILE`.
+
+    Raises:
+        InputError: the file is not there or cannot be used; names the field.
+    """
+    try:
+        return msgspec.toml.decode(file.read_bytes(), type=Settings)
+    except OSError as error:
+        raise InputError(f"settings {file}: {error.strerror}; copy {FILE}") from error
+    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        raise InputError(f"settings {file}: {error}; compare with {FILE}") from error

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Feeling feet: steps through firmware, network and driver; scuffs, lost cells, motors and their serial line."""
+
+import os
+import pty
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.apps.feet.contact import Felt, FootContact, State
+from robotskin.apps.feet.exoskeleton import REGIONS, Region, robot, skin
+from robotskin.apps.feet.gait import Gait
+from robotskin.apps.feet.script import bounds, figures_of, walk
+from robotskin.apps.feet.settings import FILE, Settings, read_settings
+from robotskin.apps.feet.vibration import Calibration, SerialVibrators, SimulatedVibrators, duty_of
+from robotskin.apps.feet.walk import FeelingFeet
+from robotskin.cli import main
+from robotskin.errors import InputError
+from robotskin.figures import broken
+
+PERIOD_S = 0.004
+REST = np.tile([0.0, 0.0, -9.81], (7, 1))
+
+
+@pytest.fixture
+def settings() -> Settings:
+    return read_settings()
+
+
+def felt(time_s: float, force_n: np.ndarray, *, swings: bool = False, heard: np.ndarray | None = None) -> Felt:
+    heard = np.ones(7, dtype=bool) if heard is None else heard
+    return Felt(time_s, force_n, np.full(7, np.inf), REST + (4.0 if swings else 0.0), heard)
+
+
+def told(contact: FootContact, pushes: list[tuple[float, np.ndarray, bool]]) -> list[str]:
+    """What a foot tells of (seconds, forces (7,), whether it swings), one after the other; it stood before."""
+    events, now = [], 0.0
+    for seconds, force, swings in [(0.5, np.full(7, 5.0), False), (0.4, np.zeros(7), True), *pushes]:
+        for _ in range(round(seconds / PERIOD_S)):
+            now += PERIOD_S
+            events += [event.kind for event in contact.update(felt(now, force, swings=swings))]
+    return events
+
+
+def test_every_sole_has_three_front_two_centre_two_back_cells_on_joined_hinges() -> None:
+    layout = skin()
+    assert [int((region == REGIONS).sum()) for region in Region] == [3, 2, 2]
+    assert layout.gaps().max() < 1e-9
+    for foot in (0, 1):
+        for dead in range(7):
+            left = [7 * foot + cell for cell in range(7) if cell != dead]
+            ports = [place.cell for place in layout.section_unit_ports if place.cell in left]
+            reached, front = set(ports), list(ports)
+            while front:
+                for other in layout.neighbours[front.pop(), :, 0]:
+                    if other in left and other not in reached:
+                        reached.add(int(other))
+                        front.append(int(other))
+            assert reached == set(left), "one dead cell cuts no other off"
+    assert robot().joint_count == 6
+
+
+def test_a_walk_is_told_step_by_step(seed: int, settings: Settings) -> None:
+    gait = Gait(seed, 6)
+    feet = FeelingFeet(gait, settings, seed)
+    figures = figures_of(feet, walk(feet, gait.ends_s), gait.steps)
+    assert not broken(bounds(), figures), figures
+    assert figures["landings"] == 6
+    # All cells of both soles are lost: the motors fall silent.
+    assert feet.duty.max() > 0
+    for cell in range(14):
+        feet.world.network.kill(cell)
+    feet.run_until(feet.time_s + 0.1)
+    assert feet.duty.max() == 0
+    feet.run_until(feet.time_s + 0.3)
+    assert feet.motors.strength.max() < 0.05
+
+
+def test_toes_alone_for_a_moment_are_a_scuff_and_for_longer_a_landing(settings: Settings, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    toes = np.where(REGIONS == Region.FRONT, rng.uniform(2.0, 20.0), 0.0)
+    nothing = np.zeros(7)
+    short, long = settings.touch.front_alone_s / 2, 2 * settings.touch.front_alone_s
+    assert told(FootContact(settings), [(short, toes, True), (0.1, nothing, True)])[-1] == "scuff"
+    assert told(FootContact(settings), [(long, toes, True)])[-1] == "touchdown"
+    # The same short touch of a foot that has come to rest is a landing.
+    assert "touchdown" in told(FootContact(settings), [(short, toes, False), (0.1, nothing, False)])[2:]
+    heel = np.where(REGIONS == Region.BACK, 3.0, 0.0)
+    assert told(FootContact(settings), [(2 * PERIOD_S, heel, True)])[-1] == "touchdown"
+
+
+def test_a_foot_that_is_off_the_ground_for_a_moment_has_made_no_step(settings: Settings) -> None:
+    foot = FootContact(settings)
+    events = told(foot, [(0.3, np.full(7, 5.0), False), (0.03, np.zeros(7), False), (0.2, np.full(7, 5.0), False)])
+    assert events[-2:] == ["lift-off", "stays"]
+    assert foot.state is State.STANDS
+    assert events.count("touchdown") == 2
+
+
+def test_the_zero_of_cells_drifts_along_while_nothing_touches(settings: Settings, seed: int) -> None:
+    drift = np.random.default_rng(seed).uniform(0.0, 0.5, 7)
+    foot = FootContact(settings)
+    told(foot, [(5 * settings.touch.zero_s, drift, True)])
+    assert foot.force_n.max() < 0.01
+    assert foot.state is State.SWINGS
+
+
+def test_duty_is_proportional_between_two_loads_and_nothing_unknown_vibrates(settings: Settings, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    share = rng.uniform(0.01, 0.05, 14)
+    calibration = Calibration(900.0, share * 150.0)
+    vibration = settings.vibration
+    for _ in range(20):
+        load = rng.uniform(0, 500.0, 3)
+        found = calibration.loads(0, share[:7] * load[REGIONS], np.ones(7, dtype=bool))
+        np.testing.assert_allclose(found, load)
+        wanted = (load / 150.0 - vibration.silent_share) / (vibration.full_share - vibration.silent_share)
+        np.testing.assert_allclose(duty_of(found, calibration, vibration), np.clip(wanted, 0, 1), atol=0.002)
+    unheard = calibration.loads(1, np.full(7, 5.0), REGIONS != Region.CENTRE)
+    assert np.isnan(unheard[Region.CENTRE])
+    assert duty_of(unheard, calibration, vibration)[Region.CENTRE] == 0
+    with pytest.raises(InputError, match="no cell of the back of the right sole"):
+        Calibration(900.0, np.where(np.arange(14) >= 12, np.nan, 5.0))
+
+
+def test_motors_have_a_dead_band_need_time_and_stop_without_word() -> None:
+    motors = SimulatedVibrators()
+    motors.set_duty(np.array([0.1, 0.5, 1.0]))
+    motors.step(0.010)
+    assert motors.strength[0] == 0
+    assert 0 < motors.strength[2] < 0.5, "it takes time to start"
+    for now in np.arange(0.02, 0.5, 0.01):
+        if now < 0.2:
+            motors.set_duty(np.array([0.1, 0.5, 1.0]))
+        motors.step(float(now))
+        if abs(now - 0.19) < 1e-6:
+            np.testing.assert_allclose(motors.strength, [0.0, 0.5, 1.0], atol=0.05)
+    assert motors.strength.max() < 0.01
+
+
+def test_real_motors_hear_a_line_of_text() -> None:
+    ours, theirs = pty.openpty()
+    motors = SerialVibrators(os.ttyname(theirs))
+    motors.set_duty(np.array([0.0, 0.5, 1.0]))
+    assert os.read(ours, 100) == b"V 0 128 255\n"
+    motors.set_duty(np.array([np.nan, 2.0, -1.0]))
+    assert os.read(ours, 100) == b"V 0 255 0\n"
+    motors.close()
+    assert os.read(ours, 100) == b"V 0 0 0\n", "closed motors are silent"
+    os.close(ours)
+    os.close(theirs)
+    with pytest.raises(InputError, match="no_such_line"):
+        SerialVibrators("/dev/no_such_line")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("on_n = 0.7", "on_n = -1.0", "on_n"),
+        ("full_share = 2.5", "full_share = 0.01", "silent_share"),
+        ("calm_s", "clam_s", "clam_s"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused_by_name(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(FILE.read_text().replace(old, new))
+    with pytest.raises(InputError, match=complaint):
+        read_settings(file)
+    answer = CliRunner().invoke(main.app, ["app", "feet", "--headless", "--settings", str(file)])
+    assert answer.exit_code != 0
