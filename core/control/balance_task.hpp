@@ -33,9 +33,9 @@ struct BalanceGains {
 // With the centre of mass c at height h, w = sqrt(g / h), the capture point x = c + c' / w, the zero-moment point p,
 // and the shift d = M / (m g) of the point of balance by a touch, where M is the touch's moment about the point of the
 // floor under c:
-//   x* = centre of the soles - lean low_pass(d)
-//   p* = what the soles allow of  x* + d + capture (x - x*)
-//   c*' = admittance (p - p*)
+//   x* = centre of the soles - lean low_pass(d), largest_lean_m at most
+//   p* = what the soles allow of  x* + d + capture (x - x*) - x*' / w
+//   c*' = x*' as far as the soles allow it, between 0 and w (x + d - p*), + admittance (p - p*)
 // The rows are those of the centre of mass along x and y. Where no foot tells its force, c* goes to x* slowly.
 class BalanceTask final : public Task {
  public:

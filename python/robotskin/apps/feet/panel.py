@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from rich.console import Console
 
-from robotskin.apps.feet.contact import Event
+from robotskin.apps.feet.contact import Event, State
 from robotskin.apps.feet.exoskeleton import SIDES, Region
 from robotskin.apps.feet.walk import PERIOD_S, FeelingFeet
 from robotskin.viewer.colours import cell_colours
@@ -22,8 +22,8 @@ FRAMES_PER_S = 25
 FRAMES_PER_TEXT = 3
 EVENTS_SHOWN = 6
 LAMP = (255, 176, 64)
-LAMP_AT_M = (0.0, 0.0, 0.62)
-LAMP_STEP_M, LAMP_M = 0.11, 0.042
+LAMP_AT_M = (0.0, 0.0, 0.46)
+LAMP_STEP_M, LAMP_M = 0.10, 0.036
 
 
 class FeetPage(ServedPage):
@@ -48,7 +48,7 @@ class FeetPage(ServedPage):
             for region in Region
         ]
         for region in Region:
-            place = (LAMP_AT_M[0] - (region - 1) * LAMP_STEP_M, LAMP_AT_M[1], LAMP_AT_M[2] + 0.09)
+            place = (LAMP_AT_M[0] - (region - 1) * LAMP_STEP_M, LAMP_AT_M[1], LAMP_AT_M[2] + 0.06)
             self.server.scene.add_label(f"/lamps/{region.name.lower()}/label", region.name.lower(), position=place)
         with self.server.gui.add_folder("Feeling feet"):
             self._text = self.server.gui.add_html("")
@@ -90,18 +90,19 @@ class FeetPage(ServedPage):
             health=np.array(felt.health),
             age_s=1e-9 * (self.feet.world.now_ns - np.array(felt.stamp_ns, dtype=float)),
         )
+        cable = np.zeros(len(self.feet.layout), dtype=int)
+        colours = cell_colours("force", self.feet.layout, cable, reading)
         with self.server.atomic():
             self.scene.move(self._joints())
-            cable = np.zeros(len(self.feet.layout), dtype=int)
-            self.scene.colour(cell_colours("force", self.feet.layout, cable, reading))
+            self.scene.colour(colours)
             for lamp, strength in zip(self._lamps, self.feet.motors.strength, strict=True):
                 red, green, blue = (round(28 + float(strength) * (full - 28)) for full in LAMP)
                 lamp.color = (red, green, blue)
             if self._count % FRAMES_PER_TEXT == 0:
-                self._text.content = self._told()
+                self._text.content = self._told(colours)
         self._count += 1
 
-    def _told(self) -> str:
+    def _told(self, colours: np.ndarray) -> str:
         duty = self.feet.duty.max(axis=0)
         bars = "".join(
             f'<div style="display:flex;align-items:center;margin:2px 0"><span style="width:52px">'
@@ -121,8 +122,25 @@ class FeetPage(ServedPage):
         touchdowns = sum(event.kind == "touchdown" for _, event in self._events)
         return (
             f'<div style="padding:0 12px;font-size:12px" data-touchdowns="{touchdowns}" '
-            f'data-duty="{" ".join(f"{one:.2f}" for one in duty)}">{bars}{states}<br>{last}</div>'
+            f'data-duty="{" ".join(f"{one:.2f}" for one in duty)}">{self._soles(colours)}{bars}{states}<br>{last}</div>'
         )
+
+    def _soles(self, colours: np.ndarray) -> str:
+        """Both soles from below, toes up, each cell in its colour."""
+        drawn = ""
+        for foot, middle in enumerate((70.0, 190.0)):
+            grounded = self.feet.contacts[foot].state is State.STANDS
+            rim = f"rgb{LAMP}" if grounded else "#4a5466"
+            drawn += f'<rect x="{middle - 36}" y="4" width="72" height="172" rx="34" fill="#1c222c" stroke="{rim}"/>'
+            for cell in range(7 * foot, 7 * foot + 7):
+                ahead, aside = self.feet.layout.link_from_cell[cell, :2, 3]
+                points = " ".join(
+                    f"{middle + 640 * aside + 8.4 * np.cos(angle):.1f},{90 - 620 * ahead + 8.4 * np.sin(angle):.1f}"
+                    for angle in np.pi / 6 + np.arange(6) * np.pi / 3
+                )
+                red, green, blue = colours[cell]
+                drawn += f'<polygon points="{points}" fill="rgb({red},{green},{blue})"/>'
+        return f'<svg width="260" height="180">{drawn}</svg>'
 
 
 def show(make: Callable[[], FeelingFeet], port: int) -> None:
