@@ -15,7 +15,7 @@ ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftsh
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator["sync_api.Browser"]:
+def chromium() -> Iterator["sync_api.Browser"]:
     """A Chromium without a window; skipped where there is none."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright: the page cannot be opened")
     named = [os.environ["ROBOTSKIN_CHROMIUM"]] if "ROBOTSKIN_CHROMIUM" in os.environ else BROWSERS
@@ -26,3 +26,11 @@ def browser() -> Iterator["sync_api.Browser"]:
         browser = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def browser(chromium: "sync_api.Browser") -> Iterator["sync_api.Browser"]:
+    """That Chromium, without pages before and after: a page that a failed test leaves draws on and slows all others."""
+    yield chromium
+    for context in chromium.contexts:
+        context.close()

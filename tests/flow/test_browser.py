@@ -98,7 +98,6 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     page.get_by_role("option", name=other, exact=True).click()
     wait_for(lambda: state.get_attribute("data-interface") == other, f"the interface does not become {other}")
     assert page.locator("[data-controller]").first.get_attribute("data-controller") == "running"
-    page.close()
 
 
 @pytest.mark.timeout(600)
@@ -113,7 +112,6 @@ def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_a
         page.get_by_text(BEHAVIOURS[name].meaning).wait_for()
         assert state.get_attribute("data-controller") == "running"
     picture(page, "behaviours")
-    page.close()
 
 
 @pytest.mark.timeout(600)
@@ -141,7 +139,6 @@ def test_goals_are_set_in_the_page_and_told_until_they_are_reached(browser: "syn
     page.get_by_text("out of reach, ee_link comes no nearer than").first.wait_for()
     wait_for(lambda: goal.get_attribute("data-goal") == "refused", "the page does not say why")
     picture(page, "goals")
-    page.close()
 
 
 @pytest.mark.timeout(600)
@@ -175,7 +172,6 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     assert used.get_attribute("data-torque-source") == "host"
     source.scroll_into_view_if_needed()
     picture(page, "refused")
-    page.close()
 
 
 @pytest.mark.timeout(600)
@@ -210,7 +206,6 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     place, cable = plug_to_click(page, GainSet.load("ur5").home)
     page.mouse.click(*place)
     wait_for(lambda: loads()[cable] == 0, f"the plug of cable {cable} does not come out")
-    page.close()
 
 
 def place_of(page: "sync_api.Page") -> np.ndarray:
@@ -272,7 +267,6 @@ def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
     page.get_by_role("button", name="Save").click()
     wait_for(lambda: card.get_attribute("data-unsaved") == "0", "the layout is not saved")
     picture(page, "placing")
-    page.close()
 
     saved = layout.Layout.load(file)
     mine = skin.patch == patch
@@ -292,4 +286,3 @@ def test_the_base_gives_way_in_the_page_of_propagation(browser: "sync_api.Browse
     wait_for(lambda: float(told.get_attribute("data-base-mm") or 0) > 20, "the base does not give way")
     assert told.get_attribute("data-propagation") == "base_gives"
     picture(page, "propagate")
-    page.close()
