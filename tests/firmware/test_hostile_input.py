@@ -20,7 +20,7 @@ def fuzzer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     program = tmp_path_factory.mktemp("fuzz") / "fuzz_firmware"
     firmware = [path for room in ("cell", "section_unit") for path in sorted((ROOT / "firmware" / room).rglob("*.c"))]
     sources = [*firmware, *sorted(Path(__file__).parent.glob("fuzz*.c"))]
-    flags = ["-std=c11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", SANITIZERS, "-fno-sanitize-recover=all"]
+    flags = ["-std=c11", "-O1", "-g1", "-Wall", "-Wextra", "-Werror", SANITIZERS, "-fno-sanitize-recover=all"]
     include = [f"-I{ROOT / 'firmware/include'}", f"-I{ROOT / 'firmware'}"]
     subprocess.run([compiler, *flags, *include, *map(str, sources), "-o", str(program)], check=True)
     return program
