@@ -41,12 +41,21 @@ def demo(seed: int, tmp_path: Path) -> Iterator[str]:
     yield from running("demo", seed, tmp_path)
 
 
-@pytest.fixture
-def behaving(seed: int, tmp_path: Path) -> Iterator[str]:
-    """The address of a running `robotskin run ur5`."""
-    fault = tmp_path / "fault.csv"
-    yield from running("run", seed, tmp_path, "ur5", "--interface", "velocity", "--fault-file", str(fault))
+@pytest.fixture(scope="module")
+def behaving(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a running `robotskin run ur5`, which starts once for all tests that only tell it what to do."""
+    folder, seed = tmp_path_factory.mktemp("run"), int(request.config.getoption("--seed"))
+    fault = folder / "fault.csv"
+    yield from running("run", seed, folder, "ur5", "--interface", "velocity", "--fault-file", str(fault))
     assert not fault.exists(), fault.read_text()
+
+
+def told_to(page: "sync_api.Page", behaviour: str) -> None:
+    """The robot does this from now on, as the page says."""
+    page.get_by_role("combobox", name="Behaviour").click()
+    page.get_by_role("option", name=behaviour.replace("_", " "), exact=True).click()
+    state = page.locator("[data-behaviour]").first
+    wait_for(lambda: state.get_attribute("data-behaviour") == behaviour, f"the robot does not do {behaviour}")
 
 
 @pytest.fixture
@@ -104,11 +113,8 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
 def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_api.Browser", behaving: str) -> None:
     page = opened(browser, behaving)
     state = page.locator("[data-behaviour]").first
-    assert state.get_attribute("data-behaviour") == "skin_compliance"
-    for name in ("kinesthetic_cartesian", "reach_joint_goal_compliant"):
-        page.get_by_role("combobox", name="Behaviour").click()
-        page.get_by_role("option", name=name.replace("_", " "), exact=True).click()
-        wait_for(lambda name=name: state.get_attribute("data-behaviour") == name, f"the robot does not do {name}")
+    for name in ("kinesthetic_cartesian", "skin_compliance", "reach_joint_goal_compliant"):
+        told_to(page, name)
         page.get_by_text(BEHAVIOURS[name].meaning).wait_for()
         assert state.get_attribute("data-controller") == "running"
     picture(page, "behaviours")
@@ -118,8 +124,7 @@ def test_behaviours_are_chosen_in_the_page_while_the_robot_runs(browser: "sync_a
 def test_goals_are_set_in_the_page_and_told_until_they_are_reached(browser: "sync_api.Browser", behaving: str) -> None:
     page = opened(browser, behaving)
     goal = page.locator("[data-goal]").first
-    page.get_by_role("combobox", name="Behaviour").click()
-    page.get_by_role("option", name="reach joint goal compliant", exact=True).click()
+    told_to(page, "reach_joint_goal_compliant")
     page.get_by_text("Goal", exact=True).click()
     slider = page.locator("div:has(> div > p > label:text-is('wrist 3 [°]')) input[type='text']").last
     slider.fill("20")
@@ -129,8 +134,7 @@ def test_goals_are_set_in_the_page_and_told_until_they_are_reached(browser: "syn
     page.get_by_text("Joints", exact=True).click()
     assert joint_positions(page)[5] == pytest.approx(np.radians(20), abs=0.03)
 
-    page.get_by_role("combobox", name="Behaviour").click()
-    page.get_by_role("option", name="reach cartesian goal compliant", exact=True).click()
+    told_to(page, "reach_cartesian_goal_compliant")
     hand = page.locator("div:has(> div > p > label:text-is('Hand [cm]')) input").first
     hand.wait_for()
     hand.fill("500")
@@ -146,6 +150,7 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     browser: "sync_api.Browser", behaving: str
 ) -> None:
     page = opened(browser, behaving)
+    told_to(page, "skin_compliance")
     page.get_by_text("Joints", exact=True).click()
     used = page.locator("[data-torque-source]").first
     assert used.get_attribute("data-torque-source") == "host"
@@ -165,8 +170,7 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     wait_for(lambda: used.get_attribute("data-torque-source") == "skin", "the skin's own torque is not taken")
     picture(page, "sources")
 
-    page.get_by_role("combobox", name="Behaviour").click()
-    page.get_by_role("option", name="kinesthetic cartesian", exact=True).click()
+    told_to(page, "kinesthetic_cartesian")
     page.get_by_text("Only this computer: kinesthetic cartesian sums").wait_for()
     wait_for(source.is_disabled, "the source can be chosen although there is no choice")
     assert used.get_attribute("data-torque-source") == "host"
