@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # What a C++ program needs of robotskin: cmake --install BUILD --prefix PREFIX --component cpp; no wheel holds it.
 # Headers stand below include/robotskin/, a folder a stage, and include each other by that name.
-set(robotskin_stages model driver skin record control robot loop)
+set(robotskin_stages model driver skin record control robot loop ur)
 set(robotskin_libraries robotskin_firmware)
 foreach(stage ${robotskin_stages})
   list(APPEND robotskin_libraries robotskin_${stage})

@@ -19,8 +19,9 @@ CORE_KNOWS = {
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
     "loop": {"robot", "control", "skin", "driver", "model"},
+    "ur": {"model"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "record", "control", "robot", "loop", "world"},
+    "bindings": {"model", "driver", "skin", "record", "control", "robot", "loop", "ur", "world"},
 }
 
 # Rooms of the laboratory may include these rooms of the product, and their own headers.
@@ -50,13 +51,16 @@ PYTHON_ORDER = [
     "tasks",
     "cycle",
     "loop",
+    "ur",
     "simulator",
     "choices",
     "robots",
+    "ports",
     "layout",
     "selfconfig",
     "control",
     "world",
+    "rehearsal",
     "session",
     "scripts",
     "configuring",

@@ -5,6 +5,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/python_part.hpp"
 #include "loop/loop_error.hpp"
+#include "loop/paced_loop.hpp"
 #include "loop/skin_loop.hpp"
 
 namespace nb = nanobind;
@@ -15,6 +16,7 @@ namespace {
 
 using loop::LoopError;
 using loop::LoopReport;
+using loop::PacedLoop;
 using loop::SkinLoop;
 
 // After the tick, in which the robot was stopped: what its Python parts did amiss.
@@ -67,6 +69,23 @@ void bind_loop(nb::module_ module) {
       .def_prop_ro("joints", &SkinLoop::joints, nb::rv_policy::reference_internal, "JointState of the last tick")
       .def_prop_ro("sensors", &SkinLoop::sensors, nb::rv_policy::reference_internal, "SensorReadings of the last tick")
       .def_prop_ro("command", &SkinLoop::command, nb::rv_policy::reference_internal, "JointCommand of the last tick");
+  nb::class_<PacedLoop>(module, "PacedLoop", "Ticks a loop in real time: with the robot's states, or with the clock.")
+      .def(nb::init<SkinLoop&, double>(), "loop"_a, "period_s"_a, nb::keep_alive<1, 2>(),
+           "period_s: of one tick, the one for which the controller was made.")
+      .def(
+          "run",
+          [](PacedLoop& self, double seconds) {
+            {
+              const nb::gil_scoped_release unlocked;
+              self.run(seconds);
+            }
+            raise_error_of(self.loop());
+          },
+          "seconds"_a, "Ticks for a time. Raises LoopError as `SkinLoop.step` does, at the end of that time.")
+      .def_prop_ro("ticks", &PacedLoop::ticks)
+      .def_prop_ro("late_ticks", &PacedLoop::late_ticks, "those that came more than half a period late")
+      .def_prop_ro("worst_gap_s", &PacedLoop::worst_gap_s, "longest time between two ticks of one run")
+      .def("forget", &PacedLoop::forget, "Counts anew.");
 }
 
 }  // namespace robotskin::bindings

@@ -172,6 +172,8 @@ robot to rest and keep it there against gravity, whatever was commanded before; 
       .def("offers", &RobotPort::offers, "mode"_a, "Whether commands may go through this interface.")
       .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")
       .def("write", &RobotPort::write, "command"_a, "Holds until the next write or stop.")
+      .def_prop_ro("period_s", &RobotPort::period_s,
+                   "between two states, where the port tells each as it comes; else 0")
       .def("stop", &RobotPort::stop, "Brings the robot to rest and keeps it there against gravity.");
 }
 

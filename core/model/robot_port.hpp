@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 
 #include "model/joint_command.hpp"
 #include "model/joint_state.hpp"
@@ -41,6 +42,15 @@ class RobotPort {
   [[nodiscard]] virtual PortStatus write(const JointCommand& command) noexcept = 0;
   // Brings the robot to rest and keeps it there against gravity, whatever was commanded before.
   virtual void stop() noexcept = 0;
+
+  // Between two states, where `await_state` tells each as it comes; 0: it cannot tell.
+  virtual double period_s() const noexcept { return 0; }
+  // Outside of the cycle: waits until there may be a new state to read, at longest until the host's clock shows
+  // `until_ns`. A port that cannot tell waits until then.
+  virtual void await_state(std::int64_t until_ns) noexcept {
+    const timespec until{until_ns / 1'000'000'000, until_ns % 1'000'000'000};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+  }
 };
 
 }  // namespace robotskin

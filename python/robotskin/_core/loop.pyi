@@ -91,3 +91,27 @@ class SkinLoop:
     @property
     def command(self) -> robotskin.model.JointCommand:
         """JointCommand of the last tick"""
+
+class PacedLoop:
+    """Ticks a loop in real time: with the robot's states, or with the clock."""
+
+    def __init__(self, loop: SkinLoop, period_s: float) -> None:
+        """period_s: of one tick, the one for which the controller was made."""
+
+    def run(self, seconds: float) -> None:
+        """
+        Ticks for a time. Raises LoopError as `SkinLoop.step` does, at the end of that time.
+        """
+
+    @property
+    def ticks(self) -> int: ...
+    @property
+    def late_ticks(self) -> int:
+        """those that came more than half a period late"""
+
+    @property
+    def worst_gap_s(self) -> float:
+        """longest time between two ticks of one run"""
+
+    def forget(self) -> None:
+        """Counts anew."""

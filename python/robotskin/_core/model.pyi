@@ -224,6 +224,10 @@ class RobotPort:
     def write(self, command: JointCommand) -> PortStatus:
         """Holds until the next write or stop."""
 
+    @property
+    def period_s(self) -> float:
+        """between two states, where the port tells each as it comes; else 0"""
+
     def stop(self) -> None:
         """Brings the robot to rest and keeps it there against gravity."""
 

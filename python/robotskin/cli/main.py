@@ -36,6 +36,7 @@ ORDER = (
     "scenes",
     "view",
     "keys",
+    "port",
     "record",
     "replay",
     "bench",

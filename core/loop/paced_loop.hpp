@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// A loop in real time: a tick as soon as the robot has measured, or once a period where its port cannot tell when.
+#pragma once
+
+#include <cstdint>
+
+#include "loop/skin_loop.hpp"
+
+namespace robotskin::loop {
+
+class PacedLoop {
+ public:
+  // `period_s` is that of the cycle. The loop is kept and must outlive this. Throws LoopError for a period of 0 or
+  // less.
+  PacedLoop(SkinLoop& loop, double period_s);
+
+  // Ticks for a time on the host's monotonic clock. What is late is not caught up with.
+  void run(double seconds) noexcept;
+
+  SkinLoop& loop() noexcept { return loop_; }
+  std::uint64_t ticks() const noexcept { return ticks_; }
+  std::uint64_t late_ticks() const noexcept { return late_; }  // by more than half a period
+  double worst_gap_s() const noexcept { return static_cast<double>(worst_gap_ns_) * 1e-9; }
+  void forget() noexcept { ticks_ = late_ = 0, worst_gap_ns_ = 0; }
+
+ private:
+  SkinLoop& loop_;
+  std::int64_t period_ns_;
+  std::int64_t last_ns_ = 0;  // of the last tick; 0: none yet
+  std::int64_t worst_gap_ns_ = 0;
+  std::uint64_t ticks_ = 0, late_ = 0;
+};
+
+}  // namespace robotskin::loop

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin port check NAME`: whether a robot port keeps the laws of docs/robot_port.md."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="Check the port of a robot, also one of your own.")
+
+
+@app.callback()
+def command() -> None:
+    """Check the port of a robot, also one of your own."""
+
+
+@app.command("check")
+def check(
+    port: Annotated[str, typer.Argument(help="ur:ADDRESS, or MODULE:CLASS of your own.")],
+    robot: Annotated[str | None, typer.Option(help="The robot that it moves, by name or URDF.")] = None,
+    move: Annotated[
+        bool, typer.Option("--move", help="The robot may move: its last joint turns by some 0.1 rad.")
+    ] = False,
+) -> None:
+    """Look at every law of a robot port (docs/robot_port.md) and tell what was seen.
+
+    Without --move nothing moves, and the laws that need motion are not tested. Exit status 0: no law is broken.
+    """
+    from robotskin import robots
+    from robotskin.ports import Verdict, made_port
+    from robotskin.ports import check as look
+
+    moved = None if robot is None else robots.load(robot)
+    findings = look(made_port(port, moved), robot=moved, moves=move)
+    for finding in findings:
+        typer.echo(str(finding))
+    broken = sum(finding.verdict is Verdict.broken for finding in findings)
+    typer.echo(f"{broken} of {len(findings)} laws broken" if broken else "no law broken")
+    raise typer.Exit(1 if broken else 0)
