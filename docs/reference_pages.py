@@ -24,6 +24,7 @@ MODULES = (
     "tasks",
     "cycle",
     "loop",
+    "ur",
     "session",
     "session.touches",
     "session.goals",

@@ -63,6 +63,7 @@ PYTHON_ORDER = [
     "rehearsal",
     "session",
     "scripts",
+    "connecting",
     "configuring",
     "record",
     "viewer",

@@ -14,7 +14,7 @@ import pytest
 import robotskin as rs
 
 ROOT = Path(__file__).parents[1]
-HOMES = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "simulator", "record/tape")
+HOMES = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "simulator", "record/tape")
 PRIVATE = "robotskin." + "_core"
 
 

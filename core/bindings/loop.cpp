@@ -82,7 +82,7 @@ void bind_loop(nb::module_ module) {
             raise_error_of(self.loop());
           },
           "seconds"_a, "Ticks for a time. Raises LoopError as `SkinLoop.step` does, at the end of that time.")
-      .def_prop_ro("ticks", &PacedLoop::ticks)
+      .def_prop_ro("ticks", &PacedLoop::ticks, "so far")
       .def_prop_ro("late_ticks", &PacedLoop::late_ticks, "those that came more than half a period late")
       .def_prop_ro("worst_gap_s", &PacedLoop::worst_gap_s, "longest time between two ticks of one run")
       .def("forget", &PacedLoop::forget, "Counts anew.");

@@ -139,6 +139,15 @@ void bind_task_cycle(nb::module_& module) {
           "in turn.")
       .def("request_run", &TaskCycle::request_run, "run"_a, "To run, or to stop smoothly.")
       .def("request_mode", &TaskCycle::request_mode, "mode"_a, "The interface from the next period on.")
+      .def(
+          "request_speed_cap",
+          [](TaskCycle& self, double share) {
+            if (!(share > 0 && share <= 1)) throw std::invalid_argument("share must be above 0 and at most 1");
+            self.request_speed_cap(share);
+          },
+          "share"_a,
+          "Of the velocity limits, above 0 to 1, that commands may use: for a robot that is not trusted yet.")
+      .def_prop_ro("speed_cap", &TaskCycle::speed_cap, "share of the velocity limits that commands may use")
       .def("request_skin_source", &TaskCycle::request_skin_source, "source"_a,
            "Whose torque skin tasks contribute: what the skin says is used while it is fresh.")
       .def("request_skin", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")

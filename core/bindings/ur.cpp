@@ -46,11 +46,11 @@ void bind_ur(nb::module_ module) {
       "stops the robot. `program`: its number.");
 
   nb::class_<UrFacts>(module, "UrFacts", "What a controller says of itself before anything moves.")
-      .def_ro("model", &UrFacts::model)
-      .def_prop_ro("version", &UrFacts::version_text)
+      .def_ro("model", &UrFacts::model, "as its dashboard says, such as UR5")
+      .def_prop_ro("version", &UrFacts::version_text, "of the controller's software")
       .def_ro("remote_control", &UrFacts::remote_control, "None: a controller that does not know the question")
       .def_ro("step_s", &UrFacts::step_s, "between two states")
-      .def_prop_ro("takes_torque", &UrFacts::takes_torque);
+      .def_prop_ro("takes_torque", &UrFacts::takes_torque, "whether it knows direct_torque");
 
   nb::class_<UrPort, RobotPort>(module, "UrPort",
                                 R"(A UR robot (CB 3.9, e-series 5.3 or newer) behind the port of any robot.
@@ -86,8 +86,8 @@ Raises UrError with what was found and what was expected.)")
             self.close();
           },
           "Stops the robot and ends the connection for good.")
-      .def_prop_ro("facts", &UrPort::facts, nb::rv_policy::reference_internal)
-      .def_prop_ro("condition", &UrPort::condition)
+      .def_prop_ro("facts", &UrPort::facts, nb::rv_policy::reference_internal, "what the controller said of itself")
+      .def_prop_ro("condition", &UrPort::condition, "why it takes commands, or does not; `told` says it in words")
       .def_prop_ro("speed_fraction", &UrPort::speed_fraction, "of the speed slider, 0 to 1")
       .def_prop_ro("connections", &UrPort::connections, "made so far")
       .def_prop_ro("thread_seconds", &UrPort::thread_seconds, "processor time of the port's thread")

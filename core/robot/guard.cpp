@@ -121,7 +121,8 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
       return report_;
     case SafetyState::running:
     case SafetyState::degraded: {
-      const double share = report_.state == SafetyState::running ? limits_.speed_share : limits_.degraded_speed_share;
+      const double allowed = report_.state == SafetyState::running ? limits_.speed_share : limits_.degraded_speed_share;
+      const double share = std::min(allowed, speed_cap_);
       if (limit(dynamics, joints, share, command)) ++report_.interventions;
       break;
     }

@@ -79,6 +79,9 @@ class Guard {
                            std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command,
                            const control::StandingState* standing = nullptr) noexcept;
 
+  // Share of the velocity limits, 0 to 1, that a running controller's commands may use besides what the limits allow.
+  void cap_speed(double share) noexcept { speed_cap_ = share; }
+
   const GuardReport& report() const noexcept { return report_; }
   const GuardLimits& limits() const noexcept { return limits_; }
   // (limit_count, n) cycles in which each limit of each joint changed a running controller's command.
@@ -106,6 +109,7 @@ class Guard {
   std::vector<std::uint64_t> intervention_counts_;  // (limit_count, n)
   std::vector<Limit> last_limit_;                   // (n) that held a joint's command back last
   CommandMode last_mode_ = CommandMode::position;
+  double speed_cap_ = 1;
   bool has_last_ = false;      // something was sent in last_mode_
   bool joints_known_ = false;  // the joint state of this cycle can be used
   bool at_rest_ = false;       // a stop has come to rest, hold_ is where

@@ -120,6 +120,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
   }
 
   // SAFETY: the guard has the last word; nothing after it changes the command.
+  guard_.cap_speed(speed_cap_.load(std::memory_order_relaxed));
   const GuardReport& report =
       guard_.check(dynamics_, joints, skin, now_ns, run_.load(std::memory_order_relaxed), valid, command, standing());
   if (report.state != SafetyState::stopped || report.reason == Reason::asked)

@@ -72,6 +72,9 @@ class TaskCycle {
   void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
   bool run_requested() const noexcept { return run_.load(std::memory_order_relaxed); }
   void request_mode(CommandMode mode) noexcept { mode_.store(mode, std::memory_order_relaxed); }
+  // Share of the velocity limits that commands may use, above 0 to 1; of a robot that is not trusted yet.
+  void request_speed_cap(double share) noexcept { speed_cap_.store(share, std::memory_order_relaxed); }
+  double speed_cap() const noexcept { return speed_cap_.load(std::memory_order_relaxed); }
   // Whose torque skin tasks contribute; masks of patches hold for the host's alone.
   void request_skin_source(control::SkinSource source) noexcept { source_.store(source, std::memory_order_relaxed); }
   // Off: no task feels any cell.
@@ -115,6 +118,7 @@ class TaskCycle {
   std::uint64_t tick_ = 0;
   std::atomic<bool> run_{false}, skin_on_{true};
   std::atomic<control::SkinSource> source_{control::SkinSource::host};
+  std::atomic<double> speed_cap_{1};
   std::atomic<CommandMode> mode_{CommandMode::position};
 };
 

@@ -104,7 +104,9 @@ class PacedLoop:
         """
 
     @property
-    def ticks(self) -> int: ...
+    def ticks(self) -> int:
+        """so far"""
+
     @property
     def late_ticks(self) -> int:
         """those that came more than half a period late"""

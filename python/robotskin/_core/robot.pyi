@@ -434,6 +434,15 @@ class TaskCycle:
     def request_mode(self, mode: robotskin.model.CommandMode) -> None:
         """The interface from the next period on."""
 
+    def request_speed_cap(self, share: float) -> None:
+        """
+        Of the velocity limits, above 0 to 1, that commands may use: for a robot that is not trusted yet.
+        """
+
+    @property
+    def speed_cap(self) -> float:
+        """share of the velocity limits that commands may use"""
+
     def request_skin_source(self, source: SkinSource) -> None:
         """
         Whose torque skin tasks contribute: what the skin says is used while it is fresh.

@@ -45,9 +45,13 @@ class UrFacts:
     """What a controller says of itself before anything moves."""
 
     @property
-    def model(self) -> str: ...
+    def model(self) -> str:
+        """as its dashboard says, such as UR5"""
+
     @property
-    def version(self) -> str: ...
+    def version(self) -> str:
+        """of the controller's software"""
+
     @property
     def remote_control(self) -> bool | None:
         """None: a controller that does not know the question"""
@@ -57,7 +61,8 @@ class UrFacts:
         """between two states"""
 
     @property
-    def takes_torque(self) -> bool: ...
+    def takes_torque(self) -> bool:
+        """whether it knows direct_torque"""
 
 class UrPort(robotskin.model.RobotPort):
     """
@@ -92,9 +97,13 @@ class UrPort(robotskin.model.RobotPort):
         """Stops the robot and ends the connection for good."""
 
     @property
-    def facts(self) -> UrFacts: ...
+    def facts(self) -> UrFacts:
+        """what the controller said of itself"""
+
     @property
-    def condition(self) -> UrCondition: ...
+    def condition(self) -> UrCondition:
+        """why it takes commands, or does not; `told` says it in words"""
+
     @property
     def speed_fraction(self) -> float:
         """of the speed slider, 0 to 1"""

@@ -37,6 +37,8 @@ ORDER = (
     "view",
     "keys",
     "port",
+    "rehearse",
+    "connect",
     "record",
     "replay",
     "bench",

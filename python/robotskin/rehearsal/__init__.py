@@ -7,7 +7,8 @@ cells follow the joints of whatever controller they are told of. Each runs in a 
 
 from robotskin.rehearsal.asked import Asked, Look
 from robotskin.rehearsal.process import Process, RehearsalError
+from robotskin.rehearsal.skin_process import skin
 from robotskin.rehearsal.ur_controller import ControllerSettings, FakeController
 from robotskin.rehearsal.ur_process import controller
 
-__all__ = ["Asked", "ControllerSettings", "FakeController", "Look", "Process", "RehearsalError", "controller"]
+__all__ = ["Asked", "ControllerSettings", "FakeController", "Look", "Process", "RehearsalError", "controller", "skin"]

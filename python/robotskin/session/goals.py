@@ -12,7 +12,7 @@ from robotskin.errors import InputError
 from robotskin.model import RobotDynamics
 from robotskin.robots.reach import nearest_to
 from robotskin.session.reasons import missed_goal_told
-from robotskin.session.session import Session
+from robotskin.session.skinned_robot import SkinnedRobot
 from robotskin.tasks import CartesianTask, JointTask
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ STANDS = {"joints": 1e-4, "hand": 1e-5}
 """A reference that moves less than this, rad or m, between two looks has arrived."""
 
 
-def goal_kind(session: Session) -> GoalKind:
+def goal_kind(session: SkinnedRobot) -> GoalKind:
     """What the behaviour takes for a goal: positions of joints, a place of the hand, or nothing."""
     tasks = session.controller.tasks.values()
     if any(isinstance(task, JointTask) for task in tasks):
@@ -33,12 +33,12 @@ def goal_kind(session: Session) -> GoalKind:
     return "hand" if any(isinstance(task, CartesianTask) for task in tasks) else ""
 
 
-def hand_link(session: Session) -> str:
+def hand_link(session: SkinnedRobot) -> str:
     """The link that Cartesian tasks move."""
     return str(session.gains.values["cartesian"]["link"])
 
 
-def hand_pose(session: Session, dynamics: RobotDynamics | None = None) -> Array:
+def hand_pose(session: SkinnedRobot, dynamics: RobotDynamics | None = None) -> Array:
     """(4, 4) metres, base frame: the link of the robot's Cartesian tasks, as measured.
 
     The dynamics of the session's robot are used where they are given, which saves making them.
@@ -49,7 +49,7 @@ def hand_pose(session: Session, dynamics: RobotDynamics | None = None) -> Array:
     return dynamics.base_from_link(robot.link_index(hand_link(session)))
 
 
-def set_goal(session: Session, goal: list[float]) -> Array:
+def set_goal(session: SkinnedRobot, goal: list[float]) -> Array:
     """Give the behaviour its goal: (n) rad for joints, or (3) metres by which the hand is to move, base axes.
 
     Returns the goal: (n) rad or m, or (3) metres where the hand is to be, base frame.
@@ -64,7 +64,7 @@ def set_goal(session: Session, goal: list[float]) -> Array:
     return place
 
 
-def reference_of(session: Session, goal: Array) -> Array:
+def reference_of(session: SkinnedRobot, goal: Array) -> Array:
     """What the tasks take for a goal of their kind: (n) rad or m of the joints, or (3) metres where the hand is to be.
 
     The hand keeps the direction that it has. Raises InputError as `set_goal` does.
@@ -88,7 +88,7 @@ def reference_of(session: Session, goal: Array) -> Array:
     return pose
 
 
-def _require_reach(session: Session, point_m: Array) -> None:
+def _require_reach(session: SkinnedRobot, point_m: Array) -> None:
     link = hand_link(session)
     posture, left = nearest_to(session.robot, link, point_m, np.array(session.joints.position))
     if left > OUT_OF_REACH_M:
@@ -103,7 +103,7 @@ def _require_reach(session: Session, point_m: Array) -> None:
 class GoalWatch:
     """How far a session is from the goal that it was given last, and why, looked at a few times a second."""
 
-    def __init__(self, session: Session, goal: Array | None = None) -> None:
+    def __init__(self, session: SkinnedRobot, goal: Array | None = None) -> None:
         self.session = session
         self.goal = goal
         self._behaviour = session.behaviour

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin connect`: driver, skin, behaviours and page on section units and a robot that are really there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robotskin.cli._waiting import waiting
+
+if TYPE_CHECKING:
+    from robotskin.connecting import ConnectedRobot
+
+
+def command(
+    robot: Annotated[str, typer.Argument(help="A robot by name (robotskin robots lists them), or its URDF.")],
+    robot_port: Annotated[str, typer.Option(help="ur:ADDRESS, or MODULE:CLASS of your own (docs/robot_port.md).")],
+    units: Annotated[list[str], typer.Option(help="HOST:PORT of a section unit; once for each.")],
+    key: Annotated[Path, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)],
+    behaviour: Annotated[str, typer.Option(help="What it does, as of robotskin run.")] = "skin_compliance",
+    interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
+    layout: Annotated[
+        Path | None,
+        typer.Option(help="The skin's layout file; by default the robot's finished one.", exists=True, dir_okay=False),
+    ] = None,
+    gains: Annotated[
+        Path | None,
+        typer.Option(help="A gain file (TOML); by default the robot's own.", exists=True, dir_okay=False),
+    ] = None,
+    speed_share: Annotated[
+        float, typer.Option(help="Share of the velocity limits that may be used until confirmed.", min=0.01, max=1.0)
+    ] = 0.2,
+    confirmed: Annotated[
+        bool, typer.Option("--confirmed", help="Robot and skin were tried: full speed from the start.")
+    ] = False,
+    headless: Annotated[bool, typer.Option("--headless", help="No page.")] = False,
+    seconds: Annotated[float, typer.Option(help="For how long with --headless; 0: until Ctrl-C.", min=0)] = 0.0,
+    bind: Annotated[
+        str | None, typer.Option(help="HOST:PORT of this machine for the skin; by default found by itself.")
+    ] = None,
+    fault_file: Annotated[
+        Path, typer.Option("--fault-file", help="Where a fault leaves the last second of states (CSV).", dir_okay=False)
+    ] = Path("robotskin_fault.csv"),
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Run a behaviour on a robot and a skin that are really there; robotskin run is the same on simulated ones.
+
+    Before anything moves, skin and robot are compared with layout, keys and model. The robot is slow until confirmed.
+    Ctrl-C or SIGTERM stops it smoothly. Exit status 0: no fault stopped it.
+    """
+    from rich.console import Console
+
+    from robotskin import control, robots
+    from robotskin import layout as layouts
+    from robotskin.connecting import ConnectedRobot, SectionUnits, unit_addresses
+    from robotskin.keys import SkinKeys
+    from robotskin.outputs import require_writable
+    from robotskin.ports import made_port
+    from robotskin.record import recorded
+    from robotskin.robots.gains import GainSet, gains_of
+
+    require_writable("--json", json_file, (".json",))
+    control.behaviour(behaviour)
+    addresses = unit_addresses(units)
+    own = None if bind is None else unit_addresses([bind])[0]
+    keys = SkinKeys.load(key)
+    console = Console()
+    with waiting(f"loading {robot}"):
+        model = robots.load(robot)
+        chosen = gains_of(model) if gains is None else GainSet.load(str(gains))
+        worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
+    section_units = SectionUnits(worn, addresses, keys, own)
+    try:
+        with waiting("waiting for the skin"):
+            alive = section_units.await_skin()
+        console.print(f"skin: {alive} of {len(worn)} cells speak")
+        moved = made_port(robot_port, model)
+        try:
+            session = ConnectedRobot(
+                model,
+                worn,
+                moved,
+                section_units,
+                behaviour,
+                interface=interface,
+                gains=chosen,
+                fault_file=fault_file,
+                speed_share=1.0 if confirmed else speed_share,
+            )
+            for line in session.seen:
+                console.print(f"robot: {line}")
+            with recorded(session, record):
+                status = run_headless(session, seconds, json_file) if headless else show(session, port)
+        finally:
+            moved.stop()
+            if hasattr(moved, "close"):
+                moved.close()
+    finally:
+        section_units.close()
+    if session.fault:
+        console.print(session.fault_told)
+    raise typer.Exit(status)
+
+
+def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None) -> int:
+    """Run for a time or until interrupted, tell and write the figures; the exit status."""
+    from rich.console import Console
+
+    from robotskin.figures import write_figures
+
+    console = Console()
+    moved = 0.0
+    try:
+        session.begin()
+        console.print(f"running {session.behaviour}, {told_speed(session)}")
+        home = list(session.joints.position)
+        ends = seconds if seconds > 0 else float("inf")
+        gone = 0.0
+        while gone < ends and not session.fault:
+            session.run(min(0.1, ends - gone))
+            gone += 0.1
+            moved = max(moved, *(abs(a - b) for a, b in zip(session.joints.position, home, strict=True)))
+    except KeyboardInterrupt:
+        console.print("bringing the robot to rest")
+    finally:
+        latency = session.latency()
+        stopped_s = session.end()
+    figures = {
+        **latency,
+        "largest_displacement_rad": moved,
+        "stop_s": stopped_s,
+        "ticks": float(session.loop.report.ticks),
+        "lost_ticks": float(session.loop.report.lost),
+        "limit_violations": float(session.controller.report.violations),
+        "faults": float(bool(session.fault)),
+    }
+    for name, value in figures.items():
+        console.print(f"{name}: {value:.6g}", highlight=False)
+    if json_file is not None:
+        write_figures(json_file, 0, figures)
+    return 1 if session.fault else 0
+
+
+def show(session: ConnectedRobot, port: int) -> int:
+    """Serve the page until it is interrupted; the exit status. The terminal takes c (confirm), s (stop), g (go)."""
+    import sys
+    import threading
+
+    from rich.console import Console
+
+    from robotskin.live.connected_session import ConnectedSession
+    from robotskin.viewer.page import Page
+
+    console = Console()
+    session.begin()
+    with ConnectedSession(session) as live, Page(live, port) as page:
+        live.watch_page(lambda: len(page.server.get_clients()))
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        console.print(f"{told_speed(session)}; here: c confirms full speed, s stops, g goes on, each with Enter")
+        try:
+            while sys.stdin.isatty():
+                said = sys.stdin.readline().strip()
+                if said in live.terminal:
+                    live.terminal[said]()
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print("bringing the robot to rest")
+    return 1 if session.fault or live.failure is not None else 0
+
+
+def told_speed(session: ConnectedRobot) -> str:
+    """How fast it may be."""
+    share = session.controller.cycle.speed_cap
+    return "full speed" if session.confirmed else f"at most {share:.0%} of its speed until confirmed"

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin rehearse`: a UR controller and section units that are not there, for a first `robotskin connect`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    robot: Annotated[str, typer.Argument(help="A UR by name, or the path of its URDF; 6 joints.")] = "ur5",
+    key: Annotated[
+        Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", exists=True, dir_okay=False)
+    ] = None,
+    layout: Annotated[
+        Path | None,
+        typer.Option(help="A layout file; by default the robot's finished layout.", exists=True, dir_okay=False),
+    ] = None,
+    host: Annotated[str, typer.Option(help="Address of this machine for both.")] = "127.0.0.1",
+    units_port: Annotated[int, typer.Option(help="Of the first section unit.", min=1, max=65535)] = 21100,
+    version: Annotated[str, typer.Option(help="Of the controller's software.")] = "5.23.0",
+    touch: Annotated[bool, typer.Option("--touch", help="A hand pushes cells, drawn from the seed.")] = False,
+    seconds: Annotated[float, typer.Option(help="For how long; 0: until Ctrl-C.", min=0)] = 0.0,
+    seed: Annotated[int, typer.Option(help="Of the skin and the touches.")] = 1,
+) -> None:
+    """Serve a UR controller and the section units of its skin on this machine, each in a process of its own.
+
+    Then robotskin connect runs against them as against real ones.
+    """
+    import random
+    import time
+
+    from robotskin.errors import InputError
+    from robotskin.rehearsal import Asked, ControllerSettings, Look, controller, skin
+
+    parts = version.split(".")
+    if not 2 <= len(parts) <= 4 or not all(part.isdigit() for part in parts):
+        raise InputError(f"--version {version}: give it as 5.23.0")
+    numbers = ([int(part) for part in parts] + [0, 0])[:4]
+    settings = ControllerSettings(version=(numbers[0], numbers[1], numbers[2], numbers[3]))
+    with (
+        controller(robot, host, settings),
+        skin(robot, host, layout=layout, key=key, host=host, first_port=units_port, seed=seed) as units,
+    ):
+        addresses, cells = units.ask(Look(("addresses", "world.scene.cell_body.size")))
+        told = " ".join(f"--units {address}:{port}" for address, port in addresses)
+        keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
+        typer.echo(f"robotskin connect {robot} --robot-port ur:{host} {told} {keyed}")
+        began, draw = time.monotonic(), random.Random(seed)
+        while seconds == 0 or time.monotonic() - began < seconds:
+            if touch:
+                cell = draw.randrange(cells)
+                units.ask(Asked("push", (cell, draw.uniform(5.0, 15.0))))
+                time.sleep(1.0)
+                units.ask(Asked("release"))
+            time.sleep(1.0)

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A skin on section units and a robot that are really there, in one loop: what `robotskin connect` runs.
+
+In: addresses, keys, a layout, a robot port. Out: a `ConnectedRobot`. What can go wrong before anything moves, each with
+what was found and what was expected: nobody there, other keys, another skin, another robot (`ConnectError`, `UrError`).
+"""
+
+from robotskin.connecting.connected_robot import ConnectedRobot
+from robotskin.connecting.errors import ConnectError
+from robotskin.connecting.first_checks import check_before_motion
+from robotskin.connecting.section_units import SectionUnits, unit_addresses
+
+__all__ = ["ConnectError", "ConnectedRobot", "SectionUnits", "check_before_motion", "unit_addresses"]

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop over a real robot port and real section units, in real time."""
+
+from __future__ import annotations
+
+import time
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robotskin.choices import require_mode
+from robotskin.connecting.errors import ConnectError
+from robotskin.connecting.first_checks import check_before_motion
+from robotskin.connecting.section_units import SectionUnits
+from robotskin.cycle import SafetyState
+from robotskin.layout import Layout
+from robotskin.loop import PacedLoop
+from robotskin.model import RobotPort
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet, gains_of
+from robotskin.session import PERIOD_S, SkinnedRobot
+from robotskin.skin import Health
+from robotskin.ur import UrPort, told
+
+SLICE_S = 0.02
+"""Of the loop between two looks from outside."""
+TARE_S = 0.5
+UNTRUSTED_SPEED = 0.2
+"""Share of the velocity limits until `confirm`."""
+STOP_S = 2.0
+"""In which a robot that is asked to stop must be at rest, before its port is told to stop it."""
+
+
+class ConnectedRobot(SkinnedRobot):
+    """A robot behind its port and a skin behind its section units, in one loop.
+
+    Args:
+        robot: n joints; layout: of its skin, N cells.
+        port: n joints, ready to be read.
+        units: of the skin.
+        behaviour, interface, gains, fault_file, …: as of `SkinnedRobot`.
+        speed_share: of the velocity limits that may be used until `confirm`.
+
+    Raises ConnectError for a robot that does not stand as its model says, and as `SkinnedRobot`.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        port: RobotPort,
+        units: SectionUnits,
+        behaviour: str = "skin_compliance",
+        *,
+        gains: GainSet | None = None,
+        speed_share: float = UNTRUSTED_SPEED,
+        fault_file: str | Path | None = None,
+        **options: Any,
+    ) -> None:
+        self.units, self.driver, self.reader = units, units.driver, units.reader
+        self.seen = check_before_motion(robot, port)
+        """What the checks before the first motion found."""
+        self.period_s = port.period_s or PERIOD_S
+        own = at_period(gains or gains_of(robot), self.period_s)
+        super().__init__(robot, layout, port, units.input, behaviour, gains=own, fault_file=fault_file, **options)
+        self.paced = PacedLoop(self.loop, self.period_s)
+        self.mode = "clock"
+        self.controller.cycle.request_speed_cap(speed_share)
+
+    # ---- Time ----
+
+    def run(self, seconds: float) -> None:
+        """Tick in real time."""
+        ends = time.monotonic() + seconds
+        while (left := ends - time.monotonic()) > 0:
+            self.paced.run(min(left, SLICE_S))
+            self.fault_file.watch(self.loop.guard, self.controller.task_error)
+            self.fault_file.write_at_rest(self.loop.guard, self.controller.cycle, self.robot.joint_names)
+
+    def begin(self, within_s: float = 5.0) -> None:
+        """Take the forces' zero while nothing touches the skin, then start. Raises ConnectError if it does not."""
+        self.run(0.1)
+        self.reader.tare(TARE_S)
+        self.run(TARE_S + 0.1)
+        self.start()
+        ends = time.monotonic() + within_s
+        while self.state not in (SafetyState.running, SafetyState.degraded):
+            if time.monotonic() > ends:
+                raise ConnectError(f"the robot does not start: {self.why_not_running()}")
+            self.run(SLICE_S)
+            if self.loop.report.latched:  # it was lost for a moment while it was to start
+                self.start()
+        self.paced.forget()
+        if isinstance(self.port, UrPort):
+            self.port.forget_latency()
+
+    def end(self) -> float:
+        """Stop smoothly, then by the port; the seconds until rest."""
+        began = time.monotonic()
+        self.stop()
+        try:
+            while time.monotonic() - began < STOP_S:
+                self.run(SLICE_S)
+                if float(np.abs(np.asarray(self.joints.velocity)).max()) < self.loop_rest:
+                    break
+        finally:
+            self.port.stop()
+            self.fault_file.write(self.controller.cycle, self.robot.joint_names)
+        return time.monotonic() - began
+
+    loop_rest = 0.01
+    """rad/s below which the robot is at rest."""
+
+    # ---- What may be asked of it ----
+
+    def confirm(self) -> None:
+        """The robot does what it should: let it use its full speed."""
+        self.controller.cycle.request_speed_cap(1.0)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the full speed is allowed."""
+        return self.controller.cycle.speed_cap >= 1.0
+
+    def set_mode(self, mode: str) -> None:
+        """Let the cells send at the clock rate, or when something changes."""
+        require_mode(mode)
+        for group in sorted({int(group) for group in self.layout.group}):
+            self.driver.command("mode", int(mode == "event"), group=group)
+        self.mode = mode
+
+    # ---- What is known of it ----
+
+    @property
+    def held_by(self) -> str:
+        """Why the robot's own safety takes no commands; empty where it does, or where the port cannot tell."""
+        if not isinstance(self.port, UrPort) or self.port.condition.name == "ready":
+            return ""
+        return told(self.port.condition)
+
+    def why_not_running(self) -> str:
+        """What the controller waits for, or why it stopped; empty while it runs."""
+        own = super().why_not_running()
+        lost = "the robot was lost, start it anew" if self.loop.report.latched else ""
+        return "; ".join(part for part in (self.held_by, lost, own) if part)
+
+    def latency(self) -> dict[str, float]:
+        """Seconds: of the loop's parts, as measured since `begin`; what the port cannot tell is left out."""
+        alive = np.asarray(self.skin.health) == int(Health.alive)
+        found = {"worst_gap_s": self.paced.worst_gap_s, "late_ticks": float(self.paced.late_ticks)}
+        if alive.any():
+            age_ns = time.monotonic_ns() - np.asarray(self.skin.stamp_ns)[alive]
+            found["skin_age_median_s"] = float(np.median(age_ns)) * 1e-9
+        if isinstance(self.port, UrPort):
+            median, p99, worst, count = self.port.latency
+            if count:
+                found |= {"command_median_s": median, "command_p99_s": p99, "command_worst_s": worst}
+        return found
+
+
+def at_period(gains: GainSet, period_s: float) -> GainSet:
+    """The same gains in a cycle of this period."""
+    values = deepcopy(gains.values)
+    values["resolver"]["period_s"] = period_s
+    return replace(gains, values=values)

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot and a skin behind real sockets: refused before anything moves where they are not the expected, else run."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin import layout as layouts
+from robotskin import robots
+from robotskin.cli.main import app
+from robotskin.connecting import ConnectedRobot, ConnectError, SectionUnits, check_before_motion, unit_addresses
+from robotskin.cycle import GuardLimits, SafetyState
+from robotskin.keys import SkinKeys
+from robotskin.layout import Layout
+from robotskin.model import CommandMode, JointState, PortStatus, RobotDynamics, RobotPort
+from robotskin.ports import PortError, made_port
+from robotskin.rehearsal import Asked, Look, Process, controller, skin
+from robotskin.robots.gains import GainSet, gains_of
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "flow"))
+from partial_skin import part_of
+
+HOST = f"127.80.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
+ROBOT = robots.load("ur5")
+PATIENT_NS = 1_000_000_000
+
+
+class PatientGains(GainSet):
+    """For a machine that other tests hold up: the guard waits longer for joints, skin and cycle."""
+
+    def guard_limits(self, robot) -> GuardLimits:
+        limits = super().guard_limits(robot)
+        limits.joints_timeout_ns = limits.largest_cycle_ns = PATIENT_NS
+        return limits
+
+
+@dataclass
+class Stage:
+    arm: Process
+    units: Process
+    layout: Layout
+    layout_file: Path
+    key: Path
+    addresses: list
+
+
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory) -> Iterator[Stage]:
+    folder = tmp_path_factory.mktemp("connect")
+    whole = layouts.finished("ur5")
+    worn = part_of(whole, np.flatnonzero(whole.patch == whole.patch[172]))
+    worn.save(folder / "part.json")
+    SkinKeys.fresh().save(folder / "skin.key")
+    with (
+        controller("ur5", HOST) as arm,
+        skin("ur5", HOST, layout=folder / "part.json", key=folder / "skin.key") as units,
+    ):
+        addresses = units.ask(Look(("addresses",)))[0]
+        yield Stage(arm, units, worn, folder / "part.json", folder / "skin.key", addresses)
+
+
+def held_units(stage: Stage, keys: SkinKeys | None = None, layout: Layout | None = None, addresses=None):
+    return SectionUnits(layout or stage.layout, addresses or stage.addresses, keys or SkinKeys.load(stage.key))
+
+
+def test_the_robot_gives_way_and_comes_back_and_stops_with_its_skin(stage: Stage) -> None:
+    units = held_units(stage)
+    port = made_port(f"ur:{HOST}", ROBOT)
+    try:
+        assert units.await_skin(20.0) == len(stage.layout)
+        gains = gains_of(ROBOT)
+        session = ConnectedRobot(
+            ROBOT, stage.layout, port, units, gains=PatientGains(gains.robot, gains.values), speed_share=0.2
+        )
+        assert "efforts agree" in session.seen[1]
+        session.begin(within_s=20.0)
+        home = np.array(session.joints.position)
+        stage.units.ask(Asked("push", (40, 10.0)))
+        session.run(1.5)
+        away = np.array(session.joints.position) - home
+        assert session.felt_force_n() > 5.0
+        assert np.abs(away).max() > 0.01
+        true = stage.arm.ask(Look(("arm.position",)))[0]
+        assert np.abs(true - home - away).max() < 0.01  # it is the controller's arm that moved
+        assert not session.confirmed
+        assert np.abs(session.joints.velocity).max() < 0.2 * ROBOT.velocity_limit.max()
+        stage.units.ask(Asked("release"))
+        session.run(1.5)
+        assert np.abs(np.array(session.joints.position) - home).max() < 0.3 * np.abs(away).max()
+        assert session.latency()["command_median_s"] < 0.002
+        session.confirm()
+        assert session.confirmed
+        units.driver.stop()  # nothing comes from the skin any more
+        session.run(1.0)
+        assert session.state is SafetyState.stopped
+        assert "skin" in session.why_not_running()
+        assert np.abs(stage.arm.ask(Look(("arm.velocity",)))[0]).max() < 0.01
+        assert session.controller.report.violations == 0
+    finally:
+        port.close()
+        units.close()
+
+
+def test_a_wrong_key_is_told(stage: Stage) -> None:
+    units = held_units(stage, SkinKeys.fresh())
+    with pytest.raises(ConnectError, match="no answer: it is not there, or it has another key"):
+        units.await_skin(1.0)
+    units.close()
+
+
+def test_a_wrong_address_is_told(stage: Stage) -> None:
+    units = held_units(stage, addresses=[("127.0.0.1", 9)])
+    with pytest.raises(ConnectError, match=r"127\.0\.0\.1:9: nobody is at this port"):
+        units.await_skin(0.5)
+    units.close()
+
+
+def test_another_layout_is_told(stage: Stage) -> None:
+    whole = layouts.finished("ur5")
+    other = part_of(whole, np.flatnonzero(whole.patch == whole.patch[236]))
+    units = held_units(stage, layout=other)
+    with pytest.raises(ConnectError, match="found cells that layout ur5 of 8 cells does not have"):
+        units.await_skin(3.0)
+    units.close()
+
+
+def test_a_count_of_units_that_the_layout_does_not_have(stage: Stage) -> None:
+    with pytest.raises(ConnectError, match="found 2 addresses, the layout has 1"):
+        held_units(stage, addresses=stage.addresses * 2)
+
+
+@pytest.mark.parametrize("text", ["", "here", "10.0.0.1:", "10.0.0.1:99999", ":80"])
+def test_an_address_that_is_none(text: str) -> None:
+    with pytest.raises(ConnectError, match="give HOST:PORT"):
+        unit_addresses([text])
+
+
+class Still(RobotPort):
+    """At home, at rest, with an effort."""
+
+    def __init__(self, position, effort, velocity=0.0) -> None:
+        super().__init__(6, [CommandMode.position])
+        self.position, self.effort, self.velocity = position, effort, velocity
+
+    def read(self, state: JointState) -> PortStatus:
+        state.position, state.effort, state.velocity = self.position, self.effort, np.full(6, self.velocity)
+        state.stamp_ns = time.monotonic_ns()
+        return PortStatus.ok
+
+
+HOME = gains_of(ROBOT).home
+
+
+def weight(position) -> np.ndarray:
+    dynamics = RobotDynamics(ROBOT.core)
+    dynamics.update(position, np.zeros(6))
+    return dynamics.gravity_torque
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+def test_a_joint_with_a_turned_sign_is_found_by_its_weight(joint: int) -> None:
+    turned = HOME.copy()
+    turned[joint] = -turned[joint]
+    with pytest.raises(ConnectError, match="check signs and zeros"):
+        check_before_motion(ROBOT, Still(turned, weight(HOME)))
+
+
+def test_what_the_first_look_refuses() -> None:
+    assert "efforts agree" in check_before_motion(ROBOT, Still(HOME, weight(HOME)))[1]
+    assert "not checked" in check_before_motion(ROBOT, Still(HOME, np.zeros(6)))[1]
+    with pytest.raises(ConnectError, match=r"found moving at 0\.500"):
+        check_before_motion(ROBOT, Still(HOME, weight(HOME), 0.5))
+    beyond = HOME.copy()
+    beyond[2] = 7.0
+    with pytest.raises(ConnectError, match=r"found at 7.000, expected between"):
+        check_before_motion(ROBOT, Still(beyond, weight(HOME)))
+
+
+def test_a_port_of_another_count_of_joints(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "two_joints.py").write_text(
+        "from robotskin.model import CommandMode, RobotPort\n"
+        "class Two(RobotPort):\n    def __init__(self):\n        super().__init__(2, [CommandMode.position])\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(PortError, match="found 2 joints, ur5 has 6"):
+        made_port("two_joints", ROBOT)
+
+
+def command(stage: Stage, *more: str, key: Path | None = None) -> list[str]:
+    host, port = stage.addresses[0]
+    return [
+        str(Path(sys.executable).with_name("robotskin")), "connect", "ur5", "--robot-port", f"ur:{HOST}", "--units", f"{host}:{port}",
+        "--key", str(key or stage.key), "--layout", str(stage.layout_file), "--headless", *more,
+    ]  # fmt: skip
+
+
+def test_sigterm_stops_the_robot(stage: Stage, tmp_path: Path) -> None:
+    with subprocess.Popen(
+        command(stage, "--json", "figures.json"), cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    ) as running:
+        told = []
+        assert running.stdout is not None
+        for line in running.stdout:
+            told.append(line)
+            if "running" in line:
+                break
+        assert "at most 20%" in told[-1], told
+        time.sleep(0.3)
+        running.send_signal(signal.SIGTERM)
+        assert running.wait(20) in (0, 1)  # 1: a busy machine made it late, and the guard stopped it before
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["stop_s"] < 1.0
+    assert figures["limit_violations"] == 0
+    assert np.abs(stage.arm.ask(Look(("arm.velocity",)))[0]).max() < 0.01
+
+
+def test_the_command_refuses_before_anything_moves(stage: Stage, tmp_path: Path, monkeypatch) -> None:
+    SkinKeys.fresh().save(tmp_path / "other.key")
+    before = stage.arm.ask(Look(("script_name",)))[0]
+    monkeypatch.chdir(tmp_path)
+    ran = CliRunner().invoke(app, command(stage, key=tmp_path / "other.key")[1:])
+    assert ran.exit_code == 2
+    assert "another key" in ran.output
+    assert stage.arm.ask(Look(("script_name",)))[0] == before
