@@ -13,7 +13,7 @@ namespace robotskin::ur {
 class TcpSocket {
  public:
   TcpSocket() = default;
-  // Throws UrError, naming the address, where nobody answers within the time.
+  // Throws UrError, naming the address, where nothing answers within the time.
   TcpSocket(const std::string& host, std::uint16_t port, double within_s);
   ~TcpSocket() { close(); }
   TcpSocket(TcpSocket&& other) noexcept;

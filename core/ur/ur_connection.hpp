@@ -46,7 +46,7 @@ struct UrState {
 class UrConnection {
  public:
   // Asks dashboard and RTDE for facts and begins to receive states. `model`: which robot must answer, empty for any.
-  // Throws UrError: nobody there, another robot, local control, software too old, registers in use.
+  // Throws UrError: nothing there, another robot, local control, software too old, registers in use.
   UrConnection(const std::string& host, const std::string& model, double within_s);
 
   const UrFacts& facts() const noexcept { return facts_; }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The port of a UR robot: RTDE and a script on its controller behind `RobotPort`.
 
-In: the address of a controller. Out: a `UrPort`. What can go wrong: nobody there, another robot, local control,
+In: the address of a controller. Out: a `UrPort`. What can go wrong: nothing there, another robot, local control,
 software too old (`UrError`, with what was found and what was expected).
 """
 

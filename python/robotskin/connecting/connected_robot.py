@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from robotskin.choices import require_mode
+from robotskin.choices import member
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
 from robotskin.connecting.section_units import SectionUnits
 from robotskin.cycle import SafetyState
+from robotskin.firmware import CellMode
 from robotskin.layout import Layout
 from robotskin.loop import PacedLoop
 from robotskin.model import RobotPort
@@ -125,12 +126,12 @@ class ConnectedRobot(SkinnedRobot):
         """Whether the full speed is allowed."""
         return self.controller.cycle.speed_cap >= 1.0
 
-    def set_mode(self, mode: str) -> None:
+    def set_mode(self, mode: CellMode | str) -> None:
         """Let the cells send at the clock rate, or when something changes."""
-        require_mode(mode)
+        chosen = member("mode", CellMode, mode)
         for group in sorted({int(group) for group in self.layout.group}):
-            self.driver.command("mode", int(mode == "event"), group=group)
-        self.mode = mode
+            self.driver.command("mode", chosen.value, group=group)
+        self.mode = str(chosen.name)
 
     # ---- What is known of it ----
 

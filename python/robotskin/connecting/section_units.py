@@ -70,7 +70,7 @@ class SectionUnits:
     def await_skin(self, within_s: float = 5.0, least_alive: float = LEAST_ALIVE) -> int:
         """Wait until the skin of the layout speaks; how many of its cells do.
 
-        Raises ConnectError: nobody there, other keys, another protocol, cells of another layout, too few cells.
+        Raises ConnectError: nothing there, other keys, another protocol, cells of another layout, too few cells.
         """
         state = SkinState(len(self.layout))
         ends = time.monotonic() + within_s
@@ -99,7 +99,7 @@ class SectionUnits:
         host, port = address
         unit = f"section unit {host}:{port}"
         if refuses(address):
-            return f"{unit}: nobody is at this port"
+            return f"{unit}: nothing is at this port"
         if counts["foreign"] > 0:
             return f"{unit}: found datagrams of another protocol version or group; update the units' firmware"
         if counts["unauthenticated"] > 0:
@@ -108,7 +108,7 @@ class SectionUnits:
 
 
 def refuses(address: Address) -> bool:
-    """Whether the machine at an address says that nobody listens at its port."""
+    """Whether the machine at an address says that nothing listens at its port."""
     with socket.socket(_family(address), socket.SOCK_DGRAM) as probe:
         probe.settimeout(0.1)
         try:

@@ -12,10 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.choices import member, require_mode
+from robotskin.choices import member
 from robotskin.connecting import ConnectedRobot
 from robotskin.cycle import SafetyState
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.firmware import CellMode
 from robotskin.model import CommandMode
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch, reference_of
@@ -127,10 +128,10 @@ class ConnectedSession:
         reference = reference_of(self.session, place)
         self._ask(lambda: self._go(place, reference))
 
-    def set_mode(self, mode: str) -> None:
+    def set_mode(self, mode: CellMode | str) -> None:
         """Let the cells send in another mode."""
-        require_mode(mode)
-        self._ask(lambda: self.session.set_mode(mode))
+        chosen = member("mode", CellMode, mode)
+        self._ask(lambda: self.session.set_mode(chosen))
 
     def set_source(self, source: str) -> None:
         """Refused but for the host: these cells have not been told how to compute torques."""
@@ -187,7 +188,7 @@ class ConnectedSession:
         if self._lookers() > 0:
             self._looked_s = now
         elif self._looked_s is not None and now - self._looked_s > PAGE_LOST_S:
-            # SAFETY: the person who could stop it by the page cannot any more.
+            # SAFETY: it cannot be stopped by the page any more.
             self._looked_s, self._page_lost = None, True
             self.session.stop()
 

@@ -18,7 +18,7 @@ RETRY_STEPS = 200
 class JointWatch:
     """The newest joint positions of the controller at `host`; `look` never waits.
 
-    Raises RehearsalError if nobody answers there at first; what is lost later is tried again.
+    Raises RehearsalError if nothing answers there at first; what is lost later is tried again.
     """
 
     def __init__(self, host: str, within_s: float = 5.0) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A UR controller that is not there: RTDE, dashboard and script ports over TCP, an arm in MuJoCo behind.
 
-It stands in the product, not in its laboratory, since whoever connects a robot rehearses with it first.
+It stands in the product, not in its laboratory, since a robot is rehearsed with it before it is connected.
 """
 
 from __future__ import annotations

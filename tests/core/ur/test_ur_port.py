@@ -180,7 +180,7 @@ def test_torque_is_offered_from_5_23_on(version, torque: bool) -> None:
         port.close()
 
 
-def test_nobody_at_the_address() -> None:
+def test_nothing_at_the_address() -> None:
     with pytest.raises(UrError, match=r"127\.79\.1\.1:29999: Connection refused"):
         UrPort(ROBOT.core, "127.79.1.1", within_s=1.0)
 

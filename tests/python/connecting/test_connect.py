@@ -120,7 +120,7 @@ def test_a_wrong_key_is_told(stage: Stage) -> None:
 
 def test_a_wrong_address_is_told(stage: Stage) -> None:
     units = held_units(stage, addresses=[("127.0.0.1", 9)])
-    with pytest.raises(ConnectError, match=r"127\.0\.0\.1:9: nobody is at this port"):
+    with pytest.raises(ConnectError, match=r"127\.0\.0\.1:9: nothing is at this port"):
         units.await_skin(0.5)
     units.close()
 
@@ -199,7 +199,8 @@ def test_a_port_of_another_count_of_joints(tmp_path: Path, monkeypatch) -> None:
 def command(stage: Stage, *more: str, key: Path | None = None) -> list[str]:
     host, port = stage.addresses[0]
     return [
-        str(Path(sys.executable).with_name("robotskin")), "connect", "ur5", "--robot-port", f"ur:{HOST}", "--units", f"{host}:{port}",
+        str(Path(sys.executable).with_name("robotskin")), "connect", "ur5", "--robot-port", f"ur:{HOST}",
+        "--units", f"{host}:{port}",
         "--key", str(key or stage.key), "--layout", str(stage.layout_file), "--headless", *more,
     ]  # fmt: skip
 

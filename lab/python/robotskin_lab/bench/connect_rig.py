@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A controller and a skin in processes of their own, and what the gains say a touch must lead to."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.connecting import ConnectedRobot, SectionUnits
+from robotskin.cycle import GuardLimits
+from robotskin.keys import SkinKeys
+from robotskin.layout import Layout, finished
+from robotskin.model import RobotDynamics, RobotModel
+from robotskin.ports import made_port
+from robotskin.rehearsal import Look, Process, controller, skin
+from robotskin.robots import Robot, load
+from robotskin.robots.gains import GainSet, gains_of
+from robotskin.session import SkinnedRobot
+
+Floats = NDArray[np.float64]
+PATIENT_NS = 1_000_000_000
+
+
+class PatientGains(GainSet):
+    """The guard waits longer: other work on the machine that measures must not stop the robot."""
+
+    def guard_limits(self, robot: RobotModel) -> GuardLimits:
+        """As the file says, but for the patience."""
+        limits = super().guard_limits(robot)
+        limits.joints_timeout_ns = limits.largest_cycle_ns = PATIENT_NS
+        return limits
+
+
+def patch_of(whole: Layout, link: str) -> Layout:
+    """The layout of the first patch on a link that has a cable, alone."""
+    on = whole.links.index(link)
+    patch = next(whole.patch[p.cell] for p in whole.section_unit_ports if whole.link[p.cell] == on)
+    rows = np.flatnonzero(whole.patch == patch)
+    new = np.full(len(whole), -1)
+    new[rows] = np.arange(len(rows))
+    other = np.where(whole.neighbours[rows, :, 0] >= 0, new[whole.neighbours[rows, :, 0]], -1)
+    port = np.where(other >= 0, whole.neighbours[rows, :, 1], 0)
+    ports = tuple(replace(p, cell=int(new[p.cell])) for p in whole.section_unit_ports if new[p.cell] >= 0)
+    return replace(
+        whole,
+        id=whole.id[rows],
+        group=whole.group[rows],
+        link=whole.link[rows],
+        link_from_cell=whole.link_from_cell[rows],
+        neighbours=np.stack([other, port], axis=2).astype(np.int32),
+        patch=np.zeros(len(rows), dtype=np.int32),
+        patches=(replace(whole.patches[patch], root=int(new[whole.patches[patch].root])),),
+        section_unit_ports=ports,
+        studs=(),
+        cables=(),
+    )
+
+
+@contextmanager
+def stage(host: str, seed: int) -> Iterator[tuple[Process, Process, Robot, Layout, SkinKeys]]:
+    """Controller and skin, running; the robot, the layout of its skin, and its keys."""
+    robot = load("ur5")
+    worn = patch_of(finished("ur5"), "forearm_link")
+    keys = SkinKeys.fresh()
+    with tempfile.TemporaryDirectory() as folder:
+        layout, key = Path(folder) / "skin.json", Path(folder) / "skin.key"
+        worn.save(layout)
+        keys.save(key)
+        with (
+            controller("ur5", host) as arm,
+            skin("ur5", host, layout=layout, key=key, seed=seed) as units,
+        ):
+            yield arm, units, robot, worn, keys
+
+
+@contextmanager
+def connected(
+    host: str, units: Process, robot: Robot, worn: Layout, keys: SkinKeys, interface: str
+) -> Iterator[ConnectedRobot]:
+    """The loop over both, begun."""
+    section_units = SectionUnits(worn, units.ask(Look(("addresses",)))[0], keys)
+    try:
+        section_units.await_skin(20.0)
+        port = made_port(f"ur:{host}", robot)
+        try:
+            own = gains_of(robot)
+            session = ConnectedRobot(
+                robot,
+                worn,
+                port,
+                section_units,
+                interface=interface,
+                gains=PatientGains(own.robot, own.values),
+                speed_share=1.0,
+            )
+            session.begin(20.0)
+            yield session
+            session.end()
+        finally:
+            port.close()  # type: ignore[attr-defined]
+    finally:
+        section_units.close()
+
+
+def asked_displacement(session: SkinnedRobot, worn: Layout, home: Floats) -> Floats:
+    """(n) rad by which the joints give way to the forces felt now, as the gains say: K⁻¹ Σ (1 + w_f) Jᵀ f."""
+    gains, robot = session.gains, session.robot
+    weight = gains.force_weights(robot.core, worn.skin_model())
+    force = np.asarray(session.skin.normal_force, dtype=float).sum(axis=1)
+    dynamics = RobotDynamics(robot.core)
+    # Halfway: the lever changes a little while the arm gives way.
+    dynamics.update(np.ascontiguousarray((home + np.array(session.joints.position)) / 2), np.zeros(robot.joint_count))
+    torque = np.zeros(robot.joint_count)
+    for cell in np.flatnonzero(force > gains.values["skin"]["force_silent_n"]):
+        link = robot.core.link_index(worn.links[worn.link[cell]])
+        base_from_link = np.array(dynamics.base_from_link(link)).reshape(4, 4)
+        jacobian = np.array(dynamics.link_jacobian(link))
+        arm = base_from_link[:3, :3] @ worn.link_from_cell[cell][:3, 3]
+        pressed = -base_from_link[:3, :3] @ worn.link_from_cell[cell][:3, 2] * force[cell]
+        torque += (1 + weight[cell]) * (jacobian[:3].T @ pressed + jacobian[3:].T @ np.cross(arm, pressed))
+    return torque / np.array(gains.values["joint"]["stiffness"])
