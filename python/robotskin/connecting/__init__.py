@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A skin on section units and a robot that are really there, in one loop: what `robotskin connect` runs.
 
-In: addresses, keys, a layout, a robot port. Out: a `ConnectedRobot`. What can go wrong before anything moves, each with
-what was found and what was expected: nothing there, other keys, another skin, another robot (`ConnectError`, `UrError`).
+In: addresses, keys, a layout, a robot port. Out: a `ConnectedRobot`. What can go wrong before anything moves,
+each with what was found and what was expected: nothing there, other keys, another skin, another robot (`ConnectError`,
+`UrError`).
 """
 
 from robotskin.connecting.connected_robot import ConnectedRobot

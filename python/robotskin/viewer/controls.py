@@ -11,7 +11,7 @@ from robotskin.choices import INTERFACES
 from robotskin.viewer.colours import MODALITIES
 from robotskin.viewer.goal_panel import GoalPanel
 from robotskin.viewer.legend import PADDING, legend
-from robotskin.viewer.session_view import Integers, SessionView, Snapshot
+from robotskin.viewer.session_view import Integers, SessionView, Snapshot, StoppedByHand
 
 # How long a session may take to do as it is told before the page shows what it does instead.
 WISH_S = 2.0
@@ -133,6 +133,15 @@ class Controls:
             self._source_refused = gui.add_html("", visible=False)
         self.release.on_click(lambda _: command(session.release))
         reset.on_click(lambda _: command(session.reset))
+        if isinstance(session, StoppedByHand):
+            stop = gui.add_button(
+                "Stop", color="red", order=-2, hint="The robot stops smoothly and holds; Back to the start goes on."
+            )
+            stop.on_click(lambda _: command(session.stop))
+            confirm = gui.add_button(
+                "Confirm speed", order=-1, hint="It does what it should: let it use its full speed."
+            )
+            confirm.on_click(lambda _: command(session.confirm))
 
         @self._tool.on_update
         def _(_: viser.GuiEvent) -> None:

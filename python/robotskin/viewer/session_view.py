@@ -6,7 +6,7 @@ The page knows no world, driver or controller: a simulated arm, a replayed log a
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 import numpy as np
 import trimesh
@@ -17,7 +17,7 @@ from robotskin.layout import Layout
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
 
-__all__ = ["Ball", "RobotView", "SessionView", "SkinReading", "Snapshot", "Solid", "Torques", "Touch"]
+__all__ = ["Ball", "RobotView", "SessionView", "SkinReading", "Snapshot", "Solid", "StoppedByHand", "Torques", "Touch"]
 
 Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
@@ -241,3 +241,14 @@ class SessionView(Protocol):
 
     def reset(self) -> None:
         """Back to the start: posture, controller, hand."""
+
+
+@runtime_checkable
+class StoppedByHand(Protocol):
+    """A session that moves a real robot: the page has a key that stops it, and one that lets it use its speed."""
+
+    def stop(self) -> None:
+        """Stop smoothly, and hold until `SessionView.reset`."""
+
+    def confirm(self) -> None:
+        """Robot and skin do what they should: full speed."""
