@@ -38,9 +38,10 @@ class PatientGains(GainSet):
 
 
 def patch_of(whole: Layout, link: str) -> Layout:
-    """The layout of the first patch on a link that has a cable, alone."""
+    """The layout of the smallest patch on a link that has a cable, alone: it runs in real time on a small machine."""
     on = whole.links.index(link)
-    patch = next(whole.patch[p.cell] for p in whole.section_unit_ports if whole.link[p.cell] == on)
+    wired = {int(whole.patch[p.cell]) for p in whole.section_unit_ports if whole.link[p.cell] == on}
+    patch = min(wired, key=lambda one: int((whole.patch == one).sum()))
     rows = np.flatnonzero(whole.patch == patch)
     new = np.full(len(whole), -1)
     new[rows] = np.arange(len(rows))
