@@ -24,17 +24,6 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 1000, 560
 PATIENCE_S = 180.0
-FEWER_PICTURES = """
-const draw = window.requestAnimationFrame.bind(window), waiting = new Map();
-let last = 0;
-window.requestAnimationFrame = (step) => {
-  const mine = ++last;
-  waiting.set(mine, setTimeout(() => { waiting.delete(mine); draw(step); }, 80));
-  return mine;
-};
-window.cancelAnimationFrame = (one) => { clearTimeout(waiting.get(one)); waiting.delete(one); };
-"""
-"""Some ten pictures a second instead of sixty: without a graphics card these take the processor from the robot."""
 
 
 def free_port() -> int:
@@ -85,7 +74,6 @@ def opened(browser: "sync_api.Browser", address: str) -> "sync_api.Page":
     """The page at an address, patient with a slow machine."""
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(PATIENCE_S * 1e3)
-    page.add_init_script(FEWER_PICTURES)
     page.goto(address)
     return page
 
