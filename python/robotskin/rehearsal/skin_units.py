@@ -11,6 +11,7 @@ import time
 
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
+from robotskin.layout.cell_network import CellNetwork
 from robotskin.model import CommandMode, JointCommand
 from robotskin.rehearsal.joint_watch import JointWatch
 from robotskin.robots import Robot
@@ -46,8 +47,6 @@ class SkinUnits:
         first_port: int = 0,
         seed: int = 1,
     ) -> None:
-        from robotskin.layout.cell_network import CellNetwork
-
         self._joints = JointWatch(controller)
         time.sleep(0.05)
         posture = self._joints.look()
