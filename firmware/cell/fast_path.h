@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The short way of what a cell gets most often: samples of its subtree, frames that are out, and ticks of neighbours
- * that say only that they are still there.
+ * The short way of what a cell gets most often: samples, events and reports of its subtree, frames that are out, and
+ * ticks of neighbours that say only that they are still there.
  *
  * The cell at a section unit passes on a sample of every cell of its tree each period, and any cell hears four ticks a
  * millisecond. As long as nothing is due and no state changes but that of the queues, such an input needs none of the
@@ -9,10 +9,14 @@
 #ifndef ROBOTSKIN_CELL_FAST_PATH_H
 #define ROBOTSKIN_CELL_FAST_PATH_H
 
+#include <string.h>
+
 #include "cell/transmit.h"
+#include "cell/transport/queues.h"
 #include "cell/transport/rings.h"
 #include "cell/wire/ports.h"
 #include "cell/wire/wave.h"
+#include "robotskin/arq_receiver.h"
 #include "robotskin/cell.h"
 #include "robotskin/crc.h"
 
@@ -98,6 +102,30 @@ RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bo
     default:
       return false;
   }
+}
+
+/* Events, reports and requests. */
+RS_INLINE bool goes_up(const uint8_t* frame) {
+  enum { UP = 1 << RS_TYPE_event | 1 << RS_TYPE_topology | 1 << RS_TYPE_reply | 1 << RS_TYPE_join };
+  return ((unsigned)UP >> rs_frame_type_of(frame) & 1U) != 0U;
+}
+
+/* The same for these of the subtree, which join those that wait for the parent. */
+static RS_NOINLINE bool take_report(rs_cell* cell, unsigned from, const uint8_t* received, bool checked,
+                                    uint32_t now_us) {
+  const unsigned port = from - 1U;
+  if (port >= RS_PORTS || from == cell->queues.parent_port) return false;
+  rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) return false;
+  RS_WORDS uint8_t frame[RS_FRAME_BYTES];
+  memcpy(frame, received, RS_FRAME_BYTES);
+  if ((!checked && !rs_frame_intact(frame)) || !rs_frame_take_hop(frame)) return false;
+  neighbour->heard_us = now_us;
+  if (rs_frame_type_of(frame) == RS_TYPE_event) rs_arq_receiver_count(&neighbour->arq_receiver);
+  rs_queue_up(cell, frame, now_us);
+  cell->queues.samples_alone = false;
+  if (rs_cell_waiting(cell) > 0U) cell->queues.waiting |= cell->queues.parent_bit;
+  return true;
 }
 
 /* Ports on which something can go out. */

@@ -128,7 +128,7 @@ static RS_NOINLINE bool next_for_child(rs_cell* cell, unsigned port, uint8_t* fr
   for (unsigned i = 0; i < queues->down.count; ++i) {
     const unsigned at = (queues->down.first + i) & (RS_QUEUE_DOWN - 1U);
     if ((queues->down_ports[at] & bit) == 0U) continue;
-    memcpy(frame, queues->down_frame[at], RS_FRAME_BYTES);
+    rs_frame_copy(frame, queues->down_frame[at]);
     queues->down_ports[at] &= (uint8_t)~bit;
     rs_down_let_go(queues);
     return true;
@@ -136,9 +136,33 @@ static RS_NOINLINE bool next_for_child(rs_cell* cell, unsigned port, uint8_t* fr
   return false;
 }
 
+/* Whether nothing but events waits, and that for the parent. */
+static bool events_alone(const rs_cell* cell, unsigned ready) {
+  const rs_queues* queues = &cell->queues;
+  return ready == queues->parent_bit && queues->parent_port == cell->route.parent_port &&
+         (queues->beacon_due & ready) == 0U &&
+         (queues->status_due | queues->slow.count | queues->data.count | queues->down.count) == 0U &&
+         cell->arq_sender.torque.sent >= cell->arq_sender.torque.count;
+}
+
+/* What the long way below does then. */
+static RS_NOINLINE unsigned start_event(rs_cell* cell, unsigned ready, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
+  queues->data_passed_over = 0;
+  if (!rs_arq_sender_next_event(cell, queues->sending[port], now_us)) {
+    queues->passed_over = 0;
+    return 0;
+  }
+  queues->busy |= (uint8_t)ready;
+  queues->started_us[port] = now_us;
+  return ready;
+}
+
 RS_NOINLINE unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t now_us) {
   rs_queues* queues = &cell->queues;
   rs_cell_hold_indices(cell);
+  if (events_alone(cell, ready)) return start_event(cell, ready, now_us);
   const unsigned parent_port = (cell->route.parent_port - 1U) % RS_PORTS;
   const unsigned parent = 1U << cell->route.parent_port >> 1;
   unsigned started = 0;
@@ -163,7 +187,7 @@ RS_NOINLINE unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t n
   return started;
 }
 
-void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
+RS_HOT void rs_transmit(rs_cell* cell, uint32_t now_us, rs_output* output) {
   unsigned waiting = rs_transmit_wanted(cell);
   const unsigned ready = waiting & ~(unsigned)cell->queues.busy;
   if (ready != 0U) {

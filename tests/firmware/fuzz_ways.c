@@ -31,6 +31,25 @@ static void lively_frame(uint8_t frame[RS_FRAME_BYTES], unsigned port, uint32_t 
         .ack = port == 2U || port == 3U ? cell->route.neighbour[port - 1U].arq_receiver.next : draw() % 128U,
         .age_us = age_us};
     rs_tick_pack(frame, &tick);
+  } else if (kind < 300U) {
+    const rs_event event = {.type = RS_TYPE_event,
+                            .source = 20U + draw() % 4U,
+                            .sequence = draw() % 8U,
+                            .ttl = draw() % 64U,
+                            .retransmitted = draw() % 8U == 0U,
+                            .sample_tick = now_us / RS_TICK_US % 16U};
+    rs_event_pack(frame, &event);
+  } else if (kind < 330U) {
+    const rs_reply reply = {.type = RS_TYPE_reply, .source = 20U + draw() % 4U, .ttl = draw() % 64U};
+    const rs_topology topology = {.type = RS_TYPE_topology, .ttl = draw() % 64U, .uid = 20U + draw() % 64U};
+    const rs_join join = {.type = RS_TYPE_join, .ttl = draw() % 64U, .uid = 20U + draw() % 64U};
+    if (kind < 310U) {
+      rs_reply_pack(frame, &reply);
+    } else if (kind < 320U) {
+      rs_topology_pack(frame, &topology);
+    } else {
+      rs_join_pack(frame, &join);
+    }
   } else if (kind < 511U) {
     const rs_clock sample = {.type = RS_TYPE_clock,
                              .source = 20U + draw() % 4U,

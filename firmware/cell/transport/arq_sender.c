@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cell/time/tick_time.h"
+#include "cell/wire/frame_copy.h"
 #include "robotskin/arq_sender.h"
 #include "robotskin/crc.h"
 
@@ -82,7 +83,7 @@ bool rs_arq_sender_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
   }
   const unsigned place = (arq_sender->event.first + arq_sender->event.count++) & EVENT_MASK;
   arq_sender->event_time[place] = coarse(now_us - (cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U));
-  memcpy(arq_sender->event_frame[place], frame, RS_FRAME_BYTES);
+  rs_frame_copy(arq_sender->event_frame[place], frame);
   return true;
 }
 
@@ -118,7 +119,7 @@ bool rs_arq_sender_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   if (ring->sent >= ring->count) return false;
   prune(cell, now_us);
   if (ring->sent >= ring->count) return false;
-  memcpy(frame, arq_sender->torque_frame[(ring->first + ring->sent) & TORQUE_MASK], RS_FRAME_BYTES);
+  rs_frame_copy(frame, arq_sender->torque_frame[(ring->first + ring->sent) & TORQUE_MASK]);
   if (!rs_frame_intact(frame)) { /* damaged memory: it would be sent again and again */
     *ring = (rs_arq_ring){0};
     arq_sender->announcements = 0;
@@ -128,17 +129,18 @@ bool rs_arq_sender_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   return true;
 }
 
-static bool is_of_use(const rs_arq_sender* arq_sender, unsigned at, uint32_t now_us) {
+static bool is_of_use(const rs_arq_sender* arq_sender, unsigned at, bool again, uint32_t now_us) {
   return age_us(arq_sender->event_time[at & EVENT_MASK], now_us) <= RS_ARQ_KEEP_US &&
-         rs_frame_intact(arq_sender->event_frame[at & EVENT_MASK]);
+         (!again || rs_frame_intact(arq_sender->event_frame[at & EVENT_MASK]));
 }
 
 /* Drops the next event to send while it is too old, as events of other cells may have come before it that are not, or
- * damaged in memory: it would be sent again and again. */
+ * sent before and damaged in memory: it would be sent again and again. */
 static void skip_useless_events(rs_cell* cell, uint32_t now_us) {
   rs_arq_sender* arq_sender = &cell->arq_sender;
   rs_arq_ring* ring = &arq_sender->event;
-  while (ring->sent < ring->count && !is_of_use(arq_sender, ring->first + ring->sent, now_us)) {
+  while (ring->sent < ring->count &&
+         !is_of_use(arq_sender, ring->first + ring->sent, ring->sent < ring->tried, now_us)) {
     if (ring->tried > ring->sent) {
       --ring->tried;
     } else {
@@ -161,7 +163,7 @@ bool rs_arq_sender_next_event(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
   prune(cell, now_us);
   skip_useless_events(cell, now_us);
   if (ring->sent >= ring->count) return false;
-  memcpy(frame, arq_sender->event_frame[(ring->first + ring->sent) & EVENT_MASK], RS_FRAME_BYTES);
+  rs_frame_copy(frame, arq_sender->event_frame[(ring->first + ring->sent) & EVENT_MASK]);
   if (ring->sent < ring->tried) rs_frame_mark_retransmitted(frame);
   note_sent(arq_sender, ring);
   return true;
