@@ -21,7 +21,8 @@ using ur::UrFacts;
 using ur::UrPort;
 
 void bind_ur(nb::module_ module) {
-  nb::exception<UrError>(module, "UrError", nb::module_::import_("robotskin.errors").attr("RobotskinError"));
+  error_class<UrError>(module, "UrError",
+                       "A controller that is not there, is another one, or cannot do what is needed.");
   module.attr("DASHBOARD_PORT") = ur::dashboard_port;
   module.attr("SCRIPT_PORT") = ur::script_port;
   module.attr("RTDE_PORT") = ur::rtde_port;

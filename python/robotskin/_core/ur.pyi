@@ -6,7 +6,9 @@ import robotskin.errors
 import robotskin.model
 
 class UrError(robotskin.errors.RobotskinError):
-    pass
+    """
+    A controller that is not there, is another one, or cannot do what is needed.
+    """
 
 DASHBOARD_PORT: int = 29999
 
