@@ -71,6 +71,14 @@ def propagating(seed: int, tmp_path: Path) -> Iterator[str]:
 
 
 @pytest.fixture
+def balancing(seed: int, tmp_path: Path) -> Iterator[str]:
+    """The address of a running `robotskin app balance` whose chest is pushed."""
+    skin = layout.finished("talos_standing")
+    cell = int(skin.cells_on("torso_2_link")[0])
+    yield from running("app", seed, tmp_path, "balance", "--push", str(cell), "--force", "15")
+
+
+@pytest.fixture
 def placing(seed: int, tmp_path: Path) -> Iterator[tuple[str, Path]]:
     """The address of a running `robotskin view --place`, and the file to which it saves."""
     file = tmp_path / "placed.json"
@@ -290,3 +298,15 @@ def test_the_base_gives_way_in_the_page_of_propagation(browser: "sync_api.Browse
     wait_for(lambda: float(told.get_attribute("data-base-mm") or 0) > 20, "the base does not give way")
     assert told.get_attribute("data-propagation") == "base_gives"
     picture(page, "propagate")
+
+
+@pytest.mark.timeout(600)
+def test_the_page_of_balance_shows_what_holds_the_robot_up(browser: "sync_api.Browser", balancing: str) -> None:
+    page = opened(browser, balancing)
+    told = page.locator("[data-inside-mm]").first
+    wait_for(lambda: float(told.get_attribute("data-felt-n") or 0) > 5, "the push is not felt")
+    assert float(told.get_attribute("data-inside-mm")) > 20, "the capture point is not inside the soles"
+    assert float(told.get_attribute("data-load-n")) == pytest.approx(886, rel=0.2)
+    text = told.inner_text()
+    assert text.index("foot contact") < text.index("balance") < text.index("skin"), "priorities, the highest first"
+    picture(page, "balance")

@@ -158,7 +158,7 @@ def test_real_motors_hear_a_line_of_text() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("on_n = 0.7", "on_n = -1.0", "on_n"),
+        ("on_n = 0.6", "on_n = -1.0", "on_n"),
         ("full_share = 2.5", "full_share = 0.01", "silent_share"),
         ("calm_s", "clam_s", "clam_s"),
     ],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robotskin import robots
 from robotskin.layout import finished
-from robotskin.model import CommandMode, JointCommand
+from robotskin.model import CommandMode, JointCommand, RobotPort
 from robotskin.robots.gains import GainSet
 from robotskin.robots.standing import BASE_JOINTS
 from robotskin.session import SkinnedRobot
@@ -45,6 +45,8 @@ class LateSkin(SkinInput):
         super().__init__(len(world.layout), 0.25)
         self._world = world
         self._felt: deque[Array] = deque()
+        self.dead: NDArray[np.bool_] = np.zeros(len(world.layout), dtype=bool)
+        """(N,) cells that are not heard."""
 
     def read(self, now_ns: int, state: SkinState) -> InputStatus:
         """Fill the state with what was true some ticks ago."""
@@ -52,7 +54,8 @@ class LateSkin(SkinInput):
         if len(self._felt) > SKIN_DELAY_TICKS:
             state.normal_force[:] = np.minimum(self._felt.popleft(), 10.0)
         state.proximity[:] = 0.0
-        state.health[:] = Health.alive.value
+        state.normal_force[:][self.dead] = 0.0
+        state.health[:] = np.where(self.dead, Health.dead.value, Health.alive.value)
         state.stamp_ns[:] = now_ns
         state.time_ns = now_ns
         return InputStatus.ok
@@ -83,6 +86,7 @@ class StandingRig:
         cell: before which the plate waits; None: there is no plate.
         direction: (3,) unit vector along x or y of the world, in which the plate pushes.
         hands: how many balls there are besides, which push cells against their normals.
+        port: what the controller takes for the robot's port, made of the real one, such as one with a fault.
     """
 
     def __init__(
@@ -93,6 +97,7 @@ class StandingRig:
         cell: int | None = None,
         direction: tuple[float, float, float] = (1, 0, 0),
         hands: int = 0,
+        port: Callable[[RobotPort], RobotPort] = lambda port: port,
     ) -> None:
         self.law = law
         self.robot, self.layout, self.gains = robots.load(name), finished(name), GainSet.load(name)
@@ -112,11 +117,10 @@ class StandingRig:
         self.robot_body = int(self.world.scene.model.body("base_link").id)
         self._home_height = float(self.gains.home[2])
         self.skinned: SkinnedRobot | None = None
+        self.skin = LateSkin(self.world)
         self._joints = np.array(self.gains.home)
         if law.behaviour:
-            self.skinned = SkinnedRobot(
-                self.robot, self.layout, self.world.port, LateSkin(self.world), gains=self.gains
-            )
+            self.skinned = SkinnedRobot(self.robot, self.layout, port(self.world.port), self.skin, gains=self.gains)
             controller = self.skinned.controller
             law.change(controller.library.balance_gains)
             behaviour = controller.behaviours[law.behaviour]

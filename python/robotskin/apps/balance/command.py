@@ -14,6 +14,8 @@ ROBOT = "talos_standing"
 def command(
     headless: Annotated[bool, typer.Option("--headless", help="Run the script and print its figures.")] = False,
     pushes: Annotated[int, typer.Option(help="How many pushes the script gives.", min=1)] = 3,
+    push: Annotated[int | None, typer.Option(help="The cell that the page pushes from the beginning.", min=0)] = None,
+    force: Annotated[float, typer.Option(help="Newton of that push.", min=0.5, max=30)] = 15.0,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
@@ -34,7 +36,7 @@ def command(
     if not headless:
         from robotskin.apps.balance.panel import show
 
-        show(session, port)
+        show(session, port, None if push is None else (push, force))
         return
     try:
         with console.status("boot") as status:
