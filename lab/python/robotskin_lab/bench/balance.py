@@ -206,9 +206,7 @@ def largest_stood(
 def give_figures(seed: int, cells: int) -> dict[str, float]:
     """How far wrist and forearm give way to a newton along x, and how much the centre of mass moves."""
     gives, moved = [], []
-    for link in GIVE_LINKS[: 2 * cells]:
-        if link not in finished(ROBOT).links:
-            continue
+    for link in [link for link in GIVE_LINKS if link in finished(ROBOT).links][: 2 * cells]:
         direction = (-1.0, 0.0, 0.0)
         cell = drawn_cells(seed, 1, link, np.array(direction))[0]
         rig = StandingRig(ROBOT, LAWS[""], seed, cell, direction)
