@@ -16,12 +16,13 @@ CORE_KNOWS = {
     "driver": set(),
     "skin": {"driver"},
     "record": {"skin", "driver"},
+    "health": {"skin", "driver", "model"},
     "control": {"skin", "driver", "model"},
     "robot": {"control", "skin", "driver", "model"},
     "loop": {"robot", "control", "skin", "driver", "model"},
     "ur": {"model"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "record", "control", "robot", "loop", "ur", "world"},
+    "bindings": {"model", "driver", "skin", "record", "health", "control", "robot", "loop", "ur", "world"},
 }
 
 # Rooms of the laboratory may include these rooms of the product, and their own headers.
@@ -62,6 +63,7 @@ PYTHON_ORDER = [
     "world",
     "rehearsal",
     "session",
+    "health",
     "scripts",
     "connecting",
     "configuring",

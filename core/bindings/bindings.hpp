@@ -12,6 +12,7 @@ void bind_driver(nanobind::module_ module);
 void bind_skin(nanobind::module_ module);
 void bind_skin_input(nanobind::module_& module);
 void bind_record(nanobind::module_ module);
+void bind_health(nanobind::module_ module);
 void bind_control(nanobind::module_ module);
 void bind_control_tasks(nanobind::module_& module);
 void bind_control_fusion(nanobind::module_& module);
@@ -44,6 +45,7 @@ inline void bind_all(nanobind::module_& module) {
   bind_driver(part(module, "driver", "robotskin.driver", "Stage 4: datagrams to checked samples."));
   bind_skin(part(module, "skin", "robotskin.skin", "Stage 5: the skin model and the skin state."));
   bind_record(part(module, "record", "robotskin.record.tape", "What happened on the way from datagram to state."));
+  bind_health(part(module, "health", "robotskin.health.windows", "Evidence of the health of cells."));
   bind_control(part(module, "control", "robotskin.tasks", "Stage 7: tasks, fusion and the torque resolver."));
   bind_robot(part(module, "robot", "robotskin.cycle", "Stage 8: limits, watchdog, last check before the robot."));
   bind_loop(part(module, "loop", "robotskin.loop", "The loop that runs on a robot, from samples to command."));

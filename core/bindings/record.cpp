@@ -171,6 +171,15 @@ the recording. Raises InputError for bytes that no recorder writes.)")
           [](Player& self, skin::SkinState& state) { return with_input_errors([&] { return self.advance(state); }); },
           "state"_a, "The host time of the next read in ns, `state` filled; None where more blocks are needed.")
       .def("seek", &Player::seek, "Forgets all blocks given: goes on at the next keyframe in those to come.")
+      .def_prop_ro(
+          "measured_force",
+          [](nb::handle_t<Player> self) {
+            const auto& forces = nb::cast<Player&>(self).reader().measured_force();
+            const std::size_t shape[2] = {forces.size(), 3};
+            return nb::ndarray<nb::numpy, const float>(forces.data()->data(), 2, shape, self);
+          },
+          nb::rv_policy::automatic, nb::sig("def measured_force(self) -> numpy.ndarray"),
+          "(N, 3) newton as of the last read, before any zero is taken; it shares the player's memory.")
       .def_prop_ro("gaps", &Player::gaps, "Entries that the recorder had to drop so far.")
       .def_prop_ro(
           "joints",

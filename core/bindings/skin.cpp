@@ -252,7 +252,16 @@ that of others does.)")
             const std::span<const float> offsets(self.force_offset().data()->data(), 3 * self.force_offset().size());
             return copy_of(offsets, {self.force_offset().size(), 3});
           },
-          nb::rv_policy::move, "(N, 3) newton, what the tare subtracts");
+          nb::rv_policy::move, "(N, 3) newton, what the tare subtracts")
+      .def_prop_ro(
+          "measured_force",
+          [](nb::handle_t<SkinReader> self) {
+            auto& forces = nb::cast<SkinReader&>(self).measured_force();
+            const std::size_t shape[2] = {forces.size(), 3};
+            return nb::ndarray<nb::numpy, const float>(forces.data()->data(), 2, shape, self);
+          },
+          nb::rv_policy::automatic, nb::sig("def measured_force(self) -> NDArray[numpy.float32]"),
+          "(N, 3) newton of each cell's last sample, before any zero is taken; it shares the reader's memory.");
 }
 
 }  // namespace robotskin::bindings

@@ -133,8 +133,8 @@ void bind_parts(nb::module_& module) {
 
 void bind_world_body(nb::module_& module) {
   bind_parts(module);
-  nb::class_<Body>(module, "Body", "Robot, cells, hands and objects in one MuJoCo model, shared with Python.")
-      .def(
+  nb::class_<Body> body(module, "Body", "Robot, cells, hands and objects in one MuJoCo model, shared with Python.");
+  body.def(
           "__init__",
           [](Body* self, std::uintptr_t model, std::uintptr_t data, const nb::object& /*owner*/,
              const std::vector<int>& cell_body, const std::vector<int>& cell_geom, Poses body_from_cell,
@@ -261,6 +261,7 @@ void bind_world_body(nb::module_& module) {
       .def(
           "hand_cell", [](Body& self, std::size_t hand) { return self.hands().at(hand).cell(); }, "hand"_a,
           "Index of the cell that it was last sent to.");
+  bind_world_sensors(module, body);
 }
 
 }  // namespace robotskin::bindings

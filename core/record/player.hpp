@@ -55,6 +55,7 @@ class Player {
   void seek();
 
   driver::Driver& driver() { return driver_; }
+  const skin::SkinReader& reader() const { return reader_; }
   const std::vector<double>& joints() const { return joints_; }    // 3 n: position, velocity, effort; empty: none yet
   const std::vector<double>& command() const { return command_; }  // n, of the tick before this read; empty: none yet
   std::uint64_t command_mode() const { return command_mode_; }

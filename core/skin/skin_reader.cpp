@@ -22,19 +22,30 @@ constexpr double temperature_lowest_c = -45, temperature_highest_c = 130;
 
 constexpr std::int64_t fresh_periods = 5;
 
-// A signed channel has two ends; the lower one of the others is where nothing is felt.
-bool saturated(const Sample& sample) {
-  bool any = sample.fault;
-  const auto look = [&any](const auto& counts, std::size_t first) {
+// Whether a channel is within so many sixteenths of its range of an end. A signed channel has two ends; the lower one
+// of the others is where nothing is felt.
+bool near_end(const Sample& sample, int sixteenths) {
+  bool any = false;
+  const auto look = [&any, sixteenths](const auto& counts, std::size_t first) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const ChannelScale& scale = channel_scales[first + i];
-      any |= counts[i] >= scale.highest || (scale.lowest < 0 && counts[i] <= scale.lowest);
+      const int margin = (scale.highest - scale.lowest) / 16 * sixteenths;
+      any |= counts[i] >= scale.highest - margin || (scale.lowest < 0 && counts[i] <= scale.lowest + margin);
     }
   };
 #define ROBOTSKIN_LOOK(name, is_signed, first, ...) look(sample.name, RS_CHANNEL_##first);
   RS_SENSORS(ROBOTSKIN_LOOK)
 #undef ROBOTSKIN_LOOK
   return any;
+}
+
+// A cell tells by one bit that a sensor is saturated or missing. A saturated one shows the end of its range, but for
+// the offset that the cell adds; where none is near its end, one is missing.
+bool saturated(const Sample& sample) {
+  return near_end(sample, 0) || (sample.fault && near_end(sample, 1));
+}
+bool missing(const Sample& sample) {
+  return sample.fault && !near_end(sample, 1);
 }
 
 // Further channels that have not come for so long are not known any more: at the slowest clock rate one of their frames
@@ -63,6 +74,7 @@ SkinReader::SkinReader(driver::SnapshotTable<Sample>& samples, const SkinModel& 
       taken_(cells_, 0),
       cadence_(cells_),
       force_offset_(cells_),
+      measured_force_(cells_),
       sum_(cells_) {
   if (samples.size() < cells_) {
     throw std::invalid_argument("the model has " + std::to_string(cells_) + " cells, the driver only " +
@@ -125,7 +137,7 @@ void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) 
   convert(cell, sample, state);
 }
 
-void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& state) const {
+void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& state) {
 #define ROBOTSKIN_TO_SI(name, is_signed, first, channels, column, blank, unit) \
   to_si(sample.name, RS_CHANNEL_##first, state.column[cell]);
   RS_SENSORS(ROBOTSKIN_TO_SI)
@@ -133,6 +145,7 @@ void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& stat
   if (driver::has_further_channels && sample.stamp_ns - driver::further_ns(sample) > fresh_ns)
     blank_further(cell, state);
 #undef ROBOTSKIN_TO_SI
+  measured_force_[cell] = state.normal_force[cell];
   for (unsigned i = 0; i < 3; ++i) {
     float& force = state.normal_force[cell][i];
     force = std::max(0.0F, force - force_offset_[cell][i]);
@@ -190,7 +203,8 @@ void SkinReader::read(std::int64_t now_ns, SkinState& state) {
     }
     if (now_ns - sample.stamp_ns > fresh_ns(cell, sample)) {
       state.health[cell] = sample.gone_ns > sample.stamp_ns ? Health::dead : Health::stale;
-    } else if (impossible(sample) || (others_move && now_ns - sample.moved_ns > options_.stuck_after_ns)) {
+    } else if (impossible(sample) || missing(sample) ||
+               (others_move && now_ns - sample.moved_ns > options_.stuck_after_ns)) {
       state.health[cell] = Health::stuck;
     } else {
       state.health[cell] = Health::alive;

@@ -48,6 +48,9 @@ class SkinReader {
   std::size_t tare_refused() const { return tare_refused_; }  // force sensors whose offset passed the limit
   const std::vector<std::array<float, 3>>& force_offset() const { return force_offset_; }  // (N, 3) newton
 
+  // (N, 3) newton of each cell's last sample, before any zero is taken.
+  const std::vector<std::array<float, 3>>& measured_force() const { return measured_force_; }
+
   // Lets `witness` look on from the next call on, or none (null). It must outlive the reader.
   void set_witness(ReadWitness* witness) { witness_ = witness; }
 
@@ -62,7 +65,7 @@ class SkinReader {
   void observe_period(std::size_t cell, const driver::Sample& sample);
   std::int64_t fresh_ns(std::size_t cell, const driver::Sample& sample) const;
   void take(std::size_t cell, const driver::Sample& sample, SkinState& state);
-  void convert(std::size_t cell, const driver::Sample& sample, SkinState& state) const;
+  void convert(std::size_t cell, const driver::Sample& sample, SkinState& state);
   void finish_tare(std::int64_t now_ns);
   bool anything_moves(std::span<const driver::Sample> samples, std::int64_t now_ns) const;
 
@@ -77,7 +80,7 @@ class SkinReader {
     std::uint8_t clock = 0;  // 1: the sample was sent by the clock; no bool, as it is restored from bytes
   };
   std::vector<Cadence> cadence_;
-  std::vector<std::array<float, 3>> force_offset_;
+  std::vector<std::array<float, 3>> force_offset_, measured_force_;
   struct Sum {
     std::array<float, 3> force{};
     std::uint32_t count = 0;

@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace robotskin::world {
@@ -24,6 +25,12 @@ Body::Body(mjModel* model, mjData* data, Mounting mounting, const std::vector<Ha
       robot_(*model, *data, robot_joints, effort_limit, gains, imperfections, std::move(sensors), base_joints, seed),
       carriers_(std::move(carriers)) {
   for (const HandDescription& hand : hands) hands_.emplace_back(*model, hand);
+  place_.resize(mounting_.cell_count());
+  std::iota(place_.begin(), place_.end(), std::size_t{0});
+}
+
+void Body::swap_cells(std::size_t one, std::size_t other) {
+  std::swap(place_.at(one), place_.at(other));
 }
 
 double Body::timestep_s() const {
@@ -66,9 +73,10 @@ Truth Body::truth(std::size_t cell, std::int64_t time_ns, bool with_distance) co
 bool Body::sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) {
   const double time_s = 1e-9 * static_cast<double>(time_ns);
   // Rays cost most of a reading, and a proximity sensor that holds its value sends none.
-  const bool looks = sensors_.measures_proximity(cell, time_s) && contacts_.toucher()[cell] < 0;
-  const Seen seen = looks ? proximity_.measure(*model_, *data_, cell) : Seen{0.0, 1.0};
-  return sensors_.sample(cell, time_s, truth(cell, time_s, seen), sample);
+  const std::size_t place = place_[cell];
+  const bool looks = sensors_.measures_proximity(cell, time_s) && contacts_.toucher()[place] < 0;
+  const Seen seen = looks ? proximity_.measure(*model_, *data_, place) : Seen{0.0, 1.0};
+  return sensors_.sample(cell, time_s, truth(place, time_s, seen), sample);
 }
 
 std::array<double, 16> Body::world_from_cell(std::size_t cell) const {

@@ -39,6 +39,11 @@ class Body {
   // Without the distance, which takes longest, it is 0.
   Truth truth(std::size_t cell, std::int64_t time_ns, bool with_distance = true) const;
 
+  // What is wrong with a cell's sensors from now on. Throws std::out_of_range for no cell.
+  void set_sensor_fault(std::size_t cell, const SensorFault& fault) { sensors_.set_fault(cell, fault); }
+  // Two cells are found in each other's place, as if they had been mixed up when the skin was mended.
+  void swap_cells(std::size_t one, std::size_t other);
+
   // (4, 4) row-major, as of the last physics step.
   std::array<double, 16> world_from_cell(std::size_t cell) const;
 
@@ -65,6 +70,7 @@ class Body {
   SimulatedRobot robot_;
   std::vector<Hand> hands_;
   std::vector<Carrier> carriers_;
+  std::vector<std::size_t> place_;  // (N) where on the robot each cell sits; its own place unless swapped
 };
 
 }  // namespace robotskin::world

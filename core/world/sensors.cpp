@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+#include <string>
 
 #include "skin/calibration.hpp"
 #include "skin/proximity_curve.hpp"
@@ -33,6 +35,26 @@ constexpr double reference_c = 25;  // of the accelerometer's zero
 // Creep follows the load with this time constant; of its final size 1 - exp(-100 s / 40 s) is reached in 100 s.
 constexpr double creep_lag_s = 40;
 constexpr double creep_final_per_100_s = 1.0894;
+
+// Counts that a channel would show, as a fault changes them; the noise comes later.
+double faulty(const SensorFault& fault, int channel, double counts, double counts_per_unit, double time_s) {
+  if (!fault.of(channel) || time_s < fault.begin_s) return counts;
+  const double passed_s = time_s - fault.begin_s;
+  switch (fault.kind) {
+    case SensorFaultKind::drifting:
+      return counts + fault.size * counts_per_unit * passed_s / 60;
+    case SensorFaultKind::offset:
+      return counts + fault.size * counts_per_unit;
+    case SensorFaultKind::mis_scaled:
+      return counts * fault.size;
+    case SensorFaultKind::overheated:
+      return counts + fault.size * counts_per_unit * (1 - std::exp(-passed_s / overheating_lag_s));
+    case SensorFaultKind::end_of_range:
+      return fault.size < 0 ? -1e9 : 1e9;
+    default:
+      return counts;
+  }
+}
 
 bool is_force(int channel) {
   return channel >= RS_CHANNEL_force_1 && channel <= RS_CHANNEL_force_3;
@@ -167,6 +189,12 @@ bool Sensors::measures_proximity(std::size_t cell, double time_s) const {
   return now == never || now != individuals_[cell].part_period[part_proximity];
 }
 
+void Sensors::set_fault(std::size_t cell, const SensorFault& fault) {
+  if (cell >= individuals_.size()) throw std::out_of_range("sensor fault: no cell " + std::to_string(cell));
+  if (faults_.empty()) faults_.resize(individuals_.size());
+  faults_[cell] = fault;
+}
+
 void Sensors::drift(Individual& individual, double time_s) const {
   const auto step = static_cast<std::int64_t>(time_s * 10);
   if (step == individual.drift_step) return;
@@ -183,7 +211,11 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
   drift(individual, time_s);
   std::array<double, RS_CHANNEL_COUNT> value;  // in the channel's unit
   Strangeness& strange = strange_[cell];
-  const Vector3 force_n = force(strange, truth, time_s), acceleration_g = acceleration(strange, truth);
+  const SensorFault* const fault = this->fault(cell);
+  Truth felt = truth;
+  if (fault != nullptr && fault->acts(SensorFaultKind::loose, time_s))
+    felt.specific_force = apply(fault->turn, truth.specific_force);
+  const Vector3 force_n = force(strange, truth, time_s), acceleration_g = acceleration(strange, felt);
   value[RS_CHANNEL_proximity] = proximity(strange, truth);
   for (int s = 0; s < 3; ++s) {
     value[RS_CHANNEL_force_1 + s] = force_n[s];
@@ -203,14 +235,20 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
   bool saturated = false;
   for (int c = 0; c < RS_CHANNEL_COUNT; ++c) {
     if (c == 5) bits = random_bits(individual.noise_key, individual.draws++);  // 5 draws of 12 bits a word
-    const float noise = noise_counts_[c] * quantiles[bits & ((1U << normal_bits) - 1)];
+    float noise = noise_counts_[c] * quantiles[bits & ((1U << normal_bits) - 1)];
+    bool stays = false;
+    if (fault != nullptr && fault->of(c)) {
+      if (fault->acts(SensorFaultKind::noisy, time_s)) noise *= static_cast<float>(fault->size);
+      stays = fault->acts(SensorFaultKind::stuck, time_s);
+    }
     bits >>= normal_bits;
     const auto [lowest, highest, _] = channels[c];
     std::int32_t& held = individual.held[c];
-    if (measures[part_of(c)]) {
-      const double counts = value[c] * channels[c].counts_per_unit * individual.scale[c] + individual.offset_counts[c] +
-                            individual.drift_now[c] + noise;
-      const double limited = std::clamp(counts, static_cast<double>(lowest), static_cast<double>(highest));
+    if (measures[part_of(c)] && !stays) {
+      double counts = value[c] * channels[c].counts_per_unit * individual.scale[c] + individual.offset_counts[c] +
+                      individual.drift_now[c];
+      if (fault != nullptr) counts = faulty(*fault, c, counts, channels[c].counts_per_unit, time_s);
+      const double limited = std::clamp(counts + noise, static_cast<double>(lowest), static_cast<double>(highest));
       held = static_cast<std::int32_t>(std::lrint(limited));
     }
     sample.value[c] = held;

@@ -10,6 +10,7 @@
 #include "model/spatial.hpp"
 #include "robotskin/channels.h"
 #include "world/imperfections.hpp"
+#include "world/sensor_fault.hpp"
 
 namespace robotskin::world {
 
@@ -33,6 +34,10 @@ class Sensors {
   // Whether a reading at `time_s` would measure proximity anew; otherwise `Truth::distance_m` is not looked at.
   bool measures_proximity(std::size_t cell, double time_s) const;
 
+  // What is wrong with a cell from now on; it replaces what was. Throws std::out_of_range for no cell.
+  void set_fault(std::size_t cell, const SensorFault& fault);
+
+  std::size_t cell_count() const { return individuals_.size(); }
   std::uint64_t samples() const { return samples_; }
   std::uint64_t saturated_samples() const { return saturated_; }
 
@@ -68,6 +73,7 @@ class Sensors {
   Vector3 force(Strangeness& strange, const Truth& truth, double time_s) const;
   Vector3 acceleration(const Strangeness& strange, const Truth& truth) const;
   std::int64_t period(const Individual& individual, Part part, double time_s) const;
+  const SensorFault* fault(std::size_t cell) const { return faults_.empty() ? nullptr : &faults_[cell]; }
   void drift(Individual& individual, double time_s) const;
 
   std::array<float, RS_CHANNEL_COUNT> noise_counts_;
@@ -75,6 +81,7 @@ class Sensors {
   std::vector<Individual> individuals_;
   double hysteresis_, creep_;
   std::vector<Strangeness> strange_;
+  std::vector<SensorFault> faults_;  // (N), or none at all
   std::uint64_t samples_ = 0, saturated_ = 0;
 };
 

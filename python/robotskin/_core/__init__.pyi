@@ -5,6 +5,7 @@ from robotskin._core import firmware as firmware
 from robotskin._core import driver as driver
 from robotskin._core import skin as skin
 from robotskin._core import record as record
+from robotskin._core import health as health
 from robotskin._core import control as control
 from robotskin._core import robot as robot
 from robotskin._core import loop as loop

@@ -131,6 +131,12 @@ class Player:
         """
 
     @property
+    def measured_force(self) -> numpy.ndarray:
+        """
+        (N, 3) newton as of the last read, before any zero is taken; it shares the player's memory.
+        """
+
+    @property
     def gaps(self) -> int:
         """Entries that the recorder had to drop so far."""
 

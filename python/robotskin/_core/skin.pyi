@@ -266,3 +266,9 @@ class SkinReader:
     @property
     def force_offset(self) -> NDArray[numpy.float32]:
         """(N, 3) newton, what the tare subtracts"""
+
+    @property
+    def measured_force(self) -> NDArray[numpy.float32]:
+        """
+        (N, 3) newton of each cell's last sample, before any zero is taken; it shares the reader's memory.
+        """

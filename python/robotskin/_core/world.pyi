@@ -502,6 +502,90 @@ class Body:
 
     def hand_cell(self, hand: int) -> int:
         """Index of the cell that it was last sent to."""
+    def set_sensor_fault(
+        self,
+        cell: int,
+        kind: SensorFaultKind,
+        channels: Sequence[int] = [],
+        size: float = 0.0,
+        begin_s: float = 0.0,
+        turn: Sequence[float] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+    ) -> None:
+        """
+        What is wrong with a cell from `begin_s` on: its kind, the channels 0 to 8 that it is of, its size in newton, g, share of
+        full scale or K (see SensorFaultKind), and of a loose cell the row-major turn that maps its frame now to the one it had.
+        """
+
+    def swap_cells(self, one: int, other: int) -> None:
+        """Each is found in the other's place from now on."""
+
+class SensorFaultKind(enum.Enum):
+    """What may go wrong with the sensors of a cell."""
+
+    none = 0
+    """nothing"""
+
+    stuck = 1
+    """the channels stay where they are"""
+
+    noisy = 2
+    """their noise is so many times as large"""
+
+    drifting = 3
+    """their zero moves on and on"""
+
+    offset = 4
+    """their zero has moved"""
+
+    mis_scaled = 5
+    """they show so many times what they should"""
+
+    loose = 6
+    """the cell has turned, and its accelerometer with it"""
+
+    overheated = 7
+    """the cell grows so much hotter, within half a minute"""
+
+    end_of_range = 8
+    """
+    they show the end of their range: the upper one, or the lower one for a size below 0
+    """
+
+class SensorModels:
+    """The nine channels of N cells without a robot: truth in, counts out."""
+
+    def __init__(self, cells: int, imperfections: Imperfections, seed: int) -> None: ...
+    def set_fault(
+        self,
+        cell: int,
+        kind: SensorFaultKind,
+        channels: Sequence[int] = [],
+        size: float = 0.0,
+        begin_s: float = 0.0,
+        turn: Sequence[float] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+    ) -> None:
+        """
+        What is wrong with a cell from `begin_s` on: its kind, the channels 0 to 8 that it is of, its size in newton, g, share of
+        full scale or K (see SensorFaultKind), and of a loose cell the row-major turn that maps its frame now to the one it had.
+        """
+
+    def sample(
+        self,
+        time_s: float,
+        force_n: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
+        distance_m: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        reflectance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        specific_force: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)
+        ],
+        temperature_c: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 2), order="C", device="cpu", writable=False)
+        ],
+    ) -> NDArray[numpy.int32]:
+        """
+        (N, 9) counts of all cells at one time, from what is true there: force (N, 3) newton of each sensor, distance
+        (N) metres, reflectance (N), specific force (N, 3) m/s^2 in the cell frame, temperature (N, 2) of board and surface.
+        """
 
 class FaultError(robotskin.errors.RobotskinError):
     """A fault that cannot be read, or whose target does not exist."""

@@ -124,7 +124,9 @@ def patch_colours(count: int) -> Array:
     return 0.30 + 0.55 * full
 
 
-def scene(layout: Layout, robot: Robot, configuration: Array | None = None) -> tuple[Array, Array]:
+def scene(
+    layout: Layout, robot: Robot, configuration: Array | None = None, cell_colours: Array | None = None
+) -> tuple[Array, Array]:
     """Triangles (T, 3, 3) of robot and cells in the base frame, metres, and their colours (T, 3)."""
     q = robot.neutral if configuration is None else np.asarray(configuration, dtype=float)
     base_from_link = dict(zip(robot.link_names, robot.base_from_link(q), strict=True))
@@ -142,6 +144,7 @@ def scene(layout: Layout, robot: Robot, configuration: Array | None = None) -> t
         pose = base_from_link[layout.links[layout.link[cell]]] @ layout.link_from_cell[cell]
         triangles.append(shape @ pose[:3, :3].T + pose[:3, 3])
         face = np.array(CABLE_COLOUR) if cell in cabled else palette[layout.patch[cell]]
+        face = face if cell_colours is None else cell_colours[cell]
         colours.append(np.where(part[:, None] == 0, face, RIM_COLOUR))
     return np.concatenate(triangles), np.concatenate(colours)
 
@@ -198,7 +201,12 @@ def draw(triangles: Array, colours: Array, azimuth: float, elevation: float, hei
 
 
 def save_picture(
-    layout: Layout, robot: Robot, path: Path, configuration: Array | None = None, size: tuple[int, int] = (1000, 1700)
+    layout: Layout,
+    robot: Robot,
+    path: Path,
+    configuration: Array | None = None,
+    size: tuple[int, int] = (1000, 1700),
+    cell_colours: Array | None = None,
 ) -> None:
     """Draw a covered robot from two sides into a PNG file.
 
@@ -208,10 +216,11 @@ def save_picture(
         path: of the picture.
         configuration: (nq,) posture, neutral by default.
         size: height and width, pixels.
+        cell_colours: (N, 3) 0 to 1, instead of those of the patches.
     """
     from matplotlib import image as files
 
-    triangles, colours = scene(layout, robot, configuration)
+    triangles, colours = scene(layout, robot, configuration, cell_colours)
     views = [draw(triangles, colours, azimuth, 0.35, size[0], size[1] // 2) for azimuth in (0.9, 0.9 + np.pi)]
     picture = np.clip(np.concatenate(views, axis=1), 0, 1)
     drawn = np.flatnonzero((picture < 0.99).any(axis=(1, 2)))

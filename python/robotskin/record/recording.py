@@ -43,6 +43,8 @@ class Frame:
     command_mode: int
     gaps: int
     """Entries that the recorder had dropped so far."""
+    measured_force: NDArray[np.float32]
+    """(N, 3) newton before any zero is taken."""
 
 
 class Recording:
@@ -136,8 +138,8 @@ class Recording:
                         return
                     if time_ns >= begin_ns:
                         position, velocity, effort = player.joints
-                        mode, gaps = player.command_mode, player.gaps
-                        yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps)
+                        mode, gaps, force = player.command_mode, player.gaps, player.measured_force
+                        yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps, force)
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 

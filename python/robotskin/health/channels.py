@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each channel says for itself: dead, stuck, at the end of its range, overheated, noisy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.health.evidence import Evidence
+from robotskin.health.healthy import ACCELERATIONS, BOARD, FORCES, PROXIMITY, STEP, SURFACE
+from robotskin.health.kinds import CHANNELS, Finding, Kind
+
+NOISE_WINDOWS, NOISE_AT_LEAST = 8, 4
+WHITE = 8.0
+"""Times its standard deviation, within which a second of white noise stays."""
+THERMOMETER_WINDOWS, THERMOMETER_RATIO = 30, 3.2
+
+
+def judged(evidence: Evidence) -> Iterator[Finding]:
+    """Every cell that a channel of its own shows to be ill; a cell may come more than once."""
+    yield from _silent(evidence)
+    yield from _at_end(evidence)
+    yield from _stuck(evidence)
+    yield from _hot(evidence)
+    yield from _noisy(evidence)
+
+
+def _silent(evidence: Evidence) -> Iterator[Finding]:
+    for cell in np.flatnonzero(evidence.silent_s >= evidence.healthy.silent_s):
+        yield Finding(int(cell), Kind.dead)
+
+
+def _at_end(evidence: Evidence) -> Iterator[Finding]:
+    """A force or a proximity sensor may well be at its end while something touches the cell."""
+    long = evidence.at_end_s >= evidence.healthy.end_s
+    long[:, BOARD:] = False  # that is heat
+    now = evidence.now
+    near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
+    pressed = _pressed(evidence)
+    beside = np.append(now["most"][:, PROXIMITY], 0.0)[evidence.neighbours].max(axis=1, initial=0.0)
+    long[:, FORCES] &= ~near[:, None]
+    long[:, PROXIMITY] &= ~pressed & (beside < evidence.healthy.untouched_share)
+    for cell in np.flatnonzero(long.any(axis=1)):
+        yield Finding(int(cell), Kind.end_of_range, _names(long[cell]))
+
+
+def _stuck(evidence: Evidence) -> Iterator[Finding]:
+    """Noise moves a living channel within a few samples, but where it is at zero with its own zero below."""
+    healthy, now = evidence.healthy, evidence.now
+    count, seconds, value = now["unchanged"], now["unchanged_s"], now["mean"]
+    fast = (count >= healthy.stuck_samples) & (seconds >= healthy.stuck_s)
+    found = np.zeros(count.shape, bool)
+    found[:, ACCELERATIONS] = fast[:, ACCELERATIONS]
+    shown = value > 3.5 * STEP
+    found[:, PROXIMITY] = fast[:, PROXIMITY] & shown[:, PROXIMITY]
+    found[:, FORCES] = fast[:, FORCES] & (seconds[:, FORCES] >= 2 * healthy.stuck_s) & shown[:, FORCES]
+    at_zero = (count[:, FORCES] >= healthy.zero_samples) & (seconds[:, FORCES] >= healthy.zero_s)
+    found[:, FORCES] |= at_zero
+    found[:, SURFACE] = seconds[:, SURFACE] >= healthy.temperature_stuck_s
+    found[:, SURFACE] &= count[:, SURFACE] >= healthy.stuck_samples
+    found[:, PROXIMITY] |= _blind(evidence)
+    found &= (now["samples"] > 0)[:, None] & (now["at_end"] < 0.5)
+    told = evidence.stuck_s >= 1.0
+    for cell in np.flatnonzero(found.any(axis=1) | told):
+        yield Finding(int(cell), Kind.stuck, _names(found[cell]))
+
+
+def _blind(evidence: Evidence) -> NDArray[np.bool_]:
+    """(N) cells that are pressed and see nothing: their proximity has not moved from zero."""
+    now, healthy = evidence.now, evidence.healthy
+    pressed = _pressed(evidence)
+    unseen = now["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
+    beside = np.append(now["most"][:, PROXIMITY], 0.0)[evidence.neighbours].max(axis=1, initial=0.0)
+    return pressed & unseen & (beside > healthy.free_share)
+
+
+def _pressed(evidence: Evidence) -> NDArray[np.bool_]:
+    """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
+    now, healthy = evidence.now, evidence.healthy
+    swing = (now["most"] - now["least"])[:, FORCES].sum(axis=1)
+    return (now["mean"][:, FORCES].sum(axis=1) > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
+
+
+def _hot(evidence: Evidence) -> Iterator[Finding]:
+    """Against the cells of its link: a room may be warm, and a hand warms a few cells to its own temperature."""
+    now, healthy = evidence.now, evidence.healthy
+    known = (now["samples"] > 0) & np.isfinite(now["mean"][:, BOARD])
+    board = now["mean"][:, BOARD]
+    usual = _by_link(evidence, board, known)
+    hotter = board - usual
+    hot = known & ((hotter > healthy.hot_k) | (board > healthy.hot_c))
+    for cell in np.flatnonzero(hot):
+        yield Finding(int(cell), Kind.overheated, size=float(hotter[cell]), unit="K")
+
+
+def _noisy(evidence: Evidence) -> Iterator[Finding]:
+    """Against what is known of its sensor, and against the other cells, which feel the same motion."""
+    last = evidence.last(NOISE_WINDOWS)
+    if len(last["time"]) < NOISE_WINDOWS:
+        return
+    healthy = evidence.healthy
+    known = (last["samples"] >= 3).all(axis=0)
+    # A jump, such as a touch, goes much further than noise that is as loud: its window tells nothing. Of the others
+    # the quiet ones tell.
+    white = last["most"] - last["least"] < WHITE * last["noise"] + 2.5 * STEP
+    told = np.sort(np.where(white, last["noise"], np.inf), axis=0)
+    noise = np.where(white.sum(axis=0) >= NOISE_AT_LEAST, told[1], 0.0)
+    usual = np.stack([_by_link(evidence, noise[:, c], known) for c in range(noise.shape[1])], axis=1)
+    usual = np.maximum(usual, healthy.noise)
+    noisy = (noise > healthy.noise_ratio * usual) & known[:, None]
+    noise[:, SURFACE], usual[:, SURFACE] = _thermometers(evidence)
+    noisy[:, SURFACE] = noise[:, SURFACE] > THERMOMETER_RATIO * usual[:, SURFACE]
+    noisy[:, BOARD] = False  # its steps are larger than its noise
+    for cell in np.flatnonzero(noisy.any(axis=1)):
+        loudest = float((noise[cell] / np.maximum(usual[cell], 1e-12))[noisy[cell]].max())
+        yield Finding(int(cell), Kind.noisy, _names(noisy[cell]), size=loudest, unit="times")
+
+
+def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(N) noise of a window's mean of the fine thermometer, and what is usual; it measures but a few times a second."""
+    last = evidence.last(THERMOMETER_WINDOWS)
+    if len(last["time"]) < THERMOMETER_WINDOWS:
+        return np.zeros(evidence.cells), np.ones(evidence.cells)
+    mean = last["mean"][:, :, SURFACE].astype(float)
+    bend = np.abs(mean[2:] - 2 * mean[1:-1] + mean[:-2])
+    # A touch bends a few of them; the median does not see these.
+    noise = np.median(bend, axis=0) / (0.6745 * np.sqrt(6))
+    known = (last["samples"] >= 3).all(axis=0)
+    usual = np.maximum(_by_link(evidence, noise, known), evidence.healthy.thermometer_noise_k)
+    return np.where(known, noise, 0.0), usual
+
+
+def _by_link(evidence: Evidence, values: NDArray, known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(N) the median of the cells of each cell's link, or of all where a link has few."""
+    everywhere = float(np.median(values[known])) if known.any() else 0.0
+    medians = np.full(evidence.links, everywhere)
+    for link in range(evidence.links):
+        on = known & (evidence.link == link)
+        if on.sum() >= 5:
+            medians[link] = np.median(values[on])
+    return medians[evidence.link]
+
+
+def _names(mask: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Of the channels of a row."""
+    return tuple(CHANNELS[c] for c in np.flatnonzero(mask))

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last minute of windows, and what a skin's model says about its cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.health.healthy import FORCES, PROXIMITY, Healthy
+from robotskin.skin import SkinModel
+
+WINDOWS = 64
+WINDOW_S = 1.0
+BESIDE = 12
+
+Windows = NDArray[np.float32]
+
+
+class Evidence:
+    """Rings of the last windows of N cells; the newest is last in every array that is handed out."""
+
+    def __init__(self, skin: SkinModel, healthy: Healthy) -> None:
+        cells = len(skin)
+        self.healthy = healthy
+        self.link = np.asarray(skin.link)
+        self.links = len(skin.link_names)
+        self.link_from_cell = np.asarray(skin.link_from_cell)[:, :3, :3]
+        self.neighbours = np.asarray(_neighbours(skin, cells))
+        self.count = 0
+        """Windows so far."""
+        self.now: dict[str, Any] = {}
+        """The newest window, as `CellWindows.take` tells it."""
+        self._time = np.zeros(WINDOWS)
+        self._mean = np.zeros((WINDOWS, cells, 9), np.float32)
+        self._noise = np.zeros((WINDOWS, cells, 9), np.float32)
+        self._most = np.zeros((WINDOWS, cells, 9), np.float32)
+        self._least = np.zeros((WINDOWS, cells, 9), np.float32)
+        self._expected = np.full((WINDOWS, cells, 3), np.nan, np.float32)
+        self._samples = np.zeros((WINDOWS, cells), np.int32)
+        self._touched = np.zeros((WINDOWS, cells), bool)
+        self.silent_s = np.zeros(cells)
+        """(N) seconds for which each cell has been silent."""
+        self.stuck_s = np.zeros(cells)
+        """(N) seconds for which its reader has called it stuck."""
+        self.at_end_s = np.zeros((cells, 9))
+        """(N, 9) seconds for which a channel has been at the end of its range."""
+        self.crept_n = np.zeros((cells, 3))
+        """(N, 3) newton: the load of each force sensor behind a first-order lag, from which its creep follows."""
+
+    @property
+    def cells(self) -> int:
+        """N."""
+        return len(self.link)
+
+    def add(self, window: Mapping[str, Any]) -> None:
+        """Take in one window."""
+        self.now = dict(window)
+        row = self.count % WINDOWS
+        seconds = max(1e-9 * (window["ended_ns"] - window["begun_ns"]), 1e-3)
+        ticks = max(window["ticks"], 1)
+        alive = window["samples"] > 0
+        self._time[row] = 1e-9 * window["ended_ns"]
+        for ring, name in (
+            (self._mean, "mean"),
+            (self._noise, "noise"),
+            (self._most, "most"),
+            (self._least, "least"),
+        ):
+            ring[row] = window[name]
+        self._expected[row] = window["expected"]
+        self._samples[row] = window["samples"]
+        self._touched[row] = self._touched_now(window)
+        self.count += 1
+        quiet = window["silent"] > 0.9 * ticks
+        self.silent_s = np.where(quiet, self.silent_s + seconds, 0.0)
+        self.stuck_s = np.where(window["stuck"] > 0.9 * ticks, self.stuck_s + seconds, 0.0)
+        ends = window["at_end"] > 0.9
+        self.at_end_s = np.where(ends & alive[:, None], self.at_end_s + seconds, 0.0)
+        share = 1 - np.exp(-seconds / self.healthy.creep_time_s) if self.count > 1 else 1.0
+        force = np.where(alive[:, None], window["mean"][:, FORCES], self.crept_n)
+        self.crept_n = self.crept_n + share * (force - self.crept_n)
+
+    def last(self, windows: int) -> dict[str, NDArray]:
+        """The last windows, oldest first: time (K) s; mean, noise, most, least (K, N, 9); expected (K, N, 3) m/s²;
+        samples, touched (K, N)."""
+        rows = np.arange(max(self.count - windows, self.count - WINDOWS, 0), self.count) % WINDOWS
+        return {
+            "time": self._time[rows],
+            "mean": self._mean[rows],
+            "noise": self._noise[rows],
+            "most": self._most[rows],
+            "least": self._least[rows],
+            "expected": self._expected[rows],
+            "samples": self._samples[rows],
+            "touched": self._touched[rows],
+        }
+
+    def _touched_now(self, window: Mapping[str, Any]) -> NDArray[np.bool_]:
+        """Whether something may touch a cell: it, or a cell beside it, sees something very near."""
+        near = window["most"][:, PROXIMITY] > self.healthy.free_share
+        beside = np.append(near, False)[self.neighbours].any(axis=1)
+        return near | beside
+
+
+def _neighbours(skin: SkinModel, cells: int) -> list[list[int]]:
+    """(N, 12) indices of the nearest cells of the same link, within some two of the usual distance; N: none."""
+    place = np.asarray(skin.link_from_cell)[:, :3, 3]
+    link = np.asarray(skin.link)
+    found = np.full((cells, BESIDE), cells)
+    nearest = np.full(cells, np.inf)
+    ordered: list[NDArray] = []
+    for cell in range(cells):
+        same = np.flatnonzero((link == link[cell]) & (np.arange(cells) != cell))
+        distance = np.linalg.norm(place[same] - place[cell], axis=1)
+        order = np.argsort(distance)[:BESIDE]
+        nearest[cell] = distance[order[0]] if len(order) else np.inf
+        ordered.append(np.stack([same[order], distance[order]]) if len(order) else np.zeros((2, 0)))
+    usual = float(np.median(nearest[np.isfinite(nearest)])) if np.isfinite(nearest).any() else 0.0
+    for cell, (same, distance) in enumerate(ordered):
+        near = same[distance < 2.2 * usual].astype(int)
+        found[cell, : len(near)] = near
+    return found.tolist()

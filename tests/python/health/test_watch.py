@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ill cells are named by the kind of their illness, healthy ones are not, and a lasting touch is none."""
+
+import numpy as np
+import pytest
+
+from robotskin import layout, robots
+from robotskin.health import HealthWatch, Kind
+from robotskin.health.falling_ill import parts_of
+from robotskin.robots import Robot
+from robotskin.simulator import SensorFaultKind
+from robotskin_lab.bench.health_faults import Fault
+from robotskin_lab.bench.health_rig import Rig, Touch
+
+SETTLED_S, SECONDS = 45.0, 95.0
+
+
+@pytest.fixture(scope="module")
+def body() -> Robot:
+    return robots.load("ur5")
+
+
+def rig_of(body: Robot, seed: int, seconds: float = SECONDS) -> Rig:
+    rig = Rig(body, layout.finished("ur5"), seed, seconds, 0.0, SETTLED_S)
+    rig.touches = []
+    return rig
+
+
+def watched(rig: Rig) -> HealthWatch:
+    watch = HealthWatch(rig.skin, rig.robot.core)
+    for step in range(len(rig.times)):
+        now_ns = rig.step(step)
+        watch.tick(now_ns, rig.state, rig.position[step], rig.velocity[step])
+    return watch
+
+
+def test_each_of_the_ten_kinds_is_named_and_nothing_else(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed)
+    tilting = np.flatnonzero(np.isin(rig.skin.link, [rig.skin.link_names.index("forearm_link")]))
+    cells = iter(rig.draw.permutation(tilting).tolist())
+    given = {
+        Kind.stuck: {"channels": [4, 5, 6]},
+        Kind.noisy: {"channels": [1], "size": 5.0},
+        Kind.drifting: {"channels": [2], "size": 0.05},
+        Kind.offset: {"channels": [3], "size": 1.0},
+        Kind.mis_scaled: {"channels": [4, 5, 6], "size": 1.3},
+        Kind.loose: parts_of(rig.draw, Kind.loose),
+        Kind.overheated: {"channels": [7, 8], "size": 25.0},
+        Kind.end_of_range: {"channels": [1], "size": 1.0},
+    }
+    truth = {}
+    for kind, more in given.items():
+        fault = Fault(next(cells), kind, SETTLED_S, more)
+        fault.set_on(rig.sensors.set_fault)
+        truth[fault.cell] = kind
+    dead, one, other = next(cells), 10, 200
+    rig.faults = [
+        Fault(dead, Kind.dead, SETTLED_S, {}),
+        Fault(one, Kind.swapped, SETTLED_S, {}, other),
+        Fault(other, Kind.swapped, SETTLED_S, {}, one),
+    ]
+    truth |= {dead: Kind.dead, one: Kind.swapped, other: Kind.swapped}
+    found = watched(rig).findings
+    assert {finding.cell: finding.kind for finding in found} == truth
+    assert {finding.partner for finding in found if finding.kind is Kind.swapped} == {one, other}
+    assert all(finding.told and finding.kind.advice for finding in found)
+
+
+def test_a_lasting_touch_is_no_offset(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 70.0)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    rig.touches = [Touch(cell, 5.0, 65.0, 5.0, np.full(3, 1 / 3))]
+    watch = watched(rig)
+    assert watch.findings == []
+    assert np.asarray(rig.state.normal_force)[cell].sum() < 1.5
+
+
+def test_a_mended_cell_is_well_again(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 85.0)
+    rig.faults = [Fault(3, Kind.dead, 5.0, {})]
+    watch = HealthWatch(rig.skin, body.core)
+    for step in range(len(rig.times)):
+        now_ns = rig.step(step)
+        watch.tick(now_ns, rig.state, rig.position[step], rig.velocity[step])
+        if rig.times[step] == 12.0:
+            assert [finding.kind for finding in watch.findings] == [Kind.dead]
+            rig.silent[3] = False
+    assert watch.findings == []
+
+
+def test_a_simulated_cell_shows_its_fault(body: Robot) -> None:
+    from robotskin.world import World
+
+    world = World(layout.finished("ur5"), body, seed=1)
+    world.step(0.05)
+    before = world.body.sample_all(world.now_ns)
+    world.body.set_sensor_fault(7, SensorFaultKind.offset, channels=[2], size=1.0)
+    world.body.swap_cells(1, 200)
+    after = world.body.sample_all(world.now_ns + 10_000_000)
+    assert after[7, 2] - before[7, 2] == pytest.approx(102.4, abs=4)
+    assert np.abs(after[1, 4:7] - before[1, 4:7]).max() > 20
