@@ -153,6 +153,8 @@ void bind_task_cycle(nb::module_& module) {
       .def("request_skin", &TaskCycle::request_skin, "on"_a, "Off: no task feels any cell.")
       .def("request_patch_mask", &TaskCycle::request_patch_mask, "patch"_a, "masked"_a,
            "Masked: no task feels the cells of this patch. False if there is no such patch.")
+      .def("request_cell_mask", &TaskCycle::request_cell_mask, "cell"_a, "masked"_a,
+           "Masked: no task feels this cell, and it counts as not alive. False if there is no such cell.")
       .def(
           "request_stack",
           [](TaskCycle& self, std::vector<StackEntry> entries, Fusion fusion, Damping damping,

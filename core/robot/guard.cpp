@@ -172,7 +172,9 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
     if (rest) found |= at_rest;
   }
 
-  const auto alive = static_cast<std::size_t>(std::ranges::count(skin.health, skin::Health::alive));
+  std::size_t alive = 0;
+  for (std::size_t cell = 0; cell < skin.size(); ++cell)
+    alive += skin.health[cell] == skin::Health::alive && (cell >= left_out_.size() || left_out_[cell] == 0) ? 1 : 0;
   report_.alive_share = skin.size() > 0 ? static_cast<double>(alive) / static_cast<double>(skin.size()) : 0.0;
   const bool snapshot_young = skin.time_ns <= now_ns && skin.time_ns >= now_ns - limits_.skin_timeout_ns;
   if (snapshot_young && alive > 0 && report_.alive_share >= limits_.smallest_alive_share) found |= skin_fresh;

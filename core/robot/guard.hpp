@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "control/standing_state.hpp"
@@ -71,6 +72,9 @@ class Guard {
   // Throws GuardError for limits of the wrong count, not finite or out of order.
   Guard(const RobotModel& robot, GuardLimits limits);
 
+  // (N) 1 where a cell counts as not alive; looked at every cycle, so it must stay where it is. Empty: none.
+  void leave_out(std::span<const std::uint8_t> cells) noexcept { left_out_ = cells; }
+
   // Decides on this cycle's command, which `finite` says the controller could compute, and rewrites it where it has
   // to: within limits while running, a hold while ready, a controlled stop while stopped. Of a robot that stands
   // (`standing`) the command is within limits in these states, too, since one that holds still falls. `dynamics` was
@@ -99,6 +103,7 @@ class Guard {
   void brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept;
   void remember(const JointState& joints, const JointCommand& command) noexcept;
 
+  std::span<const std::uint8_t> left_out_;
   GuardLimits limits_;
   BodyMonitor body_;
   BodyExcess excess_;  // of this cycle

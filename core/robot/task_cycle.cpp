@@ -34,6 +34,7 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
       fused_torque_(robot.joint_count()),
       mass_(robot.joint_count() * robot.joint_count()),
       bias_(robot.joint_count()) {
+  guard_.leave_out(mask_.left_out());
   if (!gains_.feet.empty()) standing_.emplace(robot, gains_.feet);
   if (stack_.stack().joint_count() != robot.joint_count())
     throw control::ControlError("task cycle: the stack is for " + std::to_string(stack_.stack().joint_count()) +

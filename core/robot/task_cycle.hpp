@@ -83,6 +83,10 @@ class TaskCycle {
   [[nodiscard]] bool request_patch_mask(std::size_t patch, bool masked) noexcept {
     return mask_.request(patch, masked);
   }
+  // Leaves a cell out, as an ill one: it fades, and counts as not alive. False if there is no such cell.
+  [[nodiscard]] bool request_cell_mask(std::size_t cell, bool masked) noexcept {
+    return mask_.request_cell(cell, masked);
+  }
   void request_stack(std::unique_ptr<control::TaskStack> stack) { stack_.request(std::move(stack)); }
 
   std::size_t joint_count() const noexcept { return fused_torque_.size(); }

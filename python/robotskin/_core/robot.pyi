@@ -456,6 +456,11 @@ class TaskCycle:
         Masked: no task feels the cells of this patch. False if there is no such patch.
         """
 
+    def request_cell_mask(self, cell: int, masked: bool) -> bool:
+        """
+        Masked: no task feels this cell, and it counts as not alive. False if there is no such cell.
+        """
+
     def request_stack(
         self,
         entries: Sequence[robotskin.tasks.StackEntry],

@@ -502,6 +502,7 @@ class Body:
 
     def hand_cell(self, hand: int) -> int:
         """Index of the cell that it was last sent to."""
+
     def set_sensor_fault(
         self,
         cell: int,

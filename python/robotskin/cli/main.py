@@ -41,6 +41,7 @@ ORDER = (
     "connect",
     "record",
     "replay",
+    "export",
     "doctor",
     "bench",
     "reproduce",

@@ -101,7 +101,7 @@ def _noisy(evidence: Evidence) -> Iterator[Finding]:
     if len(last["time"]) < NOISE_WINDOWS:
         return
     healthy = evidence.healthy
-    known = (last["samples"] >= 3).all(axis=0)
+    known = np.asarray((last["samples"] >= 3).all(axis=0))
     # A jump, such as a touch, goes much further than noise that is as loud: its window tells nothing. Of the others
     # the quiet ones tell.
     white = last["most"] - last["least"] < WHITE * last["noise"] + 2.5 * STEP
@@ -127,7 +127,7 @@ def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.f
     bend = np.abs(mean[2:] - 2 * mean[1:-1] + mean[:-2])
     # A touch bends a few of them; the median does not see these.
     noise = np.median(bend, axis=0) / (0.6745 * np.sqrt(6))
-    known = (last["samples"] >= 3).all(axis=0)
+    known = np.asarray((last["samples"] >= 3).all(axis=0))
     usual = np.maximum(_by_link(evidence, noise, known), evidence.healthy.thermometer_noise_k)
     return np.where(known, noise, 0.0), usual
 

@@ -22,7 +22,8 @@ NOISE_TIMES = 5.0
 def fall_ill(session: Session, count: int) -> dict[int, Kind]:
     """Let so many cells of a session fall ill from now on; which, and of what."""
     draw = np.random.default_rng([session.seed, 29])
-    world, out = session.world, {}
+    world = session.world
+    out: dict[int, Kind] = {}
     cells = [int(cell) for cell in draw.permutation(len(session.layout))]
     while len(out) < count and cells:
         cell, kind = cells.pop(), list(Kind)[int(draw.integers(len(Kind)))]

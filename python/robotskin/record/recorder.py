@@ -49,7 +49,10 @@ class Recorded(Protocol):
     driver: Driver
     reader: SkinReader
     layout: Layout
-    loop: SkinLoop
+
+    @property
+    def loop(self) -> SkinLoop | None:
+        """Whose joints and commands are recorded; None: no robot."""
 
 
 class Recorder:
@@ -82,7 +85,7 @@ class Recorder:
         self._file.attach_all(_attachments(session) | dict(attachments or {}))
         self._file.metadata(_about(session) | {name: str(value) for name, value in (about or {}).items()})
         self._file.flush()
-        self._ending = threading.Event()
+        self._ending, self._emptied = threading.Event(), threading.Event()
         self._notes: list[str] = []
         self._tapes.attach(session.driver, session.reader, session.loop)
         self._thread = threading.Thread(target=self._work, name="skin recorder", daemon=True)
@@ -117,6 +120,16 @@ class Recorder:
         """Entries for which a tape had no room; a replay passes over the time until the next keyframe."""
         return self._tapes.dropped
 
+    @property
+    def clock_id(self) -> int:
+        """Of the recorder's thread, for `time.clock_gettime`: the processor time that it has taken."""
+        return time.pthread_getcpuclockid(self._thread.ident or 0)
+
+    def drain(self, patience_s: float = 10.0) -> None:
+        """Wait until the tapes were found empty once."""
+        self._emptied.clear()
+        self._emptied.wait(patience_s)
+
     # ---- The recorder's thread ----
 
     def _work(self) -> None:
@@ -125,6 +138,7 @@ class Recorder:
             last = self._ending.is_set()
             try:
                 self._write()
+                self._emptied.set()
                 now = time.monotonic()
                 if now - flushed >= FLUSH_S or last:
                     self._file.flush()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +21,8 @@ from numpy.typing import NDArray
 from robotskin import firmware
 from robotskin.layout import Layout
 from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_whole, unpacked
-from robotskin.record.messages import BLOCK, SKIN_SAMPLES
+from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
+from robotskin.record.recorder import KEYFRAME_S
 from robotskin.record.tape import Player
 from robotskin.skin import SkinState
 
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     import pandas
 
 FORMAT_VERSIONS = (1,)
+WIDTHS = {column: channels for _, column, channels, _, _ in firmware.SENSORS if channels > 1}
+"""Channels of each sensor that has several, by its column."""
 
 
 @dataclass
@@ -149,15 +153,32 @@ class Recording:
         `normal_force` is (S, 3), `acceleration` (S, 3), `temperature` (S, 2), the others (S).
         """
         columns: dict[str, list[NDArray]] = {field.name: [] for field in SKIN_SAMPLES.fields}
-        begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
-        for topic, message in self._messages(0):
-            if topic != "/skin/samples" or message.log_time < begin_ns or message.log_time > end_ns:
-                continue
-            for name, values in SKIN_SAMPLES.unpack(message.data).items():
-                columns[name].append(np.asarray(values))
-        widths = {column: channels for _, column, channels, _, _ in firmware.SENSORS if channels > 1}
+        for _, message in self.messages("/skin/samples", start_s, end_s):
+            for name, values in message.items():
+                columns[name].append(values)
         joined = {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in columns.items()}
-        return {name: values.reshape(-1, widths[name]) if name in widths else values for name, values in joined.items()}
+        return {name: values.reshape(-1, WIDTHS[name]) if name in WIDTHS else values for name, values in joined.items()}
+
+    def messages(
+        self, topic: str, start_s: float = 0.0, end_s: float = float("inf")
+    ) -> Iterator[tuple[int, dict[str, NDArray]]]:
+        """(host time in ns, fields as flat arrays) of each message of a topic between two times, in the file's order.
+
+        Only chunks of that time are read. Raises RecordingFileError for damaged bytes.
+        """
+        begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
+        kind = TOPICS[topic]
+        try:
+            for name, message in self._messages(0, begin_ns, end_ns):
+                if name == topic and begin_ns <= message.log_time <= end_ns:
+                    fields = kind.unpack(message.data)
+                    yield message.log_time, {key: np.asarray(value) for key, value in fields.items()}
+        except DAMAGE as error:
+            raise RecordingFileError(f"{self.path}: {error}") from error
+
+    def bytes_of(self, *topics: str) -> int:
+        """How many bytes the messages of these topics hold, before the file's compression."""
+        return sum(len(message.data) for topic, message in self._messages(0) if topic in topics)
 
     def to_pandas(self, start_s: float = 0.0, end_s: float = float("inf")) -> pandas.DataFrame:
         """The samples as a pandas frame: a row a sample, by time. Raises RecordingFileError without pandas."""
@@ -185,12 +206,17 @@ class Recording:
     # ---- Chunks ----
 
     def _first_chunk(self, begin_ns: int) -> int:
-        """The chunk from which a player comes to know everything before `begin_ns`: 12 s earlier, or the first."""
+        """The chunk from which a player comes to know everything before `begin_ns`: two keyframes earlier, or the
+        first."""
         starts = [chunk.message_start_time for chunk in self._chunks]
-        return max(bisect.bisect_left(starts, begin_ns - 12_000_000_000) - 1, 0)
+        return max(bisect.bisect_left(starts, begin_ns - int(2.4e9 * KEYFRAME_S)) - 1, 0)
 
-    def _messages(self, first_chunk: int) -> Iterator[tuple[str, Message]]:
+    def _messages(
+        self, first_chunk: int, begin_ns: float = -math.inf, end_ns: float = math.inf
+    ) -> Iterator[tuple[str, Message]]:
         for index in self._chunks[first_chunk:]:
+            if index.message_end_time < begin_ns or index.message_start_time > end_ns:
+                continue
             try:
                 inner = unpacked(self._chunk_at(index))
             except DAMAGE as error:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,8 @@ class SkinnedRobot:
         self.source = "host"
         """Which side sums the torque of touch, by name."""
         self.skin_on = True
+        self.left_out: frozenset[int] = frozenset()
+        """Cells that contribute nothing, by `leave_out`."""
         self.set_interface(interface)
 
     def __repr__(self) -> str:
@@ -220,6 +223,21 @@ class SkinnedRobot:
     def mask_patch(self, patch: int, masked: bool) -> None:
         """Let the cells of a patch contribute nothing to the skin task."""
         self.controller.request_patch_mask(patch, masked)
+
+    def leave_out(self, cells: Iterable[int]) -> None:
+        """Let these cells, and no others, contribute nothing and count as not alive, such as ill ones; it fades.
+
+        Raises SessionError for a cell that there is not.
+        """
+        wanted = {int(cell) for cell in cells}
+        for cell in sorted(wanted):
+            if not 0 <= cell < len(self.layout):
+                raise SessionError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
+        for cell in wanted - self.left_out:
+            self.controller.cycle.request_cell_mask(cell, True)
+        for cell in self.left_out - wanted:
+            self.controller.cycle.request_cell_mask(cell, False)
+        self.left_out = frozenset(wanted)
 
     # ---- What is known of it ----
 

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,13 +20,6 @@ FELT_G = 0.3
 """An axis that feels less is not drawn for a wrong scale: nothing shows that it is wrong."""
 
 
-class Faultable(Protocol):
-    """What takes a sensor fault: `SensorModels.set_fault`, `Body.set_sensor_fault`."""
-
-    def __call__(self, cell: int, kind: SensorFaultKind, **more: Any) -> None:
-        """Of one cell."""
-
-
 @dataclass
 class Fault:
     """One cell and what is wrong with it from `begin_s` on; partner: of a swapped one."""
@@ -37,8 +31,8 @@ class Fault:
     partner: int = -1
     applied: bool = False
 
-    def set_on(self, take: Faultable) -> None:
-        """Give it to the sensors; not for dead and swapped cells."""
+    def set_on(self, take: Callable[..., None]) -> None:
+        """Give it to `SensorModels.set_fault` or its like; not for dead and swapped cells."""
         take(self.cell, getattr(SensorFaultKind, self.kind.name), begin_s=self.begin_s, **self.more)
 
     def apply(self, rig: Rig, time_s: float) -> None:

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A recording at a fixed rate: the last value of every cell and joint at each frame, and between two frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.record import Recording
+from robotskin.record.recording import WIDTHS
+
+Floats = NDArray[np.float32]
+EVENT = 1
+"""The bit of `flags` of a sample that a cell sent because something had changed."""
+
+
+@dataclass
+class Frames:
+    """F frames of N cells and n joints; `window` has k instants up to each frame, the frame itself last."""
+
+    force: Floats
+    """(F, N) newton, the sum of a cell's three sensors."""
+    window: Floats
+    """(F, k, N) newton."""
+    proximity: Floats
+    """(F, N) share of full scale."""
+    acceleration: Floats
+    """(F, N, 3) m/s², cell frame."""
+    contact: Floats
+    """(F, L) newton, the sum over the cells of each link."""
+    position: Floats
+    """(F, n) rad or m."""
+    action: Floats
+    """(F, n) what the robot was commanded, in the unit of its interface."""
+
+
+def blocks(recording: Recording, fps: int, instants: int, block: int) -> Iterator[Frames]:
+    """The frames, at most `block` at a time; the first one is 1 / fps after the recording's begin."""
+    count = int(recording.seconds * fps)
+    cells, links = len(recording.layout), len(recording.layout.links)
+    ticks = recording.start_ns + np.arange(1, count * instants + 1) * (1e9 / (fps * instants))
+    position = _held(recording, "/robot/joints", "stamp_ns", "position", ticks[instants - 1 :: instants])
+    action = _held(recording, "/robot/commands", "time_ns", "value", ticks[instants - 1 :: instants])
+    on_link = np.zeros((cells, links), np.float32)
+    on_link[np.arange(cells), np.asarray(recording.layout.link)] = 1.0
+    held = _Held(recording)
+    for first in range(0, count, block):
+        frames = range(first, min(first + block, count))
+        size = len(frames)
+        out = Frames(
+            force=np.empty((size, cells), np.float32),
+            window=np.empty((size, instants, cells), np.float32),
+            proximity=np.empty((size, cells), np.float32),
+            acceleration=np.empty((size, cells, 3), np.float32),
+            contact=np.empty((size, links), np.float32),
+            position=position[first : first + size],
+            action=action[first : first + size],
+        )
+        for row, frame in enumerate(frames):
+            for instant in range(instants):
+                held.advance(ticks[frame * instants + instant])
+                out.window[row, instant] = held.force
+            out.force[row], out.proximity[row], out.acceleration[row] = held.force, held.proximity, held.acceleration
+        out.contact[:] = out.force @ on_link
+        yield out
+
+
+class _Held:
+    """The last value of every cell, as time goes on."""
+
+    def __init__(self, recording: Recording) -> None:
+        layout = recording.layout
+        cells = len(layout)
+        keys = (np.asarray(layout.group, np.int64) << 16) | np.asarray(layout.id, np.int64)
+        self._order = np.argsort(keys)
+        self._keys = keys[self._order]
+        self._messages = recording.messages("/skin/samples")
+        self._stamp, self._cell, self._values = np.empty(0, np.int64), np.empty(0, int), np.empty((0, 5), np.float32)
+        self._at, self._known_ns, self._ended = 0, -1, False
+        self._state = np.zeros((cells, 5), np.float32)
+
+    @property
+    def force(self) -> Floats:
+        """(N)."""
+        return self._state[:, 0]
+
+    @property
+    def proximity(self) -> Floats:
+        """(N)."""
+        return self._state[:, 1]
+
+    @property
+    def acceleration(self) -> Floats:
+        """(N, 3)."""
+        return self._state[:, 2:5]
+
+    def advance(self, time_ns: float) -> None:
+        """Take in every sample up to a time."""
+        while not self._ended and self._known_ns < time_ns + LATE_NS:
+            self._read()
+        end = self._at + int(np.searchsorted(self._stamp[self._at :], time_ns, side="right"))
+        # Of several samples of a cell the last one stays.
+        self._state[self._cell[self._at : end]] = self._values[self._at : end]
+        self._at = end
+
+    def _read(self) -> None:
+        found = next(self._messages, None)
+        if found is None:
+            self._ended = True
+            return
+        _, fields = found
+        key = fields["key"].astype(np.int64)
+        row = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
+        own = self._keys[row] == key
+        force = fields["normal_force"].reshape(-1, WIDTHS["normal_force"]).sum(axis=1)
+        felt = fields["acceleration"].reshape(-1, WIDTHS["acceleration"])
+        values = np.column_stack([force, fields["proximity"], felt])[own]
+        stamp = np.concatenate([self._stamp[self._at :], fields["stamp_ns"][own]])
+        order = np.argsort(stamp, kind="stable")
+        self._stamp = stamp[order]
+        self._cell = np.concatenate([self._cell[self._at :], self._order[row[own]]])[order]
+        self._values = np.concatenate([self._values[self._at :], values]).astype(np.float32)[order]
+        self._at = 0
+        if len(self._stamp):
+            self._known_ns = int(self._stamp[-1])
+
+
+LATE_NS = 300_000_000
+"""How much later than another's a sample may stand in the file."""
+
+
+def _held(recording: Recording, topic: str, time: str, field: str, ticks: NDArray) -> Floats:
+    """(F, n) the last value at each tick; before the first, that one."""
+    times, values = [], []
+    for _, fields in recording.messages(topic):
+        times.append(fields[time])
+        values.append(fields[field].reshape(len(fields[time]), -1))
+    if not times:
+        return np.zeros((len(ticks), 0), np.float32)
+    every, all_values = np.concatenate(times), np.concatenate(values)
+    row = np.clip(np.searchsorted(every, ticks, side="right") - 1, 0, len(every) - 1)
+    return np.asarray(all_values[row], np.float32)
