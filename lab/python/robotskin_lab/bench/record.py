@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings: what they cost beside the robot, how they come back, what a kill takes, how many bytes events save."""
+
+from __future__ import annotations
+
+import gc
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from robotskin import layout, robots
+from robotskin.model import JointCommand, JointState
+from robotskin.record import Recorder, Recording
+from robotskin.session import PERIOD_S, Session
+from robotskin_lab.bench.progress import tell
+from robotskin_lab.bench.record_kills import cut_files, killed_writers
+from robotskin_lab.bench.record_load import digest, loaded
+
+STRETCH_TICKS = 500
+"""Ticks between switching the recorder on and off."""
+TOUCH_S, EVERY_S = 2.0, 10.0
+
+
+def run(
+    *,
+    seed: int = 1,
+    seconds: Annotated[float, typer.Option(help="Of the load of the largest skin.")] = 10.0,
+    kills: Annotated[int, typer.Option(help="Writers that are killed at random instants.")] = 100,
+    cuts: Annotated[int, typer.Option(help="Files that are cut at random bytes.")] = 900,
+    touch_seconds: Annotated[float, typer.Option(help="Of a UR5 in clock mode and in event mode.")] = 20.0,
+    short: Annotated[bool, typer.Option("--short", help="A tenth of everything.")] = False,
+) -> dict[str, Any]:
+    """Record the largest skin's load and replay it, kill writers, cut files, and weigh events against the clock."""
+    if short:
+        seconds, kills, cuts, touch_seconds = 1.0, 5, 20, 4.0
+    figures: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        tell("record: the load of the largest skin")
+        figures |= _load(folder / "load.mcap", seconds, seed)
+        tell("record: the control thread with and without")
+        figures |= _ticks(folder, 2.0 if short else 10.0, seed)
+        tell("record: kills and cuts")
+        lost = killed_writers(folder, kills, seed)
+        lost.add(cut_files(folder, folder / "load.mcap", cuts, seed))
+        figures |= lost.figures()
+        tell("record: events against the clock")
+        figures |= _events(folder, touch_seconds, seed)
+    tell("")
+    return figures
+
+
+def _load(path: Path, seconds: float, seed: int) -> dict[str, Any]:
+    """1260 cells at 250 Hz, no faster than the wall clock; then back, to the byte."""
+    done = loaded(path, seconds, seed)
+    recording = Recording(path)
+    same, read, started = True, 0, time.process_time()
+    for frame in recording.frames():
+        read += 1
+        same = same and done.digests.get(frame.time_ns) == digest(frame.skin)
+    compared_s = time.process_time() - started
+    started = time.process_time()
+    for _ in recording.frames():
+        pass
+    replay_s = time.process_time() - started
+    return {
+        "frames_a_second": done.frames / seconds,
+        "record_cpu_percent": 100 * done.recorder_cpu_s / seconds,
+        "record_dropped": done.dropped,
+        "record_mb_per_s": path.stat().st_size / 1e6 / seconds,
+        "replay_identical": float(same and read > 0.95 * seconds / PERIOD_S),
+        "replay_reads": read,
+        "replay_speed": seconds / replay_s,
+        "replay_speed_compared": seconds / compared_s,
+    }
+
+
+def _ticks(folder: Path, seconds: float, seed: int) -> dict[str, Any]:
+    """Processor time of the control thread's tick, in turn with and without a recorder; and a replay with tasks."""
+    session = _session(seed, "clock")
+    times: dict[bool, list[int]] = {False: [], True: []}
+    gc.disable()
+    try:
+        for stretch in range(round(seconds / PERIOD_S / STRETCH_TICKS)):
+            on = stretch % 2 == 1
+            recorder = Recorder(folder / f"ticks{stretch}.mcap", session) if on else None
+            for _ in range(STRETCH_TICKS):
+                session.world.step(PERIOD_S)
+                session.world.exchange(session.driver)
+                before = time.thread_time_ns()
+                session.loop.step(session.world.now_ns)
+                times[on].append(time.thread_time_ns() - before)
+            if recorder is not None:
+                recorder.close()
+    finally:
+        gc.enable()
+    without, with_ = (np.quantile(np.array(times[on]) / 1e3, 0.99) for on in (False, True))
+    path = folder / "ticks1.mcap"
+    return {
+        "tick_p99_us": float(with_),
+        "peer_tick_p99_us": float(without),
+        "tick_p99_ratio": float(with_ / without),
+        "replay_speed_with_tasks": _speed_with_tasks(path, session),
+    }
+
+
+def _speed_with_tasks(path: Path, session: Session) -> float:
+    """Times real time, with the recorded joints and skin through the controller's tasks, fusion and guard."""
+    count = session.robot.joint_count
+    joints, command = JointState(count), JointCommand(session.command.mode, count)
+    controller, reads = session.controller, 0
+    controller.cycle.request_run(True)
+    started = time.process_time()
+    for frame in Recording(path).frames():
+        if len(frame.position) != count:
+            continue
+        joints.position, joints.velocity, joints.stamp_ns = frame.position, frame.velocity, frame.time_ns
+        controller.cycle.step(joints, frame.skin, frame.time_ns, command)
+        reads += 1
+    return reads * PERIOD_S / (time.process_time() - started)
+
+
+def _events(folder: Path, seconds: float, seed: int) -> dict[str, Any]:
+    """Bytes of skin messages of a UR5 that is touched for 2 s every 10 s."""
+    figures: dict[str, Any] = {}
+    for mode in ("clock", "event"):
+        session = _session(seed, mode)
+        cell = int(np.random.default_rng([seed, 3]).integers(len(session.layout)))
+        path = folder / f"{mode}.mcap"
+        with Recorder(path, session):
+            for tick in range(round(seconds / PERIOD_S)):
+                at_s = tick * PERIOD_S % EVERY_S
+                if abs(at_s - 1.0) < PERIOD_S / 2:
+                    session.world.push(cell, 8.0)
+                elif abs(at_s - 1.0 - TOUCH_S) < PERIOD_S / 2:
+                    session.world.release()
+                session.step()
+        recording = Recording(path)
+        figures[f"bytes_a_second_{mode}"] = recording.bytes_of("/skin/tape", "/skin/samples") / seconds
+        figures[f"messages_a_second_{mode}"] = len(recording.samples()["key"]) / seconds
+    figures["event_bytes_ratio"] = figures["bytes_a_second_event"] / figures["bytes_a_second_clock"]
+    return figures
+
+
+def _session(seed: int, mode: str) -> Session:
+    session = Session(robots.load("ur5"), layout.finished("ur5"), seed=seed, mode=mode, link="in process")
+    session.boot()
+    return session
