@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,8 @@ CONFIRMED = 3
 """Judgements in a row that name a cell."""
 KEPT = 60
 """Judgements without a finding after which a cell is well again."""
+HEARD_AGAIN = 3
+"""The same of a cell that was silent."""
 RANK = {kind: rank for rank, kind in enumerate(Kind)}
 
 
@@ -55,13 +58,26 @@ class HealthWatch:
             state: what was read. position, velocity: (n) of the joints, rad and rad/s; None: not known.
             measured_force: (N, 3) newton before any zero is taken (`SkinReader.measured_force`).
         """
+        window = self.collect(now_ns, state, position, velocity, measured_force)
+        if window is not None:
+            self.judge(window)
+        return window is not None
+
+    def collect(
+        self,
+        now_ns: int,
+        state: SkinState,
+        position: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        measured_force: NDArray[np.float32] | None = None,
+    ) -> dict[str, Any] | None:
+        """As `tick` without the judgement: a window that has ended, for `judge` in any one other thread."""
         if self._motion is not None and position is not None and velocity is not None:
             self._motion.update(now_ns, np.asarray(position, float), np.asarray(velocity, float))
         ended = self._windows.ticks > 0 and now_ns - self._windows.begun_ns >= WINDOW_S * 1e9
-        if ended:
-            self._judge(now_ns)
+        window = self._windows.take() if ended else None
         self._windows.add(state, now_ns, self._motion, measured_force)
-        return ended
+        return window
 
     @property
     def findings(self) -> list[Finding]:
@@ -73,8 +89,10 @@ class HealthWatch:
         """Windows judged so far, a second each."""
         return self.evidence.count
 
-    def _judge(self, now_ns: int) -> None:
-        self.evidence.add(self._windows.take())
+    def judge(self, window: dict[str, Any]) -> None:
+        """One window of `collect`."""
+        now_ns = int(window["ended_ns"])
+        self.evidence.add(window)
         best: dict[int, Finding] = {}
         ill = np.zeros(self.evidence.cells, bool)
         for finding in channels.judged(self.evidence):
@@ -101,7 +119,7 @@ class HealthWatch:
             del self._streak[cell]
         for cell in [cell for cell in self._found if cell not in best]:
             self._absent[cell] = self._absent.get(cell, 0) + 1
-            if self._absent[cell] > KEPT:
+            if self._absent[cell] > (HEARD_AGAIN if self._found[cell].kind is Kind.dead else KEPT):
                 del self._found[cell]
 
 

@@ -50,6 +50,7 @@ def watched(
             touch_ends_s = np.inf
         session.step()
         if look(watch, session):
+            session.leave_out(finding.cell for finding in watch.findings)
             tell(time_s / seconds)
             each(watch, time_s)
     session.world.release()

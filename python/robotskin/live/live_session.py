@@ -17,6 +17,7 @@ from robotskin import firmware
 from robotskin.choices import member
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError, UnknownNameError
+from robotskin.live.health_beside import HealthBeside
 from robotskin.live.network_watch import NetworkWatch
 from robotskin.live.session_network import SessionNetwork
 from robotskin.model import CommandMode
@@ -71,6 +72,7 @@ class LiveSession:
         self._goal = self._look_at_goal()
         self._held_back = ""
         self._parent = grown_tree(self.layout, session.driver.topology())
+        self._health = HealthBeside(session)
         self._snapshot = self._take()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="session")
@@ -222,6 +224,7 @@ class LiveSession:
             self.failure = failure
             raise
         finally:
+            self._health.close()
             self.session.shut_down()
 
     def _run_until_closed(self) -> None:
@@ -230,6 +233,7 @@ class LiveSession:
         while not self._closing.is_set():
             self._obey()
             self.session.step()
+            self._health.stepped()
             period += 1
             if period % NETWORK_PERIODS == 0:
                 self.network.look()
@@ -336,4 +340,5 @@ class LiveSession:
                 for _, column, _, unit, further in firmware.SENSORS
                 if further
             },
+            ill=self._health.told(),
         )

@@ -28,6 +28,7 @@ def cell_card(
     age = float(reading.age_s[cell])
     force = [float(newton) for newton in reading.normal_force[cell]]
     rows = [
+        *([("ill", reading.ill[cell])] if cell in reading.ill else []),
         ("last heard", f"{age * 1e3:.0f} ms ago" if np.isfinite(age) else "none yet"),
         ("force, all three sensors", f"{sum(force):.2f} N"),
         ("each of them", f"{_row(force, 2)} N"),

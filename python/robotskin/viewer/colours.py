@@ -28,6 +28,9 @@ HEALTH_COLOURS = dict(
 )
 
 
+ILL_COLOUR: tuple[int, int, int] = (220, 30, 30)
+
+
 def health_word(health: Health) -> str:
     """For people."""
     return str(health.name).replace("_", " ")
@@ -143,7 +146,9 @@ def cell_colours(modality: str, layout: Layout, cable: Integers, reading: SkinRe
         return category_colours(cable)
     health = np.asarray(reading.health, dtype=int)
     if modality == "health":
-        return np.array(list(HEALTH_COLOURS.values()), dtype=np.uint8)[health]
+        shown = np.array(list(HEALTH_COLOURS.values()), dtype=np.uint8)[health]
+        shown[list(reading.ill)] = ILL_COLOUR
+        return shown
     if modality not in SCALES:
         raise UnknownNameError("modality", modality, MODALITIES)
     scale = SCALES[modality]

@@ -9,6 +9,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
 from robotskin.viewer.colours import (
     HEALTH_COLOURS,
+    ILL_COLOUR,
     MODALITIES,
     NO_FRESH_VALUE,
     SCALES,
@@ -43,7 +44,8 @@ def legend(modality: str, layout: Layout, cable: Integers) -> str:
         return _bar(SCALES[modality], reverse_numbers=modality == "proximity")
     if modality == "health":
         return _swatches(
-            "Health of the cell", [swatch(colour, health_word(one)) for one, colour in HEALTH_COLOURS.items()]
+            "Health of the cell",
+            [*(swatch(colour, health_word(one)) for one, colour in HEALTH_COLOURS.items()), swatch(ILL_COLOUR, "ill")],
         )
     if modality == "patch":
         return _numbers("Patches, each laid as one piece", "patch", layout.patch)

@@ -76,6 +76,8 @@ class SkinReading:
     """(N,) seconds since the cell's last sample, +inf for one that never sent any."""
     further: Mapping[str, tuple[Floats, str]] = field(default_factory=dict)
     """By column, (N,) or (N, channels) what sensors say that only some boards have, and its unit; NaN: unknown."""
+    ill: Mapping[int, str] = field(default_factory=dict)
+    """By cell, what its doctor says is wrong with it."""
 
 
 @dataclass(frozen=True)

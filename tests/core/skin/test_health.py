@@ -144,6 +144,18 @@ def test_an_impossible_temperature_is_no_fresh_cell(seed: int) -> None:
     assert cells.health(START_NS) == [Health.stuck, Health.alive]
 
 
+def test_a_missing_sensor_is_stuck_and_a_saturated_one_is_not(seed: int) -> None:
+    """The cell tells of both by one bit. What it adds as offset may take a saturated channel a little off its end."""
+    cells = Cells(4, seed)
+    cells.sample(0, START_NS, fault=1)
+    cells.sample(1, START_NS, fault=1, force_2=1023)
+    cells.sample(2, START_NS, fault=1, force_2=1023 - 50)
+    cells.sample(3, START_NS)
+    assert cells.health(START_NS) == [Health.stuck, Health.alive, Health.alive, Health.alive]
+    assert np.asarray(cells.state.saturated).tolist() == [0, 1, 1, 0]
+    assert np.asarray(cells.reader.measured_force)[1, 1] == pytest.approx(9.99, abs=0.01)
+
+
 def test_a_silent_cell_that_no_neighbour_reports_any_more_is_dead(seed: int) -> None:
     cells = Cells(3, seed)
     for step in range(0, 400, 4):
