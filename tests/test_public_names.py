@@ -14,11 +14,10 @@ import pytest
 import robotskin as rs
 
 ROOT = Path(__file__).parents[1]
-<<<<<<< HEAD
-HOMES = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "simulator", "record/tape")
-=======
-HOMES = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "simulator", "record/tape", "health/windows")
->>>>>>> d64ddc1 (Single cells are left out and fade; recordings become LeRobot data sets with every event beside the frames)
+HOMES = (
+    *("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "simulator"),
+    *("record/tape", "health/windows"),
+)
 PRIVATE = "robotskin." + "_core"
 
 
