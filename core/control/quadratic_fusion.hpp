@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "control/acceleration_bounds.hpp"
 #include "control/hierarchical_qp.hpp"
 #include "control/null_space_fusion.hpp"
 #include "control/task.hpp"
@@ -21,12 +22,12 @@ namespace robotskin::control {
 enum class LimitForm : std::uint8_t { acceleration, paper };
 
 struct QuadraticLimits {
-  std::vector<double> lower, upper;  // (n) rad
-  std::vector<double> velocity;      // (n) rad/s
-  std::vector<double> torque;        // (n) Nm
-  std::vector<double> braking;       // (n) rad/s^2 on which stopping before a position limit counts
-  double margin_rad = 0.02;          // kept from the position limits
-  double horizon_s = 0.02;           // in which a velocity beyond its bound is to come back
+  std::vector<double> lower, upper;    // (n) rad
+  std::vector<double> velocity;        // (n) rad/s
+  std::vector<double> torque;          // (n) Nm
+  std::vector<double> braking;         // (n) rad/s^2 on which stopping before a position limit counts
+  double margin_rad = 0.02;            // kept from the position limits, at most 5 % of the room between them
+  double horizon_s = speed_horizon_s;  // in which a velocity beyond its bound is to come back
   LimitForm form = LimitForm::acceleration;
   double position_rate = 100;  // lambda of [Cheng19 eq. 27], Nm/rad
   double velocity_rate = 100;  // mu of [Cheng19 eq. 27], Nm s/rad

@@ -6,10 +6,14 @@
 #include <string>
 #include <utility>
 
+#include "control/acceleration_bounds.hpp"
 #include "control/control_error.hpp"
 
 namespace robotskin::control {
 namespace {
+
+// Share of a joint's velocity limit to which a learnt torque alone may bring it within `speed_horizon_s`.
+constexpr double largest_bias_speed_share = 0.5;
 
 void check(const char* name, const std::vector<double>& values, std::size_t joints) {
   if (values.size() != joints)
@@ -36,6 +40,7 @@ TorqueResolver::TorqueResolver(const RobotModel& robot, ResolverGains gains)
       lower_(robot.lower().begin(), robot.lower().end()),
       upper_(robot.upper().begin(), robot.upper().end()),
       velocity_limit_(robot.velocity_limit().begin(), robot.velocity_limit().end()),
+      joint_damping_(robot.joint_damping().begin(), robot.joint_damping().end()),
       lead_fade_(gains_.switch_time_s) {
   const std::size_t joints = robot.joint_count();
   check("proportional", gains_.inner_loop.proportional, joints);
@@ -148,8 +153,12 @@ void TorqueResolver::learn_torque_bias(const RobotDynamics& dynamics, const Join
       double missing = 0;
       for (std::size_t column = 0; column < count; ++column)
         missing += dynamics.mass_matrix()[row * count + column] * surprise_[column];
-      torque_bias_[row] = std::clamp(torque_bias_[row] + gains_.torque_bias_per_s * missing, -largest_torque_bias_[row],
-                                     largest_torque_bias_[row]);
+      // The guard knows of no friction either: a bias that would make a joint too fast were there none, as that of a
+      // light wrist soon does, is held back tick by tick, and is then no bias but a wrong torque.
+      const double lets_pass = largest_bias_speed_share * velocity_limit_[row] *
+                               (dynamics.mass_matrix()[row * count + row] / speed_horizon_s + joint_damping_[row]);
+      const double most = std::min(largest_torque_bias_[row], lets_pass);
+      torque_bias_[row] = std::clamp(torque_bias_[row] + gains_.torque_bias_per_s * missing, -most, most);
     }
   }
   std::ranges::copy(joints.velocity, measured_velocity_.begin());

@@ -67,6 +67,7 @@ class TorqueResolver {
   VirtualRobot virtual_robot_;
   InnerVelocityLoop inner_loop_;
   std::vector<double> lower_, upper_, velocity_limit_;       // (n) bounds of the virtual robot
+  std::vector<double> joint_damping_;                        // (n) Nm s/rad, of the robot's own joints
   std::vector<double> largest_torque_bias_;                  // (n) Nm
   std::vector<double> position_, velocity_;                  // (n) the state on which the tasks act
   std::vector<double> virtual_position_, virtual_velocity_;  // (n) q_v, and its rate

@@ -7,12 +7,14 @@
 #include <string>
 #include <utility>
 
+#include "control/acceleration_bounds.hpp"
+
 namespace robotskin::robot {
 namespace {
 
 // Time in which a joint may come up to its velocity limit, since no servo stops accelerating at once, and in which a
 // torque may bring it back inside and a braking joint to rest.
-constexpr double horizon_s = 0.02;
+constexpr double horizon_s = control::speed_horizon_s;
 // Share of the acceleration limit with which a command that was held back closes up to the one asked for.
 constexpr double catch_up_share = 0.5;
 // Speed below which the joints of a robot that stands are at rest: it is never quite still.
@@ -242,8 +244,9 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
     const double allowed =
         slowing_up(was, reached, speed_share * velocity_limit_[i], std::min(1.0, period / horizon_s));
     // A joint may be only as fast as it can brake before its limit.
-    const double up = std::max(0.0, upper_[i] - limits_.position_margin - from);
-    const double down = std::max(0.0, from - lower_[i] - limits_.position_margin);
+    const double margin = control::kept_margin(limits_.position_margin, lower_[i], upper_[i]);
+    const double up = std::max(0.0, upper_[i] - margin - from);
+    const double down = std::max(0.0, from - lower_[i] - margin);
     const double brake_up = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * up), up / period);
     const double brake_down = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * down), down / period);
     const double speed = std::clamp(allowed, -brake_down, brake_up);
@@ -272,8 +275,9 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
     bool bounded = false;
     for (std::size_t i = 0; i < torque.size(); ++i) {
       const double fastest = speed_share * velocity_limit_[i];
-      const double up = std::max(0.0, upper_[i] - limits_.position_margin - joints.position[i]);
-      const double down = std::max(0.0, joints.position[i] - lower_[i] - limits_.position_margin);
+      const double margin = control::kept_margin(limits_.position_margin, lower_[i], upper_[i]);
+      const double up = std::max(0.0, upper_[i] - margin - joints.position[i]);
+      const double down = std::max(0.0, joints.position[i] - lower_[i] - margin);
       const double speed_up = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * up));
       const double speed_down = std::min(fastest, std::sqrt(2 * limits_.stop_deceleration[i] * down));
       // Only a joint that is about to be too fast is held back. What a hand pushes is left out: it may let go.

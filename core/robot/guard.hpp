@@ -24,9 +24,10 @@ namespace robotskin::robot {
 struct GuardLimits {
   std::vector<double> acceleration;  // (n) rad/s^2, of commands
   std::vector<double>
-      stop_deceleration;               // (n) rad/s^2, of a controlled stop, and what braking before a limit counts on
-  std::vector<double> torque_rate;     // (n) Nm/s
-  double position_margin = 0.02;       // rad kept from the position limits by commands
+      stop_deceleration;            // (n) rad/s^2, of a controlled stop, and what braking before a limit counts on
+  std::vector<double> torque_rate;  // (n) Nm/s
+  // rad (m) kept from the position limits by commands, but no more than 5 % of the room between them.
+  double position_margin = 0.02;
   double speed_share = 0.95;           // share of the velocity limits commands may use
   double degraded_speed_share = 0.25;  // the same while degraded
   double largest_switch_step = 0.05;  // rad between a position command and the joint when that interface is switched to

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
 import robotskin
 from robotskin.whole_file import whole_file
 
-__all__ = ["Bound", "broken", "table_of", "write_figures"]
+__all__ = ["Bound", "broken", "table_of", "tell_broken", "write_figures"]
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,17 @@ class Bound:
 def broken(bounds: Sequence[Bound], figures: Mapping[str, float]) -> list[Bound]:
     """The bounds that do not hold."""
     return [bound for bound in bounds if not bound.holds(figures)]
+
+
+def tell_broken(console: Console, bounds: Sequence[Bound], figures: Mapping[str, float]) -> int:
+    """Print a line for each bound that does not hold: the figure, its value, what it must be. Returns the exit status:
+    0 if all hold, else 1."""
+    missed = broken(bounds, figures)
+    for bound in missed:
+        value = f"is {figures[bound.figure]:.4g}" if bound.figure in figures else "was not measured"
+        line = f"broken: {bound.figure} {value}, must be {bound}"
+        console.print(line, style="bold red", markup=False, highlight=False, soft_wrap=True)
+    return 1 if missed else 0
 
 
 def table_of(title: str, figures: Mapping[str, float], bounds: Sequence[Bound]) -> Table:

@@ -11,19 +11,19 @@ PERIOD_NS = 1_000_000
 
 
 class Bench:
-    """A guard on the UR5 with everything in order."""
+    """A guard on the UR5, or one that holds something, with everything in order."""
 
     def __init__(self, ur5, **limits: float) -> None:
-        self.robot = ur5
-        self.limits = GuardLimits([100.0] * 6, [10.0] * 6, [20000.0] * 6)
+        self.robot, count = ur5, ur5.joint_count
+        self.limits = GuardLimits([100.0] * count, [10.0] * count, [20000.0] * count)
         for name, value in limits.items():
             setattr(self.limits, name, value)
         self.guard = Guard(ur5, self.limits)
         self.dynamics = RobotDynamics(ur5)
-        self.joints, self.skin = JointState(6), SkinState(100)
-        self.joints.position[:] = [0.0, -1.4, 1.5, -1.6, -1.5, 0.0]
+        self.joints, self.skin = JointState(count), SkinState(100)
+        self.joints.position[:6] = [0.0, -1.4, 1.5, -1.6, -1.5, 0.0]
         self.skin.health[:] = Health.alive.value
-        self.command = JointCommand(CommandMode.position, 6)
+        self.command = JointCommand(CommandMode.position, count)
         self.now_ns, self.joints_age_ns, self.skin_age_ns = 10**9, 0, 0
 
     def check(self, mode: CommandMode, value: np.ndarray, wanted: bool = True, finite: bool = True):
@@ -40,7 +40,7 @@ class Bench:
         if mode == CommandMode.position:
             return self.joints.position.copy()
         if mode == CommandMode.velocity:
-            return np.zeros(6)
+            return np.zeros(self.robot.joint_count)
         self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
         return self.dynamics.gravity_torque
 

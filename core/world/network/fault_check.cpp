@@ -46,7 +46,8 @@ void check_fault(const Fault& fault, const Wiring& wiring) {
     if (cell >= cells) refuse("cell " + std::to_string(cell) + ": there are cells 0 to " + std::to_string(cells - 1));
   };
   const auto unit_exists = [&](std::int64_t unit) {
-    if (unit >= units) refuse("unit " + std::to_string(unit) + ": there are units 0 to " + std::to_string(units - 1));
+    // In words as in the text of a fault, units count from 1.
+    if (unit >= units) refuse("unit " + std::to_string(unit + 1) + ": there are units 1 to " + std::to_string(units));
   };
   cell_exists(fault.cell);
   unit_exists(fault.unit);
@@ -60,7 +61,7 @@ void check_fault(const Fault& fault, const Wiring& wiring) {
   if (fault.unit >= 0) {
     const auto ports = static_cast<std::int32_t>(wiring.units[static_cast<std::size_t>(fault.unit)].ports.size());
     if (fault.port > ports)
-      refuse("port " + std::to_string(fault.port) + ": unit " + std::to_string(fault.unit) + " has 1 to " +
+      refuse("port " + std::to_string(fault.port) + ": unit " + std::to_string(fault.unit + 1) + " has 1 to " +
              std::to_string(ports));
   }
   if (fault.by_ns < 0 && !type.may_go_back) refuse("by: must not be negative");

@@ -64,6 +64,7 @@ struct Use {
   const Key* key;
   bool required;
   std::string_view otherwise;  // its value as text if it is left out; empty: as in Fault
+  std::int32_t first = 0;      // what the first of them is called: section units count from 1, as on every page
 };
 
 template <typename Names>
@@ -106,6 +107,7 @@ std::vector<Use> uses_of(FaultKind kind) {
       word.remove_suffix(1);
     }
     use.key = std::ranges::find(key_table, word, &Key::name);
+    use.first = word == "unit" || (word == "to" && type_of(kind).to == FaultTo::unit) ? 1 : 0;
     uses.push_back(use);
   }
   return uses;
@@ -149,19 +151,20 @@ std::string number_text(double value) {
 }
 
 // Throws with `whole`, the fault as given.
-void set(Fault& fault, const Key& key, std::string_view text, std::string_view whole) {
+void set(Fault& fault, const Use& use, std::string_view text, std::string_view whole) {
+  const Key& key = *use.key;
   const auto refuse = [&](const std::string& valid) {
     throw FaultError("fault '" + std::string(whole) + "': " + std::string(key.name) + "=" + std::string(text) + ": " +
                      valid);
   };
   const auto within = [&](double value) { return value >= key.low && value <= key.high; };
   const auto range = [&](const std::string& of) {
-    return of + " from " + number_text(key.low) + " to " + number_text(key.high);
+    return of + " from " + number_text(key.low + use.first) + " to " + number_text(key.high + use.first);
   };
   if (const auto* integer = std::get_if<std::int32_t Fault::*>(&key.member)) {
     const auto value = number_of<std::int32_t>(text);
-    if (!value || !within(*value)) refuse(range("a whole number"));
-    fault.** integer = *value;
+    if (!value || !within(static_cast<double>(*value) - use.first)) refuse(range("a whole number"));
+    fault.** integer = *value - use.first;
   } else if (const auto* time = std::get_if<std::int64_t Fault::*>(&key.member)) {
     const auto value = time_of(text);
     if (!value || !within(static_cast<double>(*value)))
@@ -187,8 +190,10 @@ void set(Fault& fault, const Key& key, std::string_view text, std::string_view w
   }
 }
 
-std::string value_text(const Fault& fault, const Key& key) {
-  if (const auto* integer = std::get_if<std::int32_t Fault::*>(&key.member)) return std::to_string(fault.**integer);
+std::string value_text(const Fault& fault, const Use& use) {
+  const Key& key = *use.key;
+  if (const auto* integer = std::get_if<std::int32_t Fault::*>(&key.member))
+    return std::to_string(fault.**integer + use.first);
   if (const auto* time = std::get_if<std::int64_t Fault::*>(&key.member)) return time_text(fault.**time);
   if (const auto* real = std::get_if<double Fault::*>(&key.member)) return number_text(fault.**real);
   if (std::holds_alternative<FaultWay Fault::*>(key.member))
@@ -212,7 +217,7 @@ Fault blank(FaultKind kind, const std::vector<Use>& uses) {
   Fault fault;
   fault.kind = kind;
   for (const Use& use : uses)
-    if (!use.otherwise.empty()) set(fault, *use.key, use.otherwise, name_of(kind));
+    if (!use.otherwise.empty()) set(fault, use, use.otherwise, name_of(kind));
   return fault;
 }
 
@@ -282,7 +287,7 @@ Fault parse_fault(std::string_view text) {
       if (use == uses.end() || equals == pair.size() || std::ranges::count(given, use->key) > 0)
         throw FaultError("fault '" + std::string(text) + "': '" + std::string(pair) + "': " + std::string(*name) +
                          " takes, each once and with a value, " + keys_text(uses));
-      set(fault, *use->key, trimmed(pair.substr(equals + 1)), text);
+      set(fault, *use, trimmed(pair.substr(equals + 1)), text);
       given.push_back(use->key);
     }
   }
@@ -321,8 +326,8 @@ std::string to_string(const Fault& fault) {
   const Fault otherwise = blank(fault.kind, uses);
   std::string keys;
   for (const Use& use : uses) {
-    const std::string value = value_text(fault, *use.key);
-    if (!use.required && value == value_text(otherwise, *use.key)) continue;
+    const std::string value = value_text(fault, use);
+    if (!use.required && value == value_text(otherwise, use)) continue;
     keys += (keys.empty() ? ":" : ",") + std::string(use.key->name) + "=" + value;
   }
   return std::string(name_of(fault.kind)) + keys + "@" + time_text(fault.time_ns);

@@ -143,7 +143,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     """Run the scripted demonstration, print its table, write its figures; the exit status."""
     from rich.console import Console
 
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import table_of, tell_broken, write_figures
     from robotskin.scripts import push_script
 
     console = Console()
@@ -152,16 +152,13 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
             figures = push_script.run(session, link, seconds, tell)
     finally:
         session.shut_down()
-    bounds = push_script.bounds()
+    bounds = push_script.bounds(session.interfaces)
     console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
     for remark in push_script.remarks(session, figures):
         console.print(remark, markup=False, highlight=False, soft_wrap=True)
     if json_file is not None:
         write_figures(json_file, session.seed, figures)
-    missed = broken(bounds, figures)
-    if missed:
-        console.print(f"[bold red]{len(missed)} of {len(bounds)} bounds are broken[/]")
-    return 1 if missed else 0
+    return tell_broken(console, bounds, figures)
 
 
 def show(session: Session, port: int, goal: list[float] | None = None) -> int:

@@ -14,17 +14,29 @@ def command() -> None:
 
     from robotskin.layout.finished_layouts import finished_names
     from robotskin.robots import robot_names
+    from robotskin.robots.catalog import models_folder
+    from robotskin.robots.errors import PACKAGE, models_requirement
     from robotskin.robots.gains import robots_with_gains
 
     names, layouts, gains = robot_names(), set(finished_names()), set(robots_with_gains())
     table = Table(title=f"{len(names)} robots by name")
-    for heading in ("robot", "skin", "gains", "try"):
-        table.add_column(heading)
+    for heading in ("robot", "skin", "gains"):
+        table.add_column(heading, no_wrap=True)
     for name in sorted(names, key=lambda one: (one not in layouts, one)):
         skin = "finished layout" if name in layouts else "robotskin cover"
         own = "of its own" if name in gains else "made when needed"
-        table.add_row(
-            name, skin, own, f"robotskin demo --robot {name}" if name in layouts else f"robotskin cover {name}"
-        )
+        table.add_row(name, skin, own)
     console = Console()
     console.print(table)
+    for line in (
+        "one with a finished layout: robotskin demo --robot NAME",
+        "any other, or yours: robotskin cover NAME, or robotskin cover FILE.urdf",
+    ):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    if models_folder() is None:
+        console.print(
+            f"these and some 70 more need the package {PACKAGE}: pip install {models_requirement()}",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )

@@ -180,7 +180,7 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     """Run the script, print its table, write its figures; the exit status."""
     from rich.console import Console
 
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import table_of, tell_broken, write_figures
     from robotskin.scripts import behaviour_script
     from robotskin.session import Session
 
@@ -202,4 +202,4 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
         console.print(session.fault_told)
     if json_file is not None:
         write_figures(json_file, session.seed, figures)
-    return 1 if broken(bounds, figures) else 0
+    return tell_broken(console, bounds, figures)

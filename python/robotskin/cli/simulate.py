@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 TABLE_WIDTH = 110
 STANDARD_PORTS = 3
 FAULTS_HELP = """kind:key=value,...@time; several with ; between; random:N@time draws N of any kind by the seed.
-Cells and units count from 0, ports from 1. A wire is named by a port of a cell or of a unit.
+Cells count from 0, section units and ports from 1. A wire is named by a port of a cell or of a unit.
 A key that has a value here may be left out, and stands for that value then.
 """
 SHAPES = ("sheet:COLUMNSxROWS", "cylinder:AROUNDxROWS")

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong with a robot description."""
 
+import contextlib
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 
 from robotskin.errors import RobotskinError
+
+PACKAGE = "example-robot-data"
 
 
 class UrdfNotFoundError(RobotskinError, FileNotFoundError):
@@ -61,14 +65,23 @@ class UnreadableMeshError(RobotskinError):
         super().__init__(f"mesh {path}: {problem}")
 
 
+def models_requirement() -> str:
+    """The package of the named robots in the version that this installation was tested with, as pip takes it."""
+    with contextlib.suppress(PackageNotFoundError):
+        for line in requires("robotskin") or ():
+            if line.startswith(PACKAGE):
+                return line.partition(";")[0].strip()
+    return PACKAGE
+
+
 class ModelsNotInstalledError(RobotskinError):
     """A robot is asked for by name, and the package with the named robots is not installed."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         super().__init__(
-            f"robot {name!r}: the named robots come from the package example-robot-data, which is not installed; "
-            "run: pip install 'robotskin[models]', or give the path of a URDF"
+            f"robot {name!r}: the named robots come from the package {PACKAGE}, which is not installed; "
+            f"run: pip install {models_requirement()}, or give the path of a URDF"
         )
 
 

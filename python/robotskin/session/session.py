@@ -127,6 +127,7 @@ class Session(SkinnedRobot):
         self.reader = SkinReader(self.driver, model)
         self.input = DatagramInput(self.reader)
         self._received = 0
+        self._powered = False
         self.driver_seconds = 0.0
         """Processor time of the driver so far."""
         self.torques = _cell_torques(known, model, gains, cell_torques)
@@ -153,7 +154,9 @@ class Session(SkinnedRobot):
     # ---- The flow ----
 
     def step(self) -> None:
-        """One control period: the world, the datagrams, the loop."""
+        """One control period: the world, the datagrams, the loop. Raises SessionError before `boot`."""
+        if not self._powered:
+            raise SessionError("the skin has no power yet, and feels nothing: call boot() first")
         self.world.step(PERIOD_S)  # body, cells, network and section units
         self._carry_datagrams()
         self.tick(self.world.now_ns)
@@ -187,7 +190,7 @@ class Session(SkinnedRobot):
             self._received += self.driver.poll(self.world.now_ns)
 
     def run(self, seconds: float) -> None:
-        """Step for a time."""
+        """Step for a time. Raises SessionError before `boot`."""
         for _ in range(round(seconds / PERIOD_S)):
             self.step()
 
@@ -196,6 +199,7 @@ class Session(SkinnedRobot):
 
         Returns the virtual seconds it took. Raises SessionError if cells stay silent or the controller does not start.
         """
+        self._powered = True
         started = self.world.time_s
         while self.alive < len(self.layout):
             if self.world.time_s - started > patience_s:
@@ -231,7 +235,8 @@ class Session(SkinnedRobot):
         finally:
             self.stop()
             try:
-                self.run(0.5)
+                if self._powered:
+                    self.run(0.5)
             finally:
                 self.world.port.stop()
 

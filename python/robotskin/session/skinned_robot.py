@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robotskin.choices import member
+from robotskin.choices import INTERFACES, member
 from robotskin.control import Behaviour, Controller
 from robotskin.control.body_limits import BodyLimits
 from robotskin.cycle import Condition, SafetyState, SkinSource, safety_table
@@ -175,6 +175,11 @@ class SkinnedRobot:
         chosen = member("interface", CommandMode, interface)
         self.loop.request_mode(chosen)
         self.interface = str(chosen.name)
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """Names of the interfaces that the robot offers."""
+        return tuple(name for name in INTERFACES if self.port.offers(CommandMode[name]))
 
     def set_source(self, source: SkinSource | str) -> None:
         """Let the host or the skin itself compute the torque of the skin task, from the next step on.

@@ -164,25 +164,47 @@ def pushed_cell(session: Session, link: str) -> int:
 
 
 def bearable_force(session: Session, cell: int, share: float = 0.5) -> float:
-    """Newton against a cell's normal that the joints can hold where the robot stands, with a share of their effort."""
+    """Newton against a cell's normal that the driven joints can hold where the robot stands, with a share of their
+    effort."""
     robot = session.robot.core
     now = np.array(session.joints.position)
     dynamics = RobotDynamics(robot)
     dynamics.update(now, np.zeros(len(now)))
     jacobian, _ = session.gains.levers(robot, session.layout.skin_model(), now)
     normal = session.world.base_from_cell()[session.in_world(cell), :3, 2]
-    lever = np.abs(normal @ jacobian[cell])
-    spare = np.asarray(robot.effort_limit) - np.abs(np.array(dynamics.nonlinear_effects))
+    effort = np.asarray(robot.effort_limit)
+    driven = effort > 0
+    lever = np.abs(normal @ jacobian[cell])[driven]
+    spare = (effort - np.abs(np.array(dynamics.nonlinear_effects)))[driven]
     return float(np.min(share * np.maximum(spare, 0.0) / np.maximum(lever, 1e-9)))
 
 
 def seam_of(layout: Layout, cell: int) -> tuple[float, float]:
-    """(x, y) metres in the cell frame: the hinge shared with a neighbour; the middle of a cell without one."""
+    """(x, y) metres in the cell frame: the flattest hinge shared with a neighbour; the middle of a cell without one.
+
+    A hand on the ridge of a steep fold presses neither cell along its normal, and a cell feels nothing else.
+    """
     joined = np.flatnonzero(layout.neighbours[cell, :, 0] >= 0)
     if not len(joined):
         return 0.0, 0.0
-    x, y = PORT_POINTS_M[joined[0]]
+    normal = layout.link_from_cell[:, :3, 2]
+    alike = normal[layout.neighbours[cell, joined, 0]] @ normal[cell]
+    x, y = PORT_POINTS_M[joined[np.argmax(alike)]]
     return float(x), float(y)
+
+
+def flattest_seam(session: Session, link: str) -> tuple[int, tuple[float, float]]:
+    """A cell of a link beside a seam that is hardly folded, and (x, y) metres in its frame: where that seam is."""
+    layout = session.layout
+    index = layout.links.index(link)
+    normal = layout.link_from_cell[:, :3, 2]
+    beside = layout.neighbours[:, :, 0]
+    alike = np.einsum("npk,nk->np", normal[beside], normal)
+    alike[(beside < 0) | (layout.link[beside] != index)] = -1.0
+    flat = np.where(layout.link == index, alike.max(axis=1), -1.0)
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
+    cell = int(np.argmax(np.where(flat >= flat.max() - 0.005, sideways, -1.0)))
+    return cell, seam_of(layout, cell)
 
 
 def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from guard_bench import Bench
 
+from robotskin import robots
 from robotskin.cycle import Limit
 from robotskin.model import CommandMode
 
@@ -26,6 +27,21 @@ def test_a_jump_is_told_with_its_joint(ur5, mode: CommandMode, joint: int, chang
     value[joint] += change
     report = bench.check(mode, value)
     assert (report.interventions, report.limit, report.limited_joint) == (1, limit, joint)
+
+
+def test_jaws_keep_a_margin_that_leaves_them_room() -> None:
+    """A margin for arms, 0.02 rad, would be two fifths of the way of a gripper's jaw."""
+    gripper = robots.load("ur5_gripper")
+    jaw = gripper.joint_names.index("left_pad_joint")
+    room = gripper.upper[jaw] - gripper.lower[jaw]
+    for share, held in ((0.8, False), (0.2, False), (0.97, True)):
+        bench = Bench(gripper.core)
+        bench.joints.position[6:] = gripper.lower[6:] + 0.5 * room
+        bench.joints.position[jaw] = gripper.lower[jaw] + share * room
+        bench.started(POSITION)
+        there = bench.joints.position.copy()
+        there[jaw] += 1e-6 * np.sign(share - 0.5)
+        assert (bench.check(POSITION, there).interventions > 0) == held, share
 
 
 def test_a_joint_near_its_end_and_one_that_is_too_fast_are_told_apart(ur5) -> None:

@@ -31,6 +31,11 @@ def session(seed: int) -> Iterator[Session]:
     made.shut_down()
 
 
+def test_a_skin_without_power_tells_nothing(session: Session) -> None:
+    with pytest.raises(SessionError, match=r"call boot\(\) first"):
+        session.run(0.1)
+
+
 def test_behaviours_change_while_the_robot_is_touched(session: Session) -> None:
     session.boot()
     session.world.push(pushed_cell(session, "forearm_link"), 8.0)

@@ -73,7 +73,7 @@ def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) 
     at = f"@{time_ms:.3f}ms"
     texts = {
         "link": f"cut:cell={cell},port={port}",
-        "cable": f"cut:unit={unit},port={cable.port}",
+        "cable": f"cut:unit={unit + 1},port={cable.port}",
         "one way out": f"oneway:cell={cell},port={port},way=out",
         "one way in": f"oneway:cell={cell},port={port},way=in",
         "cell": f"crash:cell={cell}",
@@ -86,7 +86,7 @@ def fault_text(kind: str, network: CellNetwork, random: Random, time_ms: float) 
         "burst": f"burst:cell={cell},port={port},share=1,for=5ms",
         "stuffed queue": f"stuff:cell={cell},port={port},frames=100",
         "duplicate id": f"duplicate_id:cell={cell},to={draw(random, len(network))}",
-        "section unit": f"stop:unit={unit}",
+        "section unit": f"stop:unit={unit + 1}",
         "flap": f"flap:cell={cell},port={port},times=5,period=2ms",
     }
     return texts[kind] + at

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -54,6 +55,7 @@ def run(
 
 SHORT_RUN = ("--seconds", "2")
 SHORT_CONFIGURE = ("--postures", "6", "--swing-postures", "2")
+PROGRESS = re.compile(r", \d+ s$")
 STEPS = ("--steps", "topology,activity,reconstruction,kinematics,localisation")
 """All but the map, which a layout does not need."""
 
@@ -122,5 +124,7 @@ def _type(folder: Path, *arguments: str) -> None:
         check=False,
     )
     if answer.returncode != 0:
-        said = (answer.stdout + answer.stderr).strip().splitlines()[-12:]
+        # What it says while it works stands on standard error, too, and tells nothing of why it failed.
+        told = [line for line in answer.stderr.splitlines() if not PROGRESS.search(line)]
+        said = [*answer.stdout.splitlines()[-12:], *told[-12:]]
         raise NewcomerError(f"robotskin {' '.join(arguments)}: exit {answer.returncode}: {' / '.join(said)}")

@@ -24,7 +24,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.balance import script
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import table_of, tell_broken, write_figures
     from robotskin.layout import finished
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
@@ -48,4 +48,4 @@ def command(
         console.print(session.fault_told)
     if json_file is not None:
         write_figures(json_file, seed, figures)
-    raise typer.Exit(1 if broken(script.bounds(), figures) else 0)
+    raise typer.Exit(tell_broken(console, script.bounds(), figures))

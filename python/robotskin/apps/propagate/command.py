@@ -32,7 +32,7 @@ def command(
 
     from robotskin.apps.propagate.script import Plan, bounds, run, usual_cell
     from robotskin.apps.propagate.tasks import WITH, use_arms_alone
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import table_of, tell_broken, write_figures
     from robotskin.layout import finished
     from robotskin.robots import load
     from robotskin.session import Session
@@ -63,4 +63,4 @@ def command(
     console.print(table_of(title, figures, held))
     if json_file is not None:
         write_figures(json_file, seed, figures)
-    raise typer.Exit(1 if broken(held, figures) else 0)
+    raise typer.Exit(tell_broken(console, held, figures))
