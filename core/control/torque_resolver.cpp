@@ -153,8 +153,7 @@ void TorqueResolver::learn_torque_bias(const RobotDynamics& dynamics, const Join
       double missing = 0;
       for (std::size_t column = 0; column < count; ++column)
         missing += dynamics.mass_matrix()[row * count + column] * surprise_[column];
-      // The guard knows of no friction either: a bias that would make a joint too fast were there none, as that of a
-      // light wrist soon does, is held back tick by tick, and is then no bias but a wrong torque.
+      // Were there no friction after all, the bias alone must not make a joint too fast, as it soon would a light wrist.
       const double lets_pass = largest_bias_speed_share * velocity_limit_[row] *
                                (dynamics.mass_matrix()[row * count + row] / speed_horizon_s + joint_damping_[row]);
       const double most = std::min(largest_torque_bias_[row], lets_pass);

@@ -120,7 +120,9 @@ def command(
             f"{1e3 * row.least_room:.1f}" if row.cells else "",
         )
     console.print(table)
-    cables = Table(title=f"{len(layout.section_unit_ports)} section-unit cables; {len(layout.studs)} studs hold the patches")
+    cables = Table(
+        title=f"{len(layout.section_unit_ports)} section-unit cables; {len(layout.studs)} studs hold the patches"
+    )
     for heading in ("section unit", "port", "plugs into", "length min to max m", "worst stretch %"):
         cables.add_column(heading, justify="left" if heading == "plugs into" else "right")
     for place, cable in zip(layout.section_unit_ports, layout.cables, strict=True):

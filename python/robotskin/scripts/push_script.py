@@ -14,7 +14,7 @@ from robotskin.session.reasons import interventions_told
 from robotskin.session.touches import (
     bearable_force,
     edge_of_patch,
-    flattest_seam,
+    flat_seam,
     press,
     push_and_release,
     pushed_cell,
@@ -139,8 +139,8 @@ def _interface_figures(
 def _force_errors(session: Session, cell: int, link: str, force_n: float) -> list[float]:
     session.set_skin(False)
     session.run(0.5)
-    places = ((cell, (0.0, 0.0)), flattest_seam(session, link), edge_of_patch(session, link))
-    presses = [press(session, pressed, force_n, at_m) for pressed, at_m in places]
+    places = [(cell, (0.0, 0.0)), flat_seam(session, link), edge_of_patch(session, link)]
+    presses = [press(session, place[0], force_n, place[1]) for place in places if place is not None]
     session.set_skin(True)
     session.run(0.5)
     return [measured.relative_error for measured in presses]

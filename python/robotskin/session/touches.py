@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
 from robotskin.errors import UnknownNameError
@@ -16,6 +17,12 @@ from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.session import PERIOD_S, Session, SessionError
+
+HAND_WAY_M, HAND_WIDTH_M = 0.14, 0.035
+"""What a hand needs in front of a cell: its way, and its radius with a little room."""
+SURFACE_POINT_M2 = 2e-4
+SEAM_REACH_M = 0.03
+FLAT = float(np.cos(np.radians(10)))
 
 Watch = Callable[[float], None]
 """Called after each period of a touch with the seconds that have passed in it."""
@@ -147,7 +154,37 @@ def _gives_way(robot: Robot, gains: GainSet, layout: Layout) -> NDArray[np.bool_
     aside = np.einsum("cj,cj->c", lever, turn) / np.maximum(moved, 1e-12)
     # A cell that moves aside rather than away from the hand lets it slip to another lever.
     score = give * aside
-    return np.asarray(score >= 0.8 * score.max())
+    good = np.asarray(score >= 0.8 * score.max())
+    free = good & _within_reach(robot, gains.home, layout, good)
+    return free if free.any() else good
+
+
+def _within_reach(
+    robot: Robot, posture: NDArray[np.float64], layout: Layout, cells: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """(N,) which of the cells (N,) a hand reaches along their normals: no other link is in its way.
+
+    Between the jaws of a gripper or on the inner side of a thigh it would push both sides.
+    """
+    poses = robot.base_from_link(posture)
+    generator = np.random.default_rng(0)
+    points, owner = [], []
+    for link in robot.links_with("collision"):
+        row, mesh = robot.link_index(link), robot.link_mesh(link)
+        count = int(np.clip(mesh.area / SURFACE_POINT_M2, 50, 5000))
+        on_link = trimesh.sample.sample_surface(mesh, count, seed=generator)[0]
+        points.append(on_link @ poses[row, :3, :3].T + poses[row, :3, 3])
+        owner += [row] * count
+    surface, links = np.concatenate(points), np.array(owner)
+    reached = cells.copy()
+    for cell in np.flatnonzero(cells):
+        row = robot.link_index(layout.links[layout.link[cell]])
+        pose = poses[row] @ layout.link_from_cell[cell]
+        away = surface[links != row] - pose[:3, 3]
+        height = away @ pose[:3, 2]
+        aside = np.linalg.norm(away - height[:, None] * pose[:3, 2], axis=1)
+        reached[cell] = not ((height > 0.0) & (height < HAND_WAY_M) & (aside < HAND_WIDTH_M)).any()
+    return reached
 
 
 def pushed_cell(session: Session, link: str) -> int:
@@ -180,31 +217,33 @@ def bearable_force(session: Session, cell: int, share: float = 0.5) -> float:
 
 
 def seam_of(layout: Layout, cell: int) -> tuple[float, float]:
-    """(x, y) metres in the cell frame: the flattest hinge shared with a neighbour; the middle of a cell without one.
-
-    A hand on the ridge of a steep fold presses neither cell along its normal, and a cell feels nothing else.
-    """
+    """(x, y) metres in the cell frame: the hinge shared with a neighbour; the middle of a cell without one."""
     joined = np.flatnonzero(layout.neighbours[cell, :, 0] >= 0)
     if not len(joined):
         return 0.0, 0.0
-    normal = layout.link_from_cell[:, :3, 2]
-    alike = normal[layout.neighbours[cell, joined, 0]] @ normal[cell]
-    x, y = PORT_POINTS_M[joined[np.argmax(alike)]]
+    x, y = PORT_POINTS_M[joined[0]]
     return float(x), float(y)
 
 
-def flattest_seam(session: Session, link: str) -> tuple[int, tuple[float, float]]:
-    """A cell of a link beside a seam that is hardly folded, and (x, y) metres in its frame: where that seam is."""
+def flat_seam(session: Session, link: str) -> tuple[int, tuple[float, float]] | None:
+    """A cell of a link beside a seam where no cell within a hand's reach is folded, and (x, y) metres of that seam in
+    its frame; None where the skin bends everywhere.
+
+    On a ridge the sum of the cells' forces is less than the contact force, since each feels along its own normal alone.
+    """
     layout = session.layout
-    index = layout.links.index(link)
-    normal = layout.link_from_cell[:, :3, 2]
-    beside = layout.neighbours[:, :, 0]
-    alike = np.einsum("npk,nk->np", normal[beside], normal)
-    alike[(beside < 0) | (layout.link[beside] != index)] = -1.0
-    flat = np.where(layout.link == index, alike.max(axis=1), -1.0)
-    sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
-    cell = int(np.argmax(np.where(flat >= flat.max() - 0.005, sideways, -1.0)))
-    return cell, seam_of(layout, cell)
+    on_link = layout.cells_on(link)
+    pose = layout.link_from_cell[on_link]
+    sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells[on_link], 2, 2])
+    found, best = None, -1.0
+    for row, cell in enumerate(on_link):
+        for port in np.flatnonzero(np.isin(layout.neighbours[cell, :, 0], on_link)):
+            at = PORT_POINTS_M[port]
+            point = pose[row, :3, 3] + pose[row, :3, :2] @ at
+            near = np.linalg.norm(pose[:, :3, 3] - point, axis=1) < SEAM_REACH_M
+            if (pose[near, :3, 2] @ pose[row, :3, 2]).min() > FLAT and sideways[row] > best:
+                found, best = (int(cell), (float(at[0]), float(at[1]))), float(sideways[row])
+    return found
 
 
 def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]]:

@@ -19,6 +19,8 @@ from robotskin.viewer.served_page import ServedPage
 from robotskin.viewer.session_view import Floats
 
 PATCH, NETWORK = "patch", "network"
+WHOLE = "the whole robot"
+NEAR_M = 0.6
 FRAMES_PER_S = 30
 FRAMES_PER_READOUT = 4
 NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see how it is wired.</div>'
@@ -59,6 +61,12 @@ class Exhibit(ServedPage):
         with gui.add_folder("Colour"):
             shown = PATCH if network is None else NETWORK
             self.modality = gui.add_dropdown("Cells by", (PATCH, NETWORK), initial_value=shown)
+            self._looked = gui.add_dropdown(
+                "Look at",
+                (WHOLE, *layout.links),
+                initial_value=WHOLE,
+                hint="Turn to a link, near enough for its wires to be seen and clicked.",
+            )
             self._cables = gui.add_checkbox("Cables", False, visible=bool(layout.cables))
             self._legend = gui.add_html("")
         self.panel = None if network is None else NetworkPanel(self.server, layout, network, self.command)
@@ -70,6 +78,7 @@ class Exhibit(ServedPage):
             joint_sliders(self.server, robot, self.posture, self._bend_joint)
         self.modality.on_update(lambda _: self.show())
         self._cables.on_update(lambda _: self.show())
+        self._looked.on_update(lambda _: self._look_at(self._looked.value))
         self.show()
         self._start("exhibit")
 
@@ -139,6 +148,15 @@ class Exhibit(ServedPage):
         content = f'<div style="{PADDING};font-size:12px"><b data-cell="{cell}">Cell {cell}</b>{rows}</div>'
         if self.card.content != content:
             self.card.content = content
+
+    def _look_at(self, link: str) -> None:
+        if link == WHOLE:
+            self.scene.turn_to_all()
+            return
+        cells = self.layout.cells_on(link)
+        # The cell that faces the way in which most of the link's skin does.
+        normals = self.layout.link_from_cell[cells, :3, 2]
+        self.scene.turn_to(int(cells[np.argmax(normals @ normals.sum(axis=0))]), NEAR_M)
 
     def _bend_joint(self, joint: int, value: float) -> None:
         posture = self.posture.copy()

@@ -16,8 +16,9 @@ from robotskin.viewer.network_view import PACES, NetworkReading, NetworkView
 
 LOOK, KILL = "only looks", "kills or starts a cell"
 CUT, DISTURB = "cuts or mends it", "makes it damage frames"
+MEANING = "Cells and wires have the colour of the cable that they report through, as in the bars below"
 LEGEND = (
-    f'<div style="{STYLE}"><div style="margin-bottom:4px">Tree of the cable that a cell reports through</div>'
+    f'<div style="{STYLE}"><div style="margin-bottom:4px">{MEANING}</div>'
     + " ".join(
         swatch(colour, text)
         for colour, text in (

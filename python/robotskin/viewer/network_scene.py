@@ -30,8 +30,10 @@ DAMAGED_SHOWN_S = 0.02
 """For so long after a damaged frame, in the network's time, a wire is drawn amber."""
 LIFT_M = 0.0028
 BAR_WIDTH_M = 0.0026
-CUT_SHARE = 0.45
-"""A cut wire is drawn this much shorter."""
+CUT_SHARE = 0.6
+"""A cut wire is drawn this much shorter,"""
+CUT_WIDTH = 2.5
+"""and this much thicker: it has to be found on a robot that fills the screen."""
 BOX_M = 0.001
 """Side of the cube that bars and plugs are scaled from. The browser keeps one unscaled and unseen at the origin of each
 link, to outline what the pointer is over, and it catches clicks: it has to be small."""
@@ -96,7 +98,7 @@ class NetworkScene:
             self._bridge_bars.batched_scales = self._drawn_sizes(self.bridges, self._cut)
 
     def _drawn_sizes(self, wires: Integers, cut: Flags) -> NDArray[np.float32]:
-        shares = np.where(cut[wires, None], [CUT_SHARE, 1.0, 1.0], 1.0)
+        shares = np.where(cut[wires, None], [CUT_SHARE, CUT_WIDTH, CUT_WIDTH], 1.0)
         return (self._sizes[wires] * shares / BOX_M).astype(np.float32)
 
     def _draw_bars(self, scene: Scene) -> None:

@@ -2,6 +2,7 @@
 """The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,7 @@ from robotskin.layout import Layout
 from robotskin.viewer.camera import Camera, side_of_skin
 from robotskin.viewer.cell_shape import base_from_cell, hexagon, hexagonal_prism, wxyz_position
 from robotskin.viewer.colours import Colours
-from robotskin.viewer.screens import fit_to_screens, look_at
+from robotskin.viewer.screens import fit_to_screens, look_at, see_all
 from robotskin.viewer.session_view import Ball, Floats, Integers, RobotView, Touch
 
 LINK_COLOURS = ((200, 204, 209), (172, 179, 188))
@@ -183,7 +184,8 @@ class Scene:
         initial = self.server.initial_camera
         initial.fov, initial.near = camera.field_of_view_rad, 0.01
         initial.look_at, initial.position = camera.look_at_m, camera.position_m
-        fit_to_screens(self.server, lambda aspect: Camera.around(corners, aspect, self.side))
+        self._whole = partial(Camera.around, corners, towards=self.side)
+        fit_to_screens(self.server, self._whole)
 
     # What changes ---------------------------------------------------------------------------------------------------
 
@@ -297,10 +299,14 @@ class Scene:
         if self._name.text != text:
             self._name.text = text
 
-    def turn_to(self, cell: int) -> None:
-        """Let every browser look at a cell from its own side."""
+    def turn_to(self, cell: int, distance_m: float | None = None) -> None:
+        """Let every browser look at a cell from its own side, from this far; None: from as far as before."""
         pose = self.cell_poses()[cell]
-        look_at(self.server, pose[:3, 3], pose[:3, 2])
+        look_at(self.server, pose[:3, 3], pose[:3, 2], distance_m)
+
+    def turn_to_all(self) -> None:
+        """Let every browser see the whole robot, as when the page opened."""
+        see_all(self.server, self._whole)
 
     def mark(self, cell: int | None, touch: Touch | None) -> None:
         """Ring the chosen cell, and show the hand at the touched one."""

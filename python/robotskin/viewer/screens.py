@@ -39,10 +39,18 @@ def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camer
         fit()
 
 
-def look_at(server: viser.ViserServer, point_m: Floats, normal: Floats) -> None:
-    """Let every browser look at a point (3,) along its normal (3,), a little from above, from as far as before."""
+def see_all(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:
+    """Give every browser the camera for its aspect, wherever it looks now."""
     for client in server.get_clients().values():
-        distance = float(np.linalg.norm(client.camera.position - client.camera.look_at))
+        camera = camera_at(client.camera.aspect)
+        _put(client, camera.position_m, camera.look_at_m)
+
+
+def look_at(server: viser.ViserServer, point_m: Floats, normal: Floats, distance_m: float | None = None) -> None:
+    """Let every browser look at a point (3,) along its normal (3,), a little from above, from this far; None: from as
+    far as before."""
+    for client in server.get_clients().values():
+        distance = distance_m or float(np.linalg.norm(client.camera.position - client.camera.look_at))
         towards = np.add(normal, (0.0, 0.0, UPWARDS))
         _put(client, point_m + distance * towards / np.linalg.norm(towards), point_m)
 

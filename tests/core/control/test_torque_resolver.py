@@ -171,7 +171,7 @@ def test_what_is_made_up_for_is_bounded(ur5) -> None:
             commands[bias_per_s] = loop.command_for(TORQUE, STIFFNESS, np.full(6, 100.0), np.zeros(6))
     added = commands[20.0] - commands[0.0]
     of_effort = own.largest_bias_effort_share * np.asarray(ur5.effort_limit)
-    # The guard knows of no friction: it lets pass what brings a joint to its velocity limit in 20 ms, at the most.
+    # Were there no friction, it would bring no joint further than to half of its velocity limit in 20 ms.
     of_speed = 0.5 * np.asarray(ur5.velocity_limit) * np.diag(loop.dynamics.mass_matrix) / 0.02
     assert (of_speed < of_effort).any()
     np.testing.assert_allclose(added, np.minimum(of_effort, of_speed), rtol=1e-6)
