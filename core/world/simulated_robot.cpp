@@ -14,6 +14,8 @@ namespace {
 // The servo's memory is limited, so that an arm held by force does not jump when it is let go.
 constexpr double lead_max = 0.05;        // rad or m, how far the velocity goal may run ahead
 constexpr double error_sum_max = 0.002;  // rad s
+// A joint of damping D answers to its servo as if it had D times this more inertia: that of a finger is next to none.
+constexpr double damped_share_s = 0.002;
 // A stop first brakes, then holds the place where the robot came to rest.
 constexpr double rest_speed = 0.005;  // rad/s or m/s
 constexpr double brake_max_s = 0.3;
@@ -130,7 +132,11 @@ void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
           gains_.stiffness * error + gains_.damping * (goal_velocity - velocity) + gains_.integral * error_sum_[i];
     }
     mj_mulM(&model, &data, torque_.data(), wanted_.data());
-    for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] += data.qfrc_bias[velocity_address_[i]];
+    for (std::size_t i = 0; i < n; ++i) {
+      const int dof = velocity_address_[i];
+      const double damping = model.dof_damping[dof];
+      torque_[dof] += data.qfrc_bias[dof] + damping * (data.qvel[dof] + damped_share_s * wanted_[dof]);
+    }
   }
   for (std::size_t i = 0; i < n; ++i) {
     const double limited = std::clamp(torque_[velocity_address_[i]], -effort_limit_[i], effort_limit_[i]);

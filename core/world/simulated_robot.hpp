@@ -14,7 +14,8 @@ struct mjData_;
 namespace robotskin::world {
 
 // Inner loops of an industrial controller: a position or velocity command is tracked by torques that carry the arm's
-// own weight and are scaled by its inertia, tau = C v + g + M (kp e + kd de/dt + ki integral e).
+// own weight and damping D and are scaled by how it answers: tau = C v + g + D v + (M + D h) (kp e + kd de/dt + ki
+// integral e), with a short time h.
 struct ServoGains {
   double stiffness = 16000;  // kp, 1/s^2
   double damping = 220;      // kd, 1/s

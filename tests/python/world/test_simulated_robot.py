@@ -4,7 +4,9 @@
 import numpy as np
 import pytest
 
+from robotskin import layout, robots
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotDynamics
+from robotskin.world import World
 
 
 def command(mode: CommandMode, values) -> JointCommand:
@@ -51,6 +53,18 @@ def test_position_interface_reaches_its_goal(make_body, generator):
         world.step(0.001)
     drive(world, command(CommandMode.position, goal), 0.3)
     np.testing.assert_allclose(world.joint_positions(), goal, atol=1e-3)
+
+
+def test_fingers_whose_gears_brake_them_follow_as_an_arm_does(seed):
+    """Their inertia is next to none: a servo scaled by it alone would take seconds."""
+    hand = robots.load("allegro_right_hand")
+    assert min(hand.core.joint_damping) > 1
+    start = np.clip(np.full(hand.joint_count, 0.5), hand.lower, hand.upper)
+    world = World(layout.finished(hand.name), hand, seed, posture=start, powered=False)
+    goal = start + np.clip(0.2, None, 0.5 * (hand.upper - start))
+    drive(world, command(CommandMode.position, goal), 0.5)
+    np.testing.assert_allclose(world.joint_positions(), goal, atol=0.01)
+    world.port.stop()
 
 
 def test_velocity_interface_keeps_its_speed(make_body, generator):
