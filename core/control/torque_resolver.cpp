@@ -153,7 +153,8 @@ void TorqueResolver::learn_torque_bias(const RobotDynamics& dynamics, const Join
       double missing = 0;
       for (std::size_t column = 0; column < count; ++column)
         missing += dynamics.mass_matrix()[row * count + column] * surprise_[column];
-      // Were there no friction after all, the bias alone must not make a joint too fast, as it soon would a light wrist.
+      // Were there no friction after all, the bias alone must not make a joint too fast, as it soon would a light
+      // wrist.
       const double lets_pass = largest_bias_speed_share * velocity_limit_[row] *
                                (dynamics.mass_matrix()[row * count + row] / speed_horizon_s + joint_damping_[row]);
       const double most = std::min(largest_torque_bias_[row], lets_pass);

@@ -168,7 +168,9 @@ class GuardLimits:
     def torque_rate(self, arg: Sequence[float], /) -> None: ...
     @property
     def position_margin(self) -> float:
-        """rad kept from the position limits"""
+        """
+        rad (m) kept from the position limits, at most 5 % of the room between them
+        """
 
     @position_margin.setter
     def position_margin(self, arg: float, /) -> None: ...
