@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every robot that comes with skin and gains: a push is felt, gives way and leaves the guard in peace.
+"""The robots that come with skin and gains: a push is felt, gives way and leaves the guard in peace.
 
 The scripted demonstration asks the same at length, through each interface: `robotskin demo --robot NAME --headless`.
 """
@@ -15,7 +15,9 @@ from robotskin.scripts.push_script import FORCE_N, MOST_FORCE_ERROR
 from robotskin.session import Session
 from robotskin.session.touches import bearable_force, link_to_push, pushed_cell
 
-READY = sorted(set(finished_names()) & set(robots_with_gains()))
+# Talos' 1260 cells take too long for a test of each commit; its left arm is here.
+TOO_LARGE = {"talos", "talos_standing"}
+READY = sorted((set(finished_names()) & set(robots_with_gains())) - TOO_LARGE)
 COMES_S, PUSH_S = 0.7, 0.3
 
 # Its URDF has no rotor inertia, and the core takes none: to the guard the wrist is as light as a shell, and whatever
