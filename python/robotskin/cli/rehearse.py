@@ -47,7 +47,8 @@ def command(
         addresses, cells = units.ask(Look(("addresses", "world.scene.cell_body.size")))
         told = " ".join(f"--units {address}:{port}" for address, port in addresses)
         keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
-        typer.echo(f"robotskin connect {robot} --robot-port ur:{host} {told} {keyed}")
+        worn = f" --layout {layout}" if layout else ""
+        typer.echo(f"robotskin connect {robot} --robot-port ur:{host} {told} {keyed}{worn}")
         began, draw = time.monotonic(), random.Random(seed)
         while seconds == 0 or time.monotonic() - began < seconds:
             if touch:
