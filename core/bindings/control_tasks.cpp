@@ -19,6 +19,7 @@
 #include "control/foot_contact_task.hpp"
 #include "control/force_task.hpp"
 #include "control/gravity_task.hpp"
+#include "control/joint_impedance_task.hpp"
 #include "control/joint_limit_task.hpp"
 #include "control/joint_task.hpp"
 #include "control/map_skin_task.hpp"
@@ -178,6 +179,7 @@ void bind_model_tasks(nb::module_& module) {
   using control::CartesianGains;
   using control::CartesianTask;
   using control::GravityTask;
+  using control::JointImpedanceTask;
   using control::JointLimitGains;
   using control::JointLimitTask;
   using control::JointTask;
@@ -203,6 +205,20 @@ void bind_model_tasks(nb::module_& module) {
       .def(nb::init<const RobotModel&, control::JointGains, double>(), "robot"_a, "gains"_a, "speed"_a,
            "speed in rad/s, of the fastest joint.")
       .def_prop_ro("arrived", &SplineJointTask::arrived, "the reference is at its goal");
+  nb::class_<JointImpedanceTask, Task>(module, "JointImpedanceTask",
+                                       "Springs and dampers towards a moving reference, on joints that keep their own "
+                                       "inertia.")
+      .def(nb::init<const RobotModel&, control::JointGains>(), "robot"_a, "gains"_a)
+      .def(
+          "request_reference",
+          [](JointImpedanceTask& self, Doubles position, Doubles velocity) {
+            self.request_reference(span_of(position), span_of(velocity));
+          },
+          "position"_a, "velocity"_a,
+          "(n) rad inside the limits and (n) rad/s, else ControlError. The reference goes on so for 20 ms.")
+      .def_prop_ro(
+          "reference", [](const JointImpedanceTask& self) { return copy_of(self.reference()); }, nb::rv_policy::move,
+          "(n) rad");
   nb::class_<CartesianGains>(module, "CartesianGains", "Impedance along and about x, y, z of the base.")
       .def(
           "__init__",

@@ -222,6 +222,8 @@ void bind_robot_model(nb::module_& module) {
       .def_prop_ro(
           "velocity_limit", [](const RobotModel& self) { return copied(self.velocity_limit(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) rad/s or m/s")
+      .def("actuated", &RobotModel::actuated, "joint"_a,
+           "Whether a motor drives the joint; the six joints of a floating base alone have none.")
       .def_prop_ro(
           "effort_limit", [](const RobotModel& self) { return copied(self.effort_limit(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) Nm or N")

@@ -8,24 +8,18 @@
 #include "control/control_error.hpp"
 
 namespace robotskin::control {
-namespace {
-
-// Throws ControlError unless both have `joint_count` finite values that are not negative.
-void check_joint_gains(const JointGains& gains, std::size_t joint_count) {
-  const auto check = [joint_count](const char* name, const std::vector<double>& values) {
+void check_joint_gains(const JointGains& gains, std::size_t joint_count, const std::string& task) {
+  const auto check = [joint_count, &task](const char* name, const std::vector<double>& values) {
     if (values.size() != joint_count)
-      throw ControlError(std::string("joint task: ") + name + " has " + std::to_string(values.size()) +
-                         " values, the robot has " + std::to_string(joint_count) + " joints");
+      throw ControlError(task + " task: " + name + " has " + std::to_string(values.size()) + " values, the robot has " +
+                         std::to_string(joint_count) + " joints");
     for (const double value : values)
       if (!std::isfinite(value) || value < 0)
-        throw ControlError(std::string("joint task: ") + name + " " + std::to_string(value) +
-                           " must be finite and not negative");
+        throw ControlError(task + " task: " + name + " " + std::to_string(value) + " must be finite and not negative");
   };
   check("stiffness", gains.stiffness);
   check("damping", gains.damping);
 }
-
-}  // namespace
 
 JointTask::JointTask(const RobotModel& robot, JointGains gains, std::string name)
     : Task(std::move(name), robot.joint_count(), robot.joint_count()),
@@ -37,7 +31,7 @@ JointTask::JointTask(const RobotModel& robot, JointGains gains, std::string name
       goal_box_(robot.joint_count()),
       gain_box_(2 * robot.joint_count()) {
   const std::size_t joints = robot.joint_count();
-  check_joint_gains(gains, joints);
+  check_joint_gains(gains, joints, this->name());
   stiffness_ = std::move(gains.stiffness);
   damping_ = std::move(gains.damping);
   gain_ = stiffness_;
@@ -59,7 +53,7 @@ void JointTask::request_reference(std::span<const double> reference) {
 }
 
 void JointTask::request_gains(const JointGains& gains) {
-  check_joint_gains(gains, joint_count());
+  check_joint_gains(gains, joint_count(), name());
   std::vector<double> both = gains.stiffness;
   both.insert(both.end(), gains.damping.begin(), gains.damping.end());
   gain_box_.post(both);

@@ -18,6 +18,9 @@ struct JointGains {
   std::vector<double> damping;    // (n) Nm s/rad, beside the friction of the torque resolver
 };
 
+// Throws ControlError, naming the task, unless both have `joint_count` finite values that are not negative.
+void check_joint_gains(const JointGains& gains, std::size_t joint_count, const std::string& task);
+
 // torque = K (reference - q) + D (reference' - v); claims every joint that has stiffness or damping, so that as a
 // posture it stands on the lowest level. The gains of a joint that does not take part are zero.
 class JointTask : public Task {

@@ -35,6 +35,7 @@ void check(const PropagationGains& gains) {
   require("tracking_per_s", gains.tracking_per_s, false);
   require("effort", gains.effort, false);
   require("return_per_s", gains.return_per_s, true);
+  require("begin_s", gains.begin_s, true);
 }
 
 Vector3 shortened(const Vector3& vector, double longest) noexcept {
@@ -56,7 +57,8 @@ PropagatedComplianceTask::PropagatedComplianceTask(const RobotModel& robot, cons
       motions_(points_.contacts().size()),
       reference_dynamics_(robot),
       reference_(robot.joint_count()),
-      largest_(robot.joint_count(), usual_acceleration) {
+      largest_(robot.joint_count(), usual_acceleration),
+      begins_(gains.begin_s) {
   check(gains);
   require_joints(*touch_, robot, name());
   const std::size_t joints = joint_count(), rows = largest_rows();
@@ -89,6 +91,7 @@ PropagatedComplianceTask::PropagatedComplianceTask(const RobotModel& robot, cons
 
 void PropagatedComplianceTask::start(const TaskInput& input) noexcept {
   points_.reset();
+  begins_.set(0);
   for (std::size_t i = 0; i < joint_count(); ++i)
     reference_[i] = std::clamp(input.position[i], limits_.lower[i], limits_.upper[i]);
   std::ranges::fill(acceleration_, 0.0);
@@ -186,7 +189,7 @@ void PropagatedComplianceTask::add_contact(const TaskInput& input, std::size_t i
     for (std::size_t row = 0; row < 3; ++row) rows[row * joints + i] = contact.share * column[row];
     left = left - acceleration_[i] * column;
   }
-  for (std::size_t row = 0; row < 3; ++row) residual_[3 * active_.size() + row] = contact.share * left[row];
+  for (std::size_t row = 0; row < 3; ++row) residual_[3 * active_.size() + row] = contact.share * begun_ * left[row];
   active_.push_back(index);
 }
 
@@ -196,6 +199,7 @@ bool PropagatedComplianceTask::update(const TaskInput& input) noexcept {
   follow_bodies(input);
   set_free_accelerations(input);
   points_.update(touch_->magnitudes(), input.period_s);
+  begun_ = begins_.step(true, input.period_s);
   active_.clear();
   for (std::size_t i = 0; i < motions_.size(); ++i)
     if (points_.contacts()[i].share > 0) add_contact(input, i);

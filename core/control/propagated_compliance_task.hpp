@@ -10,6 +10,7 @@
 
 #include "control/contact_impedance_task.hpp"
 #include "control/contact_points.hpp"
+#include "control/fade.hpp"
 #include "control/limb_programme.hpp"
 #include "control/quadratic_fusion.hpp"
 #include "control/task.hpp"
@@ -27,6 +28,7 @@ struct PropagationGains {
   double tracking_per_s = 10;         // how fast the contact comes back to it
   double effort = 1e-3;               // epsilon of [Cheng19 eq. 27]
   double return_per_s = 1;            // how fast joints go back to their reference
+  double begin_s = 0.25;              // in which the contacts that there are at the start come to count
   std::size_t sweeps = 4;             // over all limbs in a tick
   std::size_t steps = 400;            // of the solver, in a tick
 };
@@ -86,6 +88,8 @@ class PropagatedComplianceTask final : public Task {
   // Of a limb.
   std::vector<double> limb_jacobian_, limb_residual_, limb_mass_, limb_values_;
   std::vector<double> residuals_;  // (limbs)
+  Fade begins_;
+  double begun_ = 0;  // 0 to 1
 };
 
 }  // namespace robotskin::control

@@ -18,10 +18,12 @@ void check(const char* name, const std::vector<double>& values, std::size_t join
   if (values.size() != joints)
     throw ControlError(std::string("quadratic fusion: ") + name + " has " + std::to_string(values.size()) +
                        " values, the robot has " + std::to_string(joints) + " joints");
-  for (const double value : values)
+  for (const double& value : values)
     if (std::isnan(value) || (positive && !(value > 0)))
-      throw ControlError(std::string("quadratic fusion: ") + name + " " + std::to_string(value) +
-                         (positive ? " must be greater than 0" : " is not a number"));
+      throw ControlError(std::string("quadratic fusion: ") + name + " " + std::to_string(value) + " of joint " +
+                         std::to_string(&value - values.data()) +
+                         (positive ? " must be greater than 0; a torque limit is the effort limit of the robot's URDF"
+                                   : " is not a number"));
 }
 
 constexpr double unlimited_nm = 1e6;
@@ -35,8 +37,8 @@ QuadraticLimits QuadraticLimits::of(const RobotModel& robot, double braking) {
   limits.velocity.assign(robot.velocity_limit().begin(), robot.velocity_limit().end());
   limits.torque.assign(robot.effort_limit().begin(), robot.effort_limit().end());
   // What moves the base of a standing robot is the floor, and not a motor.
-  for (double& torque : limits.torque)
-    if (torque == 0) torque = unlimited_nm;
+  for (std::size_t i = 0; i < limits.torque.size(); ++i)
+    if (!robot.actuated(i)) limits.torque[i] = unlimited_nm;
   limits.braking.assign(robot.joint_count(), braking);
   return limits;
 }

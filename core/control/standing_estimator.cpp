@@ -43,13 +43,10 @@ StandingEstimator::StandingEstimator(const RobotModel& robot, const std::vector<
       com_jacobian_(3 * joints_) {
   if (feet.size() != 2)
     throw ControlError("standing robot: it has " + std::to_string(feet.size()) + " feet, there must be 2");
-  for (std::size_t i = 0; i < base_joints; ++i) {
-    const JointKind kind = i < 3 ? JointKind::prismatic : JointKind::revolute;
-    if (joints_ <= base_joints || robot.joint_kinds()[i] != kind || robot.effort_limit()[i] != 0)
-      throw ControlError(
-          "standing robot: the first six joints must be x, y, z, yaw, pitch and roll of its base, with an "
-          "effort limit of 0");
-  }
+  if (joints_ <= base_joints || robot.actuated(base_joints - 1))
+    throw ControlError(
+        "standing robot: the first six joints must be x, y, z, yaw, pitch and roll of its base, with an "
+        "effort limit of 0");
   for (std::size_t i = 0; i < 2; ++i) {
     feet_[i].link = robot.link_index(feet[i].link);
     feet_[i].sole = feet[i].sole;

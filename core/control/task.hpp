@@ -40,6 +40,8 @@ struct TaskInput {
   // (n, n) the inertia that answers to torques, and (n) the torque of no acceleration: torque = mass a + bias gives the
   // acceleration a. Empty: those of the robot's own dynamics.
   std::span<const double> mass = {}, bias = {};
+  // (n) Nm of all that touches the skin, filtered; the bias holds it already. Empty: nothing.
+  std::span<const double> touch_torque = {};
 };
 
 // What a task states: a torque, of which its level may leave a part, or the accelerations that its rows are to have.

@@ -76,6 +76,12 @@ RobotModel::RobotModel(const std::string& urdf) {
                        std::to_string(damping) + "; it must be finite and not negative");
     joint_damping_.push_back(damping);
   }
+  constexpr std::size_t base_joints = 6;
+  bool floats = joint_count > base_joints;
+  for (std::size_t joint = 0; floats && joint < base_joints; ++joint)
+    floats = effort_limit_[joint] == 0 && joint_parents_[joint] == static_cast<int>(joint) - 1 &&
+             (joint_kinds_[joint] == JointKind::prismatic) == (joint < 3);
+  floating_joints_ = floats ? base_joints : 0;
 
   for (const pinocchio::Frame& frame : model.frames) {
     if (frame.type != pinocchio::BODY) continue;

@@ -49,6 +49,10 @@ class RobotModel {
   std::span<const double> velocity_limit() const noexcept { return velocity_limit_; }  // (n) rad/s or m/s
   std::span<const double> effort_limit() const noexcept { return effort_limit_; }      // (n) Nm or N
   std::span<const double> joint_damping() const noexcept { return joint_damping_; }    // (n) Nm s/rad or N s/m, >= 0
+  // Whether a motor drives the joint. Not actuated are the six joints of a base that floats alone: the first six, three
+  // that slide and three that turn, each carried by the one before, all with an effort limit of 0. Any other joint with
+  // an effort limit of 0 has a motor of which nothing is known.
+  bool actuated(std::size_t joint) const noexcept { return joint >= floating_joints_; }
 
   // Links, the base link first.
   std::span<const std::string> link_names() const noexcept { return link_names_; }
@@ -68,6 +72,7 @@ class RobotModel {
   std::vector<JointKind> joint_kinds_;
   std::vector<double> joint_axes_, parent_from_joint_, joint_from_link_;
   std::vector<double> lower_, upper_, velocity_limit_, effort_limit_, joint_damping_;
+  std::size_t floating_joints_ = 0;
   std::shared_ptr<const void> pinocchio_model_;  // a pinocchio::Model, a type that costs a minute to know
 };
 

@@ -62,6 +62,7 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
           {std::vector<double>(robot.joint_count(), 0.0), {robot.joint_damping().begin(), robot.joint_damping().end()}},
           robot.joint_count()),
       effort_limit_(robot.effort_limit().begin(), robot.effort_limit().end()) {
+  for (std::size_t i = 0; i < robot.joint_count(); ++i) actuated_.push_back(robot.actuated(i));
   const std::size_t joints = robot.joint_count();
   const auto check_joints = [joints](const char* name, const std::vector<double>& values) {
     if (values.size() != joints)
@@ -168,7 +169,7 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
       inside = inside && joints.position[i] >= lower_[i] && joints.position[i] <= upper_[i] &&
                std::abs(joints.velocity[i]) <= velocity_limit_[i];
       const double rest_speed = standing != nullptr ? standing_rest_speed : limits_.rest_speed;
-      rest = rest && (effort_limit_[i] == 0 || std::abs(joints.velocity[i]) <= rest_speed);
+      rest = rest && (!actuated_[i] || std::abs(joints.velocity[i]) <= rest_speed);
     }
     if (inside) found |= joints_inside;
     if (rest) found |= at_rest;
@@ -219,7 +220,7 @@ bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, doubl
   const double period = limits_.period_s;
   bool changed = false;
   for (std::size_t i = 0; i < command.value.size(); ++i) {
-    if (effort_limit_[i] == 0) continue;  // nothing drives it, and nothing reads its command
+    if (!actuated_[i]) continue;  // nothing drives it, and nothing reads its command
     const double was = has_last_ ? last_velocity_[i] : joints.velocity[i];
     double from = joints.position[i];
     if (command.mode == CommandMode::position) {

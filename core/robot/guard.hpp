@@ -111,6 +111,7 @@ class Guard {
   std::vector<double> lower_, upper_, velocity_limit_;
   control::VirtualRobot damped_;  // the robot with the damping of its joints
   std::vector<double> effort_limit_;
+  std::vector<bool> actuated_;
   GuardReport report_;
   std::vector<std::uint64_t> intervention_counts_;  // (limit_count, n)
   std::vector<Limit> last_limit_;                   // (n) that held a joint's command back last

@@ -678,6 +678,25 @@ class SplineJointTask(JointTask):
     def arrived(self) -> bool:
         """the reference is at its goal"""
 
+class JointImpedanceTask(Task):
+    """
+    Springs and dampers towards a moving reference, on joints that keep their own inertia.
+    """
+
+    def __init__(self, robot: robotskin.model.RobotModel, gains: JointGains) -> None: ...
+    def request_reference(
+        self,
+        position: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """
+        (n) rad inside the limits and (n) rad/s, else ControlError. The reference goes on so for 20 ms.
+        """
+
+    @property
+    def reference(self) -> NDArray[numpy.float64]:
+        """(n) rad"""
+
 class CartesianGains:
     """Impedance along and about x, y, z of the base."""
 
@@ -1079,6 +1098,12 @@ class PropagationGains:
 
     @effort.setter
     def effort(self, arg: float, /) -> None: ...
+    @property
+    def begin_s(self) -> float:
+        """in which the contacts that there are at the start come to count"""
+
+    @begin_s.setter
+    def begin_s(self, arg: float, /) -> None: ...
     @property
     def return_per_s(self) -> float:
         """how fast joints go back to their reference"""

@@ -307,6 +307,11 @@ class RobotModel:
     def velocity_limit(self) -> NDArray[numpy.float64]:
         """(n) rad/s or m/s"""
 
+    def actuated(self, joint: int) -> bool:
+        """
+        Whether a motor drives the joint; the six joints of a floating base alone have none.
+        """
+
     @property
     def effort_limit(self) -> NDArray[numpy.float64]:
         """(n) Nm or N"""

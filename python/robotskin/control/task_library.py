@@ -26,6 +26,7 @@ from robotskin.tasks import (
     ForceGains,
     ForceTask,
     GravityTask,
+    JointImpedanceTask,
     JointLimitTask,
     JointTask,
     Limb,
@@ -233,6 +234,7 @@ _MAKERS: dict[str, Maker] = {
     "propagated_compliance": propagated_compliance,
     "self_collision": _self_collision,
     "joint_limits": lambda own, gains: JointLimitTask(own.robot),
+    "joint_impedance": lambda own, gains: JointImpedanceTask(own.robot, gains.joint),
     "posture": lambda own, gains: JointTask(own.robot, gains.joint, "posture"),
 }
 

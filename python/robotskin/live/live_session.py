@@ -49,8 +49,17 @@ class LiveSession:
     What cannot be done is refused there, with a RobotskinError, and never reaches the thread that moves the robot.
     """
 
-    def __init__(self, session: Session, goal: NDArray[np.float64] | None = None) -> None:
-        """`goal`: the one that the session was given before, (n,) rad or m, or (3,) m of the hand; None: none."""
+    def __init__(
+        self,
+        session: Session,
+        goal: NDArray[np.float64] | None = None,
+        after_step: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`goal`: the one that the session was given before, (n,) rad or m, or (3,) m of the hand; None: none.
+
+        `after_step`: what an application does after each period, on the session's thread.
+        """
+        self._after_step = after_step
         self.session = session
         self.robot: RobotView = session.robot
         self.layout = session.layout
@@ -233,6 +242,7 @@ class LiveSession:
         while not self._closing.is_set():
             self._obey()
             self.session.step()
+            self._after_step()
             self._health.stepped()
             period += 1
             if period % NETWORK_PERIODS == 0:

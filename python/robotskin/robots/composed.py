@@ -13,12 +13,24 @@ from robotskin.robots.standing import compose_talos_standing
 
 
 def compose_allegro_grasp() -> tuple[str, Path]:
-    """The right Allegro hand on a mount, as one holds a glass: the palm upright, its +y up, the fingers forward."""
+    """The right Allegro hand on a carriage, as one holds a glass: the palm upright, its +y up, the fingers forward.
+
+    Joint `lift` raises it; 0 is the middle of the carriage's way.
+    """
     file = named_urdf("allegro_right_hand")
     robot = ElementTree.parse(file).getroot()
     ElementTree.SubElement(robot, "link", name="mount")
+    carriage = ElementTree.SubElement(robot, "link", name="carriage")
+    inertial = ElementTree.SubElement(carriage, "inertial")
+    ElementTree.SubElement(inertial, "mass", value="0.5")
+    ElementTree.SubElement(inertial, "inertia", ixx="1e-3", iyy="1e-3", izz="1e-3", ixy="0", ixz="0", iyz="0")
+    lift = ElementTree.SubElement(robot, "joint", name="lift", type="prismatic")
+    ElementTree.SubElement(lift, "parent", link="mount")
+    ElementTree.SubElement(lift, "child", link="carriage")
+    ElementTree.SubElement(lift, "axis", xyz="0 0 1")
+    ElementTree.SubElement(lift, "limit", lower="-0.25", upper="0.25", velocity="1.0", effort="200")
     joint = ElementTree.SubElement(robot, "joint", name="mount_joint", type="fixed")
-    ElementTree.SubElement(joint, "parent", link="mount")
+    ElementTree.SubElement(joint, "parent", link="carriage")
     ElementTree.SubElement(joint, "child", link="palm_link")
     ElementTree.SubElement(joint, "origin", xyz="0 0 0", rpy=f"{pi / 2!r} 0 0")
     return ElementTree.tostring(robot, encoding="unicode"), file.parent

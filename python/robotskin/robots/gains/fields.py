@@ -20,6 +20,8 @@ class Field:
     least: float | None = 0.0
     open: bool = True
     usual: float | None = None
+    optional: bool = False
+    """A file may leave it out; then the usual value counts."""
 
 
 def _zero(kind: str, note: str = "", usual: float | None = None) -> Field:
@@ -62,6 +64,13 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
                 "1", "s, the position servo follows as q + lag_s dq/dt + lag_s2 d2q/dt2 = command", usual=0.01375
             ),
             "servo_lag_s2": _zero("1", "s^2", usual=6.25e-5),
+            "torque_bias_per_s": Field(
+                "1",
+                "1/s, how fast the torque interface makes up for friction that no model knows",
+                open=False,
+                usual=20.0,
+                optional=True,
+            ),
         },
     ),
     "skin": (

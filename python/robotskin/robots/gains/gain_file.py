@@ -42,6 +42,8 @@ def read_gains(text: str, file: str) -> Values:
         for name, field in fields.items():
             where = f"{section}.{name}"
             if name not in values.get(section, {}):
+                if field.optional:
+                    continue
                 raise GainError(f"{file}: {where} is missing")
             count = _check_value(values[section][name], field, f"{file}: {where}")
             if field.kind == "n":
@@ -110,6 +112,7 @@ def written(values: Mapping[str, Mapping[str, Any]], heading: Sequence[str]) -> 
         lines += [
             f"{name} = {_toml(values[section][name])}" + (f" # {field.note}" if field.note else "")
             for name, field in fields.items()
+            if name in values[section]
         ]
     if values.get(LOCKED):
         lines += ["", f"[{LOCKED}] # joints held here for good, rad or m"]

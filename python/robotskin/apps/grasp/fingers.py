@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The four fingers of the Allegro hand: where their pads are, and which cells feel what they hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.layout import Layout
+from robotskin.model import RobotDynamics
+from robotskin.robots import Robot
+from robotskin.session import SessionError
+
+Array = NDArray[np.float64]
+
+LIFT = "lift"
+"""The joint of the carriage."""
+FINGERS = {"index": (0, 1, 2, 3), "middle": (4, 5, 6, 7), "ring": (8, 9, 10, 11), "thumb": (12, 13, 14, 15)}
+"""Numbers of each finger's joints and links, the same in their names."""
+NAMES = tuple(FINGERS)
+THUMB = NAMES.index("thumb")
+_PALMAR = 0.4
+"""Least part of a cell's normal along the palm's side of its link."""
+
+
+@dataclass(frozen=True)
+class Pads:
+    """The pads of four fingers. place: (4, 3) metres; normal: (4, 3); along base axes, the carriage at 0.
+
+    moves: (4, 3, 4) metres per radian and turns: (4, 3, 4) of the normal, by the finger's four joints.
+    """
+
+    place: Array
+    normal: Array
+    moves: Array
+    turns: Array
+
+
+class Hand:
+    """The hand of a robot in its skin.
+
+    Raises:
+        SessionError: a robot that lacks the carriage, a finger's joint, or a finger tip without a cell on its front.
+    """
+
+    def __init__(self, robot: Robot, layout: Layout) -> None:
+        wanted = [LIFT, *(f"joint_{number}.0" for numbers in FINGERS.values() for number in numbers)]
+        missing = [name for name in wanted if name not in robot.joint_names]
+        if missing:
+            raise SessionError(f"grasp with {robot.name}: it has no joint {missing[0]}; use allegro_grasp")
+        self.lift = robot.joint_index(LIFT)
+        self.joints = np.array(
+            [[robot.joint_index(f"joint_{one}.0") for one in numbers] for numbers in FINGERS.values()]
+        )
+        """(4, 4) indices of the fingers' joints."""
+        self.lower, self.upper = robot.lower[self.joints], robot.upper[self.joints]
+        self.front: list[NDArray[np.int64]] = []
+        """Of each finger, its cells that touch what it holds."""
+        self.back: list[NDArray[np.int64]] = []
+        """Of each finger, its cells on the other side."""
+        self.tip = np.zeros(4, dtype=int)
+        """(4,) the cell of each finger's pad."""
+        for finger, numbers in enumerate(FINGERS.values()):
+            links = [f"link_{number}.0" for number in numbers] + [f"link_{numbers[3]}.0_tip"]
+            on = np.array([cell for cell, link in enumerate(layout.link) if layout.links[link] in links], dtype=int)
+            out = layout.link_from_cell[on, 0, 2] if len(on) else np.zeros(0)
+            self.front.append(on[out > _PALMAR])
+            self.back.append(on[out < -_PALMAR])
+            tips = [cell for cell in self.front[-1] if layout.links[layout.link[cell]] == links[-1]]
+            if not tips:
+                raise SessionError(
+                    f"grasp with this layout of {layout.robot}: the {NAMES[finger]} finger has no cell on the front of "
+                    f"{links[-1]}; use the layout that comes with allegro_grasp"
+                )
+            self.tip[finger] = tips[0]
+        dynamics = RobotDynamics(robot.core)
+        zero = np.zeros(robot.joint_count)
+        dynamics.update(zero, zero)
+        motion = np.asarray(dynamics.joint_motions)[self.joints]
+        self._axis = motion[..., 3:]
+        # A point of each axis, the nearest to the origin: of the velocity v at the origin and the turn w, w x v.
+        self._point = np.cross(self._axis, motion[..., :3])
+        cross = np.zeros((4, 4, 3, 3))
+        for row, column, axis, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 2, 0, -1)):
+            cross[..., row, column] = sign * self._axis[..., axis]
+            cross[..., column, row] = -sign * self._axis[..., axis]
+        self._cross, self._twice = cross, cross @ cross
+        base_from_link = robot.base_from_link(zero)
+        pads = [
+            base_from_link[robot.link_index(layout.links[layout.link[cell]])] @ layout.link_from_cell[cell]
+            for cell in self.tip
+        ]
+        self._pad = np.array(pads)
+
+    def pads(self, angles: Array) -> Pads:
+        """Where the pads are for (4, 4) rad, a row a finger."""
+        rotation, shift = np.tile(np.eye(3), (4, 1, 1)), np.zeros((4, 3))
+        axes, points = [], []
+        for joint in range(4):
+            axis = np.einsum("fij,fj->fi", rotation, self._axis[:, joint])
+            axes.append(axis)
+            points.append(np.einsum("fij,fj->fi", rotation, self._point[:, joint]) + shift)
+            sine, rest = np.sin(angles[:, joint]), 1 - np.cos(angles[:, joint])
+            turn = np.eye(3) + sine[:, None, None] * self._cross[:, joint] + rest[:, None, None] * self._twice[:, joint]
+            # About a point c of the axis: x -> R x + c - R c.
+            moved = self._point[:, joint] - np.einsum("fij,fj->fi", turn, self._point[:, joint])
+            shift = shift + np.einsum("fij,fj->fi", rotation, moved)
+            rotation = rotation @ turn
+        place = np.einsum("fij,fj->fi", rotation, self._pad[:, :3, 3]) + shift
+        normal = np.einsum("fij,fj->fi", rotation, self._pad[:, :3, 2])
+        moves = np.stack([np.cross(axis, place - point) for axis, point in zip(axes, points, strict=True)], axis=2)
+        turns = np.stack([np.cross(axis, normal) for axis in axes], axis=2)
+        return Pads(place, normal, moves, turns)

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The headless run: grasp, lift, hold, shake, put back; what was disturbed, held and felt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.apps.grasp.control import GraspControl, Method
+from robotskin.apps.grasp.scene import Trial, believed_shape, scene_of
+from robotskin.apps.grasp.states import State
+from robotskin.figures import Bound
+from robotskin.layout import finished
+from robotskin.robots import load
+from robotskin.session import PERIOD_S, SafetyState, Session
+
+Progress = Callable[[str], None]
+ROBOT = "allegro_grasp"
+UNDISTURBED_M = 0.005
+TRUE_TOUCH_N = 0.02
+LIFT_M = 0.15
+GRAVITY = 9.81
+LOST_M = 0.05
+"""How far a held thing may come from where it was in the hand."""
+PATIENCE_S = 14.0
+TIPS_WITH_BACKS = (0, 2, 3)
+"""The middle finger has no cell on the back of its tip."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is done once the thing is held."""
+
+    name: str = "ball"
+    method: Method = "reactive"
+    trial: Trial = field(default_factory=Trial)
+    hold_s: float = 5.0
+    shake_g: float = 0.5
+    shake_s: float = 5.0
+    touch_n: float = 5.0
+    """On the back of a finger, for 1.5 s; 0: none."""
+    touched_finger: int = 0
+    """One of `TIPS_WITH_BACKS`."""
+
+
+def bounds(plan: Plan) -> list[Bound]:
+    """What must hold of the reactive grasp; the primitive one is here to be compared."""
+    held = [Bound("held", 1, 1), Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
+    if plan.method == "primitive":
+        return held[1:]
+    touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n else []
+    return [*held, Bound("moved_mm", most=1e3 * UNDISTURBED_M), Bound("force_before_grip_n", most=1.5), *touched]
+
+
+def session_of(plan: Plan, seed: int) -> Session:
+    """A session with the plan's scene, not booted. Raises UnknownNameError and SceneError."""
+    scene = scene_of(plan.name, plan.trial)
+    return Session(load(ROBOT), finished(ROBOT), seed=seed, interface="torque", link="in process", scene=scene)
+
+
+class Watch:
+    """What truly happens to the thing, from the world; the controller knows none of it."""
+
+    def __init__(self, session: Session, control: GraspControl, name: str) -> None:
+        self.session, self.control, self.thing = session, control, session.world.thing(name)
+        self.start = self.thing.position_m
+        self.front = [session.world_cells[cells] for cells in control.hand.front]
+        self.touched: NDArray[np.bool_] = np.zeros(4, dtype=bool)
+        self.moved_m = float("nan")
+        self.largest_n = 0.0
+        self.running = True
+        self._lift0 = self.lift_m
+
+    @property
+    def lift_m(self) -> float:
+        """Of the carriage."""
+        return float(self.session.world.joint_positions()[self.control.hand.lift])
+
+    @property
+    def in_hand_m(self) -> NDArray[np.float64]:
+        """(3,) of the thing, as the hand sees it."""
+        return self.thing.position_m - [0.0, 0.0, self.lift_m]
+
+    def step(self) -> None:
+        """One period of session, controller and watch."""
+        self.session.step()
+        self.control.step()
+        self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
+        if self.touched.all():
+            return
+        force = self.session.world.cell_true_force().sum(axis=1)
+        self.touched |= np.array([force[cells].sum() > TRUE_TOUCH_N for cells in self.front])
+        self.largest_n = max(self.largest_n, float(force.max()))
+        if self.touched.all():
+            self.moved_m = float(np.linalg.norm(self.thing.position_m - self.start))
+
+    def run(self, seconds: float) -> None:
+        """Step for a time."""
+        for _ in range(round(seconds / PERIOD_S)):
+            self.step()
+
+    def finger_forces_n(self) -> NDArray[np.float64]:
+        """(4,) newton, as they are."""
+        force = self.session.world.cell_true_force().sum(axis=1)
+        return np.array([force[cells].sum() for cells in self.front])
+
+
+def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -> dict[str, float]:
+    """Carry a plan out on a session that has booted, and measure.
+
+    Figures: `moved_mm`, how far the thing had been pushed when the last finger touched it (`undisturbed`: less than
+    5 mm); `force_before_grip_n`, the largest on a cell until then; `estimate_error_mm`; `force_unevenness`, the
+    deviation of force over share across the fingers; `held` after lift, hold and shaking; `touch_gives_mm`, how far a
+    finger gave way to a touch of its back.
+    """
+    control = GraspControl(session, believed_shape(plan.name), plan.method)
+    watch = Watch(session, control, plan.name)
+    progress("grasps")
+    begun = session.world.time_s
+    while control.state is not State.HOLD and session.world.time_s - begun < PATIENCE_S:
+        watch.step()
+    watch.run(0.3)
+    forces = watch.finger_forces_n() / control.shares
+    at_grasp = watch.thing.position_m
+    true_centre = watch.start
+    seen = control.shape.seen > 0
+    figures = {
+        "moved_mm": 1e3 * watch.moved_m if watch.touched.all() else 1e3 * float(np.linalg.norm(at_grasp - watch.start)),
+        "undisturbed": float(watch.touched.all() and watch.moved_m < UNDISTURBED_M),
+        "force_before_grip_n": watch.largest_n,
+        "estimate_error_mm": 1e3 * float(np.linalg.norm((control.centre - true_centre)[seen])),
+        "force_unevenness": float(forces.std() / max(float(forces.mean()), 1e-9)),
+        "grasp_s": session.world.time_s - begun,
+    }
+    progress("lifts")
+    held_at = watch.in_hand_m
+    control.carriage.go(LIFT_M)
+    watch.run(LIFT_M / 0.1 + plan.hold_s)
+    away = [float(np.linalg.norm(watch.in_hand_m - held_at))]
+    if plan.shake_s > 0:
+        progress("shakes")
+        control.carriage.shake(plan.shake_g * GRAVITY, 2.0, plan.shake_s)
+        watch.run(plan.shake_s + 0.2)
+        away.append(float(np.linalg.norm(watch.in_hand_m - held_at)))
+    if plan.touch_n > 0:
+        progress("touches the back of a finger")
+        figures["touch_gives_mm"] = 1e3 * touch_gives_m(watch, plan.touch_n, plan.touched_finger)
+        away.append(float(np.linalg.norm(watch.in_hand_m - held_at)))
+    return figures | {
+        "held": float(max(away) < LOST_M),
+        "slid_mm": 1e3 * max(away),
+        "limit_violations": float(session.controller.report.violations),
+        "running": float(watch.running),
+    }
+
+
+def touch_gives_m(watch: Watch, force_n: float, finger: int) -> float:
+    """How far the outermost cell on the back of a finger goes under a push."""
+    session = watch.session
+    cell = int(watch.control.hand.back[finger][-1])
+    before = session.cell_position(cell) - [0.0, 0.0, watch.lift_m]
+    session.world.push(session.in_world(cell), force_n)
+    watch.run(1.5)
+    gave = float(np.linalg.norm(session.cell_position(cell) - [0.0, 0.0, watch.lift_m] - before))
+    session.world.release()
+    watch.run(1.0)
+    return gave

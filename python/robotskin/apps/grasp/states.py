@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the hand does one after the other, and what leads from one state to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class State(StrEnum):
+    """Of a grasp."""
+
+    OPENING = "opens"
+    SURVEY = "looks for the thing with each finger"
+    MOVING = "moves to where the thing is"
+    APPROACH = "comes near with each finger"
+    TOUCHING = "touches, one finger waiting for the other"
+    CLOSING = "closes along its path, whatever it feels"
+    SQUEEZE = "squeezes to each finger's share"
+    HOLD = "holds"
+    RELEASE = "lets go"
+    RELEASED = "has let go"
+    LOST = "has lost the thing"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Of one moment. since_s: in this state; the others are what a finger, or all fingers, have reached."""
+
+    since_s: float
+    reactive: bool
+    open: bool
+    surveyed: bool
+    near: bool
+    touching: bool
+    closed: bool
+    held: bool
+    asked_to_release: bool
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table: after at least `after_s`, and where `holds`, `state` becomes `then`; at `latest_s` anyway."""
+
+    state: State
+    holds: Callable[[Seen], bool]
+    then: State
+    because: str
+    after_s: float = 0.0
+    latest_s: float = float("inf")
+
+
+TABLE: tuple[Row, ...] = (
+    Row(State.OPENING, lambda seen: seen.open and seen.reactive, State.SURVEY, "open", 0.5),
+    Row(State.OPENING, lambda seen: seen.open, State.CLOSING, "open, and goes by its belief alone", 0.5),
+    Row(State.SURVEY, lambda seen: seen.surveyed, State.MOVING, "every finger is near, or the time is over", 0.3, 2.5),
+    Row(State.MOVING, lambda seen: True, State.APPROACH, "moved to the estimate", 0.6),
+    Row(State.APPROACH, lambda seen: seen.near, State.TOUCHING, "every finger is 4 mm away or touches", 0.2, 3.0),
+    Row(State.TOUCHING, lambda seen: seen.touching, State.SQUEEZE, "every finger touches", 0.0, 5.0),
+    Row(State.CLOSING, lambda seen: seen.closed, State.HOLD, "at the end of its path"),
+    Row(State.SQUEEZE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
+    Row(State.SQUEEZE, lambda seen: True, State.HOLD, "the force has risen", 1.6),
+    Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
+    Row(State.HOLD, lambda seen: not seen.held, State.LOST, "no finger feels anything", 0.3),
+    Row(State.LOST, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
+    Row(State.RELEASE, lambda seen: seen.open, State.RELEASED, "open", 0.5),
+    Row(State.RELEASED, lambda seen: False, State.OPENING, "asked to grasp again"),
+)
+"""The first row of a state that fits is taken, one a moment."""
+
+
+def following(state: State, seen: Seen) -> State:
+    """The state after a moment."""
+    for row in TABLE:
+        if row.state is state and seen.since_s >= row.after_s and (row.holds(seen) or seen.since_s >= row.latest_s):
+            return row.then
+    return state

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmark of grasping, one trial a part: its figures are there, and what is no part is refused."""
+
+import pytest
+
+from robotskin.errors import InputError, UnknownNameError
+from robotskin_lab.bench.grasp import run
+
+
+@pytest.mark.timeout(300)
+def test_one_trial_of_each_method(seed: int) -> None:
+    figures = run(
+        seed=seed, parts="reactive,exact", objects="cylinder", trials=1, exact_trials=1, least_mm=6, most_mm=8
+    )
+    assert figures["cylinder_reactive_held"] == 1
+    assert figures["cylinder_reactive_force_before_grip_n"] < figures["cylinder_exact_force_before_grip_n"]
+    assert figures["cylinder_exact_undisturbed"] == 1
+    assert figures["cylinder_reactive_violations"] == 0
+
+
+def test_what_is_none_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="reactiv"):
+        run(parts="reactiv")
+    with pytest.raises(UnknownNameError, match="ball, cylinder"):
+        run(objects="cube")
+    with pytest.raises(InputError, match="within 0 to 20"):
+        run(least_mm=10, most_mm=5)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Grasping as an application: geometry and states as laws, and one grasp through firmware, network and driver."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin import robots
+from robotskin.apps.grasp.carriage import Carriage
+from robotskin.apps.grasp.contacts import Shape, find_contacts, plan_paths
+from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
+from robotskin.apps.grasp.fingers import Hand
+from robotskin.apps.grasp.scene import OBJECTS, Trial, believed_shape, scene_of
+from robotskin.apps.grasp.shares import equilibrium_shares
+from robotskin.apps.grasp.states import TABLE, State
+from robotskin.cli import main
+from robotskin.errors import UnknownNameError
+from robotskin.layout import finished
+from robotskin.session import SessionError
+
+ROBOT = "allegro_grasp"
+
+
+@pytest.fixture(scope="module")
+def hand() -> Hand:
+    return Hand(robots.load(ROBOT), finished(ROBOT))
+
+
+def test_pads_are_where_the_model_has_their_cells(hand: Hand, seed: int) -> None:
+    robot, layout = robots.load(ROBOT), finished(ROBOT)
+    posture = np.random.default_rng(seed).uniform(robot.lower, robot.upper)
+    posture[hand.lift] = 0.0
+    placed, pads = robot.base_from_link(posture), hand.pads(posture[hand.joints])
+    for finger, cell in enumerate(hand.tip):
+        pose = placed[robot.link_index(layout.links[layout.link[cell]])] @ layout.link_from_cell[cell]
+        np.testing.assert_allclose(pads.place[finger], pose[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(pads.normal[finger], pose[:3, 2], atol=1e-12)
+    step = 1e-6 * np.eye(4)
+    for joint in range(4):
+        later = hand.pads(posture[hand.joints] + step[joint])
+        np.testing.assert_allclose((later.place - pads.place) / 1e-6, pads.moves[:, :, joint], atol=1e-5)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_pads_come_to_their_contacts_also_where_the_thing_is_elsewhere(hand: Hand, name: str, seed: int) -> None:
+    shape = believed_shape(name)
+    contacts = find_contacts(hand, shape)
+    aside = np.random.default_rng(seed).uniform(-0.006, 0.006, 3) * shape.seen
+    paths = plan_paths(hand, shape, contacts, contacts.centre + aside)
+    for distance in (0.015, 0.004, 0.0, -0.008):
+        pads = hand.pads(paths.at(np.full(4, distance)))
+        away = np.linalg.norm((pads.place - contacts.centre - aside) * shape.seen, axis=1)
+        np.testing.assert_allclose(away, shape.radius_m + distance, atol=0.004)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_nearness_tells_where_the_thing_is_whatever_it_reflects(hand: Hand, name: str, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    shape = believed_shape(name)
+    contacts = find_contacts(hand, shape)
+    pads = hand.pads(plan_paths(hand, shape, contacts).at(np.full(4, 0.012)))
+    better = []
+    for _ in range(10):
+        error = 0.006 * generator.normal(size=3) / np.sqrt(3) * shape.seen
+        true = nearest_along(pads.place, rays(pads.normal), contacts.centre + error, shape.radius_m, shape.seen)
+        apparent = (COVER_M + true) / np.sqrt(generator.uniform(0.6, 1.2)) - COVER_M
+        found = estimate_centre(pads.place, pads.normal, apparent, shape, contacts.centre)
+        better.append(np.linalg.norm(found - contacts.centre - error) < 0.7 * np.linalg.norm(error) + 5e-4)
+    assert np.mean(better) >= 0.7
+
+
+def test_shares_leave_what_is_held_at_rest() -> None:
+    place = np.array([[0.03, 0.045, 0], [0.03, 0, 0], [0.03, -0.045, 0], [-0.03, 0.01, 0]])
+    inward = np.array([[-1.0, 0, 0]] * 3 + [[1.0, 0, 0]])
+    shares = equilibrium_shares(np.zeros(3), place, inward)
+    np.testing.assert_allclose(shares @ inward, 0, atol=0.05)
+    np.testing.assert_allclose(np.cross(place, inward).T @ shares, 0, atol=0.005)
+    assert shares[0] > shares[2]
+
+
+def test_states_lead_to_a_hold_and_out_again() -> None:
+    states = set(State)
+    assert {row.state for row in TABLE} == states
+    assert {row.then for row in TABLE} == states
+    assert {row.then for row in TABLE if row.state is State.HOLD} == {State.RELEASE, State.LOST}
+
+
+def test_the_carriage_shakes_as_hard_as_it_is_told() -> None:
+    carriage, period = Carriage(), 0.001
+    carriage.go(0.1, 0.1)
+    way = [carriage.step(period) for _ in range(1100)]
+    assert way[-1] == (pytest.approx(0.1), pytest.approx(0.0))
+    assert carriage.rests
+    carriage.shake(0.5 * 9.81, 2.0, 4.0)
+    place = np.array([carriage.step(period)[0] for _ in range(4000)])
+    acceleration = np.diff(place, 2) / period**2
+    assert np.abs(acceleration[1000:3000]).max() == pytest.approx(0.5 * 9.81, rel=0.02)
+    assert place[-1] == pytest.approx(0.1)
+
+
+def test_what_cannot_be_grasped_is_refused_by_name(hand: Hand) -> None:
+    with pytest.raises(UnknownNameError, match="balll"):
+        scene_of("balll", Trial())
+    with pytest.raises(SessionError, match="do not reach its surface"):
+        find_contacts(hand, Shape(0.12))
+    with pytest.raises(SessionError, match="no joint lift"):
+        Hand(robots.load("allegro_right_hand"), finished("allegro_right_hand"))
+    turned = np.array(finished(ROBOT).link_from_cell)
+    turned[:, :3, 1:3] *= -1
+    with pytest.raises(SessionError, match="has no cell on the front"):
+        Hand(robots.load(ROBOT), dataclasses.replace(finished(ROBOT), link_from_cell=turned))
+    answer = CliRunner().invoke(main.app, ["app", "grasp", "--headless", "--object", "pliers"])
+    assert answer.exit_code != 0
+    assert "pliers" in answer.output + str(answer.exception)
+
+
+@pytest.mark.timeout(300)
+def test_a_ball_is_taken_off_its_tube(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "figures.json"
+    options = ["--headless", "--error-mm", "8", "--touch", "0", "--seed", str(seed), "--json", str(file)]
+    answer = CliRunner().invoke(main.app, ["app", "grasp", *options])
+    figures = json.loads(file.read_text()) if file.exists() else {}
+    assert (figures["held"], figures["running"], figures["limit_violations"]) == (1, 1, 0), answer.output
+    assert figures["moved_mm"] < 5
+    assert figures["force_before_grip_n"] < 1.5
