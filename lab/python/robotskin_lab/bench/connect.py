@@ -31,7 +31,9 @@ HANG_S = 10.0
 
 
 def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) -> dict[str, float]:
-    """Touches through MuJoCo port and UR port beside what the gains say, times, faults and kills.
+    """Touches through MuJoCo port and UR port, times, faults and kills.
+
+    A displacement ratio is of what the force alone asks for, without nearness: compare the ports, not either with 1.
 
     Args:
         seed: of touches and faults.

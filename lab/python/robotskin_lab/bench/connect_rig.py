@@ -110,7 +110,10 @@ def connected(
 
 
 def asked_displacement(session: SkinnedRobot, worn: Layout, home: Floats) -> Floats:
-    """(n) rad by which the joints give way to the forces felt now, as the gains say: K⁻¹ Σ (1 + w_f) Jᵀ f."""
+    """(n) rad by which the joints give way to the forces felt now, of force alone: K⁻¹ Σ (1 + w_f) Jᵀ f.
+
+    The skin task feels the nearness of the hand as a force, too. That part is left out, so what is measured is more.
+    """
     gains, robot = session.gains, session.robot
     weight = gains.force_weights(robot.core, worn.skin_model())
     force = np.asarray(session.skin.normal_force, dtype=float).sum(axis=1)
