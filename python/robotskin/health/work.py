@@ -26,7 +26,7 @@ def watched(
     tell: Callable[[float], None] = lambda share: None,
     each: Callable[[HealthWatch, float], None] = lambda watch, time_s: None,
 ) -> list[Finding]:
-    """Let a booted session work for a time; who is ill at its end.
+    """Let a booted session work for a time; which cells are ill at its end.
 
     Args:
         session: with the behaviour `BEHAVIOUR`. seconds: simulated. tell: hears the share that is done.
