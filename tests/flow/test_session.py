@@ -107,7 +107,9 @@ def test_wrong_names_are_refused_before_anything_moves(ur5, skin) -> None:
 
 
 def test_what_a_running_session_cannot_do_is_refused_and_does_not_end_it(ur5, skin) -> None:
-    with LiveSession(Session(ur5, skin, link="in process")) as live:
+    session = Session(ur5, skin, link="in process")
+    session.boot()
+    with LiveSession(session) as live:
         with pytest.raises(UnknownNameError, match="position"):
             live.set_interface("positon")
         with pytest.raises(UnknownNameError, match="clock"):

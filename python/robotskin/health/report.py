@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rich.table import Table
 
 from robotskin.health.kinds import Finding, Kind
-from robotskin.layout import Layout
+from robotskin.layout import Layout, picture
 
 if TYPE_CHECKING:
     from robotskin.robots import Robot
@@ -36,8 +36,6 @@ def table(layout: Layout, findings: Sequence[Finding]) -> Table:
 
 def save_picture(layout: Layout, robot: Robot, findings: Sequence[Finding], path: Path) -> None:
     """The robot in its skin from two sides, ill cells red (PNG)."""
-    from robotskin.layout import picture
-
     colours: NDArray[np.float64] = np.tile(WELL_COLOUR, (len(layout), 1))
     for one in findings:
         colours[one.cell] = ILL_COLOUR

@@ -104,7 +104,7 @@ def test_an_unknown_name_lists_those_that_are_close() -> None:
 def test_without_the_package_of_robots_a_name_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(catalog, "models_folder", lambda: None)
     for name in ("ur5", "dual_arm"):
-        with pytest.raises(ModelsNotInstalledError, match=r"pip install 'robotskin\[models\]'"):
+        with pytest.raises(ModelsNotInstalledError, match=r"pip install example-robot-data=="):
             load(name)
     assert robot_names() == catalog.COMPOSED
 

@@ -61,6 +61,8 @@ KINDS = (
 PARTS = ("limits", "give", "three", "touches", "palm")
 GIVE_N = (10.0, 20.0)
 GIVE_LINKS = ("arm_left_6_link", "arm_right_6_link", "arm_left_4_link", "arm_right_4_link", "arm_left_3_link")
+SHOULDERS = {1.0: "arm_right_2_link", -1.0: "arm_left_2_link"}
+"""What a push along y, of this sign, meets: an arm hangs on either side of the chest."""
 GROWTH = 1.15
 """From one size of a push to the next that is tried, until one stands and the next does not."""
 
@@ -78,6 +80,8 @@ def run(
     touches_s: float = 60.0,
 ) -> dict[str, Any]:
     """Pushes of a padded plate about drawn cells of the chest, until the robot falls; the worse of both directions.
+
+    A push from the side is on the shoulder, since the arms hang there.
 
     Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not, but for the palm:
     the skin's forces are true, 8 ms late, and end at 10 N a sensor.
@@ -157,7 +161,8 @@ def limit_figures(seed: int, cells: int, halvings: int, laws: list[str], kinds: 
             worst = np.inf
             for sign in (1.0, -1.0):
                 direction = (0.0, sign, 0.0) if kind.side else (sign, 0.0, 0.0)
-                drawn = drawn_cells(seed, cells, CHEST, np.array(direction))
+                link = SHOULDERS[sign] if kind.side else CHEST
+                drawn = drawn_cells(seed, cells, link, np.array(direction))
                 found: list[float] = []
                 for cell in drawn:
                     before = found[-1] if found else None

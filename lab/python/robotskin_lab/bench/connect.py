@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 
+from robotskin import choices
 from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.rehearsal import Asked, Look, Process, controller
 from robotskin.rehearsal.ur_controller import SAFETY_BITS
@@ -19,7 +20,7 @@ from robotskin.ur import UrCondition, UrPort
 from robotskin_lab.bench.connect_rig import asked_displacement, connected, patch_of, stage
 from robotskin_lab.bench.progress import tell
 
-MODES = ("position", "velocity", "torque")
+MODES = choices.INTERFACES
 SETTLE_S = 3.0
 FAULTS = ("cut", "stall", *(name for name in SAFETY_BITS if name != "normal"))
 SPEED = 0.3

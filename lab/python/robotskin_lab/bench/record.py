@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from robotskin import layout, robots
+from robotskin import choices, layout, robots
 from robotskin.model import JointCommand, JointState
 from robotskin.record import Recorder, Recording
 from robotskin.session import PERIOD_S, Session
@@ -127,7 +127,7 @@ def _speed_with_tasks(path: Path, session: Session) -> float:
 def _events(folder: Path, seconds: float, seed: int) -> dict[str, Any]:
     """Bytes of skin messages of a UR5 that is touched for 2 s every 10 s."""
     figures: dict[str, Any] = {}
-    for mode in ("clock", "event"):
+    for mode in choices.MODES:
         session = _session(seed, mode)
         cell = int(np.random.default_rng([seed, 3]).integers(len(session.layout)))
         path = folder / f"{mode}.mcap"
