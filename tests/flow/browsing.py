@@ -78,6 +78,13 @@ def opened(browser: "sync_api.Browser", address: str) -> "sync_api.Page":
     return page
 
 
+def click(page: "sync_api.Page", x: float, y: float) -> None:
+    """As a hand clicks: the pointer rests before, and stays down for a while. A page that draws slowly misses less."""
+    page.mouse.move(x, y)
+    page.wait_for_timeout(300)
+    page.mouse.click(x, y, delay=200)
+
+
 def canvas_box(page: "sync_api.Page") -> dict[str, float]:
     """Where on the page the scene is drawn."""
     boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]

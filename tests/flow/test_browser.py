@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browsing import (
     PATIENCE_S,
+    click,
     joint_positions,
     on_screen,
     opened,
@@ -95,10 +96,16 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     page.get_by_label("Until released").check()
     x, y, cell = place_to_click(page, joint_positions(page))
     assert np.abs(joint_positions(page) - before).max() < 0.002, "the arm moves although it is not touched"
-    page.mouse.click(x, y)
     page.get_by_text("Cell", exact=True).click()
     chosen = page.locator("[data-cell]").first
-    wait_for(lambda: chosen.count() > 0, "no cell is chosen after a click")
+
+    def clicked() -> bool:
+        # The view is fitted to the screen while the page opens; a click before that meets nothing.
+        click(page, x, y)
+        page.wait_for_timeout(2000)
+        return chosen.count() > 0
+
+    wait_for(clicked, "no cell is chosen after a click")
     assert int(chosen.get_attribute("data-cell")) == cell
 
     page.get_by_text("Joints", exact=True).click()
@@ -164,7 +171,7 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     assert used.get_attribute("data-torque-source") == "host"
     page.get_by_label("Until released").check()
     x, y, _ = place_to_click(page, joint_positions(page))
-    page.mouse.click(x, y)
+    click(page, x, y)
     wait_for(lambda: np.abs(torques(page)[0]).max() > 0.1, "the host computes no torque of the push")
     # Both columns are of one moment, and the cells' sum may be an epoch older than the host's.
     wait_for(
@@ -199,12 +206,12 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
     page.get_by_role("combobox", name="A click on a cell").click()
     page.get_by_role("option", name="kills or starts a cell", exact=True).click()
     x, y, cell = place_to_click(page, GainSet.load("ur5").home)
-    page.mouse.click(x, y)
+    click(page, x, y)
     wait_for(lambda: sum(loads()) == cells - 1 and state.get_attribute("data-stranded") == "0", f"cell {cell} lives on")
     page.get_by_role("button", name="Mend everything").click()
     wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
 
-    page.mouse.click(*wire_to_click(page, GainSet.load("ur5").home, cell))
+    click(page, *wire_to_click(page, GainSet.load("ur5").home, cell))
     page.get_by_text("wire cut: whole after").wait_for()
     assert sum(loads()) == cells
     port = 1 + int(np.flatnonzero(layout.finished("ur5").neighbours[cell, :, 0] >= 0)[0])
@@ -216,7 +223,7 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
 
     # On another link than the cell and the wire: nothing unseen may catch the click.
     place, cable = plug_to_click(page, GainSet.load("ur5").home)
-    page.mouse.click(*place)
+    click(page, *place)
     wait_for(lambda: loads()[cable] == 0, f"the plug of cable {cable} does not come out")
 
 
@@ -239,7 +246,7 @@ def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
     def clicked() -> bool:
         # The view is fitted to the screen while the page opens; a click before that meets nothing.
         x, y, cell = place_to_click(page, robot.neutral)
-        page.mouse.click(x, y)
+        click(page, x, y)
         page.wait_for_timeout(500)
         return int(card.get_attribute("data-patch")) == int(skin.patch[cell])
 
