@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the `robotskin` command begins: ready for Ctrl-C before anything else is imported."""
 
+import atexit
 import os
 import signal
 import sys
@@ -16,9 +17,16 @@ def main() -> None:
         # A job in the background may have been told to ignore Ctrl-C; SIGTERM always ends it.
         if one is signal.SIGTERM or signal.getsignal(one) is not signal.SIG_IGN:
             signal.signal(one, _leave)
+    atexit.register(_keep_status)
     from robotskin.cli.main import app
 
     app()
+
+
+def _keep_status() -> None:
+    """From here on a signal changes nothing: the interpreter gives up its handlers, and the verb has already ended."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _leave(*_: Any) -> None:

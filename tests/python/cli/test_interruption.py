@@ -40,3 +40,26 @@ def test_a_verb_ends_when_it_is_told_to(wait: str, ignored: bool) -> None:
     assert time.monotonic() - began < 10
     assert process.returncode == 130
     assert told == "robotskin: interrupted\n"
+
+
+LATE = """
+import sys, time
+sys.argv = ["robotskin", "--version"]
+class Late:
+    def __del__(self, sleep=time.sleep, write=print) -> None:
+        write("late", flush=True)
+        sleep(1.0)
+late = Late()
+import robotskin.cli._entry as entry
+entry.main()
+"""
+
+
+def test_a_signal_after_the_end_changes_no_exit_status() -> None:
+    process = subprocess.Popen([sys.executable, "-c", LATE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() != ""  # the version
+    assert process.stdout.readline() == "late\n"
+    process.send_signal(signal.SIGTERM)
+    assert process.communicate(timeout=20)[1] == ""
+    assert process.returncode == 0
