@@ -16,10 +16,10 @@ class BrakingRoom {
   explicit BrakingRoom(std::size_t joint_count);
 
   // Of all t whose torque L t is within its bounds, one that misses the bounds of acceleration L^-T t by the least sum
-  // of squares, with some room around it. `t` (n) is such a one before, and that one after; `low` and `high` (2 n)
-  // bound acceleration, then torque, and where an acceleration is missed its bound moves there. `factor` (n, n) is L;
-  // the first n rows of `matrix` (2 n, n) are L^-T, both by columns. False where all bounds are kept. Allocates
-  // nothing.
+  // of squares, with some room around it. `t` (n) is a first guess before, any one, and that one after; `low` and
+  // `high` (2 n) bound acceleration, then torque, and where an acceleration is missed its bound moves there. `factor`
+  // (n, n) is L; the first n rows of `matrix` (2 n, n) are L^-T, both by columns. False where all bounds are kept.
+  // Allocates nothing.
   bool find(const double* factor, const double* matrix, std::span<double> low, std::span<double> high,
             StepBudget& budget, std::span<double> t) noexcept;
 

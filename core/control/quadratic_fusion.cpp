@@ -138,17 +138,9 @@ void QuadraticFusion::Workspace::find_a_feasible_torque() {
   // t = L^T z, torque = L t
   transposed_product(factor.data(), n, n, n, z.data(), chosen.data());
   product(factor.data(), n, n, n, chosen.data(), torque.data());
-  bool cut = false;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double allowed = std::clamp(torque[i], low[n + i], high[n + i]);
-    cut = cut || allowed != torque[i];
-    torque[i] = allowed;
-  }
-  widened = false;
-  if (!cut) return;
-  solve_lower(factor.data(), n, n, torque.data());
-  chosen = torque;
-  widened = braking_room.find(factor.data(), matrix.data(), low, high, budget, chosen);
+  bool within = true;
+  for (std::size_t i = 0; i < n; ++i) within = within && torque[i] >= low[n + i] && torque[i] <= high[n + i];
+  widened = !within && braking_room.find(factor.data(), matrix.data(), low, high, budget, chosen);
 }
 
 // Rows `first` on of `count` at `place` are `weight` times these. Returns where the next level's rows begin.
