@@ -4,7 +4,6 @@
 import numpy as np
 import pinocchio
 import pytest
-from partial_skin import part_of
 
 from robotskin import layout, robots
 from robotskin.configuring.exploration import Exploration, ExplorationError, measured_swing
@@ -20,6 +19,7 @@ from robotskin.selfconfig.topology.topology import explore
 from robotskin.session import Session, SessionError
 from robotskin.session.worn_cells import cells_in
 from robotskin.world import ideal_world
+from robotskin_lab.partial_skin import part_of
 
 START = np.array([0.0, -1.2, 1.0, -0.8, -1.0, 0.3])
 

@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from partial_skin import part_of
 
 from robotskin import layout, robots
 from robotskin.errors import UnknownNameError
@@ -13,6 +12,7 @@ from robotskin.live.network_watch import NetworkError, NetworkWatch
 from robotskin.live.session_network import SessionNetwork
 from robotskin.session import INTERFACES, Session, SessionError
 from robotskin.session.touches import edge_of_patch, press, push_and_release, pushed_cell, seam_of
+from robotskin_lab.partial_skin import part_of
 
 LINK = "forearm_link"
 KEYS = SkinKeys(bytes(range(32)))

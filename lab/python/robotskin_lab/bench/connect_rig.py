@@ -6,7 +6,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from robotskin.rehearsal import Look, Process, controller, skin
 from robotskin.robots import Robot, load
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.session import SkinnedRobot
+from robotskin_lab.partial_skin import part_of
 
 Floats = NDArray[np.float64]
 PATIENT_NS = 1_000_000_000
@@ -42,25 +42,7 @@ def patch_of(whole: Layout, link: str) -> Layout:
     on = whole.links.index(link)
     wired = {int(whole.patch[p.cell]) for p in whole.section_unit_ports if whole.link[p.cell] == on}
     patch = min(wired, key=lambda one: int((whole.patch == one).sum()))
-    rows = np.flatnonzero(whole.patch == patch)
-    new = np.full(len(whole), -1)
-    new[rows] = np.arange(len(rows))
-    other = np.where(whole.neighbours[rows, :, 0] >= 0, new[whole.neighbours[rows, :, 0]], -1)
-    port = np.where(other >= 0, whole.neighbours[rows, :, 1], 0)
-    ports = tuple(replace(p, cell=int(new[p.cell])) for p in whole.section_unit_ports if new[p.cell] >= 0)
-    return replace(
-        whole,
-        id=whole.id[rows],
-        group=whole.group[rows],
-        link=whole.link[rows],
-        link_from_cell=whole.link_from_cell[rows],
-        neighbours=np.stack([other, port], axis=2).astype(np.int32),
-        patch=np.zeros(len(rows), dtype=np.int32),
-        patches=(replace(whole.patches[patch], root=int(new[whole.patches[patch].root])),),
-        section_unit_ports=ports,
-        studs=(),
-        cables=(),
-    )
+    return part_of(whole, np.flatnonzero(whole.patch == patch))
 
 
 @contextmanager

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Layouts of a part of a skin."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robotskin import layout
+from robotskin.layout import Layout
 
 
-def part_of(skin: layout.Layout, rows: np.ndarray) -> layout.Layout:
-    """The layout of these cells alone, in this order, with the cables that end at them."""
+def part_of(skin: Layout, rows: NDArray[np.integer]) -> Layout:
+    """The layout of these cells alone (indices, in this order), with the cables that end at them."""
     new = np.full(len(skin), -1)
     new[rows] = np.arange(len(rows))
     other = np.where(skin.neighbours[rows, :, 0] >= 0, new[skin.neighbours[rows, :, 0]], -1)
