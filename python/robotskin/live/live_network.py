@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-import queue
-import threading
 import time
-from collections.abc import Callable
 
 from robotskin import simulator as core
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.live.network_watch import NetworkError, NetworkWatch
+from robotskin.live.own_thread import OwnThread
 from robotskin.live.watched_network import WatchedNetwork
 
 WALL_STEP_S = 1 / 60
@@ -20,7 +18,7 @@ WATCH_STEP_S = 0.0002
 """While cells are stranded time goes in steps this small: so exact is the time of a repair."""
 
 
-class LiveNetwork(WatchedNetwork):
+class LiveNetwork(OwnThread, WatchedNetwork):
     """Runs the shipping firmware in N cells and their section units until `close`.
 
     It is a `robotskin.viewer.network_view.NetworkView`: every method may be called from any thread and returns at once.
@@ -45,23 +43,10 @@ class LiveNetwork(WatchedNetwork):
         self._mailbox = core.InProcess()
         units = CellNetwork.of_layout(layout).unit_descriptions()
         self._world = core.World(None, layout.neighbours, layout.id.tolist(), units, options, self._mailbox)
-        super().__init__(NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9))
-        self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self.failure: BaseException | None = None
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="network", daemon=True)
-        self._thread.start()
-
-    def __enter__(self) -> LiveNetwork:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the thread."""
-        self._closing.set()
-        self._thread.join()
+        OwnThread.__init__(self, "network", NetworkError, daemon=True)
+        watch = NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9)
+        WatchedNetwork.__init__(self, watch)
+        self._begin()
 
     # ---- What a page asks ----
 
@@ -71,26 +56,16 @@ class LiveNetwork(WatchedNetwork):
             raise NetworkError(f"pace {pace}: must be from 0 (paused) to 1 (real time)")
         self.pace = pace
 
-    def _ask(self, request: Callable[[], None]) -> None:
-        if self.failure is not None:
-            raise NetworkError(f"the network has ended: {self.failure}")
-        self._requests.put(request)
-
     # ---- On the network's thread ----
 
-    def _run(self) -> None:
-        try:
-            due = time.monotonic()
-            while not self._closing.wait(max(0.0, due - time.monotonic())):
-                # A network slower than the wall clock is late, and does not catch up.
-                due = max(due + WALL_STEP_S, time.monotonic())
-                while not self._requests.empty():
-                    self._requests.get()()
-                    self.look()
-                self._advance(self.pace * WALL_STEP_S)
-        except BaseException as failure:
-            self.failure = failure
-            raise
+    def _work(self) -> None:
+        due = time.monotonic()
+        while not self._closing.wait(max(0.0, due - time.monotonic())):
+            # A network slower than the wall clock is late, and does not catch up.
+            due = max(due + WALL_STEP_S, time.monotonic())
+            while self._obey():
+                self.look()
+            self._advance(self.pace * WALL_STEP_S)
 
     def _advance(self, seconds: float) -> None:
         end_ns = self._world.time_ns + round(seconds * 1e9)

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import queue
-import threading
 import time
 from collections.abc import Callable
 
@@ -16,17 +14,16 @@ from numpy.typing import NDArray
 from robotskin import firmware
 from robotskin.choices import member
 from robotskin.cycle import SafetyState, SkinSource
-from robotskin.errors import InputError, UnknownNameError
+from robotskin.errors import InputError
 from robotskin.live.health_beside import HealthBeside
+from robotskin.live.live_robot import RATE_WINDOW_S, LiveRobot
 from robotskin.live.network_watch import NetworkWatch
 from robotskin.live.session_network import SessionNetwork
-from robotskin.model import CommandMode
 from robotskin.session import PERIOD_S, Session, SessionError
-from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.reasons import interventions_told
 from robotskin.simulator import HandTask
 from robotskin.viewer.network import grown_tree
-from robotskin.viewer.session_view import Ball, Floats, Goal, RobotView, SkinReading, Snapshot, Solid, Torques, Touch
+from robotskin.viewer.session_view import Ball, SkinReading, Snapshot, Solid, Torques, Touch
 from robotskin.world.drawing import piece_colour, piece_mesh
 
 __all__ = ["LiveSession"]
@@ -37,16 +34,14 @@ SNAPSHOT_PERIODS = 16
 NETWORK_PERIODS = 4
 """Control periods between two looks at the network, whose repairs take some five milliseconds."""
 
-RATE_WINDOW_S = 0.5
 PERIODS_BEHIND = 200
 """How far the session may fall behind the wall clock before it gives up catching up."""
 
 
-class LiveSession:
+class LiveSession(LiveRobot):
     """Runs a booted `Session` until `close`; what is asked of it happens between two periods.
 
-    It is a `robotskin.viewer.session_view.SessionView`: every method may be called from any thread and returns at once.
-    What cannot be done is refused there, with a RobotskinError, and never reaches the thread that moves the robot.
+    It is a `robotskin.viewer.session_view.SessionView`.
     """
 
     def __init__(
@@ -59,16 +54,13 @@ class LiveSession:
 
         `after_step`: what an application does after each period, on the session's thread.
         """
+        super().__init__(session, goal)
         self._after_step = after_step
         self.session = session
-        self.robot: RobotView = session.robot
-        self.layout = session.layout
         self.title = f"{session.robot.name}, {len(session.layout)} cells"
         self.solids = [
             Solid(piece.thing, piece_mesh(piece), piece_colour(piece)) for piece in session.world.scene.pieces
         ]
-        self.failure: BaseException | None = None
-        self._requests: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         world = session.world
         watch = NetworkWatch(world.network, world.layout, lambda: world.time_s)
         self.network = SessionNetwork(watch, self._ask, session.layout, session.world_cells)
@@ -77,26 +69,11 @@ class LiveSession:
         self._restart = False
         self._rates: dict[str, float] = {}
         self._counted = self._counts()
-        self.goals = GoalWatch(session, goal)
-        self._goal = self._look_at_goal()
         self._held_back = ""
         self._parent = grown_tree(self.layout, session.driver.topology())
         self._health = HealthBeside(session)
         self._snapshot = self._take()
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="session")
-        self._thread.start()
-
-    def __enter__(self) -> LiveSession:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Bring the robot to rest and end the thread."""
-        self._closing.set()
-        self._thread.join()
+        self._begin()
 
     def remarks(self) -> list[str]:
         """Why commands were changed, and why the last goal is not reached, a sentence each; none where nothing was."""
@@ -110,52 +87,23 @@ class LiveSession:
 
     # ---- What a page asks ----
 
-    def snapshot(self) -> Snapshot:
-        """The latest moment."""
-        return self._snapshot
-
     def push(self, cell: int, force_n: float, duration_s: float | None = None) -> None:
         """Push a cell against its normal, for `duration_s` seconds or until `release`."""
         self._demand_cell(cell)
         if not 0.0 < force_n < math.inf:
             raise SessionError(f"push with {force_n} N: must be finite and greater than 0")
-        self._ask(lambda: self._begin(Touch(cell, force_n=force_n), duration_s))
+        self._ask(lambda: self._begin_touch(Touch(cell, force_n=force_n), duration_s))
 
     def approach(self, cell: int, distance_m: float) -> None:
         """Hold a hand at that distance in front of a cell until `release`."""
         self._demand_cell(cell)
         if not math.isfinite(distance_m):
             raise SessionError(f"approach to {distance_m} m: must be finite")
-        self._ask(lambda: self._begin(Touch(cell, distance_m=distance_m), None))
+        self._ask(lambda: self._begin_touch(Touch(cell, distance_m=distance_m), None))
 
     def release(self) -> None:
         """Take the hand away."""
-        self._ask(self._end)
-
-    def set_interface(self, interface: CommandMode | str) -> None:
-        """Command the robot through another interface."""
-        chosen = member("interface", CommandMode, interface)
-        self._ask(lambda: self.session.set_interface(chosen))
-
-    @property
-    def behaviours(self) -> dict[str, str]:
-        """What the robot can be told to do, and what each means; empty where that is fixed."""
-        return self.session.behaviours
-
-    def set_behaviour(self, behaviour: str) -> None:
-        """Do something else; the torque does not jump."""
-        if behaviour not in self.behaviours:
-            raise UnknownNameError("behaviour", behaviour, self.behaviours or [self.session.behaviour])
-        self._ask(lambda: self.session.set_behaviour(behaviour))
-
-    def set_goal(self, goal: Floats) -> None:
-        """Go there: (n,) rad or m of the joints, or (3,) metres of the hand in the base frame.
-
-        Raises InputError for a goal outside of limits or reach, or where the behaviour takes none.
-        """
-        place = np.array(goal, dtype=float)
-        reference = reference_of(self.session, place)
-        self._ask(lambda: self._go(place, reference))
+        self._ask(self._end_touch)
 
     def set_mode(self, mode: firmware.CellMode | str) -> None:
         """Let the cells send in another mode."""
@@ -169,10 +117,6 @@ class LiveSession:
             raise SessionError("the cells of this session do not compute torques")
         self._ask(lambda: self._set_source(chosen))
 
-    def set_skin(self, on: bool) -> None:
-        """Let the skin move the robot, or not."""
-        self._ask(lambda: self.session.set_skin(on))
-
     def reset(self) -> None:
         """Take the hand away, go home, and start the controller again if it had stopped."""
         self._ask(self._go_home)
@@ -181,14 +125,9 @@ class LiveSession:
         if not 0 <= cell < len(self.layout):
             raise SessionError(f"cell {cell}: there are cells 0 to {len(self.layout) - 1}")
 
-    def _ask(self, request: Callable[[], object]) -> None:
-        if self.failure is not None:
-            raise SessionError(f"the session has ended: {self.failure}")
-        self._requests.put(request)
-
     # ---- On the session's thread ----
 
-    def _begin(self, touch: Touch, duration_s: float | None) -> None:
+    def _begin_touch(self, touch: Touch, duration_s: float | None) -> None:
         world = self.session.world
         if touch.force_n > 0:
             world.push(self.session.in_world(touch.cell), touch.force_n)
@@ -197,22 +136,9 @@ class LiveSession:
         self._touch = touch
         self._touch_until_s = None if duration_s is None else world.time_s + duration_s
 
-    def _end(self) -> None:
+    def _end_touch(self) -> None:
         self.session.world.release()
         self._touch = self._touch_until_s = None
-
-    def _go(self, goal: NDArray[np.float64], reference: NDArray[np.float64]) -> None:
-        # The behaviour may have changed since the page asked: then the page shows the goal that it has.
-        with contextlib.suppress(InputError):
-            self.session.controller.set_reference(reference)
-            self.goals.given(goal)
-            self._goal = self._look_at_goal()
-
-    def _look_at_goal(self) -> Goal | None:
-        kind, at, left, told = self.goals.look()
-        if not kind or at is None:
-            return None
-        return Goal(kind, at, self.goals.goal is not None, left, told)
 
     def _set_source(self, source: SkinSource) -> None:
         # The behaviour may have changed since the page asked: then the page shows the source that it has.
@@ -220,18 +146,15 @@ class LiveSession:
             self.session.set_source(source)
 
     def _go_home(self) -> None:
-        self._end()
+        self._end_touch()
         self.session.controller.request_goal(self.session.home)
         if self.session.state is SafetyState.stopped:
             self.session.controller.request_run(False)
             self._restart = True
 
-    def _run(self) -> None:
+    def _work(self) -> None:
         try:
             self._run_until_closed()
-        except BaseException as failure:
-            self.failure = failure
-            raise
         finally:
             self._health.close()
             self.session.shut_down()
@@ -240,7 +163,7 @@ class LiveSession:
         due = time.monotonic()
         period = 0
         while not self._closing.is_set():
-            self._obey()
+            self._obey_all()
             self.session.step()
             self._after_step()
             self._health.stepped()
@@ -255,11 +178,11 @@ class LiveSession:
             if ahead > PERIOD_S:
                 time.sleep(ahead)
 
-    def _obey(self) -> None:
-        while not self._requests.empty():
-            self._requests.get()()
+    def _obey_all(self) -> None:
+        while self._obey():
+            pass
         if self._touch_until_s is not None and self.session.world.time_s >= self._touch_until_s:
-            self._end()
+            self._end_touch()
         if self._restart and self.session.state is SafetyState.ready:
             self.session.controller.request_run(True)
             self._restart = False
@@ -303,7 +226,7 @@ class LiveSession:
         return Snapshot(
             time_s=session.world.time_s,
             joint_position=np.array(session.joints.position),
-            skin=self._reading(),
+            skin=SkinReading.of(session.skin, session.world.now_ns, self._health.told()),
             behaviour=session.behaviour,
             interface=session.interface,
             mode=session.mode,
@@ -332,23 +255,3 @@ class LiveSession:
             return None
         own = session.skin_computed_torque
         return Torques(np.array(session.controller.host_skin_torque), np.array(own.joint), own.fresh, own.cells)
-
-    def _reading(self) -> SkinReading:
-        skin = self.session.skin
-        stamp_ns = np.array(skin.stamp_ns)
-        age_s = np.where(stamp_ns > 0, (self.session.world.now_ns - stamp_ns) * 1e-9, np.inf)
-        return SkinReading(
-            normal_force=np.array(skin.normal_force),
-            proximity=np.array(skin.proximity),
-            distance=np.array(skin.distance),
-            acceleration=np.array(skin.acceleration),
-            temperature=np.array(skin.temperature),
-            health=np.array(skin.health),
-            age_s=age_s,
-            further={
-                column: (np.array(getattr(skin, column)), unit)
-                for _, column, _, unit, further in firmware.SENSORS
-                if further
-            },
-            ill=self._health.told(),
-        )

@@ -48,14 +48,6 @@ def recorded_frames(
         if frame.time_ns < due_ns:
             continue
         due_ns += period_ns
-        stamp_ns = np.array(frame.skin.stamp_ns)
-        reading = SkinReading(
-            normal_force=np.array(frame.skin.normal_force),
-            proximity=np.array(frame.skin.proximity),
-            distance=np.array(frame.skin.distance),
-            acceleration=np.array(frame.skin.acceleration),
-            temperature=np.array(frame.skin.temperature),
-            health=np.array(frame.skin.health),
-            age_s=np.where(stamp_ns > 0, (frame.time_ns - stamp_ns) * 1e-9, np.inf),
+        yield SceneFrame(
+            (frame.time_ns - began_ns) * 1e-9, np.array(frame.position), SkinReading.of(frame.skin, frame.time_ns)
         )
-        yield SceneFrame((frame.time_ns - began_ns) * 1e-9, np.array(frame.position), reading)

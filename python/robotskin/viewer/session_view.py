@@ -12,12 +12,25 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from robotskin.firmware import SENSORS
 from robotskin.layout import Layout
+from robotskin.skin import SkinState
 
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
 
-__all__ = ["Ball", "RobotView", "SessionView", "SkinReading", "Snapshot", "Solid", "StoppedByHand", "Torques", "Touch"]
+__all__ = [
+    "Ball",
+    "Goal",
+    "RobotView",
+    "SessionView",
+    "SkinReading",
+    "Snapshot",
+    "Solid",
+    "StoppedByHand",
+    "Torques",
+    "Touch",
+]
 
 Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
@@ -78,6 +91,24 @@ class SkinReading:
     """By column, (N,) or (N, channels) what sensors say that only some boards have, and its unit; NaN: unknown."""
     ill: Mapping[int, str] = field(default_factory=dict)
     """By cell, what its doctor says is wrong with it."""
+
+    @classmethod
+    def of(cls, skin: SkinState, now_ns: int, ill: Mapping[int, str] | None = None) -> "SkinReading":
+        """A copy of a skin's state at a time of its own clock, with what a doctor says of its cells."""
+        stamp_ns = np.array(skin.stamp_ns)
+        return cls(
+            normal_force=np.array(skin.normal_force),
+            proximity=np.array(skin.proximity),
+            distance=np.array(skin.distance),
+            acceleration=np.array(skin.acceleration),
+            temperature=np.array(skin.temperature),
+            health=np.array(skin.health),
+            age_s=np.where(stamp_ns > 0, (now_ns - stamp_ns) * 1e-9, np.inf),
+            further={
+                column: (np.array(getattr(skin, column)), unit) for _, column, _, unit, further in SENSORS if further
+            },
+            ill=ill or {},
+        )
 
 
 @dataclass(frozen=True)
@@ -176,9 +207,6 @@ class Snapshot:
     `intervention_share`; what is not known is left out."""
     parent: Integers | None = None
     """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
-
-
-"""Which side sums the torque of touch."""
 
 
 class SessionView(Protocol):

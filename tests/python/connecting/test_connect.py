@@ -22,10 +22,13 @@ from robotskin.connecting import ConnectedRobot, ConnectError, SectionUnits, che
 from robotskin.cycle import GuardLimits, SafetyState
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
+from robotskin.live.connected_session import ConnectedSession
 from robotskin.model import CommandMode, JointState, PortStatus, RobotDynamics, RobotPort
 from robotskin.ports import PortError, made_port
 from robotskin.rehearsal import Asked, Look, Process, controller, skin
 from robotskin.robots.gains import GainSet, gains_of
+from robotskin.session import SessionError
+from robotskin.session.goals import GoalWatch
 from robotskin_lab.partial_skin import part_of
 
 HOST = f"127.80.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
@@ -213,6 +216,43 @@ def command(stage: Stage, *more: str, key: Path | None = None) -> list[str]:
         "--units", f"{host}:{port}",
         "--key", str(key or stage.key), "--layout", str(stage.layout_file), "--headless", *more,
     ]  # fmt: skip
+
+
+def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatch) -> None:
+    looks: list[float] = []
+    look = GoalWatch.look
+    monkeypatch.setattr(GoalWatch, "look", lambda self: (looks.append(time.monotonic()), look(self))[1])
+    units = held_units(stage)
+    port = made_port(f"ur:{HOST}", ROBOT)
+    try:
+        units.await_skin(20.0)
+        gains = gains_of(ROBOT)
+        session = ConnectedRobot(ROBOT, stage.layout, port, units, gains=PatientGains(gains.robot, gains.values))
+        session.begin(within_s=20.0)
+        with ConnectedSession(session) as live:
+            time.sleep(2.0)
+            assert np.diff(looks[1:]).min() > 0.4  # "has arrived" is judged by what moved between two looks
+            seen = live.snapshot()
+            assert len(seen.skin.health) == len(stage.layout)
+            assert np.isfinite(seen.skin.age_s).all()
+            assert "slow until confirmed" in seen.held_back
+            with pytest.raises(SessionError, match="touch the skin itself"):
+                live.push(0, 5.0)
+            with pytest.raises(SessionError, match="no simulated hand"):
+                live.approach(0, 0.05)
+            lookers = [1]
+            live.watch_page(lambda: lookers[0])
+            time.sleep(0.2)
+            lookers[0] = 0
+            ends = time.monotonic() + 10.0
+            while "the page was lost" not in live.snapshot().stop_reason and time.monotonic() < ends:
+                time.sleep(0.02)
+            assert live.snapshot().stop_reason == "the page was lost"
+        assert live.failure is None
+    finally:
+        port.stop()
+        port.close()
+        units.close()
 
 
 def test_sigterm_stops_the_robot(stage: Stage, tmp_path: Path) -> None:

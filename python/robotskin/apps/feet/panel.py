@@ -80,16 +80,7 @@ class FeetPage(ServedPage):
 
     def draw(self) -> None:
         """Send this moment to the browsers."""
-        felt = self.feet.felt
-        reading = SkinReading(
-            normal_force=np.array(felt.normal_force),
-            proximity=np.array(felt.proximity),
-            distance=np.array(felt.distance),
-            acceleration=np.array(felt.acceleration),
-            temperature=np.array(felt.temperature),
-            health=np.array(felt.health),
-            age_s=1e-9 * (self.feet.world.now_ns - np.array(felt.stamp_ns, dtype=float)),
-        )
+        reading = SkinReading.of(self.feet.felt, self.feet.world.now_ns)
         cable = np.zeros(len(self.feet.layout), dtype=int)
         colours = cell_colours("force", self.feet.layout, cable, reading)
         with self.server.atomic():
