@@ -28,7 +28,8 @@ void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) 
 
 void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_input& input, const rs_output&) {
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
-  routes_->cell_stepped(cell, input);
+  const bool out_of_hops = input.kind == RS_INPUT_FRAME && !rs_sample_has_hop(input.frame);
+  routes_->cell_stepped(cell, input, out_of_hops ? ledger_.taken_ns(input.frame) : std::nullopt);
   ledger_.cell_stepped(network, cell, input);
   sampling_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);

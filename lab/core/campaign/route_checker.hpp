@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "campaign/beacon_log.hpp"
@@ -21,7 +22,8 @@ class RouteChecker {
 
   RouteChecker(const world::Network& network, GroundTruth& ground, BeaconLog& beacons, BreakLog& breaks);
 
-  void cell_stepped(std::size_t cell, const rs_input& input);
+  // `taken_ns`: of a frame whose hops are used up, when its sample was taken, if that is known.
+  void cell_stepped(std::size_t cell, const rs_input& input, std::optional<std::int64_t> taken_ns);
   void frame_arrives(std::size_t at_wire, const std::uint8_t* frame);  // whole, at a cell; before its step
   void settle();     // after a fault: a cell that is off points nowhere
   void check_all();  // when memory is lawful again

@@ -98,6 +98,16 @@ TakenSample SampleLedger::taken_in(const rs_sample& own) {
           static_cast<std::uint16_t>(own.value[RS_CHANNEL_proximity])};
 }
 
+std::optional<std::int64_t> SampleLedger::taken_ns(const std::uint8_t* frame) const {
+  const rs_frame_type type = rs_frame_type_of(frame);
+  if (type != RS_TYPE_clock && type != RS_TYPE_event) return std::nullopt;
+  const TakenSample sample = taken_in(frame);
+  if (sample.number == 0 || sample.cell >= cells_.size()) return std::nullopt;
+  const Entry& entry = cells_[sample.cell].entry[sample.number % kept];
+  if (entry.number != sample.number) return std::nullopt;
+  return entry.time_ns;
+}
+
 void SampleLedger::crowded_out(TakenSample sample) {
   if (sample.cell >= cells_.size()) return;
   Entry& entry = cells_[sample.cell].entry[sample.number % kept];

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,8 @@ class SampleLedger : public world::SampleSource {
   // What a frame on its way to the host says to be; a frame of no cell says cell 0, number 0, which is none.
   static TakenSample taken_in(const std::uint8_t* frame);
   static TakenSample taken_in(const rs_sample& own);
+  // When the sample of a frame was taken; none if it is no sample that is known.
+  std::optional<std::int64_t> taken_ns(const std::uint8_t* frame) const;
   // It found a queue full of repeated ones.
   void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.
