@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from rich.table import Table
 import robotskin
 from robotskin.whole_file import whole_file
 
-__all__ = ["Bound", "broken", "table_of", "tell_broken", "write_figures"]
+__all__ = ["Bound", "broken", "report", "table_of", "tell_broken", "write_figures"]
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,27 @@ class Bound:
 def broken(bounds: Sequence[Bound], figures: Mapping[str, float]) -> list[Bound]:
     """The bounds that do not hold."""
     return [bound for bound in bounds if not bound.holds(figures)]
+
+
+def report(
+    console: Console,
+    title: str,
+    figures: Mapping[str, float],
+    bounds: Sequence[Bound],
+    seed: int,
+    json_file: Path | None,
+    remarks: Iterable[str] = (),
+) -> int:
+    """End a scripted run: print the table and the remarks that say anything, write the figures, name what is broken.
+
+    Returns the exit status: 0 if all bounds hold, else 1.
+    """
+    console.print(table_of(title, figures, bounds))
+    for remark in filter(None, remarks):
+        console.print(remark, markup=False, highlight=False, soft_wrap=True)
+    if json_file is not None:
+        write_figures(json_file, seed, figures)
+    return tell_broken(console, bounds, figures)
 
 
 def tell_broken(console: Console, bounds: Sequence[Bound], figures: Mapping[str, float]) -> int:

@@ -143,7 +143,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     """Run the scripted demonstration, print its table, write its figures; the exit status."""
     from rich.console import Console
 
-    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.figures import report
     from robotskin.scripts import push_script
 
     console = Console()
@@ -153,12 +153,16 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     finally:
         session.shut_down()
     bounds = push_script.bounds(session.interfaces)
-    console.print(table_of(f"{session.robot.name}, {len(session.layout)} cells", figures, bounds))
-    for remark in push_script.remarks(session, figures):
-        console.print(remark, markup=False, highlight=False, soft_wrap=True)
-    if json_file is not None:
-        write_figures(json_file, session.seed, figures)
-    return tell_broken(console, bounds, figures)
+    title = f"{session.robot.name}, {len(session.layout)} cells"
+    return report(
+        console,
+        title,
+        figures,
+        bounds,
+        session.seed,
+        json_file,
+        [*push_script.remarks(session, figures), session.fault_told],
+    )
 
 
 def show(session: Session, port: int, goal: list[float] | None = None) -> int:

@@ -180,7 +180,7 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     """Run the script, print its table, write its figures; the exit status."""
     from rich.console import Console
 
-    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.figures import report
     from robotskin.scripts import behaviour_script
     from robotskin.session import Session
 
@@ -195,11 +195,4 @@ def run_script(session: object, seconds: float, goal: list[float] | None, json_f
     bounds = behaviour_script.bounds()
     title = f"{session.robot.name}, {session.controller.behaviour.name}, {session.interface}"
     bounds = [bound for bound in bounds if bound.figure in figures or "goal" not in bound.figure]
-    console.print(table_of(title, figures, bounds))
-    for remark in remarks:
-        console.print(remark, markup=False, highlight=False, soft_wrap=True)
-    if session.fault:
-        console.print(session.fault_told)
-    if json_file is not None:
-        write_figures(json_file, session.seed, figures)
-    return tell_broken(console, bounds, figures)
+    return report(console, title, figures, bounds, session.seed, json_file, [*remarks, session.fault_told])

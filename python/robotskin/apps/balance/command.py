@@ -24,7 +24,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.balance import script
-    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.figures import report
     from robotskin.layout import finished
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
@@ -43,9 +43,6 @@ def command(
             figures = script.run(session, pushes, status.update)
     finally:
         session.shut_down()
-    console.print(table_of(f"balance, {ROBOT}", figures, script.bounds()))
-    if session.fault:
-        console.print(session.fault_told)
-    if json_file is not None:
-        write_figures(json_file, seed, figures)
-    raise typer.Exit(tell_broken(console, script.bounds(), figures))
+    raise typer.Exit(
+        report(console, f"balance, {ROBOT}", figures, script.bounds(), seed, json_file, [session.fault_told])
+    )

@@ -40,7 +40,7 @@ def command(
     from robotskin.apps.feet.settings import read_settings
     from robotskin.apps.feet.vibration import SerialVibrators
     from robotskin.apps.feet.walk import FeelingFeet
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import report
 
     console = Console()
     chosen = read_settings(settings)
@@ -58,7 +58,4 @@ def command(
         if line is not None:
             line.close()
     figures = figures_of(feet, walked, feet.gait.steps)
-    console.print(table_of(f"{steps} steps", figures, bounds()))
-    if json_file is not None:
-        write_figures(json_file, seed, figures)
-    raise typer.Exit(1 if broken(bounds(), figures) else 0)
+    raise typer.Exit(report(console, f"{steps} steps", figures, bounds(), seed, json_file))

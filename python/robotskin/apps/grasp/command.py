@@ -30,7 +30,7 @@ def command(
 
     from robotskin.apps.grasp.scene import Trial
     from robotskin.apps.grasp.script import Plan, bounds, run, session_of
-    from robotskin.figures import broken, table_of, write_figures
+    from robotskin.figures import report
 
     console = Console()
     generator = np.random.default_rng([seed, 13])
@@ -50,10 +50,5 @@ def command(
         show(session, plan, port)
         return
     session.shut_down()
-    held = bounds(plan)
-    console.print(table_of(f"{plan.method} grasp of a {name}, {error_mm:g} mm from its place", figures, held))
-    if session.fault:
-        console.print(session.fault_told)
-    if json_file is not None:
-        write_figures(json_file, seed, figures)
-    raise typer.Exit(1 if broken(held, figures) else 0)
+    title = f"{plan.method} grasp of a {name}, {error_mm:g} mm from its place"
+    raise typer.Exit(report(console, title, figures, bounds(plan), seed, json_file, [session.fault_told]))

@@ -32,7 +32,7 @@ def command(
 
     from robotskin.apps.propagate.script import Plan, bounds, run, usual_cell
     from robotskin.apps.propagate.tasks import WITH, use_arms_alone
-    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.figures import report
     from robotskin.layout import finished
     from robotskin.robots import load
     from robotskin.session import Session
@@ -57,10 +57,6 @@ def command(
         show(session, port, None if push is None else plan)
         return
     session.shut_down()
-    held = bounds(plan)
     link = skin.links[skin.link[plan.cell]]
     title = f"cell {plan.cell} of {link}, {force:g} N, {'arms alone' if without else 'arms and base'}"
-    console.print(table_of(title, figures, held))
-    if json_file is not None:
-        write_figures(json_file, seed, figures)
-    raise typer.Exit(tell_broken(console, held, figures))
+    raise typer.Exit(report(console, title, figures, bounds(plan), seed, json_file, [session.fault_told]))
