@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robotskin.errors import UnknownNameError
 from robotskin.firmware import PORT_POINTS_M
 from robotskin.layout import Layout
-from robotskin.model import RobotDynamics
+from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.session import PERIOD_S, Session, SessionError
+from robotskin.skin import SkinModel
 
 HAND_WAY_M, HAND_WIDTH_M = 0.14, 0.035
 """What a hand needs in front of a cell: its way, and its radius with a little room."""
@@ -86,18 +87,35 @@ def expected_displacement(session: Session, cell: int) -> float:
     Joints give way by K⁻¹ τ, where τ sums over all cells (1 + w) times force and nearness on their levers
     [Cheng19 eq. 14, 16], as they are where the robot stands.
     """
-    gains, robot = session.gains, session.robot.core
-    values, model = gains.values["skin"], session.layout.skin_model()
+    gains, robot, model = session.gains, session.robot.core, session.layout.skin_model()
     now = np.array(session.joints.position)
-    _, lever = gains.levers(robot, model, now)
-    force = np.asarray(session.skin.normal_force, dtype=float).sum(axis=1)
-    near = np.asarray(session.skin.proximity, dtype=float).ravel()
-    felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
-    felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
-    weight = 1 + gains.force_weights(robot, model)
-    turn = (weight * felt) @ lever @ gains.joint_compliance(robot, now)
+    torque = touch_torque(
+        gains, robot, model, np.asarray(session.skin.normal_force), np.asarray(session.skin.proximity), now
+    )
+    turn = torque @ gains.joint_compliance(robot, now)
     jacobian, _ = gains.levers(robot, model, now - turn / 2)
     return float(np.linalg.norm(jacobian[cell] @ turn))
+
+
+def touch_torque(
+    gains: GainSet,
+    robot: RobotModel,
+    model: SkinModel,
+    normal_force: ArrayLike,
+    proximity: ArrayLike,
+    posture: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(n) Nm that the gains ask of n joints for (N, 3) newton and (N, 1) nearness of N cells [Cheng19 eq. 14, 16].
+
+    The sum over all cells of (1 + w) times force and nearness on their levers, in a posture of (n) rad.
+    """
+    values = gains.values["skin"]
+    _, lever = gains.levers(robot, model, posture)
+    force = np.asarray(normal_force, dtype=float).sum(axis=1)
+    near = np.asarray(proximity, dtype=float).ravel()
+    felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
+    felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
+    return np.asarray(((1 + gains.force_weights(robot, model)) * felt) @ lever)
 
 
 def _active(value: NDArray[np.float64], silent: float, full: float) -> NDArray[np.float64]:

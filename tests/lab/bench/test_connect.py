@@ -5,8 +5,13 @@ import os
 
 import numpy as np
 
+from robotskin.layout import finished
 from robotskin.rehearsal import controller
-from robotskin_lab.bench.connect import LIFE_S, _faults, _kills
+from robotskin.robots import load
+from robotskin.session import Session
+from robotskin_lab.bench.connect import LIFE_S, SETTLE_S, _faults, _kills
+from robotskin_lab.bench.connect_rig import patch_of
+from robotskin_lab.bench.touch_answer import answer, asked_motion
 
 HOST = f"127.91.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 
@@ -22,3 +27,24 @@ def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
 def test_a_killed_commander_leaves_a_robot_at_rest(seed: int) -> None:
     figures = _kills(HOST, np.random.default_rng(seed), 1)
     assert LIFE_S < figures["kill_rest_worst_s"] < 2.0
+
+
+def test_a_touch_is_answered_as_the_gains_say_and_a_skin_that_is_off_is_told_apart(seed: int) -> None:
+    worn = patch_of(finished("ur5"), "forearm_link")
+    session = Session(load("ur5"), worn, seed=seed, link="in process")
+    session.boot()
+    cell = int(np.random.default_rng(seed).integers(len(worn)))
+    session.world.push(cell, 10.0)
+    answered = answer(session, worn, SETTLE_S, lambda: session.world.now_ns * 1e-9)
+    assert abs(answered.displacement - 1) < 0.1
+    assert abs(answered.rise - 1) < 0.1
+    home, time = session.home, np.arange(0.0, 5.0, 0.02)
+    torque = np.tile(np.linspace(1.0, 6.0, 6), (len(time), 1))
+    stiffness = np.array(session.gains.values["joint"]["stiffness"])
+    assert np.allclose(asked_motion(session, time, torque, home)[-1], torque[-1] / stiffness, rtol=1e-3)
+    session.world.release()
+    session.run(2.0)
+    session.set_skin(False)
+    session.world.push(cell, 10.0)
+    assert answer(session, worn, 1.0, lambda: session.world.now_ns * 1e-9).displacement < 0.5
+    session.shut_down()

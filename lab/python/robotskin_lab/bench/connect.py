@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+from functools import partial
 
 import numpy as np
 
@@ -17,8 +18,9 @@ from robotskin.rehearsal.ur_controller import SAFETY_BITS
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin.ur import UrCondition, UrPort
-from robotskin_lab.bench.connect_rig import asked_displacement, connected, patch_of, stage
+from robotskin_lab.bench.connect_rig import connected, patch_of, stage
 from robotskin_lab.bench.progress import tell
+from robotskin_lab.bench.touch_answer import TouchAnswer, answer
 
 MODES = choices.INTERFACES
 SETTLE_S = 3.0
@@ -34,7 +36,7 @@ HANG_S = 10.0
 def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) -> dict[str, float]:
     """Touches through MuJoCo port and UR port, times, faults and kills.
 
-    A displacement ratio is of what the force alone asks for, without nearness: compare the ports, not either with 1.
+    `displacement_ratio` and `rise_ratio` are shares of what the gains say for the force and nearness felt.
 
     Args:
         seed: of touches and faults.
@@ -54,11 +56,6 @@ def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) 
     return figures
 
 
-def _ratio(moved: np.ndarray, asked: np.ndarray) -> float:
-    """How far it moved along what was asked, as a share of that."""
-    return float(moved @ asked / (asked @ asked))
-
-
 def _touches_in_mujoco(random: np.random.Generator, touches: int) -> dict[str, float]:
     from robotskin.layout import finished
 
@@ -67,37 +64,32 @@ def _touches_in_mujoco(random: np.random.Generator, touches: int) -> dict[str, f
     figures: dict[str, float] = {}
     for mode in MODES:
         tell(f"MuJoCo port, {mode}")
-        ratios = []
+        answers = []
         for _ in range(touches):
             session = Session(robot, worn, seed=int(random.integers(1 << 30)), interface=mode, link="in process")
             session.boot()
-            home = np.array(session.joints.position)
             session.world.push(int(random.integers(len(worn))), float(random.uniform(6, 12)))
-            session.run(SETTLE_S)
-            ratios.append(_ratio(np.array(session.joints.position) - home, asked_displacement(session, worn, home)))
+            answers.append(answer(session, worn, SETTLE_S, partial(_world_s, session)))
             session.shut_down()
-        figures |= _worst(f"mujoco_{mode}_displacement_ratio", ratios)
+        figures |= _worst(f"mujoco_{mode}", answers)
     return figures
 
 
 def _touches_on_ur(host: str, random: np.random.Generator, touches: int, seed: int) -> dict[str, float]:
     figures: dict[str, float] = {}
-    with stage(host, seed) as (arm, units, robot, worn, keys):
+    with stage(host, seed) as (_, units, robot, worn, keys):
         for mode in MODES:
             tell(f"UR port, {mode}")
-            ratios = []
+            answers = []
             with connected(host, units, robot, worn, keys, mode) as session:
                 port = session.port
                 assert isinstance(port, UrPort)
                 before = (time.monotonic(), port.thread_seconds)
                 for _ in range(touches):
-                    home = np.array(session.joints.position)
                     units.ask(Asked("push", (int(random.integers(len(worn))), float(random.uniform(6, 12)))))
-                    session.run(SETTLE_S)
-                    asked = asked_displacement(session, worn, home)
-                    moved = arm.ask(Look(("arm.position",)))[0] - home
-                    if session.why_not_running() == "" and np.abs(asked).max() > 1e-3:
-                        ratios.append(_ratio(moved, asked))
+                    answered = answer(session, worn, SETTLE_S, time.monotonic)
+                    if session.why_not_running() == "" and answered.asked_rad > 1e-3:
+                        answers.append(answered)
                     units.ask(Asked("release"))
                     session.run(SETTLE_S)
                 gone = time.monotonic() - before[0]
@@ -105,13 +97,21 @@ def _touches_on_ur(host: str, random: np.random.Generator, touches: int, seed: i
                 median, p99, _, _ = port.latency
                 figures |= {f"ur_{mode}_command_median_ms": median * 1e3, f"ur_{mode}_command_p99_ms": p99 * 1e3}
                 figures[f"ur_{mode}_limit_violations"] = float(session.controller.report.violations)
-            figures |= _worst(f"ur_{mode}_displacement_ratio", ratios)
-            figures[f"ur_{mode}_touches"] = float(len(ratios))
+            figures |= _worst(f"ur_{mode}", answers)
+            figures[f"ur_{mode}_touches"] = float(len(answers))
     return figures
 
 
-def _worst(name: str, ratios: list[float]) -> dict[str, float]:
-    return {f"{name}_least": min(ratios), f"{name}_most": max(ratios)} if ratios else {}
+def _world_s(session: Session) -> float:
+    return session.world.now_ns * 1e-9
+
+
+def _worst(name: str, answers: list[TouchAnswer]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for figure in ("displacement", "rise") if answers else ():
+        values = [getattr(one, figure) for one in answers]
+        found |= {f"{name}_{figure}_ratio_least": min(values), f"{name}_{figure}_ratio_most": max(values)}
+    return found
 
 
 class _Mover:

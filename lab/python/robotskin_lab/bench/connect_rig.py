@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A controller and a skin in processes of their own, and what the gains say a touch must lead to."""
+"""A controller and a skin in processes of their own, and the loop over both."""
 
 from __future__ import annotations
 
@@ -9,21 +9,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robotskin.connecting import ConnectedRobot, SectionUnits
 from robotskin.cycle import GuardLimits
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout, finished
-from robotskin.model import RobotDynamics, RobotModel
+from robotskin.model import RobotModel
 from robotskin.ports import made_port
 from robotskin.rehearsal import Look, Process, controller, skin
 from robotskin.robots import Robot, load
 from robotskin.robots.gains import GainSet, gains_of
-from robotskin.session import SkinnedRobot
 from robotskin_lab.partial_skin import part_of
 
-Floats = NDArray[np.float64]
 PATIENT_NS = 1_000_000_000
 
 
@@ -89,25 +86,3 @@ def connected(
             port.close()  # type: ignore[attr-defined]
     finally:
         section_units.close()
-
-
-def asked_displacement(session: SkinnedRobot, worn: Layout, home: Floats) -> Floats:
-    """(n) rad by which the joints give way to the forces felt now, of force alone: K⁻¹ Σ (1 + w_f) Jᵀ f.
-
-    The skin task feels the nearness of the hand as a force, too. That part is left out, so what is measured is more.
-    """
-    gains, robot = session.gains, session.robot
-    weight = gains.force_weights(robot.core, worn.skin_model())
-    force = np.asarray(session.skin.normal_force, dtype=float).sum(axis=1)
-    dynamics = RobotDynamics(robot.core)
-    # Halfway: the lever changes a little while the arm gives way.
-    dynamics.update(np.ascontiguousarray((home + np.array(session.joints.position)) / 2), np.zeros(robot.joint_count))
-    torque = np.zeros(robot.joint_count)
-    for cell in np.flatnonzero(force > gains.values["skin"]["force_silent_n"]):
-        link = robot.core.link_index(worn.links[worn.link[cell]])
-        base_from_link = np.array(dynamics.base_from_link(link)).reshape(4, 4)
-        jacobian = np.array(dynamics.link_jacobian(link))
-        arm = base_from_link[:3, :3] @ worn.link_from_cell[cell][:3, 3]
-        pressed = -base_from_link[:3, :3] @ worn.link_from_cell[cell][:3, 2] * force[cell]
-        torque += (1 + weight[cell]) * (jacobian[:3].T @ pressed + jacobian[3:].T @ np.cross(arm, pressed))
-    return torque / np.array(gains.values["joint"]["stiffness"])
