@@ -16,7 +16,7 @@ from robotskin.session.touches import touch_torque
 
 Floats = NDArray[np.float64]
 STEP_S = 0.001
-LOOK_S = 0.004
+LOOK_S = 0.01
 RISE = (0.1, 0.9)
 
 
