@@ -17,13 +17,14 @@ import numpy as np
 from robotskin import layout, robots
 from robotskin.viewer.camera import Camera, side_of_skin
 from robotskin.viewer.network_scene import LIFT_M, PLUG_M
-from robotskin.viewer.scene import body_corners
+from robotskin.viewer.scene import SHADOWS, body_corners
 
 if TYPE_CHECKING:
     from playwright import sync_api
 
 WIDTH, HEIGHT = 1000, 560
 PATIENCE_S = 180.0
+PICTURE_FOLDER = "ROBOTSKIN_PICTURES"
 
 
 def free_port() -> int:
@@ -41,7 +42,12 @@ def running(verb: str, seed: int, tmp_path: Path, *more: str) -> Iterator[str]:
             [*command, *more, "--port", str(free_port()), "--seed", str(seed)],
             stdout=sink,
             stderr=subprocess.STDOUT,
-            env={**os.environ, "COLUMNS": "200", "PYTHONUNBUFFERED": "1"},
+            env={
+                **os.environ,
+                "COLUMNS": "200",
+                "PYTHONUNBUFFERED": "1",
+                SHADOWS: "on" if PICTURE_FOLDER in os.environ else "off",
+            },
             # A job in the background is born deaf to interrupts; the page must hear this one.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
@@ -159,6 +165,6 @@ def torques(page: "sync_api.Page") -> np.ndarray:
 
 
 def picture(page: "sync_api.Page", name: str) -> None:
-    """Keep what the page shows as ROBOTSKIN_PICTURES/NAME.png, if that folder is named."""
-    if "ROBOTSKIN_PICTURES" in os.environ:
-        page.screenshot(path=str(Path(os.environ["ROBOTSKIN_PICTURES"]) / f"{name}.png"))
+    """Keep what the page shows as PICTURE_FOLDER/NAME.png, if that folder is named."""
+    if PICTURE_FOLDER in os.environ:
+        page.screenshot(path=str(Path(os.environ[PICTURE_FOLDER]) / f"{name}.png"))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The three-dimensional half of the page: robot, cells, floor, light, and the hand that touches."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
@@ -28,6 +29,8 @@ TREE_COLOUR = (250, 250, 250)
 TREE_LIFT_M = 0.002
 SMOOTH_BELOW_RAD = 0.6
 SKY, GROUND = np.array([96.0, 110.0, 132.0]), np.array([26.0, 30.0, 38.0])
+SHADOWS = "ROBOTSKIN_SHADOWS"
+"""Set to "off" for a browser without a graphics card: shadows are most of what it draws."""
 
 
 class Scene:
@@ -75,7 +78,7 @@ class Scene:
         scene.configure_default_lights(enabled=False)
         scene.add_light_hemisphere("/light/sky", sky_color=(205, 220, 245), ground_color=(70, 66, 64), intensity=1.7)
         for name, position, intensity, shadow in (
-            ("key", (2.0, -2.5, 3.5), 3.4, True),
+            ("key", (2.0, -2.5, 3.5), 3.4, os.environ.get(SHADOWS) != "off"),
             ("rim", (-2.5, 1.5, 1.8), 2.0, False),
         ):
             scene.add_light_directional(f"/light/{name}", intensity=intensity, cast_shadow=shadow, position=position)
