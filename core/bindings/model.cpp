@@ -3,6 +3,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
@@ -188,8 +189,10 @@ void bind_robot_model(nb::module_& module) {
   nb::class_<RobotModel>(module, "RobotModel",
                          "What is constant about a robot of n joints and l links on a fixed base.\n\n"
                          "Lengths in m, angles in rad. Joints come before their children, the base link comes first.")
-      .def(nb::init<const std::string&>(), "urdf"_a,
-           "Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.")
+      .def(nb::init<const std::string&, const RobotModel::RotorInertia&>(), "urdf"_a,
+           "rotor_inertia"_a = RobotModel::RotorInertia{},
+           "Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.\n\n"
+           "`rotor_inertia`: kg m^2 or kg by name of the joint, as the joint feels it through its gears.")
       .def_prop_ro("name", &RobotModel::name, "as the URDF says")
       .def_prop_ro("joint_count", &RobotModel::joint_count, "n, joints that move")
       .def_prop_ro("link_count", &RobotModel::link_count, "l, the base link counted")
@@ -230,6 +233,9 @@ void bind_robot_model(nb::module_& module) {
       .def_prop_ro(
           "joint_damping", [](const RobotModel& self) { return copied(self.joint_damping(), {self.joint_count()}); },
           nb::rv_policy::move, "(n) Nm s/rad or N s/m")
+      .def_prop_ro(
+          "rotor_inertia", [](const RobotModel& self) { return copied(self.rotor_inertia(), {self.joint_count()}); },
+          nb::rv_policy::move, "(n) kg m^2 or kg, part of the mass matrix")
       .def_prop_ro(
           "link_joints", [](const RobotModel& self) { return copied(self.link_joints(), {self.link_count()}); },
           nb::rv_policy::move, "(l) index of the joint that carries the link, or BASE")

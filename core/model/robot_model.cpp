@@ -39,8 +39,8 @@ std::size_t index_in(std::span<const std::string> names, std::string_view name, 
 
 }  // namespace
 
-RobotModel::RobotModel(const std::string& urdf) {
-  const auto shared_model = std::make_shared<const pinocchio::Model>(parse(urdf));
+RobotModel::RobotModel(const std::string& urdf, const RotorInertia& rotor_inertia) {
+  const auto shared_model = std::make_shared<pinocchio::Model>(parse(urdf));
   const pinocchio::Model& model = *shared_model;
   pinocchio_model_ = shared_model;
   name_ = model.name;
@@ -76,6 +76,15 @@ RobotModel::RobotModel(const std::string& urdf) {
                        std::to_string(damping) + "; it must be finite and not negative");
     joint_damping_.push_back(damping);
   }
+  rotor_inertia_.resize(joint_count);
+  for (const auto& [joint, inertia] : rotor_inertia) {
+    if (!(inertia >= 0) || !std::isfinite(inertia))
+      throw ModelError("joint '" + joint + "' of robot '" + name_ + "' has a rotor inertia of " +
+                       std::to_string(inertia) + "; it must be finite and not negative");
+    rotor_inertia_[joint_index(joint)] = inertia;
+  }
+  for (std::size_t joint = 0; joint < joint_count; ++joint)
+    shared_model->armature[model.joints[joint + 1].idx_v()] = rotor_inertia_[joint];
   constexpr std::size_t base_joints = 6;
   bool floats = joint_count > base_joints;
   for (std::size_t joint = 0; floats && joint < base_joints; ++joint)

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -30,9 +31,14 @@ class RobotModel {
   // A position limit of this size or more, rad or m, stands for none: URDF text cannot say infinity.
   static constexpr double unbounded = 1e9;
 
-  // Throws ModelError for text that is not a URDF, and for a joint that is not revolute, prismatic or fixed. A
-  // continuous joint has to be written as a revolute one with unbounded limits, so that every joint has one position.
-  explicit RobotModel(const std::string& urdf);
+  // Inertia of the motors' rotors as the joints feel it through their gears, kg m^2 or kg by name of the joint. A URDF
+  // has no place for it. It is part of the mass matrix; joints that are not named have none.
+  using RotorInertia = std::map<std::string, double>;
+
+  // Throws ModelError for text that is not a URDF, for a joint that is not revolute, prismatic or fixed, and for a
+  // rotor's inertia that is negative, not finite or of no joint. A continuous joint has to be written as a revolute one
+  // with unbounded limits, so that every joint has one position.
+  explicit RobotModel(const std::string& urdf, const RotorInertia& rotor_inertia = {});
 
   const std::string& name() const noexcept { return name_; }
   std::size_t joint_count() const noexcept { return joint_names_.size(); }
@@ -49,6 +55,7 @@ class RobotModel {
   std::span<const double> velocity_limit() const noexcept { return velocity_limit_; }  // (n) rad/s or m/s
   std::span<const double> effort_limit() const noexcept { return effort_limit_; }      // (n) Nm or N
   std::span<const double> joint_damping() const noexcept { return joint_damping_; }    // (n) Nm s/rad or N s/m, >= 0
+  std::span<const double> rotor_inertia() const noexcept { return rotor_inertia_; }    // (n) kg m^2 or kg, >= 0
   // Whether a motor drives the joint. Not actuated are the six joints of a base that floats alone: the first six, three
   // that slide and three that turn, each carried by the one before, all with an effort limit of 0. Any other joint with
   // an effort limit of 0 has a motor of which nothing is known.
@@ -71,7 +78,7 @@ class RobotModel {
   std::vector<int> joint_parents_, link_joints_;
   std::vector<JointKind> joint_kinds_;
   std::vector<double> joint_axes_, parent_from_joint_, joint_from_link_;
-  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_, joint_damping_;
+  std::vector<double> lower_, upper_, velocity_limit_, effort_limit_, joint_damping_, rotor_inertia_;
   std::size_t floating_joints_ = 0;
   std::shared_ptr<const void> pinocchio_model_;  // a pinocchio::Model, a type that costs a minute to know
 };

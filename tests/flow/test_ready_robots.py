@@ -20,10 +20,6 @@ TOO_LARGE = {"talos", "talos_standing"}
 READY = sorted((set(finished_names()) & set(robots_with_gains())) - TOO_LARGE)
 COMES_S, PUSH_S = 0.7, 0.3
 
-# Its URDF has no rotor inertia, and the core takes none: to the guard the wrist is as light as a shell, and whatever
-# the shoulder does seems to make it too fast.
-TORQUE_IS_HELD_BACK = {"kinova"}
-
 
 @pytest.mark.parametrize("name", READY)
 def test_a_ready_robot_feels_a_push_and_gives_way(name: str, seed: int) -> None:
@@ -31,7 +27,7 @@ def test_a_ready_robot_feels_a_push_and_gives_way(name: str, seed: int) -> None:
     session = Session(ready.robot, skin, seed=seed, link="in process", gains=ready.gains)
     session.boot()
     # By torque all that a model does not know of a robot tells; one that stands is led by positions.
-    session.set_interface("velocity" if name in TORQUE_IS_HELD_BACK else session.interfaces[-1])
+    session.set_interface(session.interfaces[-1])
     session.run(0.3)
     cell = pushed_cell(session, link_to_push(ready.robot, ready.gains, skin))
     force_n = min(FORCE_N, bearable_force(session, cell))

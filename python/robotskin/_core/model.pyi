@@ -1,6 +1,6 @@
 """Stage 0: the robot's kinematics and dynamics, states, commands."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import enum
 from typing import Annotated
 
@@ -254,9 +254,11 @@ class RobotModel:
     Lengths in m, angles in rad. Joints come before their children, the base link comes first.
     """
 
-    def __init__(self, urdf: str) -> None:
+    def __init__(self, urdf: str, rotor_inertia: Mapping[str, float] = {}) -> None:
         """
         Reads the text of a URDF (robotskin.robots repairs one); raises ModelError.
+
+        `rotor_inertia`: kg m^2 or kg by name of the joint, as the joint feels it through its gears.
         """
 
     @property
@@ -319,6 +321,10 @@ class RobotModel:
     @property
     def joint_damping(self) -> NDArray[numpy.float64]:
         """(n) Nm s/rad or N s/m"""
+
+    @property
+    def rotor_inertia(self) -> NDArray[numpy.float64]:
+        """(n) kg m^2 or kg, part of the mass matrix"""
 
     @property
     def link_joints(self) -> NDArray[numpy.int32]:

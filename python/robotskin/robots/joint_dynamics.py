@@ -2,6 +2,7 @@
 """Dynamics of joints as files, in place of what a URDF says: damping, friction, effort, rotor inertia.
 
 They are written into the robot's text before any model is built from it, so that MuJoCo, guard and core have the same.
+For rotor inertia a URDF has no place: the core's model is told it, and the others take it from there.
 """
 
 from __future__ import annotations

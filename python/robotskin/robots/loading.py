@@ -85,7 +85,8 @@ def from_text(
     # The first reading tells the order of the joints, the second has links and joints in that order.
     unordered = RobotModel(ElementTree.tostring(result.root, encoding="unicode"))
     urdf = in_joint_order(result.root, unordered.joint_names)
-    core = RobotModel(urdf)
+    moving = {name: inertia for name, inertia in stated.rotor_inertia.items() if name not in locked}
+    core = RobotModel(urdf, moving)
     if core.joint_names != unordered.joint_names:
         raise MalformedUrdfError(described_by, "the order of its joints depends on the order of its text")
     mimics = tuple(one for one in result.mimics if one.joint not in locked and one.source not in locked)
@@ -98,7 +99,6 @@ def from_text(
         core=core,
         locked=dict(locked),
         stated_friction=stated.friction,
-        rotor_inertia=stated.rotor_inertia,
         standing=STANDING.get(name),
     )
 

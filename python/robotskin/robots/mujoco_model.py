@@ -16,7 +16,7 @@ def build_spec(
 
     Bodies added to it may take their inertia from their geoms; those of the robot keep what the URDF says. Without
     `self_collision` the robot's geoms (contype 1, conaffinity 0) meet those of others and not each other. A base link
-    called `world` is MuJoCo's own world body. `rotor_inertia`: kg m² or kg by name of the joint.
+    called `world` is MuJoCo's own world body. `rotor_inertia`: kg m² or kg by name of every joint.
     """
     spec = mujoco.MjSpec.from_string(urdf)
     for body in spec.bodies:
@@ -26,7 +26,7 @@ def build_spec(
     for joint in spec.joints:
         if joint.range[1] >= UNBOUNDED:
             joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
-        joint.armature = rotor_inertia.get(joint.name, joint.armature)
+        joint.armature = rotor_inertia[joint.name]
     if not self_collision:
         for geom in spec.geoms:
             geom.contype, geom.conaffinity = 1, 0

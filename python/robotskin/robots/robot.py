@@ -40,8 +40,6 @@ class Robot:
     """Joints that were fixed on loading, rad or m by name; they are none of `joint_names`."""
     stated_friction: dict[str, float] = field(default_factory=dict)
     """Coulomb friction, Nm or N by name of the joint, where a file of dynamics states it; a URDF's is not used."""
-    rotor_inertia: dict[str, float] = field(default_factory=dict)
-    """kg m² or kg by name of the joint, where a file of dynamics states it."""
     standing: Standing | None = None
     """What it stands on, if it is not mounted; its first six joints then move its base and have no motor."""
 
@@ -96,6 +94,11 @@ class Robot:
         return self.core.effort_limit
 
     @property
+    def rotor_inertia(self) -> dict[str, float]:
+        """kg m² or kg by name of the joint, of the motors' rotors; 0 where no file of dynamics states it."""
+        return dict(zip(self.joint_names, self.core.rotor_inertia.tolist(), strict=True))
+
+    @property
     def neutral(self) -> np.ndarray:
         """(n) rad or m: zero, or the limit nearest to it."""
         return np.clip(np.zeros(self.joint_count), self.lower, self.upper)
@@ -113,7 +116,7 @@ class Robot:
         model = pinocchio.buildModelFromXML(self.urdf)
         model.lowerPositionLimit = self.lower
         model.upperPositionLimit = self.upper
-        model.armature = np.array([self.rotor_inertia.get(name, 0.0) for name in self.joint_names])
+        model.armature = self.core.rotor_inertia
         return model
 
     def mujoco_spec(self, *, self_collision: bool = False) -> mujoco.MjSpec:

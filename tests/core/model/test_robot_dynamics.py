@@ -13,7 +13,7 @@ import pytest
 from robotskin.model import BASE, ModelError, RobotDynamics, RobotModel
 from robotskin.robots import Robot, load
 
-ROBOTS = ["ur5", "panda", "allegro_right_hand", "talos", "tiago", "dual_arm"]
+ROBOTS = ["ur5", "panda", "allegro_right_hand", "talos", "tiago", "dual_arm", "kinova"]
 EXACT = 1e-12
 
 
@@ -126,6 +126,24 @@ def test_unknown_names_and_text_are_errors() -> None:
         core.joint_index("hand")
     with pytest.raises(ModelError, match="not a URDF"):
         RobotModel("<robot>")
+
+
+def test_the_rotors_inertia_is_part_of_the_mass_matrix() -> None:
+    text, rotors = load("ur5").urdf, {"elbow_joint": 0.7, "wrist_3_joint": 0.1}
+    bare, geared = RobotModel(text), RobotModel(text, rotors)
+    assert bare.rotor_inertia.tolist() == [0.0] * 6
+    assert geared.rotor_inertia.tolist() == [rotors.get(name, 0.0) for name in geared.joint_names]
+    more = RobotDynamics(geared).mass_matrix - RobotDynamics(bare).mass_matrix
+    np.testing.assert_allclose(more, np.diag(geared.rotor_inertia), atol=1e-15)
+
+
+def test_a_rotor_inertia_that_no_joint_can_have_is_an_error() -> None:
+    text = load("ur5").urdf
+    with pytest.raises(ModelError, match=r"no joint 'hand'; it has .*elbow_joint"):
+        RobotModel(text, {"hand": 1.0})
+    for wrong in (-0.1, float("nan"), float("inf")):
+        with pytest.raises(ModelError, match=r"elbow_joint.*rotor inertia of .*; it must be finite and not negative"):
+            RobotModel(text, {"elbow_joint": wrong})
 
 
 @pytest.mark.parametrize("name", ["ur5", "talos", "dual_arm"])

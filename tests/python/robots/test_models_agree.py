@@ -8,7 +8,7 @@ import pytest
 
 from robotskin.robots import Robot, load, robot_names
 
-ROBOTS = ["ur5", "panda", "allegro_right_hand", "talos", "tiago", "dual_arm"]
+ROBOTS = ["ur5", "panda", "allegro_right_hand", "talos", "tiago", "dual_arm", "kinova"]
 
 
 @pytest.fixture(scope="module", params=ROBOTS)

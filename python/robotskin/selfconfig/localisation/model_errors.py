@@ -58,7 +58,7 @@ def _with_joint(robot: Robot, name: str, shift: Array, turn: Array) -> Robot:
     origin.set("xyz", " ".join(repr(float(value)) for value in place))
     origin.set("rpy", " ".join(repr(float(value)) for value in angles))
     text = ElementTree.tostring(root, encoding="unicode")
-    return replace(robot, urdf=text, core=RobotModel(text))
+    return replace(robot, urdf=text, core=RobotModel(text, robot.rotor_inertia))
 
 
 def placed_together(robot: Robot, places: Sequence[Localisation]) -> tuple[Localisation, ...]:
