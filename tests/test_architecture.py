@@ -68,6 +68,7 @@ PYTHON_ORDER = [
     "connecting",
     "configuring",
     "record",
+    "sharing",
     "export",
     "viewer",
     "live",

@@ -8,6 +8,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/bytes.hpp"
 #include "bindings/driver.hpp"
+#include "bindings/driver_tables.hpp"
 #include "loop/skin_loop.hpp"
 #include "record/player.hpp"
 #include "record/recorder.hpp"
@@ -195,7 +196,15 @@ the recording. Raises InputError for bytes that no recorder writes.)")
                                   [&](std::size_t i, std::size_t) { return self.command()[i]; });
           },
           nb::sig("def command(self) -> numpy.ndarray"), "(n) last sent to the robot.")
-      .def_prop_ro("command_mode", &Player::command_mode, "Number of its command mode.");
+      .def_prop_ro("command_mode", &Player::command_mode, "Number of its command mode.")
+      .def(
+          "topology", [](Player& self) { return topology_dict(self.driver().topology(), self.driver().samples()); },
+          nb::sig("def topology(self) -> dict[str, numpy.ndarray]"),
+          "Neighbours as the cells reported them up to the last read, as `Driver.topology`.")
+      .def(
+          "statistics", [](Player& self) { return statistics_dict(self.driver().statistics()); },
+          nb::sig("def statistics(self) -> dict[str, int]"),
+          "Counts of the datagrams played so far, as `Driver.statistics`.");
 }
 
 }  // namespace

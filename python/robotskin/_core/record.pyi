@@ -151,3 +151,11 @@ class Player:
     @property
     def command_mode(self) -> int:
         """Number of its command mode."""
+
+    def topology(self) -> dict[str, numpy.ndarray]:
+        """
+        Neighbours as the cells reported them up to the last read, as `Driver.topology`.
+        """
+
+    def statistics(self) -> dict[str, int]:
+        """Counts of the datagrams played so far, as `Driver.statistics`."""

@@ -13,6 +13,24 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from robotskin.sharing import FOXGLOVE_PORT, ROS2_DOMAIN
+
+OPTIONAL_NUMBERS = {"--foxglove": FOXGLOVE_PORT, "--ros2": ROS2_DOMAIN}
+"""Options whose number may be left out, and what it is then."""
+
+
+class VerbCommand(TyperCommand):
+    """A verb with options whose number may be left out."""
+
+    def parse_args(self, context: Any, arguments: list[str]) -> list[str]:
+        """Parse, with the numbers that were left out in their places."""
+        whole: list[str] = []
+        for index, argument in enumerate(arguments):
+            whole.append(argument)
+            if argument in OPTIONAL_NUMBERS and not "".join(arguments[index + 1 : index + 2]).isdecimal():
+                whole.append(str(OPTIONAL_NUMBERS[argument]))
+        return super().parse_args(context, whole)
+
 
 def first_line(module: str) -> str:
     """The first line of what a module says of itself, without importing it.
@@ -43,7 +61,7 @@ def load(name: str, module: str) -> Any:
     if hasattr(found, "app"):
         return typer.main.get_command(found.app)
     single = typer.Typer(add_completion=False)
-    single.command(name)(found.command)
+    single.command(name, cls=VerbCommand)(found.command)
     return typer.main.get_command(single)
 
 

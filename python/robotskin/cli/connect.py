@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._sharing import Foxglove, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ def command(
         Path | None,
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
+    foxglove: Foxglove = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
@@ -63,7 +65,6 @@ def command(
     from robotskin.keys import SkinKeys
     from robotskin.outputs import require_writable
     from robotskin.ports import made_port
-    from robotskin.record import recorded
     from robotskin.robots.gains import GainSet, gains_of
 
     require_writable("--json", json_file, (".json",))
@@ -96,7 +97,7 @@ def command(
             )
             for line in session.seen:
                 console.print(f"robot: {line}")
-            with recorded(session, record):
+            with shared(session, model, record, foxglove):
                 status = run_headless(session, seconds, json_file) if headless else show(session, port)
         finally:
             moved.stop()

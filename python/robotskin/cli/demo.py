@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._sharing import Foxglove, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def command(
         Path | None,
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
+    foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     estimated_layout: Annotated[
         str,
@@ -83,7 +85,6 @@ def command(
     from robotskin.cli.run import tell_made
     from robotskin.layout.mounting import read_for
     from robotskin.outputs import require_writable
-    from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
     from robotskin.session.touches import link_to_push, require_cells_on
@@ -114,7 +115,7 @@ def command(
         scene=around,
         gains=ready.gains,
     )
-    with recorded(session, record):
+    with shared(session, model, record, foxglove):
         if headless:
             raise typer.Exit(run_script(session, pushed, seconds, json_file))
         raise typer.Exit(show(session, port))

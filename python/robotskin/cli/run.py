@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._sharing import Foxglove, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ def command(
         Path | None,
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
+    foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
 ) -> None:
@@ -103,7 +105,6 @@ def command(
     from robotskin.control.body_limits import BodyLimits
     from robotskin.cycle import SkinSource
     from robotskin.outputs import require_writable
-    from robotskin.record import recorded
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
     from robotskin.session import Session
@@ -141,7 +142,7 @@ def command(
         )
         session.set_source(source)
     tell_made(console, ready)
-    with recorded(session, record):
+    with shared(session, model, record, foxglove):
         if headless:
             raise typer.Exit(run_script(session, seconds, target, json_file))
         from robotskin.cli.demo import show

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._sharing import Foxglove, tell
+
 if TYPE_CHECKING:
     from robotskin.layout import Layout
     from robotskin.robots import Robot
@@ -33,6 +35,7 @@ def command(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the network's wires and clocks.")] = 1,
+    foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
     """Show a robot in its skin in the browser: patches, cables and the living network, until interrupted.
@@ -62,6 +65,11 @@ def command(
         living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
         exhibit = stack.enter_context(Exhibit(model, skin, port, living, posture))
         typer.echo(f"{model.name} with {len(skin)} cells: open {exhibit.address} (Ctrl-C ends)")
+        if foxglove is not None:
+            from robotskin.sharing.shown_network import ShownNetwork
+
+            look = None if living is None else living.reading
+            stack.enter_context(ShownNetwork(model, skin, foxglove, lambda: exhibit.posture, look, tell))
         try:
             threading.Event().wait()
         except KeyboardInterrupt:

@@ -12,7 +12,7 @@ import json
 import struct
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
@@ -32,6 +32,8 @@ from robotskin.skin import SkinReader
 
 FORMAT_VERSION = 1
 DRAIN_S = 0.02
+FOLLOWED_DRAIN_S = 0.002
+"""While others look on: what they see is no older than this."""
 FLUSH_S = 0.05
 KEYFRAME_S = 5.0
 """A replay that is sought goes on within this time."""
@@ -55,12 +57,26 @@ class Recorded(Protocol):
         """Whose joints and commands are recorded; None: no robot."""
 
 
+class Following(Protocol):
+    """What looks on while a skin works. All but `close` is called in the recorder's thread, and must not wait."""
+
+    def begin(self, ask_for_keyframe: Callable[[], None]) -> None:
+        """Blocks will come, from the first keyframe on; more of them can be asked for."""
+
+    def take(self, driver: bytes, control: bytes) -> None:
+        """The next blocks of the two tapes; what is read in `control` needs what `driver` of the same call holds."""
+
+    def close(self) -> None:
+        """No more will come."""
+
+
 class Recorder:
     """Records a running session into one MCAP file until `close`.
 
     Args:
-        path: of the file, which must not exist. session: what is recorded.
+        path: of the file, which must not exist; None: no file, others look on. session: what is recorded.
         about: further facts for the file's metadata, such as seed and interface; attachments: further files by name.
+        followers: what looks on; the recorder closes them.
 
     Raises:
         RecordError: the file exists or cannot be written, or the library that writes it is not installed.
@@ -68,23 +84,30 @@ class Recorder:
 
     def __init__(
         self,
-        path: str | Path,
+        path: str | Path | None,
         session: Recorded,
         *,
         about: Mapping[str, Any] | None = None,
         attachments: Mapping[str, str] | None = None,
+        followers: Sequence[Following] = (),
         driver_mib: float = 64.0,
     ) -> None:
-        self.path = Path(path)
+        self.path = None if path is None else Path(path)
         self.error: str = ""
         """Why writing has stopped, such as a full disk; empty while it goes on. The robot goes on either way."""
         self.keyframe_s = KEYFRAME_S
         self._session = session
         self._tapes = Tapes(session.layout.skin_model(), driver_mib)
-        self._file = _McapFile(self.path)
-        self._file.attach_all(_attachments(session) | dict(attachments or {}))
-        self._file.metadata(_about(session) | {name: str(value) for name, value in (about or {}).items()})
-        self._file.flush()
+        self.followers = tuple(followers)
+        """What looks on."""
+        self._file: _McapFile | None = None
+        if self.path is not None:
+            self._file = _McapFile(self.path)
+            self._file.attach_all(_attachments(session) | dict(attachments or {}))
+            self._file.metadata(_about(session) | {name: str(value) for name, value in (about or {}).items()})
+            self._file.flush()
+        for follower in self.followers:
+            follower.begin(self._tapes.ask_for_keyframe)
         self._ending, self._emptied = threading.Event(), threading.Event()
         self._notes: list[str] = []
         self._tapes.attach(session.driver, session.reader, session.loop)
@@ -100,6 +123,8 @@ class Recorder:
         self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
         self._ending.set()
         self._thread.join()
+        for follower in self.followers:
+            follower.close()
         if self.error:
             raise RecordError(f"{self.path}: {self.error}; what was written before is readable")
 
@@ -134,44 +159,54 @@ class Recorder:
 
     def _work(self) -> None:
         flushed = keyframed = time.monotonic()
+        pause_s = FOLLOWED_DRAIN_S if self.followers else DRAIN_S
         while True:
             last = self._ending.is_set()
+            now = time.monotonic()
             try:
-                self._write()
+                self._drain()
                 self._emptied.set()
-                now = time.monotonic()
-                if now - flushed >= FLUSH_S or last:
+                if self._file is not None and (now - flushed >= FLUSH_S or last):
                     self._file.flush()
                     flushed = now
-                if now - keyframed >= self.keyframe_s:
-                    self._tapes.ask_for_keyframe()
-                    keyframed = now
-                if last:
+                if self._file is not None and last:
                     self._file.close()
-                    return
             except Exception as error:
                 # Whatever the disk or the library says: the robot goes on, and the user is told.
                 self.error = str(error)
-                self._file.abandon()
+                if self._file is not None:
+                    self._file.abandon()
+                    self._file = None
+            if now - keyframed >= self.keyframe_s:
+                self._tapes.ask_for_keyframe()
+                keyframed = now
+            if last or (self._file is None and not self.followers):
                 return
-            self._ending.wait(DRAIN_S)
+            self._ending.wait(pause_s)
 
-    def _write(self) -> None:
+    def _drain(self) -> None:
         while True:
             control = self._tapes.drain_control()
-            if control:
-                self._write_control(control)
+            if control and self._file is not None:
+                self._write_control(self._file, control)
             driver, samples = self._tapes.drain_driver()
-            if driver:
-                self._file.log("/skin/tape", {"entries": driver}, _first_time_ns(driver))
-            if samples["key"]:
-                self._file.log("/skin/samples", samples, int.from_bytes(samples["stamp_ns"][:8], "little", signed=True))
-            while self._notes:
-                self._file.log("/operator", {"text": self._notes.pop(0).encode()}, self._file.newest_ns)
+            if control or driver:
+                for follower in self.followers:
+                    follower.take(driver, control)
+            if self._file is not None:
+                self._write(self._file, driver, samples)
             if not driver and not control:
                 return
 
-    def _write_control(self, block: bytes) -> None:
+    def _write(self, file: _McapFile, driver: bytes, samples: Mapping[str, bytes]) -> None:
+        if driver:
+            file.log("/skin/tape", {"entries": driver}, _first_time_ns(driver))
+        if samples["key"]:
+            file.log("/skin/samples", samples, int.from_bytes(samples["stamp_ns"][:8], "little", signed=True))
+        while self._notes:
+            file.log("/operator", {"text": self._notes.pop(0).encode()}, file.newest_ns)
+
+    def _write_control(self, file: _McapFile, block: bytes) -> None:
         joints: list[tuple[int, bytes]] = []
         commands: list[tuple[int, bytes]] = []
         for kind, time_ns, payload in entries(block):
@@ -181,17 +216,17 @@ class Recorder:
                 commands.append((time_ns, payload))
             elif kind == Entry.force_zero.value:
                 self._tapes.set_zero(payload)
-        self._file.log("/control/tape", {"entries": block}, _first_time_ns(block))
+        file.log("/control/tape", {"entries": block}, _first_time_ns(block))
         if joints:
             times = np.array([time_ns for time_ns, _ in joints])
             rows = np.frombuffer(b"".join(payload for _, payload in joints)).reshape(len(joints), 3, -1)
             values = {"stamp_ns": times, "position": rows[:, 0], "velocity": rows[:, 1], "effort": rows[:, 2]}
-            self._file.log("/robot/joints", values, int(times[0]))
+            file.log("/robot/joints", values, int(times[0]))
         if commands:
             times = np.array([time_ns for time_ns, _ in commands])
             sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
             values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
-            self._file.log("/robot/commands", values, int(times[0]))
+            file.log("/robot/commands", values, int(times[0]))
 
 
 def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which cable every cell reports through, and the way there: what the colours and lines of the network mean."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.layout.grown_tree import grown_tree as grown_tree
 from robotskin.viewer.network_view import NO_PATH, Flags
 from robotskin.viewer.session_view import Integers
 
@@ -41,17 +40,6 @@ def wired_tree(layout: Layout) -> tuple[Integers, Integers]:
     cable[reached] = cable_at[source[reached]]
     parent[reached] = np.maximum(previous[reached], -1)
     return cable, parent
-
-
-def grown_tree(layout: Layout, topology: Mapping[str, Integers]) -> Integers:
-    """(N,) the parent of each cell as the cells report it, -1 for a section unit or a cell that has not reported.
-
-    `topology` is the driver's, with a row for every cell of the layout in its order.
-    """
-    cells = np.arange(len(layout))
-    port = np.asarray(topology["parent_port"])[cells].astype(int)
-    told = (np.asarray(topology["heard_ns"])[cells] > 0) & (port >= 1) & (port <= layout.neighbours.shape[1])
-    return np.where(told, layout.neighbours[cells, np.where(told, port - 1, 0), 0], -1)
 
 
 def follow(parent: Integers, layout: Layout) -> Integers:

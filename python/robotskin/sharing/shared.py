@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A running session that is recorded and shown to other programs, by one recorder."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from robotskin.record import Recorder
+from robotskin.record.recorder import Recorded
+from robotskin.sharing.follower import Follower, Show
+
+
+@contextlib.contextmanager
+def shared(
+    session: Recorded,
+    shows: Sequence[Show] = (),
+    record: Path | None = None,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Iterator[Recorder | None]:
+    """Record a session into a file, and let `shows` see it, while a `with` block lasts; the shows are closed then.
+
+    `tell` hears why nothing was shown any more. Yields None where there is nothing to do. Raises RecordError.
+    """
+    if record is None and not shows:
+        yield None
+        return
+    follower = Follower(session.layout, list(shows)) if shows else None
+    followers = [] if follower is None else [follower]
+    try:
+        recorder = Recorder(record, session, followers=followers)
+    except BaseException:
+        for one in followers:
+            one.close()
+        raise
+    try:
+        with recorder:
+            yield recorder
+    finally:
+        if follower is not None and follower.failure is not None:
+            tell(f"nothing was shown any more after: {follower.failure}")
