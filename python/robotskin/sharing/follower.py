@@ -56,12 +56,16 @@ class Follower:
         self._player, self._state = Player(layout.skin_model()), SkinState(len(layout))
         self._ask: Callable[[], None] = lambda: None
         self._blocks: queue.SimpleQueue[tuple[bytes, bytes] | None] = queue.SimpleQueue()
-        self._waiting_bytes = 0
+        self._given_bytes = self._taken_bytes = 0
         self._lost = False
         self._due_ns = [0] * len(shows)
         self._network_due_ns = 0
         self._thread = threading.Thread(target=self._work, name="skin follower", daemon=True)
         self._thread.start()
+
+    def _waiting_bytes(self) -> int:
+        # Each count is written by one thread alone.
+        return self._given_bytes - self._taken_bytes
 
     # ---- The recorder's thread ----
 
@@ -73,11 +77,11 @@ class Follower:
         """The next blocks of the two tapes, control first."""
         if self.failure is not None:
             return
-        if self._waiting_bytes > BACKLOG_BYTES_MAX:
+        if self._waiting_bytes() > BACKLOG_BYTES_MAX:
             self.dropped += 1
             self._lost = True
             return
-        self._waiting_bytes += len(driver) + len(control)
+        self._given_bytes += len(driver) + len(control)
         self._blocks.put((driver, control))
 
     # ---- Any thread ----
@@ -95,14 +99,14 @@ class Follower:
         try:
             while (block := self._blocks.get()) is not None:
                 driver, control = block
-                self._waiting_bytes -= len(driver) + len(control)
+                self._taken_bytes += len(driver) + len(control)
                 self._play(driver, control)
-                if self._lost and not self._waiting_bytes:
+                if self._lost and not self._waiting_bytes():
                     self._lost = False
                     self._player.seek()
                     self._ask()
         except Exception as failure:
-            # Whoever looks on may fail as it likes: the robot goes on, and the user is told.
+            # A program that looks on may fail as it likes: the robot goes on, and the user is told.
             self.failure = failure
 
     def _play(self, driver: bytes, control: bytes) -> None:
@@ -112,7 +116,7 @@ class Follower:
             if driver:
                 self._player.give_driver(driver)
             while (time_ns := self._player.advance(self._state)) is not None:
-                if self._waiting_bytes < PLAYED_BYTES_MAX:
+                if self._waiting_bytes() < PLAYED_BYTES_MAX:
                     self._show(time_ns)
         except InputError:
             # Blocks that do not fit each other, after some were dropped.
