@@ -65,6 +65,7 @@ PYTHON_ORDER = [
     "session",
     "health",
     "scripts",
+    "teaching",
     "connecting",
     "configuring",
     "record",

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin app sort`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    plan_file: Annotated[
+        Path | None, typer.Argument(help="A plan made by robotskin app teach; by default that of oranges.")
+    ] = None,
+    robot: Annotated[str, typer.Option(help="ur5_gripper or panda_gripper.")] = "ur5_gripper",
+    fruit: Annotated[
+        str, typer.Option(help="A class of fruits of the knowledge file: orange, lemon, apple.")
+    ] = "orange",
+    fruits: Annotated[int, typer.Option(help="How many.", min=1, max=1000)] = 4,
+    ratio: Annotated[float, typer.Option(help="Stiffness of hard fruits over that of soft ones.", min=1, max=10)] = 2.0,
+    moved_mm: Annotated[float, typer.Option(help="How far places are from those of the file.", min=0, max=100)] = 100.0,
+    knowledge_file: Annotated[
+        Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No page: sort, measure, and end.")] = False,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """Squeeze fruits with the skinned pads of a gripper, and put hard ones in a container, soft ones in a bin.
+
+    Exit status 0 means that every figure with a bound keeps it.
+    """
+    import numpy as np
+    from rich.console import Console
+
+    from robotskin.apps.sort.script import Sorting, bounds, drawn_bench, run, session_of, usual_plan
+    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.teaching.knowledge import load_knowledge
+    from robotskin.teaching.plan import load_plan
+
+    console = Console()
+    plan = usual_plan() if plan_file is None else load_plan(plan_file)
+    sorting = Sorting(plan, load_knowledge(knowledge_file), robot, fruit, fruits, ratio, moved_m=1e-3 * moved_mm)
+    if not headless:
+        from robotskin.apps.sort.panel import show
+
+        bench = drawn_bench(sorting, np.random.default_rng([seed, 41, 0]), min(fruits, 20))
+        session = session_of(sorting, bench, seed)
+        try:
+            with console.status("booting the skin"):
+                session.boot()
+        except BaseException:
+            session.shut_down()
+            raise
+        show(session, sorting, bench, port)
+        return
+    console.print(plan.tree(), markup=False, highlight=False)
+    with console.status("sorts") as status:
+        figures, found = run(sorting, seed, status.update)
+    for one in found:
+        felt = one.done.measured.get("stiffness_n_per_m", float("nan"))
+        console.print(
+            f"{one.fruit.name}: {1e-3 * one.fruit.stiffness_n_per_m:.2f} N/mm, felt {1e-3 * felt:.2f}, lies in "
+            f"{one.ended_in or 'no place'}{'' if one.right else ', which is wrong'}"
+            f"{': ' + one.done.why if one.done.why else ''}",
+            highlight=False,
+        )
+    held = bounds(sorting)
+    console.print(table_of(f"{robot} sorts {len(found)} fruits ({fruit}), stiffness ratio {ratio:g}", figures, held))
+    if json_file is not None:
+        write_figures(json_file, seed, figures)
+    raise typer.Exit(tell_broken(console, held, figures))

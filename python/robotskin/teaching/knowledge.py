@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The file of what is known beforehand: classes with usual properties, activities, and the skills of robots."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+import msgspec
+
+from robotskin.errors import UnknownNameError
+from robotskin.teaching.gripper import TeachingError
+
+
+class ClassOf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A class of things or places. properties: the usual ones of its members, SI units by their names."""
+
+    is_a: str = ""
+    properties: dict[str, float] = {}
+
+
+class Activity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Something that is done. measures: the properties of the thing that are known afterwards."""
+
+    meaning: str
+    measures: tuple[str, ...] = ()
+
+
+class RobotSkills(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The activities that a robot can carry out."""
+
+    skills: tuple[str, ...]
+
+
+class Knowledge(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Classes, activities and robots by name."""
+
+    classes: dict[str, ClassOf]
+    activities: dict[str, Activity]
+    robots: dict[str, RobotSkills]
+
+    def require_whole(self) -> None:
+        """Raise UnknownNameError for a class or a skill that is named and not there."""
+        for one in self.classes.values():
+            if one.is_a and one.is_a not in self.classes:
+                raise UnknownNameError("class of the knowledge file", one.is_a, self.classes)
+        for robot in self.robots.values():
+            for skill in robot.skills:
+                if skill not in self.activities:
+                    raise UnknownNameError("activity of the knowledge file", skill, self.activities)
+
+    def is_a(self, name: str, other: str) -> bool:
+        """Whether a class is another one or a part of it. Raises UnknownNameError."""
+        seen: set[str] = set()
+        while name and name not in seen:
+            if name == other:
+                return True
+            seen.add(name)
+            name = self._class(name).is_a
+        return False
+
+    def usual(self, name: str, quantity: str) -> float:
+        """The usual property of a class, its own or that of what it is a part of. Raises TeachingError if unknown."""
+        asked, seen = name, set[str]()
+        while name and name not in seen:
+            seen.add(name)
+            found = self._class(name)
+            if quantity in found.properties:
+                return found.properties[quantity]
+            name = found.is_a
+        raise TeachingError(f"{quantity} of {asked}: the knowledge file does not say; add it to [classes.{asked}]")
+
+    def require_skills(self, robot: str, activities: list[str]) -> None:
+        """Raise TeachingError, naming the step, if a robot cannot do one of these. UnknownNameError for the robot."""
+        if robot not in self.robots:
+            raise UnknownNameError("robot with skills", robot, self.robots)
+        for activity in activities:
+            if activity not in self.activities:
+                raise UnknownNameError("activity of the plan", activity, self.activities)
+            if activity not in self.robots[robot].skills:
+                can = [name for name, one in self.robots.items() if activity in one.skills]
+                raise TeachingError(f"step {activity!r}: {robot} cannot do it; {', '.join(can) or 'no robot'} can")
+
+    def _class(self, name: str) -> ClassOf:
+        if name not in self.classes:
+            raise UnknownNameError("class of things", name, self.classes)
+        return self.classes[name]
+
+
+def load_knowledge(file: Path | None = None) -> Knowledge:
+    """Read a knowledge file, by default the one that comes with the project.
+
+    Raises TeachingError, naming field and value, for what does not fit; UnknownNameError for names that are not there.
+    """
+    text = (
+        resources.files("robotskin.teaching").joinpath("knowledge.toml").read_text() if file is None else _text_of(file)
+    )
+    try:
+        found = msgspec.toml.decode(text, type=Knowledge)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise TeachingError(f"knowledge file {file or 'of the project'}: {error}") from None
+    found.require_whole()
+    return found
+
+
+def _text_of(file: Path) -> str:
+    try:
+        return file.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise TeachingError(f"knowledge file {file}: {error}") from None

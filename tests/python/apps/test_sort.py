@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sorting as an application: refusals by name, the scene as laws, one fruit through firmware, network and driver."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin.apps.sort.scene import BIN, CONTAINER, PLACES, bench_of, drawn_fruits, drawn_places
+from robotskin.apps.sort.script import Sorting, session_of, usual_plan
+from robotskin.cli import main
+from robotskin.errors import UnknownNameError
+from robotskin.layout import finished
+from robotskin.robots import load
+from robotskin.teaching.gripper import Gripper, TeachingError
+from robotskin.teaching.knowledge import load_knowledge
+
+
+def sorting(**changes: object) -> Sorting:
+    return dataclasses.replace(Sorting(usual_plan(), load_knowledge()), **changes)
+
+
+def test_fruits_lie_where_they_belong_and_nowhere_else(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    bench = bench_of(drawn_fruits(generator, load_knowledge(), "orange", 20, 2.0), 0.033, drawn_places(generator))
+    assert {one.hard for one in bench.fruits} == {True, False}
+    for name in (CONTAINER, BIN):
+        assert bench.where(bench.origin[name] + [0.05, -0.05, 0.05]) == name
+        assert bench.where(bench.origin[name] + [0.12, 0.0, 0.05]) == ""
+    for number, fruit in enumerate(bench.fruits):
+        assert bench.where(bench.on_post(fruit)) == bench.where(bench.on_shelf(number)) == ""
+
+
+def test_a_place_that_the_scene_lacks_is_refused_by_name() -> None:
+    with pytest.raises(UnknownNameError, match="'basket'"):
+        bench_of([], 0.033, {"basket": (0.0, 0.0)})
+    plan = usual_plan()
+    steps = tuple(msgspec.structs.replace(one, at="basket") if one.at == BIN else one for one in plan.steps)
+    other = sorting(plan=msgspec.structs.replace(plan, steps=steps))
+    with pytest.raises(UnknownNameError, match=r"'basket'.*container"):
+        session_of(other, bench_of([], 0.033), 1)
+    assert set(PLACES) >= {CONTAINER, BIN}
+
+
+def test_a_robot_that_cannot_do_a_step_is_refused_by_name() -> None:
+    with pytest.raises(TeachingError, match="step 'reach': allegro_grasp cannot do it"):
+        session_of(sorting(robot="allegro_grasp"), bench_of([], 0.033), 1)
+    with pytest.raises(UnknownNameError, match="'ur7'"):
+        session_of(sorting(robot="ur7"), bench_of([], 0.033), 1)
+
+
+def test_a_skin_without_cells_on_a_pad_is_refused_by_name() -> None:
+    layout = finished("ur5_gripper")
+    off = np.where(layout.link == layout.links.index("right_pad"), layout.links.index("forearm_link"), layout.link)
+    bare = dataclasses.replace(layout, link=off, patches=(), patch=np.full_like(layout.patch, -1))
+    with pytest.raises(TeachingError, match="no cell on right_pad"):
+        Gripper(load("ur5_gripper"), bare)
+    with pytest.raises(TeachingError, match="ur5: it has no joint left_pad_joint"):
+        Gripper(load("ur5"), finished("ur5"))
+
+
+def test_a_fruit_is_measured_and_put_where_it_belongs(seed: int, tmp_path: Path) -> None:
+    file = tmp_path / "sort.json"
+    arguments = ["app", "sort", "--headless", "--fruits", "1", "--seed", str(seed), "--json", str(file)]
+    result = CliRunner().invoke(main.app, arguments)
+    figures = json.loads(file.read_text())
+    assert result.exit_code == 0, result.output
+    assert figures["sorted_right"] == 1.0
+    assert figures["stiffness_error"] < 0.1
+    assert 6.0 < figures["peak_force_n"] < 10.0
