@@ -147,7 +147,7 @@ class FoxgloveScene:
         self._driver = dict(statistics)
 
     def tell_again(self) -> None:
-        """Somebody new listens: the next moment carries the robot's description."""
+        """A new listener came: the next moment carries the robot's description."""
         self._told_ns = None
 
     def _transforms(self, translation: Floats, rotation: Floats, stamp: Timestamp) -> FrameTransforms:

@@ -85,7 +85,7 @@ class FoxgloveServer:
 
 
 class _Listener(ServerListener):
-    """Hears who comes, and tells the robot's description to those who ask."""
+    """Tells each client that subscribes the robot's description."""
 
     def __init__(self, scene: FoxgloveScene, urdf: str) -> None:
         self._scene, self._urdf = scene, urdf

@@ -19,7 +19,7 @@ NUMBER_CODES = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f
 
 
 class Client:
-    """Subscribes to all that is advertised until `close`, and keeps it."""
+    """Subscribes to every channel until `close`, and keeps it."""
 
     def __init__(self, port: int, assets: tuple[str, ...] = (), parameters: tuple[str, ...] = ()) -> None:
         self.messages: dict[str, list[Any]] = defaultdict(list)
