@@ -13,10 +13,10 @@ class UnknownNameError(RobotskinError):
     """A name that is none of those that exist.
 
     Attributes: `kind` (what was named, "robot"), `value` (the name given), `choices` (all valid names, sorted) and
-    `close` (at most five of them that resemble the value).
+    `close` (at most five of them that resemble the value). `further` ends the message: it says what lists or makes one.
     """
 
-    def __init__(self, kind: str, value: str, choices: Iterable[str]) -> None:
+    def __init__(self, kind: str, value: str, choices: Iterable[str], *, further: str = "") -> None:
         self.kind = kind
         self.value = value
         self.choices = tuple(sorted(choices))
@@ -36,7 +36,7 @@ class UnknownNameError(RobotskinError):
             hint = f"choose from {', '.join(self.choices)}"
         else:
             hint = f"choose from {', '.join(self.choices[:12])} and {len(self.choices) - 12} more"
-        super().__init__(f"unknown {kind} {value!r}: {hint}")
+        super().__init__(f"unknown {kind} {value!r}: {hint}{'; ' * bool(further)}{further}")
 
 
 class InputError(RobotskinError, ValueError):

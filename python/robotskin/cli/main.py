@@ -14,11 +14,13 @@ import threading
 from typing import Annotated, Any
 
 import typer
+from typer.exceptions import TyperException
 
 import robotskin
 import robotskin.cli
 from robotskin.cli._entry import INTERRUPTED
 from robotskin.cli._lazy import LazyGroup
+from robotskin.cli._mistakes import one_line
 from robotskin.errors import RobotskinError
 
 # The order of a project's day; verbs that are not named here follow by alphabet.
@@ -97,6 +99,12 @@ class Verbs(LazyGroup):
                 return super().invoke(context)
         except RobotskinError as error:
             reason = str(error)
+        except TyperException as error:
+            told = one_line(error)
+            if told is None:
+                raise
+            typer.echo(told, err=True)
+            raise typer.Exit(2) from None
         except OSError as error:
             # Only a file can be named by the user.
             if error.filename is None:

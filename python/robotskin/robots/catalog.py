@@ -57,5 +57,7 @@ def named_urdf(name: str) -> Path:
         raise ModelsNotInstalledError(name)
     files = _named_files(folder)
     if name not in files:
-        raise UnknownNameError("robot", name, robot_names())
+        raise UnknownNameError(
+            "robot", name, robot_names(), further="robotskin robots lists all; a URDF of yours is named by its path"
+        )
     return files[name]

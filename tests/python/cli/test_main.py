@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the command: every verb explains itself, help is cheap, and a user's mistake is one line."""
 
+import re
 import subprocess
 import sys
 
@@ -73,3 +74,26 @@ def test_a_bug_is_not_taken_for_a_users_mistake(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("robotskin.cli._lazy.load", lambda *_: typer.main.get_command(single))
     answer = CliRunner().invoke(main.app, ["bench"])
     assert isinstance(answer.exception, ZeroDivisionError)
+
+
+@pytest.mark.parametrize(
+    ("typed", "line"),
+    [
+        ("cover", "robotskin cover: missing argument 'robot'; robotskin robots lists them"),
+        ("cover ur5 --cells 0", "robotskin cover: invalid value for '--cells'.*, not '0'; robotskin cover -h tells .*"),
+        ("demo --layout panda", "robotskin demo: .* 'panda' does not exist; robotskin layouts lists .*"),
+        ("demo --robot", "robotskin: option '--robot' requires an argument; robotskin -h tells all that it takes"),
+        ("demoo", "robotskin: no such command 'demoo'. Did you mean 'demo'.*"),
+        ("robots ur5", r"robotskin robots: got unexpected extra argument\(s\) \(ur5\); robotskin robots -h tells .*"),
+        ("run ur55", "robotskin: unknown robot 'ur55': did you mean ur5.*; robotskin robots lists all.*"),
+        ("demo --robot a1 --headless", "robotskin: no finished layout for 'a1'; .*; robotskin cover makes others.*"),
+    ],
+)
+def test_what_is_typed_wrong_is_told_in_one_line_with_what_to_type_next(typed: str, line: str) -> None:
+    answer = CliRunner().invoke(main.app, typed.split())
+    assert answer.exit_code == 2
+    assert re.fullmatch(line, answer.output.strip()), answer.output
+
+
+def test_a_group_alone_shows_its_help() -> None:
+    assert "Usage:" in CliRunner().invoke(main.app, ["port"]).output

@@ -29,4 +29,7 @@ def finished(robot: str) -> Layout:
         with resources.as_file(resources.files(__name__).joinpath(robot + suffix)) as path:
             if path.exists():
                 return Layout.load(path)
-    raise LayoutError(f"no finished layout for {robot!r}; there is one for {', '.join(finished_names())}")
+    raise LayoutError(
+        f"no finished layout for {robot!r}; there is one for {', '.join(finished_names())}; "
+        "robotskin cover makes others, and --layout FILE takes them"
+    )

@@ -24,7 +24,7 @@ def read_gains(text: str, file: str) -> Values:
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise GainError(f"{file}: {error}") from error
+        raise GainError(f"{file}: no TOML: {error}; robotskin gains ROBOT -o FILE writes a gain file") from error
     _check_sets(values.get("sets", {}), values.get("behaviours", {}), file)
     _check_locked(values.get(LOCKED, {}), file)
     for section, given in values.items():
