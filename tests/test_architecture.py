@@ -21,8 +21,9 @@ CORE_KNOWS = {
     "robot": {"control", "skin", "driver", "model"},
     "loop": {"robot", "control", "skin", "driver", "model"},
     "ur": {"model"},
+    "serial": {"driver"},
     "world": {"model", "driver", "skin"},
-    "bindings": {"model", "driver", "skin", "record", "health", "control", "robot", "loop", "ur", "world"},
+    "bindings": {"model", "driver", "skin", "record", "health", "control", "robot", "loop", "ur", "serial", "world"},
 }
 
 # Rooms of the laboratory may include these rooms of the product, and their own headers.
@@ -53,6 +54,8 @@ PYTHON_ORDER = [
     "cycle",
     "loop",
     "ur",
+    "serial_lines",
+    "cell_sensors",
     "simulator",
     "choices",
     "robots",

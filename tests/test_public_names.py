@@ -15,7 +15,7 @@ import robotskin as rs
 
 ROOT = Path(__file__).parents[1]
 HOMES = (
-    *("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "simulator"),
+    *("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "serial_lines", "simulator"),
     *("record/tape", "health/windows"),
 )
 PRIVATE = "robotskin." + "_core"

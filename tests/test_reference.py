@@ -14,7 +14,7 @@ import robotskin as rs
 
 ROOT = Path(__file__).parents[1]
 
-COMPILED = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "simulator")
+COMPILED = ("model", "firmware", "driver", "skin", "tasks", "cycle", "loop", "ur", "serial_lines", "simulator")
 
 
 def says_something(thing: object) -> bool:

@@ -21,6 +21,7 @@ void bind_robot(nanobind::module_ module);
 void bind_task_cycle(nanobind::module_& module);
 void bind_loop(nanobind::module_ module);
 void bind_ur(nanobind::module_ module);
+void bind_serial(nanobind::module_ module);
 void bind_world(nanobind::module_ module);
 
 // A part of the core, whose classes and functions say that they are of `home`, the Python module that shows them.
@@ -50,6 +51,8 @@ inline void bind_all(nanobind::module_& module) {
   bind_robot(part(module, "robot", "robotskin.cycle", "Stage 8: limits, watchdog, last check before the robot."));
   bind_loop(part(module, "loop", "robotskin.loop", "The loop that runs on a robot, from samples to command."));
   bind_ur(part(module, "ur", "robotskin.ur", "The port of a UR robot, and the script that runs on its controller."));
+  bind_serial(
+      part(module, "serial", "robotskin.serial_lines", "Section unit and cells on serial lines of this machine."));
   bind_world(part(module, "world", "robotskin.simulator", "The simulated two ends: links and the robot's body."));
 }
 

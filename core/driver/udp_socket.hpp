@@ -38,6 +38,7 @@ class UdpSocket {
   UdpSocket& operator=(const UdpSocket&) = delete;
 
   Address local() const;
+  int descriptor() const { return descriptor_; }  // to be waited for with others
 
   // Takes what has arrived, at most `batch`; 0 if nothing has. The datagrams stay until the next call.
   std::size_t receive();

@@ -10,4 +10,5 @@ from robotskin._core import control as control
 from robotskin._core import robot as robot
 from robotskin._core import loop as loop
 from robotskin._core import ur as ur
+from robotskin._core import serial as serial
 from robotskin._core import world as world

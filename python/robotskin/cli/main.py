@@ -39,6 +39,8 @@ ORDER = (
     "view",
     "keys",
     "port",
+    "unit",
+    "cell",
     "rehearse",
     "connect",
     "record",

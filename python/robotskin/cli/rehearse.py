@@ -21,6 +21,10 @@ def command(
     host: Annotated[str, typer.Option(help="Address of this machine for both.")] = "127.0.0.1",
     units_port: Annotated[int, typer.Option(help="Of the first section unit.", min=1, max=65535)] = 21100,
     version: Annotated[str, typer.Option(help="Of the controller's software.")] = "5.23.0",
+    serial: Annotated[
+        Path | None,
+        typer.Option(help="Serve the cells on pseudo-terminals in this folder, for robotskin unit.", file_okay=False),
+    ] = None,
     touch: Annotated[bool, typer.Option("--touch", help="A hand pushes cells, drawn from the seed.")] = False,
     seconds: Annotated[float, typer.Option(help="For how long; 0: until Ctrl-C.", min=0)] = 0.0,
     seed: Annotated[int, typer.Option(help="Of the skin and the touches.")] = 1,
@@ -31,23 +35,38 @@ def command(
     """
     import random
     import time
+    from contextlib import ExitStack
 
     from robotskin.errors import InputError
-    from robotskin.rehearsal import Asked, ControllerSettings, Look, controller, skin
+    from robotskin.rehearsal import Asked, ControllerSettings, Look, controller, serial_skin, skin
 
     parts = version.split(".")
     if not 2 <= len(parts) <= 4 or not all(part.isdigit() for part in parts):
         raise InputError(f"--version {version}: give it as 5.23.0")
     numbers = ([int(part) for part in parts] + [0, 0])[:4]
     settings = ControllerSettings(version=(numbers[0], numbers[1], numbers[2], numbers[3]))
-    with (
-        controller(robot, host, settings),
-        skin(robot, host, layout=layout, key=key, host=host, first_port=units_port, seed=seed) as units,
-    ):
-        addresses, cells = units.ask(Look(("addresses", "world.scene.cell_body.size")))
+    keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
+    worn = f" --layout {layout}" if layout else ""
+    with ExitStack() as held:
+        held.enter_context(controller(robot, host, settings))
+        if serial is None:
+            made = skin(robot, host, layout=layout, key=key, host=host, first_port=units_port, seed=seed)
+        else:
+            made = serial_skin(robot, serial, host, layout=layout, key=key, seed=seed)
+        units = held.enter_context(made)
+        cells = units.ask(Look(("world.scene.cell_body.size",)))[0]
+        if serial is None:
+            addresses = units.ask(Look(("addresses",)))[0]
+        else:
+            ports: dict[tuple[int, int], list[str]] = {}
+            for (group, unit, _), path in units.ask(Look(("lines",)))[0].items():
+                ports.setdefault((group, unit), []).append(path)
+            addresses = []
+            for (group, unit), paths in ports.items():
+                addresses.append((host, units_port + len(addresses)))
+                at = f"--listen {host}:{addresses[-1][1]} --group {group} --unit {unit} {keyed}"
+                typer.echo(f"robotskin unit {' '.join(paths)} {at}")
         told = " ".join(f"--units {address}:{port}" for address, port in addresses)
-        keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
-        worn = f" --layout {layout}" if layout else ""
         typer.echo(f"robotskin connect {robot} --robot-port ur:{host} {told} {keyed}{worn}")
         began, draw = time.monotonic(), random.Random(seed)
         while seconds == 0 or time.monotonic() - began < seconds:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section units of a simulated skin in a process of their own."""
+"""A simulated skin in a process of its own: behind section units, or on serial lines."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from robotskin import layout as layouts
 from robotskin import robots
 from robotskin.keys import SkinKeys
 from robotskin.rehearsal.process import Process
+from robotskin.rehearsal.serial_skin import SerialSkin
 from robotskin.rehearsal.skin_units import SkinUnits
 
 
@@ -16,10 +17,20 @@ def make(
     robot: str, layout: str | None, key: str | None, controller: str, host: str, first_port: int, seed: int
 ) -> SkinUnits:
     """In the process that shall run it."""
+    return SkinUnits(*_worn(robot, layout, key, seed), controller, host, first_port, seed)
+
+
+def make_serial(
+    robot: str, layout: str | None, key: str | None, folder: str, controller: str | None, seed: int
+) -> SerialSkin:
+    """In the process that shall run it."""
+    return SerialSkin(*_worn(robot, layout, key, seed), folder, controller, seed)
+
+
+def _worn(robot: str, layout: str | None, key: str | None, seed: int) -> tuple[robots.Robot, layouts.Layout, SkinKeys]:
     model = robots.load(robot)
     worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
-    keys = SkinKeys.of_seed(seed) if key is None else SkinKeys.load(key)
-    return SkinUnits(model, worn, keys, controller, host, first_port, seed)
+    return model, worn, SkinKeys.of_seed(seed) if key is None else SkinKeys.load(key)
 
 
 def skin(
@@ -50,5 +61,32 @@ def skin(
         controller=controller,
         host=host,
         first_port=first_port,
+        seed=seed,
+    )
+
+
+def serial_skin(
+    robot: str = "ur5",
+    folder: str | Path = "skin_lines",
+    controller: str | None = None,
+    *,
+    layout: str | Path | None = None,
+    key: str | Path | None = None,
+    seed: int = 1,
+) -> Process:
+    """Start the cells of a robot's skin on pseudo-terminals in a folder. Raises RehearsalError.
+
+    Args:
+        robot, layout, key, seed: as of `skin`.
+        folder: where the pseudo-terminals get names.
+        controller: address of a UR controller that the skin follows; None: the robot stands.
+    """
+    return Process(
+        make_serial,
+        robot=robot,
+        layout=None if layout is None else str(layout),
+        key=None if key is None else str(key),
+        folder=str(folder),
+        controller=controller,
         seed=seed,
     )

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin cell`: a cell built for this machine, on a serial line, with sensors of your own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    line: Annotated[str, typer.Argument(help="A serial line, or with --make the name of a pseudo-terminal to make.")],
+    key: Annotated[Path, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)],
+    sensors: Annotated[
+        str, typer.Option(help="MODULE:CLASS, or a library (.so) with rs_board_sense; by default nothing touches it.")
+    ] = "robotskin.cell_sensors:Still",
+    uid: Annotated[int, typer.Option(help="Serial number, from 1; each cell of a skin has its own.", min=1)] = 1,
+    cell_id: Annotated[
+        int, typer.Option("--id", help="Of the layout's cell; 0: the section unit names it.", min=0)
+    ] = 0,
+    port: Annotated[int, typer.Option(help="The cell's port at the line.", min=1, max=4)] = 1,
+    make: Annotated[bool, typer.Option("--make", help="Make a pseudo-terminal of that name.")] = False,
+    seconds: Annotated[float, typer.Option(help="For how long; 0: until Ctrl-C.", min=0)] = 0.0,
+) -> None:
+    """Run the firmware of a cell on this machine, in real time."""
+    import secrets
+    import time
+
+    from robotskin.cell_sensors import counts_of, made_sensors
+    from robotskin.cli.unit import told_report
+    from robotskin.keys import SkinKeys
+    from robotskin.serial_lines import CellRunner, HostCell, LibrarySensors, SetSensors
+
+    keys = SkinKeys.load(key)
+    ends = [(-1, 0, 0 if number == port else -1) for number in range(1, 5)]
+    cell = HostCell(uid, ends, cell_id, secrets.randbits(31))
+    library = sensors.endswith(".so")
+    plug_in = None if library else made_sensors(sensors)
+    held = LibrarySensors(sensors) if library else SetSensors(1)
+    runner = CellRunner([cell], keys.cell_key, held, [(line, make)])
+    runner.start()
+    try:
+        typer.echo(f"cell {uid} at {line}")
+        began = time.monotonic()
+        while seconds == 0 or time.monotonic() - began < seconds:
+            if plug_in is not None and isinstance(held, SetSensors):
+                counts, fault = counts_of(plug_in.read(time.monotonic() - began))
+                held.set(counts, [0] if fault else [])
+            time.sleep(READ_S)
+    finally:
+        runner.stop()
+        report = runner.report()
+        typer.echo(f"samples {report['samples']}, {told_report(report)}")
+
+
+READ_S = 0.002
