@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -29,10 +30,10 @@ class Show(Protocol):
     period_s: float
     """How far apart the moments are to be."""
 
-    def show(self, frame: Frame) -> None:
-        """A moment; the frame's arrays are valid during the call."""
+    def show(self, frame: Frame, stamp_ns: int) -> None:
+        """A moment, and its time in nanoseconds since 1970; the frame's arrays are valid during the call."""
 
-    def tell_network(self, topology: Mapping[str, Any], statistics: Mapping[str, int]) -> None:
+    def tell_network(self, topology: Mapping[str, Any], statistics: Mapping[str, int], stamp_ns: int) -> None:
         """Some times a second: what the cells report about their neighbours, and the driver's counts."""
 
     def close(self) -> None:
@@ -58,6 +59,9 @@ class Follower:
         self._blocks: queue.SimpleQueue[tuple[bytes, bytes] | None] = queue.SimpleQueue()
         self._given_bytes = self._taken_bytes = 0
         self._lost = False
+        self.since_1970_ns: int | None = None
+        """What is added to the host's clock, on which frames are; set by the first. A simulated world has a clock of its
+        own, and is told as if it had run in real time since then."""
         self._due_ns = [0] * len(shows)
         self._network_due_ns = 0
         self._thread = threading.Thread(target=self._work, name="skin follower", daemon=True)
@@ -125,19 +129,22 @@ class Follower:
 
     def _show(self, time_ns: int) -> None:
         frame: Frame | None = None
+        if self.since_1970_ns is None:
+            self.since_1970_ns = time.time_ns() - time_ns
+        stamp_ns = time_ns + self.since_1970_ns
         for index, one in enumerate(self.shows):
             if time_ns < self._due_ns[index]:
                 continue
             period_ns = round(1e9 * one.period_s)
             self._due_ns[index] = max(self._due_ns[index] + period_ns, time_ns - period_ns)
             frame = frame or self._frame(time_ns)
-            one.show(frame)
+            one.show(frame, stamp_ns)
             self.shown += 1
         if time_ns >= self._network_due_ns:
             self._network_due_ns = time_ns + round(1e9 * NETWORK_S)
             topology, statistics = self._player.topology(), self._player.statistics()
             for one in self.shows:
-                one.tell_network(topology, statistics)
+                one.tell_network(topology, statistics, stamp_ns)
 
     def _frame(self, time_ns: int) -> Frame:
         player = self._player

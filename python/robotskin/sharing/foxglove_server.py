@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -49,8 +48,6 @@ class FoxgloveServer:
         except RuntimeError as error:
             raise SharingError(f"--foxglove {port}: {error}; choose another port, or 0 for any") from error
         self._host = host
-        self.since_1970_ns: int | None = None
-        """What is added to the host's clock, on which moments are; set by the first."""
 
     @property
     def port(self) -> int:
@@ -62,22 +59,17 @@ class FoxgloveServer:
         """What a user does to look on."""
         return f"Foxglove: open connection ws://{self._host}:{self.port}, import layout {LAYOUT_FILE}"
 
-    def show(self, frame: Frame) -> None:
-        """A moment; moments of a simulated world are told as if it had run in real time since the first."""
-        self._scene.show(frame, self._stamp_ns(frame.time_ns))
+    def show(self, frame: Frame, stamp_ns: int) -> None:
+        """A moment, and its time in nanoseconds since 1970."""
+        self._scene.show(frame, stamp_ns)
 
-    def tell_network(self, topology: Mapping[str, Any], statistics: Mapping[str, int]) -> None:
+    def tell_network(self, topology: Mapping[str, Any], statistics: Mapping[str, int], stamp_ns: int) -> None:
         """What the cells report about their trees, and the driver's counts."""
-        self._scene.tell_network(topology, statistics, time.time_ns())
+        self._scene.tell_network(topology, statistics, stamp_ns)
 
     def close(self) -> None:
         """End; viewers see that the server is gone."""
         self._server.stop()
-
-    def _stamp_ns(self, time_ns: int) -> int:
-        if self.since_1970_ns is None:
-            self.since_1970_ns = time.time_ns() - time_ns
-        return time_ns + self.since_1970_ns
 
     def _asset(self, uri: str) -> bytes | None:
         path = self._meshes.get(uri)

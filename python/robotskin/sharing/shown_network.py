@@ -79,7 +79,7 @@ class ShownNetwork:
             position = np.array(self._posture(), dtype=float)
             zero = np.zeros_like(position)
             moment = Frame(time.monotonic_ns(), self._state, position, zero, zero, none, 0, 0, self._state.normal_force)
-            self.server.show(moment)
+            self.server.show(moment, time.time_ns())
             if reading is not None:
                 heard_ns = np.where(dead, 0, 1)
-                self.server.tell_network({"parent_port": reading.parent_port, "heard_ns": heard_ns}, {})
+                self.server.tell_network({"parent_port": reading.parent_port, "heard_ns": heard_ns}, {}, time.time_ns())

@@ -62,7 +62,7 @@ class Seen:
             port = np.maximum(survey["parent_port"].astype(int), 1) - 1
             parent = session.layout.neighbours[np.arange(len(session.layout)), port, 0]
             self.children = int(np.count_nonzero((survey["parent_port"] > 0) & (parent >= 0)))
-            self.offset_ns = server.since_1970_ns
+            self.offset_ns = follower.since_1970_ns
             self.failure = follower.failure
         self.client.close()
         session.shut_down()
