@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,33 +16,95 @@ if TYPE_CHECKING:
     from robotskin.record.recorder import Recorded
     from robotskin.robots import Robot
     from robotskin.sharing.follower import Show
+    from robotskin.sharing.ros2_bridge import Ros2Bridge
+    from robotskin.sharing.ros2_commands import Commanded
 
+PAGE = "docs/seen_by_others.md"
 Foxglove = Annotated[
     int | None,
     typer.Option(
         "--foxglove",
         metavar="[PORT]",
-        help="Let Foxglove look on, on 127.0.0.1 (docs/seen_by_others.md); 8765 unless told, 0: any free port.",
+        help=f"Let Foxglove look on, on 127.0.0.1 ({PAGE}); 8765 unless told, 0: any free port.",
         max=65535,
         min=0,
     ),
 ]
+Ros2 = Annotated[
+    int | None,
+    typer.Option(
+        "--ros2", metavar="[DOMAIN]", help=f"Tell ROS 2 what is felt ({PAGE}); domain 0 unless told, on 127.0.0.1."
+    ),
+]
+Ros2Interface = Annotated[
+    str | None,
+    typer.Option("--ros2-interface", help="With --ros2: a network interface, such as eth0, instead of 127.0.0.1."),
+]
+Ros2Commands = Annotated[
+    bool,
+    typer.Option("--ros2-commands", help="With --ros2 and the page: take goals and behaviours from there, too."),
+]
 
 
+@dataclass
+class Sharing:
+    """Who looks on. recorder: None where nothing is recorded or shown."""
+
+    recorder: Recorder | None
+    bridge: Ros2Bridge | None
+    commands: bool
+    robot: Robot
+
+    def heed(self, session: Commanded) -> contextlib.AbstractContextManager[object]:
+        """Let the session take what comes by ROS 2 while a `with` block lasts, where it was asked for."""
+        if self.bridge is None or not self.commands:
+            return contextlib.nullcontext()
+        from robotskin.sharing.ros2_commands import BEHAVIOUR, GOAL, Ros2Commands
+
+        tell(f"ROS 2: goals are taken from {GOAL.name}, behaviours from {BEHAVIOUR.name}")
+        return Ros2Commands(self.bridge.node, self.robot.joint_names, session)
+
+
+@contextlib.contextmanager
 def shared(
-    session: Recorded, robot: Robot, record: Path | None, foxglove: int | None
-) -> contextlib.AbstractContextManager[Recorder | None]:
+    session: Recorded,
+    robot: Robot,
+    record: Path | None = None,
+    foxglove: int | None = None,
+    ros2: int | None = None,
+    ros2_interface: str | None = None,
+    ros2_commands: bool = False,
+) -> Iterator[Sharing]:
     """The session recorded and shown where options ask for it, while a `with` block lasts."""
     from robotskin.sharing.shared import shared as shared_session
 
+    if ros2 is None and (ros2_interface is not None or ros2_commands):
+        raise typer.BadParameter("is for --ros2", param_hint="--ros2-interface, --ros2-commands")
     shows: list[Show] = []
+    bridge: Ros2Bridge | None = None
     if foxglove is not None:
         from robotskin.sharing.foxglove_server import FoxgloveServer
 
         server = FoxgloveServer(robot, session.layout, foxglove)
         tell(server.told)
         shows.append(server)
-    return shared_session(session, shows, record, tell)
+    if ros2 is not None:
+        bridge = ros2_bridge(session, robot, ros2, ros2_interface)
+        tell(bridge.told)
+        shows.append(bridge)
+    with shared_session(session, shows, record, tell) as recorder:
+        yield Sharing(recorder, bridge, ros2_commands, robot)
+
+
+def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | None) -> Ros2Bridge:
+    """The topics of a session. Raises SharingError where the extra is not installed."""
+    from robotskin.sharing import SharingError
+
+    try:
+        from robotskin.sharing.ros2_bridge import Ros2Bridge
+    except ImportError as error:
+        raise SharingError(f"--ros2: {error.name} is not installed: pip install 'robotskin[ros2]'") from error
+    return Ros2Bridge(robot, session.layout, domain, interface)
 
 
 def tell(text: str) -> None:

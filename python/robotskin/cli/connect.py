@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._sharing import Foxglove, shared
+from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -49,6 +49,9 @@ def command(
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
     foxglove: Foxglove = None,
+    ros2: Ros2 = None,
+    ros2_interface: Ros2Interface = None,
+    ros2_commands: Ros2Commands = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
@@ -97,8 +100,8 @@ def command(
             )
             for line in session.seen:
                 console.print(f"robot: {line}")
-            with shared(session, model, record, foxglove):
-                status = run_headless(session, seconds, json_file) if headless else show(session, port)
+            with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands) as sharing:
+                status = run_headless(session, seconds, json_file) if headless else show(session, port, sharing)
         finally:
             moved.stop()
             if hasattr(moved, "close"):
@@ -149,7 +152,7 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
     return 1 if session.fault else 0
 
 
-def show(session: ConnectedRobot, port: int) -> int:
+def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
     """Serve the page until it is interrupted; the exit status. The terminal takes c (confirm), s (stop), g (go)."""
     import sys
     import threading
@@ -161,7 +164,7 @@ def show(session: ConnectedRobot, port: int) -> int:
 
     console = Console()
     session.begin()
-    with ConnectedSession(session) as live, Page(live, port) as page:
+    with ConnectedSession(session) as live, Page(live, port) as page, sharing.heed(live):
         live.watch_page(lambda: len(page.server.get_clients()))
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
         console.print(f"{told_speed(session)}; here: c confirms full speed, s stops, g goes on, each with Enter")

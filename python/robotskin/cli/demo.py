@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
-from robotskin.cli._sharing import Foxglove, shared
+from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -64,6 +65,9 @@ def command(
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
     foxglove: Foxglove = None,
+    ros2: Ros2 = None,
+    ros2_interface: Ros2Interface = None,
+    ros2_commands: Ros2Commands = False,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     estimated_layout: Annotated[
         str,
@@ -115,10 +119,10 @@ def command(
         scene=around,
         gains=ready.gains,
     )
-    with shared(session, model, record, foxglove):
+    with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands) as sharing:
         if headless:
             raise typer.Exit(run_script(session, pushed, seconds, json_file))
-        raise typer.Exit(show(session, port))
+        raise typer.Exit(show(session, port, sharing=sharing))
 
 
 def estimated_model(
@@ -166,7 +170,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
     )
 
 
-def show(session: Session, port: int, goal: list[float] | None = None) -> int:
+def show(session: Session, port: int, goal: list[float] | None = None, sharing: Sharing | None = None) -> int:
     """Serve the page until it is interrupted, tell what held the robot back; the exit status.
 
     `goal`: where the robot goes first, as `robotskin run --goal` takes it.
@@ -186,7 +190,11 @@ def show(session: Session, port: int, goal: list[float] | None = None) -> int:
         session.shut_down()
         raise
     console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
-    with LiveSession(session, place) as live, Page(live, port) as page:
+    with contextlib.ExitStack() as stack:
+        live = stack.enter_context(LiveSession(session, place))
+        page = stack.enter_context(Page(live, port))
+        if sharing is not None:
+            stack.enter_context(sharing.heed(live))
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
         try:
             threading.Event().wait()

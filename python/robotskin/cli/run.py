@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._ideal import Ideal
-from robotskin.cli._sharing import Foxglove, shared
+from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -90,6 +90,9 @@ def command(
         typer.Option(help="Keep all that is felt and done in this file (MCAP); robotskin replay.", dir_okay=False),
     ] = None,
     foxglove: Foxglove = None,
+    ros2: Ros2 = None,
+    ros2_interface: Ros2Interface = None,
+    ros2_commands: Ros2Commands = False,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
 ) -> None:
@@ -142,12 +145,12 @@ def command(
         )
         session.set_source(source)
     tell_made(console, ready)
-    with shared(session, model, record, foxglove):
+    with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands) as sharing:
         if headless:
             raise typer.Exit(run_script(session, seconds, target, json_file))
         from robotskin.cli.demo import show
 
-        status = show(session, port, target)
+        status = show(session, port, target, sharing)
     if session.fault:
         console.print(session.fault_told)
     raise typer.Exit(status)

@@ -46,7 +46,7 @@ def idl_type(name: str) -> type[IdlStruct]:
     package, kind, short = name.split("/")
     fields = {field: _idl_of(definition) for field, definition in typestore().fielddefs[name][1]}
     made = make_idl_struct(f"{short}_", f"{package}.{kind}.dds_.{short}_", fields)
-    made.serialize = _serialize  # type: ignore[method-assign]
+    setattr(made, "serialize", _serialize)  # noqa: B010
     return made
 
 
@@ -62,7 +62,8 @@ def _idl_of(definition: Any) -> Any:
     if kind == Nodetype.BASE:
         return NUMBERS[what[0]]
     inner, count = what
-    return types.sequence[_idl_of(inner)] if kind == Nodetype.SEQUENCE else types.array[_idl_of(inner), count]
+    of: Any = types
+    return of.sequence[_idl_of(inner)] if kind == Nodetype.SEQUENCE else of.array[_idl_of(inner), count]
 
 
 class DdsNode:

@@ -60,8 +60,8 @@ class Follower:
         self._given_bytes = self._taken_bytes = 0
         self._lost = False
         self.since_1970_ns: int | None = None
-        """What is added to the host's clock, on which frames are; set by the first. A simulated world has a clock of its
-        own, and is told as if it had run in real time since then."""
+        """What is added to the host's clock, on which frames are; set by the first. A simulated world has a clock of
+        its own, and is told as if it had run in real time since then."""
         self._due_ns = [0] * len(shows)
         self._network_due_ns = 0
         self._thread = threading.Thread(target=self._work, name="skin follower", daemon=True)

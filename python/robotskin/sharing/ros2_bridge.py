@@ -29,9 +29,7 @@ class Ros2Bridge:
         SharingError: no such domain or interface.
     """
 
-    def __init__(
-        self, robot: Robot, layout: Layout, domain: int = ROS2_DOMAIN, interface: str | None = None
-    ) -> None:
+    def __init__(self, robot: Robot, layout: Layout, domain: int = ROS2_DOMAIN, interface: str | None = None) -> None:
         self.period_s = PERIOD_S
         self.sent = 0
         """Packed skin states sent so far."""

@@ -15,7 +15,7 @@ from robotskin.record import Frame
 from robotskin.robots import Robot
 from robotskin.sharing.contacts import contacts
 from robotskin.sharing.points import FIELDS, points
-from robotskin.sharing.poses import Poses, PosedSkin
+from robotskin.sharing.poses import PosedSkin, Poses
 from robotskin.sharing.ros2_types import short_names, typestore
 
 FLOAT32 = 7
@@ -76,14 +76,17 @@ class Ros2Messages:
         """(topic, message) of what does not change: layout and robot."""
         layout = self._layout
         rotation = Rotation.from_matrix(layout.link_from_cell[:, :3, :3]).as_quat()
-        yield LAYOUT, self._of.SkinLayout(
-            header=self._header(stamp_ns, self._skin.base),
-            robot=layout.robot,
-            links=list(layout.links),
-            key=layout.group.astype(np.uint32) << np.uint32(16) | layout.id,
-            link=layout.link.astype(np.uint32),
-            link_from_cell=np.hstack([layout.link_from_cell[:, :3, 3], rotation]).astype(np.float32).ravel(),
-            neighbours=np.ascontiguousarray(layout.neighbours[:, :, 0], np.int32).ravel(),
+        yield (
+            LAYOUT,
+            self._of.SkinLayout(
+                header=self._header(stamp_ns, self._skin.base),
+                robot=layout.robot,
+                links=list(layout.links),
+                key=layout.group.astype(np.uint32) << np.uint32(16) | layout.id,
+                link=layout.link.astype(np.uint32),
+                link_from_cell=np.hstack([layout.link_from_cell[:, :3, 3], rotation]).astype(np.float32).ravel(),
+                neighbours=np.ascontiguousarray(layout.neighbours[:, :, 0], np.int32).ravel(),
+            ),
         )
         yield DESCRIPTION, self._of.String(data=self._robot.urdf)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The message types of ROS 2 that a skin is told in: those of ROS, and those whose definitions stand beside this file."""
+"""The message types of ROS 2 that a skin is told in: those of ROS, and those defined beside this file."""
 
 from __future__ import annotations
 
