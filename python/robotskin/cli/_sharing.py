@@ -48,7 +48,7 @@ Ros2Commands = Annotated[
 
 @dataclass
 class Sharing:
-    """Who looks on. recorder: None where nothing is recorded or shown."""
+    """What looks on. recorder: None where nothing is recorded or shown."""
 
     recorder: Recorder | None
     bridge: Ros2Bridge | None

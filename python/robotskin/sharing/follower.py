@@ -27,8 +27,9 @@ PLAYED_BYTES_MAX = 1 << 20
 class Show(Protocol):
     """What is shown moments: a server, a bridge."""
 
-    period_s: float
-    """How far apart the moments are to be."""
+    @property
+    def period_s(self) -> float:
+        """How far apart the moments are to be."""
 
     def show(self, frame: Frame, stamp_ns: int) -> None:
         """A moment, and its time in nanoseconds since 1970; the frame's arrays are valid during the call."""
@@ -96,6 +97,11 @@ class Follower:
         self._thread.join()
         for one in self.shows:
             one.close()
+
+    @property
+    def clock_id(self) -> int:
+        """Of the follower's thread, for `time.clock_gettime`: the processor time that it has taken."""
+        return time.pthread_getcpuclockid(self._thread.ident or 0)
 
     # ---- The follower's thread ----
 

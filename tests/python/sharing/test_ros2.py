@@ -123,7 +123,7 @@ def test_the_packed_skin_comes_whole_and_unchanged(heard: Heard) -> None:
     assert touched > 0.5
 
 
-def test_layout_and_robot_are_told_to_those_who_come_late(heard: Heard) -> None:
+def test_layout_and_robot_are_told_to_late_listeners(heard: Heard) -> None:
     (told,) = heard.of("/skin/layout")
     skin = heard.session.layout
     assert list(told.links) == list(skin.links)
