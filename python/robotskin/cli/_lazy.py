@@ -25,9 +25,14 @@ class VerbCommand(TyperCommand):
     def parse_args(self, context: Any, arguments: list[str]) -> list[str]:
         """Parse, with the numbers that were left out in their places."""
         whole: list[str] = []
+        # The same name may take a path elsewhere.
+        numbers = {name for one in self.params if str(one.metavar).startswith("[") for name in one.opts}
         for index, argument in enumerate(arguments):
             whole.append(argument)
-            if argument in OPTIONAL_NUMBERS and not "".join(arguments[index + 1 : index + 2]).isdecimal():
+            if (
+                argument in OPTIONAL_NUMBERS.keys() & numbers
+                and not "".join(arguments[index + 1 : index + 2]).isdecimal()
+            ):
                 whole.append(str(OPTIONAL_NUMBERS[argument]))
         return super().parse_args(context, whole)
 

@@ -59,7 +59,7 @@ def recorded(file: Path) -> tuple[Layout, Robot | None, list[Finding], float]:
     """What a recording shows."""
     from robotskin.health import HealthWatch
     from robotskin.record import Recording
-    from robotskin.viewer.recorded_scene import recorded_robot
+    from robotskin.record.recorded_robot import recorded_robot
 
     recording = Recording(file)
     with waiting("replay") as tell:

@@ -68,8 +68,9 @@ def command(
         recording.to_pandas(start, until).to_csv(csv, index=False)
         console.print(f"samples written to {csv}", highlight=False, soft_wrap=True)
     if html is not None:
+        from robotskin.record.recorded_robot import recorded_robot
         from robotskin.viewer.exported_scene import scene_html
-        from robotskin.viewer.recorded_scene import recorded_frames, recorded_robot
+        from robotskin.viewer.recorded_scene import recorded_frames
         from robotskin.whole_file import whole_file
 
         with waiting("scene"):

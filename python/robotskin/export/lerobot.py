@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robotskin
-from robotskin.errors import RobotskinError
+from robotskin.export.errors import ExportFormatError
 from robotskin.export.resampled import EVENT, Frames, blocks
 from robotskin.record import Recording
 from robotskin.record.recording import WIDTHS
@@ -31,10 +31,6 @@ DATA = "data/chunk-000/file-000.parquet"
 EPISODES = "meta/episodes/chunk-000/file-000.parquet"
 EVENTS = "events/chunk-000/file-000.parquet"
 CELLS = "meta/cells.parquet"
-
-
-class ExportFormatError(RobotskinError):
-    """A recording that cannot be exported, or a place that cannot be written; the message says what to do."""
 
 
 def export_lerobot(

@@ -86,10 +86,10 @@ class FoxgloveScene:
             context=context,
         )
 
-    def show(self, frame: Frame, stamp_ns: int) -> None:
-        """Log a moment with joints as of `stamp_ns`, nanoseconds since 1970."""
+    def show(self, frame: Frame, stamp_ns: int) -> bool:
+        """Log a moment as of `stamp_ns`, nanoseconds since 1970; False before the robot's first joint state."""
         if len(frame.position) != self._robot.joint_count or not np.isfinite(frame.position).all():
-            return  # before the robot's first joint state
+            return False
         poses = self._skin.at(frame.position)
         self._base_from_cell = poses.base_from_cell
         stamp = Timestamp(sec=stamp_ns // 10**9, nsec=stamp_ns % 10**9)
@@ -128,6 +128,7 @@ class FoxgloveScene:
             self._told_ns = stamp_ns
             self._description.log({"data": self._urdf}, log_time=stamp_ns)
             self._health.log(self._counts(frame), log_time=stamp_ns)
+        return True
 
     def tell_network(self, topology: Mapping[str, Any], statistics: Mapping[str, int], stamp_ns: int) -> None:
         """Log the cells' trees as lines, and the driver's counts."""

@@ -3,31 +3,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
-from robotskin import robots
 from robotskin.record import Recording
-from robotskin.robots import Robot
-from robotskin.viewer.exported_scene import ExportError, SceneFrame
+from robotskin.viewer.exported_scene import SceneFrame
 from robotskin.viewer.session_view import SkinReading
 
 FRAMES_PER_S = 20
-
-
-def recorded_robot(recording: Recording) -> Robot:
-    """The robot of a recording: by its name, or by the URDF in the file. Raises ExportError where it has none."""
-    if recording.layout.robot in robots.robot_names():
-        return robots.load(recording.layout.robot)
-    if "robot.urdf" not in recording.attachments:
-        raise ExportError(f"{recording.path}: no robot is in it, so there is nothing to draw")
-    with tempfile.TemporaryDirectory() as folder:
-        urdf = Path(folder) / f"{recording.layout.robot}.urdf"
-        urdf.write_bytes(recording.attachments["robot.urdf"])
-        return robots.load(urdf)
 
 
 def recorded_frames(

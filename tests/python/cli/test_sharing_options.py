@@ -34,6 +34,16 @@ def test_a_number_may_be_left_out(arguments: list[str], told: str) -> None:
     assert done.stdout.strip() == told, done.output
 
 
+def test_a_path_of_the_same_name_stays_one() -> None:
+    app = typer.Typer()
+
+    @app.command(cls=VerbCommand)
+    def verb(foxglove: Annotated[str | None, typer.Option("--foxglove")] = None) -> None:
+        typer.echo(foxglove)
+
+    assert CliRunner().invoke(app, ["--foxglove", "touches.mcap"]).stdout.strip() == "touches.mcap"
+
+
 def test_a_port_that_cannot_be_is_refused() -> None:
     app = typer.Typer()
 
