@@ -39,6 +39,7 @@ ORDER = (
     "view",
     "keys",
     "port",
+    "chip",
     "unit",
     "cell",
     "rehearse",

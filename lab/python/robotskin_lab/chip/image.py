@@ -71,18 +71,26 @@ def build(
     if not (firmware / "chip" / "main.c").is_file():
         raise ChipError(f"{firmware}: no firmware sources here; the chip is built from a source tree")
     # main.c includes the board's, the checksum's and the front door's.
-    found = [path for room in ("cell", "chip") for path in sorted((firmware / room).rglob("*.c"))]
+    found = [*sorted((firmware / "cell").rglob("*.c")), *sorted((firmware / "chip").glob("*.c"))]
     sources = [str(path) for path in found if path.stem not in ("crc", "step") and not path.stem.endswith("_board")]
     includes = [f"-I{firmware / folder}" for folder in ("chip/include", "include", ".", "chip")]
     with tempfile.TemporaryDirectory() as scratch:
         linked = elf or Path(scratch) / "cell.elf"
         # QEMU's machine has no wait states, and its board keeps more bytes.
         options = [*options, "-DRS_HOT_IN_RAM"] if board == "emulated_board.c" else options
-        command = [*_compiler(compiler), *FLAGS, f'-DRS_BOARD="{board}"', *options, optimisation, *includes, *sources]
+        command = [
+            *compiler_command(compiler),
+            *FLAGS,
+            f'-DRS_BOARD="{board}"',
+            *options,
+            optimisation,
+            *includes,
+            *sources,
+        ]
         command += ["-T", str(firmware / "chip" / "cortex_m0plus.ld"), "-Wl,--gc-sections", "-o", str(linked)]
         command += ["-lgcc"] if compiler == "gcc" else []
-        caches = {"ZIG_GLOBAL_CACHE_DIR": str(_cache()), "ZIG_LOCAL_CACHE_DIR": str(_cache())}
-        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **caches}, check=False)
+        environment = {**os.environ, **compiler_caches()}
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
         if done.returncode != 0:
             raise ChipError(f"the firmware does not build for the chip:\n{done.stderr.strip()[:4000]}")
         return read_elf(linked.read_bytes())
@@ -94,8 +102,8 @@ def compilers() -> list[str]:
     return [name for name, is_here in here.items() if is_here]
 
 
-def _compiler(compiler: str) -> list[str]:
-    """The beginning of a command."""
+def compiler_command(compiler: str) -> list[str]:
+    """The beginning of a command. Raises ChipError where it is not here."""
     if compiler == "clang":
         if find_spec("ziglang") is None:
             raise ChipError("the compiler is missing: `make build` installs it")
@@ -159,7 +167,8 @@ def _symbol_table(elf: bytes, section_at: int, section_size: int, sections: int)
             yield elf[names + name : end].decode(), value, elf[at + 12] & 0xF
 
 
-def _cache() -> Path:
-    """Where the compiler keeps what it has built: beside the build, or in the user's cache."""
+def compiler_caches() -> dict[str, str]:
+    """Variables of the environment: where the compiler keeps what it has built, beside the build or at the user's."""
     tree = SOURCES.parent / "build"
-    return (tree if tree.is_dir() else Path.home() / ".cache" / "robotskin") / "zig"
+    cache = (tree if tree.is_dir() else Path.home() / ".cache" / "robotskin") / "zig"
+    return {"ZIG_GLOBAL_CACHE_DIR": str(cache), "ZIG_LOCAL_CACHE_DIR": str(cache)}

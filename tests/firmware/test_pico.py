@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware on an emulated Raspberry Pi Pico: boots, joins a skin, reads its sensors, obeys, and is the host's."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from robotskin_lab import firmware
+from robotskin_lab.chip.emulated_pico import EmulatedPico, missing
+from robotskin_lab.chip.pico_image import PicoImage, boot_checksum, build_pico, cell_keys
+from robotskin_lab.chip.pico_replay import RECORDING, replay
+from robotskin_lab.chip.pico_skin import UID, PicoSkin, wrong_samples
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+VCNL4010, LIS3DH, TMP102 = 0x13, 0x18, 0x48
+PARTS = {
+    VCNL4010: {0x87: 0x12, 0x88: 0x34},
+    LIS3DH: {0x28: 0x00, 0x29: 0x10, 0x2A: 0x00, 0x2B: 0xF0, 0x2C: 0x80, 0x2D: 0x3E},
+    TMP102: {0x00: 0x19, 0x01: 0x80},
+}
+INPUTS = [0, 2048, 3000, 0, 876]
+"""Forces 1 to 3, nothing, the chip's temperature."""
+READ = {
+    "proximity": 0x1234,
+    "force_1": 0,
+    "force_2": 146,
+    "force_3": 399,
+    "acceleration_x": 66,  # 4096 of 16000 a g
+    "acceleration_y": -65,
+    "acceleration_z": 256,
+    "temperature_1": 54,
+    "temperature_2": 816,
+}
+
+
+@pytest.fixture(scope="module")
+def image() -> PicoImage:
+    return build_pico()
+
+
+@pytest.fixture
+def key(seed: int) -> bytes:
+    return Random(seed).randbytes(firmware.CELL_KEY_BYTES)
+
+
+@pytest.fixture
+def pico(image: PicoImage, key: bytes, seed: int, tmp_path: Path) -> Iterator[EmulatedPico]:
+    (tmp_path / "cell.uf2").write_bytes(image.uf2(UID, cell_keys(key, UID)))
+    made = EmulatedPico(tmp_path / "cell.uf2", seed)
+    made.sensors(PARTS, INPUTS)
+    yield made
+    made.close()
+
+
+def test_the_image_is_one_that_the_chip_boots(image: PicoImage) -> None:
+    assert image.flash[252:256] == boot_checksum(image.flash[:252]).to_bytes(4, "little")
+    assert image.ram_bytes < 256 * 1024
+    blocks = image.uf2(7, None)
+    assert len(blocks) % 512 == 0
+    assert all(blocks[at : at + 4] == b"UF2\n" for at in range(0, len(blocks), 512))
+
+
+def test_it_joins_a_skin_samples_its_sensors_and_obeys(pico: EmulatedPico, key: bytes) -> None:
+    skin = PicoSkin(pico, 3, key)
+    assert skin.run_until(lambda: skin.named == 4, 100)
+    skin.run(40)
+    skin.samples.clear()
+    skin.run(80)
+    assert abs(len(skin.samples) - 80) <= 4
+    own = skin.of_pico()
+    assert len(own) >= 19
+    assert wrong_samples(own, READ) == 0
+    assert not any(sample["fault"] for sample in own)
+    assert skin.bad == 0
+    assert pico.told["framing_errors"] == 0
+    assert pico.told["said"] == []
+    assert pico.registers(VCNL4010)[0x82] == 7
+    assert pico.registers(LIS3DH)[0x20] == 0x77
+    skin.driver.command("ping")
+    assert skin.run_until(lambda: len({reply["key"] for reply in skin.replies}) == 4, 60)
+
+
+def test_it_keeps_no_word_of_another_skins_host(pico: EmulatedPico, seed: int) -> None:
+    """Ticks and commands under another secret: it is not named, and answers nothing."""
+    skin = PicoSkin(pico, 0, Random(seed + 1).randbytes(firmware.CELL_KEY_BYTES))
+    assert not skin.run_until(lambda: skin.of_pico() != [], 60)
+    skin.driver.command("ping")
+    skin.run(30)
+    assert skin.replies == []
+
+
+def test_a_part_that_is_pulled_is_told_and_started_anew_when_it_is_back(pico: EmulatedPico, key: bytes) -> None:
+    skin = PicoSkin(pico, 0, key)
+    assert skin.run_until(lambda: len(skin.of_pico()) > 12, 150)
+    assert not skin.of_pico()[-1]["fault"]
+    pico.unplug(LIS3DH)
+    skin.run(60)
+    assert skin.of_pico()[-1]["fault"]
+    assert skin.of_pico()[-1]["proximity"] == READ["proximity"]
+    pico.sensors({LIS3DH: PARTS[LIS3DH]})
+    skin.run(60)
+    assert not skin.of_pico()[-1]["fault"]
+    assert pico.registers(LIS3DH)[0x20] == 0x77
+
+
+@pytest.mark.parametrize(("percent", "heard"), [(-4, True), (4, True), (-7, False), (7, False)])
+def test_lines_may_be_four_percent_off_and_not_seven(image, key, seed, tmp_path, percent, heard) -> None:
+    (tmp_path / "cell.uf2").write_bytes(image.uf2(UID, cell_keys(key, UID)))
+    pico = EmulatedPico(tmp_path / "cell.uf2", seed)
+    skin = PicoSkin(pico, 0, key, percent)
+    assert skin.run_until(lambda: len(skin.of_pico()) > 2, 60) == heard
+    pico.close()
+
+
+def test_noise_between_frames_costs_no_samples(pico: EmulatedPico, key: bytes, seed: int) -> None:
+    random = Random(seed)
+    skin = PicoSkin(pico, 3, key)
+    assert skin.run_until(lambda: skin.named == 4, 100)
+    skin.run(30)
+    for _ in range(10):
+        pico.send(random.randint(2, 4), random.randbytes(random.randint(1, 3)))
+        skin.run(random.uniform(3, 8))
+    skin.samples.clear()
+    skin.run(80)
+    assert abs(len(skin.samples) - 80) <= 4
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
+def test_the_host_built_program_asks_the_same(key: bytes, seed: int, tmp_path: Path) -> None:
+    keys, record = cell_keys(key, UID), tmp_path / "record.txt"
+    (tmp_path / "cell.uf2").write_bytes(build_pico(options=[RECORDING]).uf2(UID, keys))
+    pico = EmulatedPico(tmp_path / "cell.uf2", seed, record)
+    pico.sensors(PARTS, INPUTS)
+    skin = PicoSkin(pico, 3, key)
+    skin.run(150)
+    pico.close()
+    compared = replay(record, tmp_path, UID, keys)
+    assert compared["differences"] == 0
+    assert compared["samples"] >= 30
+    assert compared["sent"] > 300
+    lines = record.read_text().splitlines()
+    at = next(number for number in range(len(lines) // 2, len(lines)) if lines[number].startswith("6 "))
+    lines[at] = lines[at][:-1] + ("0" if lines[at][-1] != "0" else "1")
+    record.write_text("\n".join(lines) + "\n")
+    assert replay(record, tmp_path, UID, keys)["differences"] > 0
