@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robotskin.cli._waiting import waiting
+
+if TYPE_CHECKING:
+    from robotskin.record import Recording
 
 
 def command(
@@ -24,6 +27,10 @@ def command(
             "--html", help="Write the robot and its skin in motion here: a page that needs no server.", dir_okay=False
         ),
     ] = None,
+    page: Annotated[
+        bool, typer.Option("--page", help="Show it in the browser: play, pause, step, seek, until interrupted.")
+    ] = False,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
 ) -> None:
     """Play a recording through the shipping driver and skin reader, and tell what was felt.
@@ -38,6 +45,9 @@ def command(
     from robotskin.record.summary import summarise
 
     recording = Recording(file)
+    if page:
+        serve(recording, port)
+        return
     until = float("inf") if end is None else end
     console = Console()
     with waiting("replay") as tell:
@@ -83,3 +93,21 @@ def command(
         console.print(f"scene written to {html}: open it in a browser", highlight=False, soft_wrap=True)
     if json_file is not None:
         write_figures(json_file, int(about.get("seed", 0)), found.figures())
+
+
+def serve(recording: Recording, port: int) -> None:
+    """Serve the page of a recording until it is interrupted."""
+    import threading
+
+    from robotskin.live.replay import Replay
+    from robotskin.viewer.replay_page import ReplayPage
+
+    with waiting("reading what was felt"):
+        replay, activity = Replay(recording), recording.activity()
+    title = f"{recording.about['robot']}, {recording.about['cells']} cells, {recording.path.name}"
+    with replay, ReplayPage(replay, title, activity, port) as page:
+        typer.echo(f"{title}: open {page.address} (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            typer.echo("closed")

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A recording that plays by itself, for a page: played, paused, stepped, sought, at any speed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotskin.errors import InputError
+from robotskin.live.own_thread import OwnThread
+from robotskin.record import Frame, Recording, RecordingFileError
+from robotskin.record.recorded_robot import recorded_robot
+from robotskin.viewer.session_view import Floats, SkinReading
+
+__all__ = ["Moment", "Replay"]
+
+SPEED_MAX = 10.0
+AWAKE_S = 0.02
+BUSY_S = 0.05
+"""Played at once at most; a machine that cannot keep the speed plays slower, and stays obedient."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a page shows of a replay. time_s: since the beginning; joint_position: (n,) rad or m."""
+
+    time_s: float
+    joint_position: Floats
+    skin: SkinReading
+    playing: bool
+    speed: float
+
+
+class Replay(OwnThread):
+    """Plays a recording of N cells through the shipping driver and reader until `close`; it begins paused.
+
+    Every method may be called from any thread and returns at once.
+
+    Raises:
+        RecordingFileError: no robot is in it, or no moment.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        super().__init__("replay", RecordingFileError, daemon=True)
+        self.recording = recording
+        self.robot = recorded_robot(recording)
+        self.layout = recording.layout
+        self.seconds = recording.seconds
+        self._position = self.robot.neutral
+        self._playing, self._speed = False, 1.0
+        self._at_s = 0.0
+        self._began = (0.0, 0.0)
+        """Wall clock and time of the recording since which it plays."""
+        self._frames: Iterator[Frame] = iter(())
+        self._skin: SkinReading | None = None
+        self._go_to(0.0)
+        if self._skin is None:
+            raise RecordingFileError(f"{recording.path}: no moment of a skin is in it")
+        self._moment: Moment = self._take(self._skin)
+        self._begin()
+
+    # ---- Any thread ----
+
+    def moment(self) -> Moment:
+        """The latest."""
+        return self._moment
+
+    def play(self) -> None:
+        """Go on, at the end from the beginning."""
+        self._ask(self._play)
+
+    def pause(self) -> None:
+        """Stand still."""
+        self._ask(self._pause)
+
+    def step(self) -> None:
+        """One read of the skin further, and stand still."""
+        self._ask(self._step)
+
+    def seek(self, time_s: float) -> None:
+        """Go to a time since the beginning. Raises InputError for one outside."""
+        if not 0.0 <= time_s <= self.seconds:
+            raise InputError(f"time {time_s:.2f} s: the recording has 0 to {self.seconds:.2f} s")
+        self._ask(lambda: self._go_to(time_s))
+
+    def set_speed(self, speed: float) -> None:
+        """Seconds of the recording for one of the wall clock. Raises InputError."""
+        if not 0.0 < speed <= SPEED_MAX:
+            raise InputError(f"speed {speed}: more than 0, at most {SPEED_MAX:.0f}")
+        self._ask(lambda: self._set_speed(speed))
+
+    # ---- On its thread ----
+
+    def _work(self) -> None:
+        while not self._closing.is_set():
+            asked = False
+            while self._obey():
+                asked = True
+            if self._playing:
+                self._catch_up()
+            elif not asked:
+                self._closing.wait(AWAKE_S)
+            if self._skin is not None:
+                self._moment = self._take(self._skin)
+
+    def _catch_up(self) -> None:
+        due_s = self._began[1] + (time.monotonic() - self._began[0]) * self._speed
+        ends = time.monotonic() + BUSY_S
+        last: Frame | None = None
+        while self._at_s < due_s:
+            frame = next(self._frames, None)
+            if frame is None:
+                self._playing = False
+                break
+            last = frame
+            self._at_s = (frame.time_ns - self.recording.start_ns) * 1e-9
+            if time.monotonic() > ends:
+                self._restart_clock()
+                break
+        if last is not None:
+            self._keep(last)
+        if self._playing:
+            self._closing.wait(AWAKE_S)
+
+    def _play(self) -> None:
+        if self._at_s >= self.seconds - 0.01:
+            self._go_to(0.0)
+        self._playing = True
+        self._restart_clock()
+
+    def _pause(self) -> None:
+        self._playing = False
+
+    def _step(self) -> None:
+        self._playing = False
+        frame = next(self._frames, None)
+        if frame is not None:
+            self._keep(frame)
+
+    def _set_speed(self, speed: float) -> None:
+        self._speed = speed
+        self._restart_clock()
+
+    def _go_to(self, time_s: float) -> None:
+        self._frames = self.recording.frames(time_s)
+        frame = next(self._frames, None)
+        if frame is not None:
+            self._keep(frame)
+        self._restart_clock()
+
+    def _restart_clock(self) -> None:
+        self._began = (time.monotonic(), self._at_s)
+
+    def _keep(self, frame: Frame) -> None:
+        self._at_s = (frame.time_ns - self.recording.start_ns) * 1e-9
+        if len(frame.position) == self.robot.joint_count and np.isfinite(frame.position).all():
+            self._position = np.array(frame.position)
+        self._skin = SkinReading.of(frame.skin, frame.time_ns)
+
+    def _take(self, skin: SkinReading) -> Moment:
+        return Moment(self._at_s, self._position, skin, self._playing, self._speed)

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a recording: robot and skin as they were, and a time line with a strip of what was felt."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from robotskin.layout import Layout
+from robotskin.viewer.cell_card import place_rows
+from robotskin.viewer.colours import MODALITIES, cell_colours
+from robotskin.viewer.legend import PADDING, legend
+from robotskin.viewer.network import wired_tree
+from robotskin.viewer.scene import Scene
+from robotskin.viewer.served_page import ServedPage
+from robotskin.viewer.session_view import Floats, RobotView, SkinReading
+
+FRAMES_PER_S = 30
+FRAMES_PER_READOUT = 4
+SPEEDS = {"0.1 ×": 0.1, "0.5 ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0, "10 ×": 10.0}
+STRIP_HEIGHT = 34
+NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see what it felt.</div>'
+
+
+class ReplayMoment(Protocol):
+    """A moment of a replay: time_s since the beginning, joint_position (n,) rad or m, what the skin felt."""
+
+    @property
+    def time_s(self) -> float:
+        """Since the beginning."""
+
+    @property
+    def joint_position(self) -> Floats:
+        """(n,) rad or m."""
+
+    @property
+    def skin(self) -> SkinReading:
+        """What was felt."""
+
+    @property
+    def playing(self) -> bool:
+        """Or paused."""
+
+
+class ReplayView(Protocol):
+    """A recording that plays; every call returns at once, and may raise a RobotskinError."""
+
+    seconds: float
+
+    @property
+    def robot(self) -> RobotView:
+        """What moved."""
+
+    @property
+    def layout(self) -> Layout:
+        """What felt."""
+
+    def moment(self) -> ReplayMoment:
+        """The latest."""
+
+    def play(self) -> None:
+        """Go on."""
+
+    def pause(self) -> None:
+        """Stand still."""
+
+    def step(self) -> None:
+        """One read further."""
+
+    def seek(self, time_s: float) -> None:
+        """Go there."""
+
+    def set_speed(self, speed: float) -> None:
+        """Seconds of the recording for one of the wall clock."""
+
+
+class ReplayPage(ServedPage):
+    """Serves a replay at `address` until `close`.
+
+    Args:
+        activity: (B,) newton, the largest force in each share of the time. port: the first one tried.
+    """
+
+    def __init__(self, replay: ReplayView, title: str, activity: NDArray[np.float64], port: int = 8080) -> None:
+        super().__init__(title, port)
+        self.replay = replay
+        self.chosen: int | None = None
+        self._activity = activity
+        moment = replay.moment()
+        self.scene = Scene(self.server, replay.robot, replay.layout, moment.joint_position)
+        self.scene.hint("click a cell")
+        self.scene.on_cell_click = self._click
+        self._cable, _ = wired_tree(replay.layout)
+        gui = self.server.gui
+        with gui.add_folder("Time line"):
+            self.strip = gui.add_html("")
+            self.time = gui.add_slider(
+                "Time [s]", 0.0, max(0.01, round(replay.seconds, 2)), 0.01, initial_value=0.0, hint="Drag to go there."
+            )
+            self.go = gui.add_button("Play")
+            self.one = gui.add_button("Step", hint="One read of the skin further.")
+            self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
+        with gui.add_folder("Colour"):
+            self.modality = gui.add_dropdown("Cells by", MODALITIES, initial_value=MODALITIES[0])
+            self._legend = gui.add_html("")
+        with gui.add_folder("Cell"):
+            self.card = gui.add_html(NOTHING_CHOSEN)
+        self.go.on_click(lambda _: self.command(self._run_or_pause))
+        self.one.on_click(lambda _: self.command(replay.step))
+        self.speed.on_update(lambda _: self.command(lambda: replay.set_speed(SPEEDS[self.speed.value])))
+        self.time.on_update(self._sought)
+        self.modality.on_update(lambda _: self._show_legend())
+        self._show_legend()
+        self._drawn = 0
+        self._shown_s = 0.0
+        self._start("replay page")
+
+    def draw(self, moment: ReplayMoment) -> None:
+        """Send one moment to the browsers."""
+        with self.server.atomic():
+            self.scene.move(moment.joint_position)
+            colours = cell_colours(self.modality.value, self.replay.layout, self._cable, moment.skin)
+            self.scene.colour(colours)
+            self.scene.mark(self.chosen, None)
+            if self._drawn % FRAMES_PER_READOUT == 0:
+                self._show(moment)
+        self._drawn += 1
+
+    # ---- What a person does ----
+
+    def _run_or_pause(self) -> None:
+        if self.replay.moment().playing:
+            self.replay.pause()
+        else:
+            self.replay.play()
+
+    async def _sought(self, event: viser.GuiEvent) -> None:
+        # Asynchronous, so that it sees the chosen value before the page, which follows the replay, changes it.
+        if event.client is not None:
+            value = min(float(self.time.value), self.replay.seconds)
+            self.command(lambda: self.replay.seek(value))
+
+    def _click(self, cell: int) -> None:
+        self.chosen = cell
+        self.scene.hint("")
+
+    # ---- What is shown ----
+
+    def _run(self) -> None:
+        while not self._closing.wait(1 / FRAMES_PER_S):
+            if self.server.get_clients():
+                self.draw(self.replay.moment())
+
+    def _show(self, moment: ReplayMoment) -> None:
+        shown = round(min(moment.time_s, float(self.time.max)), 2)
+        if shown != self._shown_s:  # and not while a person drags it and the replay stands
+            self._shown_s = shown
+            self.time.value = shown  # type: ignore[misc]
+        label = "Pause" if moment.playing else "Play"
+        if self.go.label != label:
+            self.go.label = label
+        strip = activity_strip(self._activity, moment.time_s, self.replay.seconds)
+        if self.strip.content != strip:
+            self.strip.content = strip
+        if self.chosen is not None:
+            card = self._card(self.chosen, moment.skin)
+            if self.card.content != card:
+                self.card.content = card
+
+    def _show_legend(self) -> None:
+        self._legend.content = legend(self.modality.value, self.replay.layout, self._cable)
+
+    def _card(self, cell: int, skin: SkinReading) -> str:
+        rows = place_rows(cell, self.replay.layout, self._cable)
+        force, near = float(skin.normal_force[cell].sum()), float(skin.proximity[cell])
+        felt = f"<div>force {force:.2f} N, proximity {near:.2f}</div>"
+        return f'<div style="{PADDING};font-size:12px"><b data-cell="{cell}">Cell {cell}</b>{felt}{rows}</div>'
+
+
+def activity_strip(activity: NDArray[np.float64], time_s: float, seconds: float) -> str:
+    """The largest force over time as bars, and where the replay is; a picture for the page."""
+    largest = max(float(activity.max(initial=0.0)), 1e-9)
+    bars = "".join(
+        f'<rect x="{index}" y="{STRIP_HEIGHT * (1 - share):.1f}" width="1" height="{STRIP_HEIGHT * share:.1f}"/>'
+        for index, share in enumerate(activity / largest)
+        if share > 0.0
+    )
+    at = len(activity) * time_s / max(seconds, 1e-9)
+    told = f"{time_s:.2f} of {seconds:.2f} s; highest {largest if largest > 1e-6 else 0.0:.1f} N"
+    return (
+        f'<div style="{PADDING};font-size:12px"><svg data-replay="{time_s:.3f}" width="100%" height="{STRIP_HEIGHT}" '
+        f'viewBox="0 0 {len(activity)} {STRIP_HEIGHT}" preserveAspectRatio="none"><g fill="#e8702a">{bars}</g>'
+        f'<line x1="{at:.1f}" x2="{at:.1f}" y1="0" y2="{STRIP_HEIGHT}" stroke="#2a7de8" stroke-width="1.5"/></svg>'
+        f"<div>{told}</div></div>"
+    )
