@@ -77,6 +77,15 @@ def records(path: Path) -> Iterator[McapRecord]:
             yield from inner
 
 
+MAGIC = b"\x89MCAP0\r\n"
+
+
+def is_mcap(path: Path) -> bool:
+    """Whether the file begins as an MCAP file does."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
 def is_whole(path: Path) -> bool:
     """Whether the file ends as a finished one does: footer and magic bytes."""
     with path.open("rb") as file:
@@ -84,7 +93,7 @@ def is_whole(path: Path) -> bool:
         if file.tell() < 16:
             return False
         file.seek(-8, 2)
-        return file.read(8) == b"\x89MCAP0\r\n"
+        return file.read(8) == MAGIC
 
 
-__all__ = ["RecordingFileError", "is_whole", "records", "unpacked"]
+__all__ = ["RecordingFileError", "is_mcap", "is_whole", "records", "unpacked"]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from robotskin import firmware
 from robotskin.layout import Layout
-from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_whole, unpacked
+from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_mcap, is_whole, unpacked
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
 from robotskin.record.recorder import KEYFRAME_S
 from robotskin.record.tape import Player
@@ -62,6 +62,8 @@ class Recording:
         self.path = Path(path)
         if not self.path.is_file():
             raise RecordingFileError(f"{self.path}: no such file")
+        if not is_mcap(self.path):
+            raise RecordingFileError(f"{self.path}: no MCAP file; robotskin record FILE.mcap makes a recording")
         if not is_whole(self.path):
             raise RecordingFileError(f"{self.path}: it was cut: mend it by `robotskin record --repair {self.path}`")
         self._file = self.path.open("rb")

@@ -33,13 +33,18 @@ class Runner(Protocol):
         """End."""
 
 
+def told(error: BaseException) -> str:
+    """One line; the project's own errors are fit to be shown as they are."""
+    return str(error) if isinstance(error, RobotskinError) else f"{type(error).__name__}: {error}"
+
+
 def _serve(make: Callable[..., Runner], arguments: dict[str, Any], pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the owner, which ends this
     parent = os.getppid()
     try:
         runner = make(**arguments)
     except BaseException as error:
-        pipe.send((False, f"{type(error).__name__}: {error}"))
+        pipe.send((False, told(error)))
         return
     pipe.send((True, None))
     try:
@@ -52,7 +57,7 @@ def _serve(make: Callable[..., Runner], arguments: dict[str, Any], pipe: Connect
                 try:
                     pipe.send((True, asked(runner)))
                 except Exception as error:
-                    pipe.send((False, f"{type(error).__name__}: {error}"))
+                    pipe.send((False, told(error)))
     except EOFError:
         pass
     finally:

@@ -56,7 +56,10 @@ def load_scene(name_or_path: str | Path) -> SceneSpec:
         try:
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise SceneError(f"scene file {path}: cannot be read: {error}") from None
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise SceneError(
+                f"scene file {path}: cannot be read: {reason}; robotskin scenes lists those by name"
+            ) from None
         return read_scene(text, str(path))
     if name_or_path not in scene_names():
         raise UnknownNameError("scene", name_or_path, scene_names())

@@ -4,6 +4,7 @@
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer
@@ -97,3 +98,11 @@ def test_what_is_typed_wrong_is_told_in_one_line_with_what_to_type_next(typed: s
 
 def test_a_group_alone_shows_its_help() -> None:
     assert "Usage:" in CliRunner().invoke(main.app, ["port"]).output
+
+
+def test_a_file_that_is_no_recording_is_not_taken_for_a_cut_one(tmp_path: Path) -> None:
+    file = tmp_path / "noise.mcap"
+    file.write_bytes(bytes(range(256)))
+    answer = CliRunner().invoke(main.app, ["doctor", str(file)])
+    assert answer.exit_code == 2
+    assert answer.output.strip() == f"robotskin: {file}: no MCAP file; robotskin record FILE.mcap makes a recording"
