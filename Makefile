@@ -10,7 +10,7 @@ export PATH := $(abspath $(BIN)):$(PATH)
 SOURCES := $(shell find firmware core lab/core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core lab tests examples -name '*.[ch]' -o -name '*.[ch]pp')
 
-.PHONY: help build demo test test-asan soak fuzz lint format bench docs stubs lock clean
+.PHONY: help build emulator demo test test-asan soak fuzz lint format bench docs stubs lock clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -26,6 +26,9 @@ $(VENV)/build.stamp: $(VENV)/deps.stamp $(SOURCES)
 	touch $@
 
 build: $(VENV)/build.stamp  ## the virtual environment and the compiled core
+
+emulator:  ## the emulator of a Raspberry Pi Pico, for its tests and bench (needs Node)
+	npm ci --silent --prefix lab/rp2040
 
 demo: build  ## a skinned UR5 in the browser
 	$(BIN)/robotskin demo

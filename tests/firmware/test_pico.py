@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The firmware on an emulated Raspberry Pi Pico: boots, joins a skin, reads its sensors, obeys, and is the host's."""
 
+import json
 import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -9,7 +11,7 @@ from random import Random
 import pytest
 
 from robotskin_lab import firmware
-from robotskin_lab.chip.emulated_pico import EmulatedPico, missing
+from robotskin_lab.chip.emulated_pico import FOLDER, EmulatedPico, missing
 from robotskin_lab.chip.pico_image import PicoImage, boot_checksum, build_pico, cell_keys
 from robotskin_lab.chip.pico_replay import RECORDING, replay
 from robotskin_lab.chip.pico_skin import UID, PicoSkin, wrong_samples
@@ -146,3 +148,21 @@ def test_the_host_built_program_asks_the_same(key: bytes, seed: int, tmp_path: P
     lines[at] = lines[at][:-1] + ("0" if lines[at][-1] != "0" else "1")
     record.write_text("\n".join(lines) + "\n")
     assert replay(record, tmp_path, UID, keys)["differences"] > 0
+
+
+def test_two_picos_hear_each_other_pin_to_pin(image: PicoImage, tmp_path: Path) -> None:
+    files = []
+    for uid in (11, 22):
+        files.append(tmp_path / f"{uid}.uf2")
+        files[-1].write_bytes(image.uf2(uid, None))
+    ran = subprocess.run(["node", FOLDER / "two.mjs", *files, "30"], capture_output=True, text=True, check=True)
+    for wired, told in zip((2, 3), json.loads(ran.stdout), strict=True):
+        heard: dict[int, list[int]] = {}
+        for port, frame in told["frames"]:
+            name, fields = firmware.unpack(bytes.fromhex(frame))
+            if name == "tick":
+                heard.setdefault(port, []).append(fields["heard"])
+        assert sum(heard[wired]) >= len(heard[wired]) - 2 > 10
+        assert not any(any(heard[port]) for port in heard if port != wired)
+        assert told["framing_errors"] == 0
+        assert told["said"] == []

@@ -23,7 +23,7 @@ def missing() -> str:
     if shutil.which("node") is None:
         return "Node.js is not installed (18 or newer)"
     if not (FOLDER / "node_modules" / "rp2040js").is_dir():
-        return "rp2040js is not installed: run 'npm ci' in lab/rp2040"
+        return "rp2040js is not installed: run 'make emulator'"
     return ""
 
 
