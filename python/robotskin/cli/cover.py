@@ -22,7 +22,7 @@ TABLE_WIDTH = 110
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="Name of a robot, or path of a URDF.")],
+    robot: Annotated[str, typer.Argument(help="Name of a robot or of a finished layout, or path of a URDF.")],
     links: Annotated[
         str | None,
         typer.Option(help="Links to cover, with commas between; by default the robot's plan, or all that move."),
@@ -63,8 +63,10 @@ def command(
         console = Console(width=TABLE_WIDTH)
     require_writable("--output", output, (".json", ".json.gz", ".gz"))
     require_writable("--picture", picture, (".png",))
-    body = robots.load(robot)
-    plan = PLANS.get(body.name)
+    # A skin for a purpose is asked for by its own name.
+    other = PLANS[robot].robot if robot in PLANS else ""
+    body = robots.load(other or robot)
+    plan = PLANS.get(robot if other else body.name)
     chosen = tuple(link.strip() for link in links.split(",")) if links else plan.links if plan else moving_links(body)
     # The number of a plan is that of the links of the plan.
     count = cells or (plan.cells if plan and not links else None)
@@ -85,9 +87,9 @@ def command(
             tries=tries or (plan.tries if plan else 3),
             progress=lambda what, done, steps: tell(what, done / steps if steps else None),
         )
-    target = output or Path(f"{body.name}.json")
+    target = output or Path(f"{robot if other else body.name}.json")
     # A robot with a name is found again by it; another one by its file.
-    named = body.name == robot and body.source is not None
+    named = body.name == (other or robot) and body.source is not None
     layout = replace(layout, urdf="" if named or body.source is None else str(body.source))
     layout.save(target)
     table = Table(title=f"{body.name}: {len(layout)} cells")

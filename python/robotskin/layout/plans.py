@@ -24,7 +24,7 @@ ON_A_PALM = Rules(clearance=0.001, most_overhang=0.25)
 @dataclass(frozen=True)
 class Plan:
     """links: names; cells: in all; rules: of places, other ones for some links; areas: parts of links that get their
-    cells first; tries: first cells of each patch."""
+    cells first; tries: first cells of each patch; robot: if it is not that of the plan's name."""
 
     links: tuple[str, ...]
     cells: int
@@ -32,6 +32,7 @@ class Plan:
     link_rules: dict[str, Rules] = field(default_factory=dict)
     areas: tuple[Area, ...] = ()
     tries: int = 3
+    robot: str = ""
 
 
 ON_A_PAD = Rules(clearance=0.0005, most_overhang=0.45, least_patch=1)
@@ -83,20 +84,50 @@ def grasping_areas() -> tuple[Area, ...]:
     return (*fingers, *thumb, palm)
 
 
+ON_A_WRIST = Rules(clearance=0.001, least_foam=0.0009, most_overhang=0.85, least_patch=1)
+
+
+def embracing_areas(chest: int, upper_arm: int, elbow: int, forearm: int, wrist: int) -> tuple[Area, ...]:
+    """Where Talos meets what it takes in both arms: so many cells of the chest and of the inside of each arm.
+
+    An arm's directions are those in which its links look at the axis of what both arms close around.
+    """
+    arms = []
+    for side, outward in (("left", 1.0), ("right", -1.0)):
+        arms += [
+            Area(f"arm_{side}_2_link", upper_arm, (1.0, 0.0, 0.0), 60.0),
+            Area(f"arm_{side}_4_link", elbow, (0.1, -0.88 * outward, -0.46), 60.0),
+            Area(f"arm_{side}_5_link", forearm, (0.44, -0.89 * outward, 0.15), 60.0),
+            Area(f"arm_{side}_7_link", wrist, (0.54, -0.7 * outward, 0.47), 60.0, (0.03, -0.04 * outward, -0.02), ON_A_WRIST),
+        ]
+    return (Area("torso_2_link", chest, (1.0, 0.0, 0.0), 30.0), *arms)
+
+
+def sole_areas(cells: int) -> tuple[Area, ...]:
+    """The middle of each sole of Talos."""
+    return tuple(Area(f"leg_{side}_6_link", cells, (0.0, 0.0, -1.0), 20.0, (0.0, 0.0, -0.11)) for side in ("left", "right"))
+
+
+TALOS_LINKS = (
+    "base_link",
+    "torso_1_link",
+    "torso_2_link",
+    "head_2_link",
+    *(link.format(side=side) for side in ("left", "right") for link in TALOS_LIMB_LINKS),
+)
+
 PLANS = {
     "ur5": Plan(UR5_LINKS, 260),
     "allegro_right_hand": Plan((*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, tries=16),
-    "talos": Plan(
-        (
-            "base_link",
-            "torso_1_link",
-            "torso_2_link",
-            "head_2_link",
-            *(link.format(side=side) for side in ("left", "right") for link in TALOS_LIMB_LINKS),
-        ),
+    "talos": Plan(TALOS_LINKS, 1260, tries=2),
+    "talos_embrace": Plan(
+        TALOS_LINKS,
         1260,
+        areas=(*embracing_areas(120, 14, 12, 20, 6), *sole_areas(27)),
         tries=2,
+        robot="talos",
     ),
+    "talos_grasp": Plan((), 74, areas=embracing_areas(12, 5, 7, 14, 5), tries=2, robot="talos"),
     "allegro_grasp": Plan(
         (*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, areas=grasping_areas(), tries=16
     ),
@@ -110,4 +141,4 @@ PLANS = {
     ),
     "dual_arm": Plan(DUAL_ARM_LINKS, 700, tries=1),
 }
-"""By robot name; the numbers of cells are those of the paper's robots."""
+"""By name of the robot, or of the skin where a robot has several; the numbers of cells are those of the paper's."""

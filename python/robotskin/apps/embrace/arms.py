@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Both arms of Talos around an upright axis before the chest: the paths on which they close, from the model alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from robotskin.robots import Robot
+from robotskin.session import SessionError
+
+Array = NDArray[np.float64]
+
+SIDES = ("left", "right")
+CHEST = "torso_2_link"
+_ELBOW, _WRIST = "arm_left_4_link", "arm_left_7_link"
+_FOREARM_M = 0.266
+"""From elbow to wrist."""
+_BEGIN = np.array([-0.9, 0.5, 0.5, -1.8])
+_MIRRORED = np.array([-1, -1, -1, 1, -1, 1, -1.0])
+"""Of the left arm's joints, what makes the right arm's of them."""
+_STEP_M = 0.01
+_OPENS_FROM_M, _HELD_FROM_M = 0.20, 0.16
+"""Radii: from here the arms turn outward, and down to here the paths must be exact."""
+_FROM_END_RAD = 0.08
+"""Kept from the ends of joints, since what the arms hold bends them."""
+_TURNS_WITH_HAND = 4
+"""Joints of an arm before those that turn the hand alone."""
+
+
+@dataclass(frozen=True)
+class Around:
+    """How the arms lie around an upright axis: metres, in the frame of the robot's base with its joints at home.
+
+    height_m: of the middle of the forearms, elbow_below_m: of the elbow under it. angle_deg: where the middle of a
+    forearm stands, from straight ahead; open_angle_deg: the same for open arms.
+    """
+
+    height_m: float = 1.22
+    elbow_below_m: float = 0.02
+    angle_deg: float = 72.0
+    open_angle_deg: float = 80.0
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Joints by where the forearms lie.
+
+    axis_m: (A,) metres of the axis before the base, rising. radius_m: (S,) metres between axis and the middle of a
+    forearm, rising. angles: of each side (A, S, 7) rad. error_m: how far a wrist at most is from where it should be.
+    """
+
+    axis_m: Array
+    radius_m: Array
+    angles: dict[str, Array]
+    error_m: float
+
+    def at(self, side: str, radius_m: float, axis_m: float) -> Array:
+        """(7,) rad of an arm whose forearm is this far from an axis that far before the base."""
+        table = self.angles[side]
+        row, over = _place(self.axis_m, axis_m)
+        column, beyond = _place(self.radius_m, radius_m)
+        near, far = (one[column] + beyond * (one[column + 1] - one[column]) for one in (table[row], table[row + 1]))
+        return np.asarray(near + over * (far - near))
+
+    def radius_near(self, side: str, angles: Array, radius_m: float, axis_m: float) -> float:
+        """Metres between the axis and the forearm of an arm with these (7,) rad, on its path beside a given radius."""
+        here = self.at(side, radius_m, axis_m)
+        along = self.at(side, radius_m + _STEP_M, axis_m) - here
+        share = float(along @ (angles - here) / max(float(along @ along), 1e-12))
+        return float(np.clip(radius_m + share * _STEP_M, self.radius_m[0], self.radius_m[-1]))
+
+
+def _place(values: Array, value: float) -> tuple[int, float]:
+    """Which interval of rising values holds it, and where in it, 0 to 1."""
+    place = float(np.interp(value, values, np.arange(len(values))))
+    low = min(int(place), len(values) - 2)
+    return low, place - low
+
+
+class Arms:
+    """The two arms of a robot.
+
+    Raises:
+        SessionError: a robot that has no such arms.
+    """
+
+    def __init__(self, robot: Robot, home: Array) -> None:
+        names = [f"arm_{side}_{number}_joint" for side in SIDES for number in range(1, 8)]
+        missing = [name for name in names if name not in robot.joint_names]
+        if missing:
+            raise SessionError(f"embrace with {robot.name}: it has no joint {missing[0]}; use talos or talos_standing")
+        self.robot, self.home = robot, home
+        self.joints = {side: np.array([robot.joint_index(f"arm_{side}_{n}_joint") for n in range(1, 8)]) for side in SIDES}
+        """Of each side, the indices of its seven joints, from the shoulder."""
+
+    def plan(
+        self,
+        around: Around,
+        axis_m: tuple[float, ...] = (0.15, 0.21, 0.27, 0.33),
+        radius_m: tuple[float, ...] = (0.10, 0.13, 0.16, 0.20, 0.25, 0.30, 0.34),
+    ) -> Paths:
+        """Paths for forearms at these radii around axes at these places; the right arm mirrors the left one."""
+        joints = self.joints["left"][:_TURNS_WITH_HAND]
+        lower, upper = self.robot.lower[joints] + _FROM_END_RAD, self.robot.upper[joints] - _FROM_END_RAD
+        table = np.zeros((len(axis_m), len(radius_m), len(_MIRRORED)))
+        worst = 0.0
+        angles = _BEGIN
+        for row, axis in enumerate(axis_m):
+            for column in range(len(radius_m))[::-1]:
+                radius = radius_m[column]
+                share = np.clip((radius - _OPENS_FROM_M) / (radius_m[-1] - _OPENS_FROM_M), 0, 1)
+                turn = np.radians(around.angle_deg + share * (around.open_angle_deg - around.angle_deg))
+                begin = table[row - 1, column, :_TURNS_WITH_HAND] if row else angles
+                angles, error = self._reached(*_lies(around, axis, radius, turn), begin, lower, upper)
+                table[row, column, :_TURNS_WITH_HAND] = angles
+                if radius >= _HELD_FROM_M:
+                    worst = max(worst, error)
+        return Paths(np.array(axis_m), np.array(radius_m), {"left": table, "right": table * _MIRRORED}, worst)
+
+    def posture(self, paths: Paths, radius_m: dict[str, float], axis_m: float) -> Array:
+        """(n) rad: home, with each arm where its path says."""
+        posture = self.home.copy()
+        for side, joints in self.joints.items():
+            posture[joints] = paths.at(side, radius_m[side], axis_m)
+        return posture
+
+    def _reached(self, elbow: Array, wrist: Array, begin: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+        """(4,) rad that bring the left elbow and wrist there, and how far the wrist then is away."""
+        robot, posture = self.robot, self.home.copy()
+        at = [robot.link_index(name) for name in (_ELBOW, _WRIST)]
+        joints = self.joints["left"]
+        posture[joints[_TURNS_WITH_HAND:]] = 0.0
+
+        def away(angles: Array) -> Array:
+            posture[joints[:_TURNS_WITH_HAND]] = angles
+            places = robot.base_from_link(posture)[at][:, :3, 3]
+            return np.concatenate([4 * (places[0] - elbow), 10 * (places[1] - wrist), 0.02 * (angles - begin)])
+
+        found = least_squares(away, np.clip(begin, lower + 1e-3, upper - 1e-3), bounds=(lower, upper))
+        return np.asarray(found.x), float(np.linalg.norm(found.fun[3:6]) / 10)
+
+
+def _lies(around: Around, axis_m: float, radius_m: float, turn_rad: float) -> tuple[Array, Array]:
+    """(3,) metres of the left elbow and wrist, for a forearm whose middle is so far from the axis, along the tangent."""
+    towards = np.array([np.cos(turn_rad), np.sin(turn_rad)])
+    middle = np.array([axis_m, 0.0]) + radius_m * towards
+    along = np.array([np.sin(turn_rad), -np.cos(turn_rad)]) * _FOREARM_M / 2
+    elbow = np.array([*(middle - along), around.height_m - around.elbow_below_m])
+    wrist = np.array([*(middle + along), around.height_m + around.elbow_below_m])
+    return elbow, wrist
