@@ -94,18 +94,28 @@ def embracing_areas(chest: int, upper_arm: int, elbow: int, forearm: int, wrist:
     """
     arms = []
     for side, outward in (("left", 1.0), ("right", -1.0)):
-        arms += [
+        inside = (
             Area(f"arm_{side}_2_link", upper_arm, (1.0, 0.0, 0.0), 60.0),
             Area(f"arm_{side}_4_link", elbow, (0.1, -0.88 * outward, -0.46), 60.0),
             Area(f"arm_{side}_5_link", forearm, (0.44, -0.89 * outward, 0.15), 60.0),
-            Area(f"arm_{side}_7_link", wrist, (0.54, -0.7 * outward, 0.47), 60.0, (0.03, -0.04 * outward, -0.02), ON_A_WRIST),
-        ]
+            Area(
+                f"arm_{side}_7_link",
+                wrist,
+                (0.54, -0.7 * outward, 0.47),
+                60.0,
+                (0.03, -0.04 * outward, -0.02),
+                ON_A_WRIST,
+            ),
+        )
+        arms += [area for area in inside if area.cells]
     return (Area("torso_2_link", chest, (1.0, 0.0, 0.0), 30.0), *arms)
 
 
 def sole_areas(cells: int) -> tuple[Area, ...]:
     """The middle of each sole of Talos."""
-    return tuple(Area(f"leg_{side}_6_link", cells, (0.0, 0.0, -1.0), 20.0, (0.0, 0.0, -0.11)) for side in ("left", "right"))
+    return tuple(
+        Area(f"leg_{side}_6_link", cells, (0.0, 0.0, -1.0), 20.0, (0.0, 0.0, -0.11)) for side in ("left", "right")
+    )
 
 
 TALOS_LINKS = (
@@ -127,7 +137,7 @@ PLANS = {
         tries=2,
         robot="talos",
     ),
-    "talos_grasp": Plan((), 74, areas=embracing_areas(12, 5, 7, 14, 5), tries=2, robot="talos"),
+    "talos_grasp": Plan((), 74, areas=embracing_areas(12, 3, 10, 18, 0), tries=2, robot="talos"),
     "allegro_grasp": Plan(
         (*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, areas=grasping_areas(), tries=16
     ),

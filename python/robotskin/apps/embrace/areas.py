@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.embrace.arms import CHEST, SIDES
+from robotskin.apps.embrace.arms import CHEST, SIDES, Arms
 from robotskin.layout import Layout
-from robotskin.robots import Robot
 from robotskin.session import SessionError
 
 Array = NDArray[np.float64]
@@ -36,17 +35,18 @@ class Areas:
         return result
 
 
-def areas_of(robot: Robot, layout: Layout, closed: Array, axis_x_m: float) -> Areas:
-    """The areas of a skin, where the arms are `closed` (n) rad around an upright axis at `axis_x_m` before the base.
+def areas_of(arms: Arms, layout: Layout, closed: Array, axis_m: float) -> Areas:
+    """The areas of a skin, where the arms are `closed` (n) rad around an axis `axis_m` before the chest's joint.
 
     Raises:
         SessionError: an area with fewer than `LEAST_CELLS` cells, as in a skin that was not made for this.
     """
+    robot = arms.robot
     place = robot.base_from_link(closed)
     links = np.array([robot.link_index(name) for name in layout.links])[layout.link]
     pose = place[links] @ layout.link_from_cell
     names = np.array(layout.links)[layout.link]
-    to_axis = np.array([axis_x_m, 0.0]) - pose[:, :2, 3]
+    to_axis = arms.origin[:2] + np.array([axis_m, 0.0]) - pose[:, :2, 3]
     to_axis /= np.maximum(np.linalg.norm(to_axis, axis=1, keepdims=True), 1e-9)
     inward = np.einsum("ni,ni->n", pose[:, :2, 2], to_axis)
     cells = {

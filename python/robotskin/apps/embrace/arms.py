@@ -33,13 +33,13 @@ _TURNS_WITH_HAND = 4
 
 @dataclass(frozen=True)
 class Around:
-    """How the arms lie around an upright axis: metres, in the frame of the robot's base with its joints at home.
+    """How the arms lie around an upright axis.
 
-    height_m: of the middle of the forearms, elbow_below_m: of the elbow under it. angle_deg: where the middle of a
-    forearm stands, from straight ahead; open_angle_deg: the same for open arms.
+    height_m: of the middle of the forearms above the chest's joint, elbow_below_m: of the elbow under it. angle_deg:
+    where the middle of a forearm stands, from straight ahead; open_angle_deg: the same for open arms.
     """
 
-    height_m: float = 1.22
+    height_m: float = 0.11
     elbow_below_m: float = 0.02
     angle_deg: float = 72.0
     open_angle_deg: float = 80.0
@@ -49,8 +49,9 @@ class Around:
 class Paths:
     """Joints by where the forearms lie.
 
-    axis_m: (A,) metres of the axis before the base, rising. radius_m: (S,) metres between axis and the middle of a
-    forearm, rising. angles: of each side (A, S, 7) rad. error_m: how far a wrist at most is from where it should be.
+    axis_m: (A,) metres of the axis before the chest's joint, rising. radius_m: (S,) metres between the axis and the
+    middle of a forearm, rising. angles: of each side (A, S, 7) rad. error_m: how far a wrist at most is from where it
+    should be.
     """
 
     axis_m: Array
@@ -59,7 +60,7 @@ class Paths:
     error_m: float
 
     def at(self, side: str, radius_m: float, axis_m: float) -> Array:
-        """(7,) rad of an arm whose forearm is this far from an axis that far before the base."""
+        """(7,) rad of an arm whose forearm is this far from an axis that far before the chest's joint."""
         table = self.angles[side]
         row, over = _place(self.axis_m, axis_m)
         column, beyond = _place(self.radius_m, radius_m)
@@ -94,14 +95,18 @@ class Arms:
         if missing:
             raise SessionError(f"embrace with {robot.name}: it has no joint {missing[0]}; use talos or talos_standing")
         self.robot, self.home = robot, home
-        self.joints = {side: np.array([robot.joint_index(f"arm_{side}_{n}_joint") for n in range(1, 8)]) for side in SIDES}
+        self.origin = robot.base_from_link(home)[robot.link_index(CHEST)][:3, 3]
+        """(3,) metres of the chest's joint, in the base's frame at home."""
+        self.joints = {
+            side: np.array([robot.joint_index(f"arm_{side}_{n}_joint") for n in range(1, 8)]) for side in SIDES
+        }
         """Of each side, the indices of its seven joints, from the shoulder."""
 
     def plan(
         self,
         around: Around,
-        axis_m: tuple[float, ...] = (0.15, 0.21, 0.27, 0.33),
-        radius_m: tuple[float, ...] = (0.10, 0.13, 0.16, 0.20, 0.25, 0.30, 0.34),
+        axis_m: tuple[float, ...] = (0.165, 0.225, 0.285, 0.345, 0.405),
+        radius_m: tuple[float, ...] = (0.10, 0.13, 0.16, 0.20, 0.25, 0.30, 0.35),
     ) -> Paths:
         """Paths for forearms at these radii around axes at these places; the right arm mirrors the left one."""
         joints = self.joints["left"][:_TURNS_WITH_HAND]
@@ -115,7 +120,8 @@ class Arms:
                 share = np.clip((radius - _OPENS_FROM_M) / (radius_m[-1] - _OPENS_FROM_M), 0, 1)
                 turn = np.radians(around.angle_deg + share * (around.open_angle_deg - around.angle_deg))
                 begin = table[row - 1, column, :_TURNS_WITH_HAND] if row else angles
-                angles, error = self._reached(*_lies(around, axis, radius, turn), begin, lower, upper)
+                elbow, wrist = _lies(around, axis, radius, turn)
+                angles, error = self._reached(self.origin + elbow, self.origin + wrist, begin, lower, upper)
                 table[row, column, :_TURNS_WITH_HAND] = angles
                 if radius >= _HELD_FROM_M:
                     worst = max(worst, error)
@@ -145,7 +151,7 @@ class Arms:
 
 
 def _lies(around: Around, axis_m: float, radius_m: float, turn_rad: float) -> tuple[Array, Array]:
-    """(3,) metres of the left elbow and wrist, for a forearm whose middle is so far from the axis, along the tangent."""
+    """(3,) metres of the left elbow and wrist from the chest's joint; the forearm lies along the tangent."""
     towards = np.array([np.cos(turn_rad), np.sin(turn_rad)])
     middle = np.array([axis_m, 0.0]) + radius_m * towards
     along = np.array([np.sin(turn_rad), -np.cos(turn_rad)]) * _FOREARM_M / 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The person who is hugged, drawn: how deep, how soft and where."""
+"""The person to hug, drawn: how deep, how soft and where."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Person:
 
     @classmethod
     def drawn(cls, generator: np.random.Generator) -> Person:
-        """0.24 to 0.26 m deep, 5 to 15 kN/m, up to 15 mm from where people stand."""
+        """0.24 to 0.26 m deep, 5 to 9 kN/m, up to 15 mm from where people stand."""
         depth = float(generator.uniform(0.24, 0.26))
-        stiffness = float(5000.0 * 3.0 ** generator.uniform())
+        stiffness = float(generator.uniform(5000.0, 9000.0))
         aside, away = generator.uniform(-0.015, 0.015, 2)
         return cls(depth, stiffness, float(aside), float(away))
 

@@ -56,13 +56,17 @@ TABLE: tuple[Row, ...] = (
     Row(State.CLOSE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.CLOSE, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
     Row(State.CLOSE, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
-    Row(State.CLOSE, lambda seen: seen.regulated and seen.arms and seen.chest, State.HOLD, "both arms and chest feel it"),
+    Row(
+        State.CLOSE, lambda seen: seen.regulated and seen.arms and seen.chest, State.HOLD, "both arms and chest feel it"
+    ),
     Row(State.CLOSE, lambda seen: not seen.regulated and seen.closed, State.HOLD, "at the end of the paths"),
     Row(State.CLOSE, lambda seen: False, State.RELEASE, "the person was not found", latest_s=10.0),
     Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.HOLD, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
     Row(State.HOLD, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
-    Row(State.HOLD, lambda seen: seen.regulated and not seen.arms and not seen.chest, State.RELEASE, "nothing felt", 1.0),
+    Row(
+        State.HOLD, lambda seen: seen.regulated and not seen.arms and not seen.chest, State.RELEASE, "nothing felt", 1.0
+    ),
     Row(State.RELEASE, lambda seen: seen.open, State.RELEASED, "the arms are open"),
     Row(State.RELEASED, lambda seen: False, State.OPEN, "asked to hug again"),
 )

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Embraces (V-C, V-D): a standing humanoid hugs a soft person, and takes large things; stiff arms beside."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from robotskin.apps.embrace.scene import Person
+from robotskin.apps.embrace.script import run as hug
+from robotskin.apps.embrace.script import session_of
+from robotskin.errors import UnknownNameError
+from robotskin_lab.bench.progress import tell, tell_step
+
+PARTS = ("hug", "stiff")
+KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "still_held", "let_go", "stands")
+"""Of each part; the figures of the other parts have its name before theirs."""
+
+
+def run(*, seed: int = 1, parts: str = "hug,stiff") -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them, on one drawn person.
+
+    hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held.
+    """
+    wanted = [part.strip() for part in parts.split(",")]
+    for part in wanted:
+        if part not in PARTS:
+            raise UnknownNameError("part of bench embrace", part, PARTS)
+    generator = np.random.default_rng([seed, 18])
+    person = Person.drawn(generator)
+    along = float(generator.choice([90.0, -90.0]))
+    figures: dict[str, Any] = {"person_depth_mm": 1e3 * person.depth_m, "person_n_per_m": person.stiffness_n_per_m}
+    began = time.process_time()
+    for part in wanted:
+        tell_step(f"{part}: a person {1e3 * person.depth_m:.0f} mm deep")
+        session = session_of(person, seed)
+        try:
+            session.boot()
+            found = hug(session, regulated=part == "hug", along_deg=along)
+        finally:
+            session.shut_down()
+        figures |= found if part == "hug" else {f"{part}_{name}": found[name] for name in (*KEPT, "sensors_at_end")}
+    tell("")
+    return figures | {"processor_s": time.process_time() - began}

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`robotskin app embrace`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    grasp: Annotated[bool, typer.Option("--grasp", help="Take a large thing with both arms, on a fixed base.")] = False,
+    stiff: Annotated[bool, typer.Option("--stiff", help="Arms that do not answer to the skin: the baseline.")] = False,
+    mass: Annotated[
+        float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, and end.")] = False,
+    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+) -> None:
+    """A standing humanoid hugs a soft person, gives way when they are pushed, and lets go.
+
+    Exit status 0 means that every figure with a bound keeps it.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+    from rich.console import Console
+
+    from robotskin.apps.embrace import grasp_script, script
+    from robotskin.apps.embrace.grasp_scene import Large
+    from robotskin.apps.embrace.scene import Person
+    from robotskin.figures import report
+
+    console = Console()
+    generator = np.random.default_rng([seed, 18])
+    person, large = Person.drawn(generator), Large.drawn(generator)
+    if mass is not None:
+        large = replace(large, mass_kg=mass)
+    with console.status("loading the robot"):
+        session = grasp_script.grasp_session_of(large, seed) if grasp else script.session_of(person, seed)
+    figures: dict[str, float] = {}
+    try:
+        with console.status("booting the skin") as status:
+            session.boot()
+            if headless and grasp:
+                figures = grasp_script.run_grasp(session, large, reactive=not stiff, progress=status.update)
+            elif headless:
+                figures = script.run(session, regulated=not stiff, progress=status.update)
+    except BaseException:
+        session.shut_down()
+        raise
+    if not headless:
+        from robotskin.apps.embrace import panel
+
+        (panel.show_grasp if grasp else panel.show_hug)(session, not stiff, port)
+        return
+    session.shut_down()
+    bounds = [] if stiff else grasp_script.grasp_bounds() if grasp else script.bounds()
+    what = (
+        f"grasp of a {large.kind}, {1e3 * large.width_m:.0f} mm and {large.mass_kg:.1f} kg"
+        if grasp
+        else f"hug of a person {1e3 * person.depth_m:.0f} mm deep"
+    )
+    title = f"stiff {what}" if stiff else what
+    raise typer.Exit(report(console, title, figures, bounds, seed, json_file, [session.fault_told]))

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Large things that both arms can take, drawn: on a table that sinks away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from robotskin.apps.embrace.arms import Arms
+from robotskin.world import SceneSpec
+from robotskin.world.things import Box, Cylinder, PathSpec, ThingSpec, WaypointSpec
+
+THING, TABLE = "thing", "table"
+CHEST_FRONT_M, GAP_M = 0.10, 0.06
+"""Before the chest's joint, and from there to the thing."""
+HEIGHT_M = 0.3
+MIDDLE_M = -0.03
+"""Of the thing's middle above the chest's joint: its top is below the shoulders."""
+_TABLE_M = 0.02
+_TABLE_LENGTHS_M = (0.14, 0.16)
+_TABLE_NEARER_M = 0.04
+
+
+@dataclass(frozen=True)
+class Large:
+    """width_m: of a box's sides and of a cylinder; error_m: x, y from where things are believed to stand."""
+
+    kind: Literal["box", "cylinder"] = "box"
+    width_m: float = 0.35
+    mass_kg: float = 1.0
+    friction: float = 0.8
+    stiffness_n_per_m: float = 8000.0
+    error_m: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def drawn(cls, generator: np.random.Generator) -> Large:
+        """0.25 to 0.45 m, 0.5 to 2 kg, friction 0.6 to 0.9, 2 to 20 kN/m, up to 50 mm from its place."""
+        kind: Literal["box", "cylinder"] = "box" if generator.uniform() < 0.5 else "cylinder"
+        stiffness = float(2000.0 * 10.0 ** generator.uniform())
+        # Nearer than its gap a thing would begin inside of the chest.
+        error = (float(generator.uniform(-0.05, 0.05)), float(generator.uniform(-0.05, 0.05)))
+        width, mass, friction = (float(generator.uniform(*ends)) for ends in ((0.25, 0.45), (0.5, 2.0), (0.6, 0.9)))
+        return cls(kind, width, mass, friction, stiffness, error)
+
+
+def place_of(large: Large, arms: Arms) -> tuple[float, float, float]:
+    """Metres, of the thing's middle in the world of a robot whose arms these are."""
+    x = arms.origin[0] + CHEST_FRONT_M + GAP_M + large.width_m / 2 + large.error_m[0]
+    return float(x), float(arms.origin[1] + large.error_m[1]), float(arms.origin[2] + MIDDLE_M)
+
+
+def grasp_scene_of(large: Large, arms: Arms) -> SceneSpec:
+    """A scene with this thing on its table. Raises SceneError where it would begin inside of the robot."""
+    x, y, z = place_of(large, arms)
+    box = Box(lengths_m=(large.width_m, large.width_m, HEIGHT_M))
+    shape: Box | Cylinder = box if large.kind == "box" else Cylinder(radius_m=large.width_m / 2, length_m=HEIGHT_M)
+    top = z - HEIGHT_M / 2 - 0.0005
+    thing = ThingSpec(
+        name=THING,
+        shape=shape,
+        mass_kg=large.mass_kg,
+        position_m=(x, y, z),
+        friction=large.friction,
+        stiffness_n_per_m=large.stiffness_n_per_m,
+    )
+    table = ThingSpec(
+        name=TABLE,
+        shape=Box(lengths_m=(*_TABLE_LENGTHS_M, _TABLE_M)),
+        moves="path",
+        friction=0.3,
+        path=PathSpec(waypoints=(WaypointSpec(at_s=0.0, position_m=(x - _TABLE_NEARER_M, y, top - _TABLE_M / 2)),)),
+    )
+    return SceneSpec(about="A large thing on a table that sinks away.", things=(table, thing))
+
+
+def sinking(large: Large, arms: Arms) -> PathSpec:
+    """The way of the table when it sinks by 0.4 m within a second, from now on."""
+    x, y, z = place_of(large, arms)
+    top = z - HEIGHT_M / 2 - 0.0005 - _TABLE_M / 2
+    high, low = (x - _TABLE_NEARER_M, y, top), (x - _TABLE_NEARER_M, y, top - 0.4)
+    return PathSpec(waypoints=(WaypointSpec(at_s=0.0, position_m=high), WaypointSpec(at_s=1.0, position_m=low)))

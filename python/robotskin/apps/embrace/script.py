@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The headless run: hug a person, push them, let go; how many cells felt them, how hard, and whether they gave way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import resources
+
+import numpy as np
+
+from robotskin.apps.embrace.control import HugControl
+from robotskin.apps.embrace.scene import PERSON, Person, scene_of
+from robotskin.apps.embrace.states import State
+from robotskin.control.body_limits import BodyLimits
+from robotskin.figures import Bound
+from robotskin.layout import finished
+from robotskin.robots.gains import robot_with_gains
+from robotskin.session import PERIOD_S, SafetyState, Session
+
+Progress = Callable[[str], None]
+ROBOT, LAYOUT = "talos_standing", "talos_embrace"
+LONGEST_S = 14.0
+"""From the home posture to a hug."""
+HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 3.0
+PUSH_N = 20.0
+HELD_N = 2.0
+"""What each arm must truly press with: then the person counts as held."""
+FALLEN_SHARE = 0.8
+"""Of the height of its base at home."""
+
+
+def bounds() -> list[Bound]:
+    """What must hold of a hug by the skin; stiff arms are here to be compared."""
+    return [
+        Bound("hug_active_cells", least=20),
+        Bound("hug_cell_max_n", most=15.0),
+        Bound("in_contact", 1, 1),
+        Bound("person_moved_mm", least=20.0),
+        Bound("still_held", 1, 1),
+        Bound("let_go", 1, 1),
+        Bound("stands", 1, 1),
+        Bound("running", 1, 1),
+        Bound("limit_violations", 0, 0),
+    ]
+
+
+def session_of(person: Person, seed: int) -> Session:
+    """A session with this person in its scene, not booted. Raises SceneError."""
+    ready = robot_with_gains(ROBOT)
+    with resources.as_file(resources.files("robotskin.apps.embrace").joinpath("limits.toml")) as file:
+        limits = BodyLimits.load(file)
+    return Session(
+        ready.robot,
+        finished(LAYOUT, ROBOT),
+        seed=seed,
+        gains=ready.gains,
+        link="in process",
+        scene=scene_of(person),
+        body_limits=limits,
+    )
+
+
+class Watch:
+    """What truly happens to the person and the robot, from the world; the controller knows none of it."""
+
+    def __init__(self, session: Session, control: HugControl) -> None:
+        self.session, self.control = session, control
+        self.person = session.world.thing(PERSON)
+        self.largest_n = 0.0
+        """Of one cell, as it is."""
+        self.sensor_ends = 0
+        """Sensors that have been at the end of their range."""
+        self.running = True
+        self.inside_m = np.inf
+        """Least distance of the capture point from the edge of the soles."""
+
+    def step(self) -> None:
+        """One period of session, controller and watch."""
+        self.session.step()
+        self.control.step()
+        self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
+        force = self.session.world.cell_true_force()
+        self.largest_n = max(self.largest_n, float(force.sum(axis=1).max()))
+        self.sensor_ends = max(self.sensor_ends, int((force >= SENSOR_END_N).sum()))
+        standing = self.session.controller.cycle.standing
+        if standing is not None and len(standing.support.corners) >= 3:
+            self.inside_m = min(self.inside_m, standing.support.inside_by(standing.capture_point))
+
+    def run(self, seconds: float) -> None:
+        """Step for a time."""
+        for _ in range(round(seconds / PERIOD_S)):
+            self.step()
+
+    def area_forces_n(self) -> dict[str, float]:
+        """Newton on the cells of each area, as they are."""
+        force = self.session.world.cell_true_force().sum(axis=1)
+        return {
+            area: float(force[self.session.world_cells[cells]].sum())
+            for area, cells in self.control.arms.areas.cells.items()
+        }
+
+
+SENSOR_END_N = 10.0
+"""A force sensor's range."""
+
+
+def run(
+    session: Session, *, regulated: bool = True, along_deg: float = 90.0, progress: Progress = lambda _text: None
+) -> dict[str, float]:
+    """Hug, hold for 5 s, push the person with 20 N for 3 s, let go, on a session that has booted; and measure.
+
+    regulated: False for stiff arms. along_deg: direction of the push, 0 away from the robot, 90 to its left.
+
+    Figures: `hug_active_cells`, those that feel the person 5 s after both arms and the chest did, the median of half a
+    second; `hug_cell_max_n`, the largest true force on a cell until the arms let go; `in_contact`, both arms and the
+    chest at that time; `person_moved_mm` by the push; `still_held` after it; `let_go`; `capture_inside_mm`.
+    """
+    control = HugControl(session, regulated=regulated)
+    watch = Watch(session, control)
+    progress("opens its arms, and closes them")
+    begun = session.world.time_s
+    while control.state not in (State.HOLD, State.RELEASED) and session.world.time_s - begun < LONGEST_S:
+        watch.step()
+    figures = {"hug_s": session.world.time_s - begun, "hugs": float(control.state is State.HOLD)}
+    progress("holds")
+    watch.run(HOLD_S - 0.5)
+    counts = []
+    for _ in range(500):
+        watch.step()
+        counts.append(int((control.arms.touched & control.arms.areas.allowed).sum()))
+    felt = dict(control.arms.force)
+    figures |= {
+        "hug_active_cells": float(np.median(counts)),
+        "in_contact": float(all(force > HELD_N for force in watch.area_forces_n().values())),
+        **{f"{area}_n": force for area, force in felt.items()},
+    }
+    progress("the person is pushed")
+    before = watch.person.position_m
+    along = np.radians(along_deg)
+    watch.person.push(PUSH_N * np.array([np.cos(along), np.sin(along), 0.0]))
+    watch.run(PUSH_S)
+    figures["person_moved_mm"] = 1e3 * float(np.linalg.norm(watch.person.position_m - before))
+    watch.person.push((0.0, 0.0, 0.0))
+    watch.run(REST_S)
+    forces = watch.area_forces_n()
+    held = control.state is State.HOLD and all(forces[side] > HELD_N for side in ("left", "right"))
+    figures |= {
+        "still_held": float(held),
+        "hug_cell_max_n": watch.largest_n,
+        "sensors_at_end": float(watch.sensor_ends),
+    }
+    progress("lets go")
+    control.release()
+    watch.run(RELEASE_S)
+    return figures | {
+        "let_go": float(control.state is State.RELEASED and sum(watch.area_forces_n().values()) < HELD_N),
+        "capture_inside_mm": 1e3 * float(watch.inside_m),
+        "stands": float(session.world.joint_positions()[2] > FALLEN_SHARE * session.home[2]),
+        "running": float(watch.running),
+        "limit_violations": float(session.controller.report.violations),
+        "simulated_s": session.world.time_s,
+    }

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Embraces: paths, areas, states and bounds as laws. `robotskin bench embrace` measures whole hugs and grasps."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from robotskin import robots
+from robotskin.apps.embrace.areas import areas_of
+from robotskin.apps.embrace.arms import SIDES, Arms, Paths
+from robotskin.apps.embrace.bearing import require_bearable, torque_shares
+from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD
+from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, Large
+from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
+from robotskin.apps.embrace.regulation import CLOSED_AXIS_M, CLOSED_M
+from robotskin.apps.embrace.scene import PERSON, Person, scene_of
+from robotskin.apps.embrace.states import TABLE, Seen, State, following
+from robotskin.cli import main
+from robotskin.layout import finished
+from robotskin.robots.gains import GainSet
+from robotskin.session import SessionError
+
+
+@pytest.fixture(scope="module")
+def arms() -> Arms:
+    return Arms(robots.load("talos"), GainSet.load("talos").home)
+
+
+@pytest.fixture(scope="module")
+def paths(arms: Arms) -> Paths:
+    return arms.plan(GRASP_AROUND)
+
+
+def test_forearms_lie_along_the_tangent_at_their_distance_and_mirror_each_other(
+    arms: Arms, paths: Paths, seed: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    radius, axis = float(generator.uniform(0.18, 0.30)), float(generator.uniform(0.23, 0.33))
+    posture = arms.posture(paths, dict.fromkeys(SIDES, radius), axis)
+    places = arms.robot.base_from_link(posture)
+    middles = {}
+    for side in SIDES:
+        elbow, wrist = (
+            places[arms.robot.link_index(f"arm_{side}_{number}_link")][:3, 3] - arms.origin for number in (4, 7)
+        )
+        middle = (elbow + wrist) / 2 - [axis, 0.0, 0.0]
+        along = (wrist - elbow)[:2] / np.linalg.norm(wrist - elbow)
+        assert np.linalg.norm(middle[:2]) == pytest.approx(radius, abs=0.015)
+        assert abs(along @ middle[:2]) / radius < 0.2
+        middles[side] = middle
+    np.testing.assert_allclose(middles["left"] * [1, -1, 1], middles["right"], atol=0.003)
+
+
+def test_a_path_is_found_again_from_its_joints(paths: Paths, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    radius, axis = float(generator.uniform(0.15, 0.3)), float(generator.uniform(0.2, 0.33))
+    for side in SIDES:
+        found = paths.radius_near(side, paths.at(side, radius, axis), radius + 0.01, axis)
+        assert found == pytest.approx(radius, abs=0.004)
+
+
+def test_contact_is_allowed_on_the_chest_and_the_inside_of_both_arms_alone(arms: Arms, paths: Paths) -> None:
+    closed = arms.posture(paths, dict.fromkeys(SIDES, CLOSED_M), CLOSED_AXIS_M)
+    layout = finished("talos_embrace")
+    areas = areas_of(arms, layout, closed, CLOSED_AXIS_M)
+    for area, cells in areas.cells.items():
+        links = {layout.links[layout.link[cell]] for cell in cells}
+        assert all(("torso" if area == "chest" else f"arm_{area}") in link for link in links)
+        assert len(cells) >= 40
+    small = areas_of(arms, finished("talos_grasp"), closed, CLOSED_AXIS_M)
+    assert sum(len(cells) for cells in small.cells.values()) >= 60
+    # The baseline: the skin that covers by area alone has hardly a cell where a hug is felt.
+    worn = areas_of(arms, finished("talos"), closed, CLOSED_AXIS_M)
+    assert len(worn.cells["chest"]) < 0.3 * len(areas.cells["chest"])
+
+
+def test_a_hug_ends_whatever_state_it_is_in_when_that_is_asked(seed: int) -> None:
+    asked = Seen(5.0, True, False, False, True, True, False, False, asked_to_release=True)
+    for state in (State.OPEN, State.CLOSE, State.HOLD):
+        assert following(state, asked)[0] is State.RELEASE
+    assert {row.state for row in TABLE} == set(State)
+
+
+@pytest.mark.parametrize("what", ["outside", "too_hard"])
+def test_a_hug_lets_go_of_what_is_pressed_wrongly(what: str) -> None:
+    calm = Seen(1.0, True, False, False, True, True, False, False, asked_to_release=False)
+    assert following(State.HOLD, calm)[0] is State.HOLD
+    assert following(State.HOLD, dataclasses.replace(calm, **{what: True}))[0] is State.RELEASE
+
+
+def test_a_skin_that_feels_nothing_never_leaves_open(seed: int) -> None:
+    for since in np.random.default_rng(seed).uniform(0, 1000, 20):
+        nothing = GraspSeen(float(since), True, True, False, False, False, False, False, lost=True)
+        assert following_grasp(GraspState.OPEN, nothing)[0] is GraspState.OPEN
+    assert {row.state for row in GRASP_TABLE} == set(GraspState)
+
+
+def test_what_is_beyond_the_arms_is_refused_with_joint_and_bound(arms: Arms, paths: Paths, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for large in (Large.drawn(generator) for _ in range(3)):
+        axis = CHEST_FRONT_M + large.width_m / 2
+        require_bearable(arms, paths, large.width_m, large.mass_kg, axis, GRASP_HOLD.arm_n)
+    with pytest.raises(SessionError, match=r"joint arm_\w+_joint would need .* Nm, and may give"):
+        require_bearable(arms, paths, 0.4, 15.0, 0.3, GRASP_HOLD.arm_n)
+    light, heavy = (torque_shares(arms, paths, 0.35, mass, 0.28, 30.0) for mass in (0.5, 4.0))
+    assert heavy.max() > light.max()
+
+
+def test_drawn_people_are_soft_and_not_too_deep(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for _ in range(20):
+        person = Person.drawn(generator)
+        assert person.depth_m <= 0.26
+        assert 5000 <= person.stiffness_n_per_m <= 15000
+        thing = scene_of(person).thing(PERSON)
+        assert thing.stiffness_n_per_m == person.stiffness_n_per_m
+        assert thing.gives == "local"
+
+
+def test_a_robot_without_such_arms_is_refused() -> None:
+    ur5 = robots.load("ur5")
+    with pytest.raises(SessionError, match="arm_left_1_joint; use talos"):
+        Arms(ur5, GainSet.load("ur5").home)
+
+
+def test_the_command_tells_what_it_takes() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--help"])
+    assert answer.exit_code == 0
+    assert "--stiff" in answer.output
+    assert "--headless" in answer.output
