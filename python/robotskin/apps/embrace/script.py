@@ -21,7 +21,7 @@ Progress = Callable[[str], None]
 ROBOT, LAYOUT = "talos_standing", "talos_embrace"
 LONGEST_S = 14.0
 """From the home posture to a hug."""
-HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 3.0
+HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 4.0
 PUSH_N = 20.0
 HELD_N = 2.0
 """What each arm must truly press with: then the person counts as held."""
