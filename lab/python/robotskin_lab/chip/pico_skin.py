@@ -14,6 +14,8 @@ from robotskin.driver import Driver
 from robotskin_lab import firmware
 from robotskin_lab.chip.emulated_pico import EmulatedPico
 
+SAMPLE_FRAMES = frozenset({"clock", "event"})
+"""Types of frames that hold a sample."""
 UID = 1234
 FRAME_US = 50.1
 START_US, START_NS = 1000, 1_000_000
@@ -99,7 +101,7 @@ class PicoSkin:
             self.bad += 1
             return
         if port == 1:
-            if name in ("clock", "event"):
+            if name in SAMPLE_FRAMES:
                 self.samples.append(fields)
             self._unit_done(self.unit.frame(1, frame, self.ns))
         elif (to := self._links.get((-1, port))) is not None:
