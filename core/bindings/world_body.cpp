@@ -43,12 +43,14 @@ world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector
                             const std::vector<int>& object_body, const std::vector<double>& object_temperature,
                             double ambient_temperature, const std::vector<int>& material_geom,
                             const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
-                            double skin_stiffness) {
+                            const std::vector<double>& material_relaxes_by,
+                            const std::vector<double>& material_relaxes_in_s, double skin_stiffness) {
   const std::size_t cells = cell_body.size();
   if (cell_geom.size() != cells || body_from_cell.shape(0) != cells ||
       object_body.size() != object_temperature.size() || (!cell_neighbours.empty() && cell_neighbours.size() != cells))
     throw std::invalid_argument("Body: one geom and pose a cell, one temperature an object");
-  if (material_geom.size() != material_stiffness.size() || material_geom.size() != material_local.size())
+  if (material_geom.size() != material_stiffness.size() || material_geom.size() != material_local.size() ||
+      material_geom.size() != material_relaxes_by.size() || material_geom.size() != material_relaxes_in_s.size())
     throw std::invalid_argument("Body: one stiffness a soft geom");
   world::Mounting mounting;
   mounting.cell_body = cell_body;
@@ -63,6 +65,8 @@ world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector
   mounting.material_geom = material_geom;
   mounting.material_stiffness_n_per_m = material_stiffness;
   mounting.material_local.assign(material_local.begin(), material_local.end());
+  mounting.material_relaxes_by = material_relaxes_by;
+  mounting.material_relaxes_in_s = material_relaxes_in_s;
   mounting.skin_stiffness_n_per_m = skin_stiffness;
   for (std::size_t i = 0; i < cells; ++i) {
     const double* m = body_from_cell.data() + 16 * i;
@@ -141,27 +145,29 @@ void bind_world_body(nb::module_& module) {
              const Neighbours& cell_neighbours, const std::vector<int>& object_body,
              const std::vector<double>& object_temperature, double ambient_temperature,
              const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
-             const std::vector<bool>& material_local, double skin_stiffness, const std::vector<HandDescription>& hands,
-             const std::vector<Carrier>& carriers, const std::vector<int>& robot_joints,
-             const std::vector<double>& effort_limit, const ServoGains& gains, const Imperfections& imperfections,
-             std::uint64_t seed, PortSensors sensors, std::vector<int> imu_body, std::vector<int> force_body,
-             std::size_t base_joints) {
+             const std::vector<bool>& material_local, const std::vector<double>& material_relaxes_by,
+             const std::vector<double>& material_relaxes_in_s, double skin_stiffness,
+             const std::vector<HandDescription>& hands, const std::vector<Carrier>& carriers,
+             const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
+             const Imperfections& imperfections, std::uint64_t seed, PortSensors sensors, std::vector<int> imu_body,
+             std::vector<int> force_body, std::size_t base_joints) {
             if (sensors.imus.size() != imu_body.size() || sensors.forces.size() != force_body.size())
               throw std::invalid_argument("Body: one body a sensor");
             if (robot_joints.size() != effort_limit.size())
               throw std::invalid_argument("Body: one effort limit a joint");
-            new (self) Body(
-                reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
-                mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body, object_temperature,
-                            ambient_temperature, material_geom, material_stiffness, material_local, skin_stiffness),
-                hands, carriers, robot_joints, effort_limit, gains, imperfections, seed,
-                {std::move(sensors), std::move(imu_body), std::move(force_body)}, base_joints);
+            new (self) Body(reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
+                            mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body,
+                                        object_temperature, ambient_temperature, material_geom, material_stiffness,
+                                        material_local, material_relaxes_by, material_relaxes_in_s, skin_stiffness),
+                            hands, carriers, robot_joints, effort_limit, gains, imperfections, seed,
+                            {std::move(sensors), std::move(imu_body), std::move(force_body)}, base_joints);
           },
           nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
           "body_from_cell"_a, "cell_neighbours"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a,
-          "material_geom"_a, "material_stiffness"_a, "material_local"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a,
-          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{},
-          "imu_body"_a = std::vector<int>{}, "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
+          "material_geom"_a, "material_stiffness"_a, "material_local"_a, "material_relaxes_by"_a,
+          "material_relaxes_in_s"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a, "robot_joints"_a, "effort_limit"_a,
+          "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{}, "imu_body"_a = std::vector<int>{},
+          "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
       .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal, "the port of the simulated robot")
       .def_prop_ro(

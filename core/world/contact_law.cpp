@@ -11,7 +11,9 @@ namespace {
 
 constexpr double impedance = 0.5;
 constexpr std::size_t soft_max = 4096;
+constexpr std::size_t taken_max = 256;
 constexpr double least_depth_m = 1e-9;
+constexpr double least_left = 0.05;
 constexpr double same = 1e-9;  // relative difference below which a parameter is left as it is
 
 // Springs in series; infinity stands for a rigid one.
@@ -29,12 +31,16 @@ bool assign(mjtNum& parameter, double value) {
 
 ContactLaw::ContactLaw(const mjModel& model, const Mounting& mounting) : material_(model.ngeom), cell_(model.ngeom) {
   for (std::size_t i = 0; i < mounting.material_geom.size(); ++i)
-    material_[mounting.material_geom[i]] = {mounting.material_stiffness_n_per_m[i], mounting.material_local[i] != 0};
+    material_[mounting.material_geom[i]] = {
+        mounting.material_stiffness_n_per_m[i], mounting.material_local[i] != 0,
+        mounting.material_relaxes_by.empty() ? 0 : mounting.material_relaxes_by[i],
+        mounting.material_relaxes_by.empty() ? 1 : mounting.material_relaxes_in_s[i]};
   for (const int geom : mounting.cell_geom) {
     cell_[geom] = 1;
     material_[geom] = {mounting.skin_stiffness_n_per_m, true};
   }
   soft_.reserve(soft_max);
+  taken_.reserve(taken_max);
 }
 
 void ContactLaw::apply(const mjModel& model, mjData& data) {
@@ -71,6 +77,9 @@ void ContactLaw::apply(const mjModel& model, mjData& data) {
         sum_m += other.share * other.pair_m;
     one.side = one.pair_m / sum_m;
   }
+  for (Soft& one : soft_)
+    if (one.skin && material_[one.geom[1]].relaxes_by > 0) one.left = left(one, model.opt.timestep);
+  forget_what_is_apart();
   bool changed = false;
   for (const Soft& one : soft_) changed = set(model, one) || changed;
   if (!changed) return;
@@ -80,12 +89,35 @@ void ContactLaw::apply(const mjModel& model, mjData& data) {
   mj_referenceConstraint(&model, &data);
 }
 
+double ContactLaw::left(const Soft& soft, double period_s) {
+  const auto same_pair = [&](const Taken& one) { return one.geom[0] == soft.geom[0] && one.geom[1] == soft.geom[1]; };
+  auto found = std::find_if(taken_.begin(), taken_.end(), same_pair);
+  if (found == taken_.end()) {
+    if (taken_.size() >= taken_max) return 1;
+    taken_.push_back({{soft.geom[0], soft.geom[1]}, 0, false});
+    found = taken_.end() - 1;
+  }
+  const Material& material = material_[soft.geom[1]];
+  // Once a step, also where several points touch.
+  if (!found->touched)
+    found->depth_m += (soft.pair_m - found->depth_m) * std::min(1.0, period_s / material.relaxes_in_s);
+  found->touched = true;
+  // k (x - r y) as a share of k x; what is let go quickly stays shallow and pulls nothing.
+  return std::clamp(1 - material.relaxes_by * found->depth_m / soft.pair_m, least_left, 1.0);
+}
+
+void ContactLaw::forget_what_is_apart() {
+  std::erase_if(taken_, [](const Taken& one) { return !one.touched; });
+  for (Taken& one : taken_) one.touched = false;
+}
+
 bool ContactLaw::set(const mjModel& model, const Soft& soft) const {
   double stiffness_n_per_m = Material::rigid;
   for (const int geom : soft.geom) {
     const Material& material = material_[geom];
     const bool by_place = material.local && soft.skin;
-    stiffness_n_per_m = in_series(stiffness_n_per_m, material.stiffness_n_per_m * (by_place ? 1 : soft.side));
+    const double side = (by_place ? 1 : soft.side) * (geom == soft.geom[1] ? soft.left : 1);
+    stiffness_n_per_m = in_series(stiffness_n_per_m, material.stiffness_n_per_m * side);
   }
   double inverse_mass = 0;
   for (const int geom : soft.geom) inverse_mass += model.body_invweight0[2 * model.geom_bodyid[geom]];

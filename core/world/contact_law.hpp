@@ -25,6 +25,9 @@ struct Material {
   // False: the stiffness of one side of the whole thing, shared by all that presses it from there (a fruit).
   // True: each cell finds this stiffness under itself, whatever its neighbours do (flesh, foam).
   bool local = false;
+  // A standard linear solid: of a press that lasts, this share of the force is lost, with this time constant.
+  double relaxes_by = 0;
+  double relaxes_in_s = 1;
 };
 
 class ContactLaw {
@@ -44,13 +47,25 @@ class ContactLaw {
     double share;     // of the pair of geoms
     double pair_m;    // depth of the pair of geoms
     double side = 1;  // share of the pair in what presses the thing from this body
+    double left = 1;  // share of the thing's stiffness after relaxation
+  };
+
+  // How deep a thing that relaxes has taken the shape of what presses it; a pair of geoms, the thing second.
+  struct Taken {
+    int geom[2];
+    double depth_m;
+    bool touched;
   };
 
   bool set(const mjModel_& model, const Soft& soft) const;
+  // The share of its stiffness that a thing has left for what presses it.
+  double left(const Soft& soft, double period_s);
+  void forget_what_is_apart();
 
   std::vector<Material> material_;  // (ngeom)
   std::vector<char> cell_;          // (ngeom)
   std::vector<Soft> soft_;
+  std::vector<Taken> taken_;
 };
 
 }  // namespace robotskin::world

@@ -26,6 +26,8 @@ struct Mounting {
   std::vector<int> material_geom;                   // (M) geoms of things that are not rigid
   std::vector<double> material_stiffness_n_per_m;   // (M) of one side of the thing, or of what one cell finds
   std::vector<char> material_local;                 // (M) true: of what one cell finds
+  std::vector<double> material_relaxes_by;          // (M) share of the force that a long press loses
+  std::vector<double> material_relaxes_in_s;        // (M) time constant
 
   std::size_t cell_count() const { return cell_body.size(); }
   std::size_t object_count() const { return object_body.size(); }

@@ -420,6 +420,8 @@ class Body:
         material_geom: Sequence[int],
         material_stiffness: Sequence[float],
         material_local: Sequence[bool],
+        material_relaxes_by: Sequence[float],
+        material_relaxes_in_s: Sequence[float],
         skin_stiffness: float,
         hands: Sequence[HandDescription],
         carriers: Sequence[Carrier],

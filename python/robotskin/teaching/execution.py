@@ -16,7 +16,7 @@ from robotskin.teaching.worker import Steps, Worker
 
 Array = NDArray[np.float64]
 
-GRASP_ABOVE_M = np.array([0.0, 0.0, 0.004])
+GRASP_ABOVE_M = np.array([0.0, 0.0, 0.0025])
 """How far above the middle of a thing the middle of the pads is: a palm's breadth of room over the thing."""
 UP_M = np.array([0.0, 0.0, 0.10])
 """How far above a thing or place the gripper comes from and goes to."""

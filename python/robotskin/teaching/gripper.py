@@ -51,12 +51,23 @@ class Gripper:
                 )
         self.patches = sorted({int(layout.patch[cell]) for cells in self.cells for cell in cells})
         """Whose cells feel things, not people."""
+        self.button = self._button(layout, names)
+        """Indices of the cells that take taps: those of the smallest patch on the arm's last links."""
         zero = robot.neutral.copy()
         placed = robot.base_from_link(zero)
         middle = np.mean([placed[robot.link_index(pad)][:3, 3] for pad in PADS], axis=0)
         self.hand_from_middle: Array = np.linalg.inv(placed[robot.link_index(HAND)]) @ [*middle, 1.0]
         """(4,) the point between the pads in the frame of the hand, m."""
         self.most_open_m = float(robot.upper[self.joints].min())
+
+    def _button(self, layout: Layout, names: list[str]) -> NDArray[np.int64]:
+        order = self.robot.link_names
+        on_arm = [cell for cell, name in enumerate(names) if name not in PADS]
+        if not on_arm:
+            return np.zeros(0, dtype=int)
+        links = sorted({names[cell] for cell in on_arm}, key=order.index)[-2:]
+        link = min(links, key=lambda name: names.count(name))
+        return np.array([cell for cell in on_arm if names[cell] == link], dtype=int)
 
     def forces_n(self, session: SkinnedRobot) -> Array:
         """(2,) newton that each pad feels."""

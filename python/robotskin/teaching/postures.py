@@ -39,6 +39,27 @@ class Postures:
         """(3) metres, base frame: the point between the pads."""
         return np.asarray((self._pose(posture) @ self.gripper.hand_from_middle)[:3])
 
+    def shifted(self, posture: Array, by_m: Array) -> Array:
+        """(n) the posture with the pads' middle moved by a small (3) metres and the gripper turned to look down."""
+        pose, error = self._pose(posture), np.empty(6)
+        error[:3], error[3:] = by_m, 0.1 * self._turn_left(pose)
+        moved = posture.copy()
+        moved[self.gripper.arm] += self._step(pose, error)
+        return np.clip(moved, self.robot.lower, self.robot.upper)
+
+    def _turn_left(self, pose: Array) -> Array:
+        turn = self._turn @ pose[:3, :3].T
+        return 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+
+    def _step(self, pose: Array, error: Array) -> Array:
+        """Of the arm's joints, by damped least squares, after `_pose` of the posture."""
+        jacobian = np.array(self._dynamics.link_jacobian(self._hand))
+        lever = pose[:3, :3] @ self.gripper.hand_from_middle[:3]
+        # The point's velocity is that of the link's origin and of its turn.
+        jacobian[:3] += np.cross(jacobian[3:].T, lever).T
+        part = jacobian[:, self.gripper.arm]
+        return np.asarray(part.T @ np.linalg.solve(part @ part.T + DAMPING**2 * np.eye(6), error))
+
     def at(self, place_m: Array, start: Array) -> Array:
         """(n) the posture for a place of the pads' middle; the pads stay as in `start`.
 
@@ -52,19 +73,13 @@ class Postures:
                 pose = self._pose(posture)
                 error = np.empty(6)
                 error[:3] = place_m - (pose @ self.gripper.hand_from_middle)[:3]
-                turn = self._turn @ pose[:3, :3].T
-                error[3:] = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+                error[3:] = self._turn_left(pose)
                 distance = float(np.linalg.norm(error))
                 if distance < left:
                     best, left = posture.copy(), distance
                 if distance < 1e-5:
                     break
-                jacobian = np.array(self._dynamics.link_jacobian(self._hand))
-                lever = pose[:3, :3] @ self.gripper.hand_from_middle[:3]
-                # The point's velocity is that of the link's origin and of its turn.
-                jacobian[:3] += np.cross(jacobian[3:].T, lever).T
-                part = jacobian[:, arm]
-                step = part.T @ np.linalg.solve(part @ part.T + DAMPING**2 * np.eye(6), error)
+                step = self._step(pose, error)
                 posture[arm] = np.clip(
                     posture[arm] + np.clip(step, -0.2, 0.2), self.robot.lower[arm], self.robot.upper[arm]
                 )

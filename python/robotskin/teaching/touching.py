@@ -13,13 +13,15 @@ from robotskin.teaching.worker import LOOK_S, Steps, Worker
 Array = NDArray[np.float64]
 
 CLOSE_M_S, TOUCH_M_S, SQUEEZE_M_S = 0.03, 0.006, 0.004
-TOUCH_N, LOOSE_N, HOLD_N, LARGEST_N = 0.25, 1.8, 3.0, 7.0
+TOUCH_N, LOOSE_N, HOLD_N, LARGEST_N = 0.25, 1.5, 3.0, 6.5
 HELD_N = 0.6
 """A pad that feels less holds nothing."""
 NEAR = 0.3
 """Nearness at which the pads slow down."""
-FIT_FROM_N = 2.0
-"""Below this the slope would be that of the first, uneven touch."""
+FIT_FROM_N, FIT_RANGE_N = 1.5, 1.0
+"""Below the first the slope would be that of the uneven touch; a narrower range tells no slope."""
+LONE_SHARE = 0.92
+"""Of a pad's force on its strongest cell: less: a second cell carries, and the skin is stiffer than before."""
 FIXED_CLOSING_M = 0.004
 """By which a baseline closes from the usual size of the thing."""
 
@@ -30,6 +32,8 @@ class Squeezed:
 
     width_m: list[float] = field(default_factory=list)
     force_n: list[float] = field(default_factory=list)
+    lone: list[bool] = field(default_factory=list)
+    """Whether one cell of each pad carries nearly all."""
     diameter_m: float = float("nan")
     peak_n: float = 0.0
 
@@ -40,8 +44,11 @@ class Squeezed:
         NaN where it was not squeezed enough.
         """
         force, width = np.array(self.force_n), np.array(self.width_m)
-        chosen = (force > FIT_FROM_N) & (force < LARGEST_N)
-        if chosen.sum() < 10 or np.ptp(force[chosen]) < 1.0:
+        usable = (force > FIT_FROM_N) & (force < LARGEST_N)
+        chosen = usable & np.array(self.lone, dtype=bool)
+        if not _tells_a_slope(force[chosen]):
+            chosen = usable
+        if not _tells_a_slope(force[chosen]):
             return float("nan")
         gives = -float(np.polyfit(force[chosen], width[chosen], 1)[0])
         return 1.0 / gives if gives > 0 else float("nan")
@@ -60,6 +67,10 @@ class Squeezed:
             return 0.0
         reached = np.flatnonzero(width <= width_m)
         return self.force_n[reached[0]] if len(reached) else max(self.force_n)
+
+
+def _tells_a_slope(force_n: Array) -> bool:
+    return len(force_n) >= 10 and float(np.ptp(force_n)) >= FIT_RANGE_N
 
 
 def holds(worker: Worker) -> bool:
@@ -106,6 +117,7 @@ def squeeze(worker: Worker, largest_n: float = LARGEST_N, hold_n: float = HOLD_N
         yield
         found.width_m.append(float(worker.openings_m.sum()))
         found.force_n.append(float(worker.force_n.mean()))
+        found.lone.append(bool(worker.strongest_share().min() > LONE_SHARE))
         found.peak_n = max(found.peak_n, float(worker.force_n.max()))
         if (worker.wanted[worker.gripper.joints] <= 1e-5).all():
             break

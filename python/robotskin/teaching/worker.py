@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.control import FEEDFORWARD, Behaviour, Fusion
+from robotskin.control import Behaviour
 from robotskin.session import PERIOD_S, Session
-from robotskin.tasks import JointTask
+from robotskin.teaching.behaviours import WORK, use
 from robotskin.teaching.gripper import Gripper
 from robotskin.teaching.postures import Postures
 
@@ -22,12 +22,13 @@ Steps = Generator[None, None, Any]
 PERIODS = 4
 """Of the session, between two looks: a cell samples every 4 ms."""
 LOOK_S = PERIODS * PERIOD_S
-WORK = "work_with_gripper"
 SPEED_M_S, LEAST_MOVE_S = 0.20, 0.4
 PAD_SPEED_M_S = 0.05
 END_M = 0.004
 """From the end of a pad's way: nearer to it the guard slows the pad, and the servo's correction winds up."""
 TURN_RAD_S = 0.9
+FLOOR_N = 0.15
+"""What a cell may read with nothing on it."""
 GIVE_M_S_N, FASTEST_GIVE_M_S = 0.0012, 0.006
 """How fast a pad moves for a newton that is lacking, and at most."""
 
@@ -54,20 +55,14 @@ class Worker:
         self.wanted = np.array(session.joints.position)
         """(n) where the joints are to be at this moment."""
         self._before = self.wanted.copy()
-        self.take_over()
+        self.use(WORK)
 
-    def take_over(self) -> None:
-        """Follow references from now on, from where the robot is."""
-        self.wanted = np.array(self.session.joints.position)
+    def use(self, behaviour: Behaviour) -> None:
+        """Follow references by this behaviour from now on, from where the robot is."""
+        robot = self.session.robot
+        self.wanted = np.clip(np.array(self.session.joints.position), robot.lower, robot.upper)
         self._before = self.wanted.copy()
-        meaning = "works with its gripper and gives way to touch"
-        tasks = {"joint": 0, "skin": 0, "gravity": FEEDFORWARD}
-        made = self.session.controller.use(
-            Behaviour(WORK, tasks, Fusion.weighted_sum, meaning, gains="skin_compliance")
-        )
-        task = made["joint"]
-        assert isinstance(task, JointTask)
-        self._task = task
+        self._task = use(self.session, behaviour)
         for patch in self.gripper.patches:
             self.session.mask_patch(patch, True)
 
@@ -81,6 +76,11 @@ class Worker:
     def busy(self) -> bool:
         """Whether a skill is under way."""
         return self._skill is not None
+
+    @property
+    def looks_next(self) -> bool:
+        """Whether the next step is a look."""
+        return (self._tick + 1) % PERIODS == 0
 
     def step(self) -> None:
         """One period of the session."""
@@ -133,6 +133,12 @@ class Worker:
         """(3,) base frame, of the pads' middle, as measured."""
         return self.postures.place_of(np.array(self.session.joints.position))
 
+    def strongest_share(self) -> Array:
+        """(2,) of each pad's force, the part on its strongest cell; offsets are not taken out."""
+        force = np.asarray(self.session.skin.normal_force).sum(axis=1)
+        pads = [np.maximum(force[cells] - FLOOR_N, 0.0) for cells in self.gripper.cells]
+        return np.array([pad.max() / max(float(pad.sum()), 1e-9) for pad in pads])
+
     # ---- Parts of skills ----
 
     def wait(self, seconds: float) -> Steps:
@@ -162,6 +168,15 @@ class Worker:
             self.wanted[arm] = begin[arm] + share * (goal - begin)[arm]
             yield
         yield from self.wait(0.15)
+
+    def stay(self) -> None:
+        """Let the arm be where it is, whatever it has been on its way to."""
+        arm = self.gripper.arm
+        self.wanted[arm] = self._before[arm] = np.array(self.session.joints.position)[arm]
+
+    def shift(self, by_m: Array) -> None:
+        """Move the pads' middle by (3,) metres from where it is to be; stays where the arm cannot follow."""
+        self.wanted = self.postures.shifted(self.wanted, by_m)
 
     def open(self, opening_m: float | None = None) -> Steps:
         """Open each pad to a distance from the middle; by default all the way that the guard lets it."""

@@ -105,15 +105,22 @@ def add_soles(spec: mujoco.MjSpec, standing: Standing, floor: FloorSpec) -> None
         )
 
 
-def materials(model: mujoco.MjModel, scene: SceneSpec) -> tuple[list[int], list[float], list[bool]]:
-    """Geoms that give way; newton per metre of a side, or as one cell finds it; which of the two it is."""
+def materials(
+    model: mujoco.MjModel, scene: SceneSpec
+) -> tuple[list[int], list[float], list[bool], list[float], list[float]]:
+    """Geoms that give way; newton per metre of a side, or as one cell finds it; which of the two it is; by which share
+    a lasting press gets weaker, and in how many seconds."""
     geoms: list[int] = []
     stiffness: list[float] = []
     local: list[bool] = []
-    soft = [(thing.name, thing.stiffness_n_per_m, thing.gives == "local") for thing in scene.things]
+    relaxes: list[tuple[float, float]] = []
+    soft = [
+        (thing.name, thing.stiffness_n_per_m, thing.gives == "local", (thing.relaxes_by, thing.relaxes_in_s))
+        for thing in scene.things
+    ]
     if scene.floor is not None:
-        soft.append((FLOOR_NAME, scene.floor.stiffness_n_per_m, False))
-    for name, value, by_place in soft:
+        soft.append((FLOOR_NAME, scene.floor.stiffness_n_per_m, False, (0.0, 1.0)))
+    for name, value, by_place, relaxing in soft:
         if value is None:
             continue
         bodies = {i for i in range(model.nbody) if model.body(i).name.startswith(f"scene/{name}/")}
@@ -121,7 +128,8 @@ def materials(model: mujoco.MjModel, scene: SceneSpec) -> tuple[list[int], list[
             geoms.append(geom)
             stiffness.append(value * LATTICE_CELL_AREA_M2 / PROBE_AREA_M2 if by_place else value)
             local.append(by_place)
-    return geoms, stiffness, local
+            relaxes.append(relaxing)
+    return geoms, stiffness, local, [by for by, _ in relaxes], [seconds for _, seconds in relaxes]
 
 
 def carriers(model: mujoco.MjModel, scene: SceneSpec) -> tuple[dict[str, int], list[Carrier]]:

@@ -141,6 +141,10 @@ class ThingSpec(Spec, frozen=True):
     """Coefficient against skin, links and floor; between two things the smaller one counts."""
     stiffness_n_per_m: Positive | None = None
     """Newton per metre that it gives way where it is pressed; left out: rigid."""
+    relaxes_by: Annotated[float, Meta(ge=0, lt=1)] = 0.0
+    """Share by which its stiffness under a cell falls while the press lasts."""
+    relaxes_in_s: Positive = 1.0
+    """Time constant of that."""
     gives: Literal["whole", "local"] = "whole"
     """whole: one side has this stiffness, however many cells press it (a fruit). local: a flat probe 50 mm across finds
     it, and every cell finds its own share of that, whatever the others do (flesh, foam)."""

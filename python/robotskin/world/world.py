@@ -100,7 +100,9 @@ class World:
             stated = robot.stated_friction
             joint_friction = [stated.get(name, share[n]) for n, name in enumerate(robot.joint_names)]
         self.scene.model.dof_frictionloss[dofs] = joint_friction
-        soft_geom, soft_stiffness, soft_local = bodies.materials(self.scene.model, self.scene.spec)
+        soft_geom, soft_stiffness, soft_local, relaxes_by, relaxes_in_s = bodies.materials(
+            self.scene.model, self.scene.spec
+        )
         self._carrier, carriers = bodies.carriers(self.scene.model, self.scene.spec)
         self.body = core.Body(
             model_address=self.scene.model._address,
@@ -116,6 +118,8 @@ class World:
             material_geom=soft_geom,
             material_stiffness=soft_stiffness,
             material_local=soft_local,
+            material_relaxes_by=relaxes_by,
+            material_relaxes_in_s=relaxes_in_s,
             skin_stiffness=SKIN_STIFFNESS_N_PER_M,
             carriers=carriers,
             hands=[

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A robot that is led by its skin: taps and presses as laws, and a push through firmware, network and driver."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotskin.layout import finished
+from robotskin.robots import load
+from robotskin.session import Session
+from robotskin.teaching.leading import Asked, Button, Leader
+from robotskin.teaching.worker import Worker
+
+
+def asked_by(presses: Sequence[tuple[float, float]]) -> list[Asked]:
+    """What a button tells of presses of 4 N, (from, to) seconds."""
+    button, told = Button(), []
+    for look in range(800):
+        now = 0.004 * look
+        pressed = any(begin <= now < end for begin, end in presses)
+        told.append(button.look(4.0 if pressed else 0.1, now))
+    return [one for one in told if one is not Asked.NOTHING]
+
+
+def test_two_taps_toggle_one_press_squeezes_and_one_tap_does_nothing() -> None:
+    assert asked_by([(0.1, 0.2), (0.4, 0.5)]) == [Asked.TOGGLE]
+    assert asked_by([(0.1, 0.2)]) == []
+    assert asked_by([(0.1, 0.2), (1.5, 1.6)]) == []
+    assert asked_by([(0.1, 1.5)]) == [Asked.SQUEEZE]
+    assert asked_by([(0.1, 0.2), (0.4, 0.5), (1.2, 1.3), (1.5, 1.6)]) == [Asked.TOGGLE, Asked.TOGGLE]
+
+
+def test_ten_newton_at_the_wrist_lead_the_hand_and_it_stays_where_it_is_let_go(seed: int) -> None:
+    robot, layout = load("ur5_gripper"), finished("ur5_gripper")
+    session = Session(robot, layout, seed=seed, link="in process")
+    try:
+        session.boot()
+        leader = Leader(Worker(session))
+
+        def run(seconds: float) -> np.ndarray:
+            for _ in range(round(1000 * seconds)):
+                session.step()
+                leader.step()
+            return leader.worker.place_m
+
+        begin = run(0.2)
+        on_wrist = [cell for cell, link in enumerate(layout.link) if layout.links[link] == "wrist_2_link"]
+        session.world.push(session.in_world(on_wrist[seed % len(on_wrist)]), 10.0)
+        led = run(2.0)
+        session.world.release()
+        let_go = run(1.5)
+        later = run(2.0)
+    finally:
+        session.shut_down()
+    assert np.linalg.norm(led - begin) > 0.1
+    assert np.linalg.norm(later - let_go) / 2.0 < 1e-4, "metres a second"
+    np.testing.assert_allclose(leader.worker.openings_m, 0.04, atol=1e-3)
