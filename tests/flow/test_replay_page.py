@@ -2,6 +2,7 @@
 """The page of a recording: played, paused, stepped and sought, it shows what was felt then."""
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +11,11 @@ from browsing import free_port, opened, wait_for
 
 from robotskin import layout, robots
 from robotskin.errors import InputError
+from robotskin.live.live_session import LiveSession
 from robotskin.live.replay import SPEED_MAX, Replay
 from robotskin.record import Recorder, Recording
 from robotskin.session import Session
+from robotskin.viewer.page import Page
 from robotskin.viewer.replay_page import ReplayPage, activity_strip
 from robotskin.viewer.scene import SHADOWS
 
@@ -93,6 +96,27 @@ def test_the_strip_shows_when_something_was_felt(recording: Recording) -> None:
     assert 'data-replay="0.500"' in strip
     assert strip.count("<rect") == np.count_nonzero(activity)
     assert "highest 0.0 N" in activity_strip(np.zeros(10), 0.0, 1.0)
+
+
+def test_a_session_is_recorded_by_a_switch_in_the_page(
+    browser: "sync_api.Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    monkeypatch.setenv(SHADOWS, "off")
+    monkeypatch.chdir(tmp_path)
+    session = Session(robots.load(ROBOT), layout.finished(ROBOT), seed=request.config.getoption("--seed"))
+    session.boot()
+    with LiveSession(session) as live, Page(live, free_port()) as served:
+        page = opened(browser, served.address)
+        page.get_by_text("Recording", exact=True).click()
+        switch = page.get_by_label("Record", exact=True)
+        switch.check()
+        page.get_by_text("recording into").wait_for()
+        began_s = live.snapshot().time_s
+        until(lambda: live.snapshot().time_s > began_s + 0.3)
+        switch.uncheck()
+        page.get_by_text("recorded into").wait_for()
+    (path,) = tmp_path.glob("*.mcap")
+    assert Recording(path).seconds > 0.3
 
 
 def test_a_recording_is_played_and_sought_in_the_page(

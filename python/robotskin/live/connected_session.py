@@ -32,7 +32,7 @@ class ConnectedSession(LiveRobot):
     solids: tuple[Solid, ...] = ()
 
     def __init__(self, session: ConnectedRobot) -> None:
-        super().__init__(session)
+        super().__init__(session, session)
         self.session = session
         self.title = f"{session.robot.name}, {len(session.layout)} cells, connected"
         self.terminal: dict[str, Callable[[], None]] = {"c": self.confirm, "s": self.stop, "g": self.reset}

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from robotskin.choices import member
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.own_thread import OwnThread
+from robotskin.live.record_switch import RecordSwitch
 from robotskin.model import CommandMode
+from robotskin.record.recorder import Recorded
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.skinned_robot import SkinnedRobot
@@ -32,12 +34,16 @@ class LiveRobot(OwnThread):
 
     _snapshot: Snapshot
 
-    def __init__(self, robot: SkinnedRobot, goal: NDArray[np.float64] | None = None) -> None:
-        """`goal`: the one that the robot was given before, (n,) rad or m, or (3,) m of the hand; None: none."""
+    def __init__(self, robot: SkinnedRobot, recorded: Recorded, goal: NDArray[np.float64] | None = None) -> None:
+        """`goal`: the one that the robot was given before, (n,) rad or m, or (3,) m of the hand; None: none.
+
+        `recorded`: what the page's switch records.
+        """
         super().__init__("session", SessionError)
         self._moved = robot
         self.robot: RobotView = robot.robot
         self.layout = robot.layout
+        self._switch = RecordSwitch(recorded, self._ask)
         self.goals = GoalWatch(robot, goal)
         self._goal = self._look_at_goal()
 
@@ -76,6 +82,20 @@ class LiveRobot(OwnThread):
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""
         self._ask(lambda: self._moved.set_skin(on))
+
+    @property
+    def recording(self) -> str:
+        """What is recorded, or was last, and where; empty: nothing yet."""
+        return self._switch.told
+
+    def record(self, on: bool) -> None:
+        """Record into a new file from now on, or end it. Raises RecordError."""
+        self._switch.set(on)
+
+    def close(self) -> None:
+        """End the thread, and the recording."""
+        super().close()
+        self._switch.close()
 
     # ---- On the thread ----
 

@@ -54,7 +54,7 @@ class LiveSession(LiveRobot):
 
         `after_step`: what an application does after each period, on the session's thread.
         """
-        super().__init__(session, goal)
+        super().__init__(session, session, goal)
         self._after_step = after_step
         self.session = session
         self.title = f"{session.robot.name}, {len(session.layout)} cells"

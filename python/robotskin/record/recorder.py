@@ -77,6 +77,7 @@ class Recorder:
         path: of the file, which must not exist; None: no file, others look on. session: what is recorded.
         about: further facts for the file's metadata, such as seed and interface; attachments: further files by name.
         followers: what looks on; the recorder closes them.
+        attached: False: nothing is recorded before `attach`, and any thread may make the recorder.
 
     Raises:
         RecordError: the file exists or cannot be written, or the library that writes it is not installed.
@@ -91,6 +92,7 @@ class Recorder:
         attachments: Mapping[str, str] | None = None,
         followers: Sequence[Following] = (),
         driver_mib: float = 64.0,
+        attached: bool = True,
     ) -> None:
         self.path = None if path is None else Path(path)
         self.error: str = ""
@@ -110,17 +112,32 @@ class Recorder:
             follower.begin(self._tapes.ask_for_keyframe)
         self._ending, self._emptied = threading.Event(), threading.Event()
         self._notes: list[str] = []
-        self._tapes.attach(session.driver, session.reader, session.loop)
+        self._is_attached = False
+        if attached:
+            self.attach()
         self._thread = threading.Thread(target=self._work, name="skin recorder", daemon=True)
         self._thread.start()
 
     # ---- The control thread ----
 
+    def attach(self) -> None:
+        """Record from now on."""
+        _attached.add(id(self._session.driver))
+        self._tapes.attach(self._session.driver, self._session.reader, self._session.loop)
+        self._is_attached = True
+
+    def detach(self) -> None:
+        """Record no more; `close`, from any thread then, ends the file."""
+        if self._is_attached:
+            self._is_attached = False
+            self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
+            _attached.discard(id(self._session.driver))
+
     def close(self) -> None:
         """Write what is left and end the file. Raises RecordError if the file is not whole."""
         if self._ending.is_set():
             return
-        self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
+        self.detach()
         self._ending.set()
         self._thread.join()
         for follower in self.followers:
@@ -227,6 +244,15 @@ class Recorder:
             sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
             values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
             file.log("/robot/commands", values, int(times[0]))
+
+
+_attached: set[int] = set()
+"""Drivers at which a recorder looks on: a driver has room for one."""
+
+
+def is_recorded(session: Recorded) -> bool:
+    """Whether a recorder looks on at a session."""
+    return id(session.driver) in _attached
 
 
 def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:

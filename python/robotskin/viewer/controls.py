@@ -11,7 +11,7 @@ from robotskin.choices import INTERFACES
 from robotskin.viewer.colours import MODALITIES
 from robotskin.viewer.goal_panel import GoalPanel
 from robotskin.viewer.legend import PADDING, legend
-from robotskin.viewer.session_view import Integers, SessionView, Snapshot, StoppedByHand
+from robotskin.viewer.session_view import Integers, Recordable, SessionView, Snapshot, StoppedByHand
 
 # How long a session may take to do as it is told before the page shows what it does instead.
 WISH_S = 2.0
@@ -131,6 +131,9 @@ class Controls:
                 hint="What computes the torques of touch: this computer from all cells, or the cells on the way.",
             )
             self._source_refused = gui.add_html("", visible=False)
+        self._recording: viser.GuiHtmlHandle | None = None
+        if isinstance(session, Recordable):
+            self._record_parts(server, session, command)
         self.release.on_click(lambda _: command(session.release))
         reset.on_click(lambda _: command(session.reset))
         if isinstance(session, StoppedByHand):
@@ -175,10 +178,29 @@ class Controls:
         """How long a push lasts; None: until it is released."""
         return None if self.hold.value else float(self.duration.value)
 
+    def _record_parts(
+        self, server: viser.ViserServer, session: Recordable, command: Callable[[Callable[[], None]], None]
+    ) -> None:
+        with server.gui.add_folder("Recording", expand_by_default=False):
+            record = server.gui.add_checkbox(
+                "Record", False, hint="Keep all that is felt and done in a file; robotskin replay plays it."
+            )
+            self._recording = server.gui.add_html("")
+
+        @record.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                on = bool(record.value)
+                command(lambda: session.record(on))
+
     def update(self, snapshot: Snapshot, now_s: float) -> None:
         """Show what the session does now, whatever asked for it; `now_s` is the wall clock's, of any origin."""
         for name, switch in self._switches.items():
             switch.show(getattr(snapshot, name), now_s)
+        if self._recording is not None and isinstance(self.session, Recordable):
+            told = _small(escape(self.session.recording))
+            if self._recording.content != told:
+                self._recording.content = told
         self._offer_source(snapshot)
         self.goal.update(snapshot.goal)
         meaning = _small(_sentence(self.session.behaviours.get(snapshot.behaviour, "does as it was told")))

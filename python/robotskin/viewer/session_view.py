@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Ball",
     "Goal",
+    "Recordable",
     "RobotView",
     "SessionView",
     "SkinReading",
@@ -271,6 +272,18 @@ class SessionView(Protocol):
 
     def reset(self) -> None:
         """Back to the start: posture, controller, hand."""
+
+
+@runtime_checkable
+class Recordable(Protocol):
+    """A session that can be recorded from the page."""
+
+    @property
+    def recording(self) -> str:
+        """What is recorded, or was last, and where; empty: nothing yet."""
+
+    def record(self, on: bool) -> None:
+        """Record into a new file from now on, or end it."""
 
 
 @runtime_checkable
