@@ -10,12 +10,13 @@ import heapq
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from robotskin.choices import MODES
 from robotskin.driver import Driver
 from robotskin_lab import firmware
 from robotskin_lab.chip.emulated_pico import EmulatedPico
 
-SAMPLE_FRAMES = frozenset({"clock", "event"})
-"""Types of frames that hold a sample."""
+SAMPLE_FRAMES = frozenset(MODES)
+"""Types of frames that hold a sample: they are called as the mode in which a cell sends them."""
 UID = 1234
 FRAME_US = 50.1
 START_US, START_NS = 1000, 1_000_000
