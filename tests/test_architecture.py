@@ -40,6 +40,7 @@ FLOORS = ("lab/core", "lab/python/robotskin_lab", "core", "firmware", "python/ro
 # Python packages in the order of the flow; a package imports only packages that stand before it.
 PYTHON_ORDER = [
     "errors",
+    "addresses",
     "laboratory",
     "whole_file",
     "keys",

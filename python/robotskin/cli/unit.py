@@ -32,7 +32,7 @@ def command(
     import secrets
     import time
 
-    from robotskin.connecting import unit_addresses
+    from robotskin.addresses import host_and_port
     from robotskin.errors import InputError
     from robotskin.figures import write_figures
     from robotskin.keys import SkinKeys
@@ -43,8 +43,8 @@ def command(
     if time.time() < EARLIEST_S:
         raise InputError("the calendar of this machine was never set: replays are told by it; set it, such as by NTP")
     keys = SkinKeys.load(key)
-    host, port = unit_addresses([listen])[0]
-    peers = unit_addresses(peer) if peer else []
+    host, port = host_and_port(listen)
+    peers = [host_and_port(one) for one in peer or ()]
     daemon = UnitDaemon(
         lines,
         host,

@@ -9,8 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robotskin.addresses import host_and_port
 from robotskin.connecting.errors import ConnectError
 from robotskin.driver import Driver
+from robotskin.errors import InputError
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
@@ -25,10 +27,10 @@ def unit_addresses(texts: Sequence[str]) -> list[Address]:
     """HOST:PORT of each section unit. Raises ConnectError for what is none."""
     found = []
     for text in texts:
-        host, _, port = text.rpartition(":")
-        if not host or not port.isdigit() or not 0 < int(port) < 65536:
-            raise ConnectError(f"section unit {text!r}: give HOST:PORT, such as 192.168.1.30:21100")
-        found.append((host.strip("[]"), int(port)))
+        try:
+            found.append(host_and_port(text))
+        except InputError as error:
+            raise ConnectError(str(error)) from None
     if not found:
         raise ConnectError("no section unit: give the address of each with --units HOST:PORT")
     return found
