@@ -37,7 +37,7 @@ def board(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run([compiler, *FLAGS, *INCLUDE, *renamed], check=True)
     # What main.c is compiled as one with.
     within = {ROOT / "firmware" / name for name in re.findall(r'#include "([\w/]+\.c)"', MAIN.read_text())}
-    others = [path for path in FIRMWARE.rglob("*.c") if path.parent.name != "chip" and path not in within]
+    others = [path for path in FIRMWARE.rglob("*.c") if MAIN.parent not in path.parents and path not in within]
     sources = [str(main), *map(str, sorted(others)), str(Path(__file__).with_name("scripted_board.c"))]
     subprocess.run([compiler, *FLAGS, *INCLUDE, *sources, "-o", str(program)], check=True)
     return program
