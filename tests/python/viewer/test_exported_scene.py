@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scene in a file plays what was recorded, without a server and without the network."""
 
-import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 import trimesh
-from playwright.sync_api import Request, sync_playwright
 from stand_in import StandInRobot, resting, stand_in_layout
 
 from robotskin.viewer.exported_scene import (
@@ -19,7 +18,9 @@ from robotskin.viewer.exported_scene import (
     strongest_touch,
 )
 
-ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Request
+
 LIVING = Path(__file__).parents[3] / "docs" / "living"
 
 
@@ -34,35 +35,22 @@ def frames(count: int = 10) -> list[SceneFrame]:
     return made
 
 
-@pytest.fixture
-def chromium() -> str:
-    found = next(
-        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-    )
-    if found is None:
-        pytest.skip("no Chromium here")
-    return found
-
-
-def test_a_scene_opens_from_disk_and_asks_for_nothing(tmp_path: Path, chromium: str) -> None:
+def test_a_scene_opens_from_disk_and_asks_for_nothing(tmp_path: Path, browser: "Browser") -> None:
     file = tmp_path / "scene.html"
     file.write_text(scene_html("a turn", StandInRobot(), stand_in_layout(), frames()), encoding="utf-8")
     asked: list[str] = []
     troubles: list[str] = []
 
-    def note(request: Request) -> None:
+    def note(request: "Request") -> None:
         if not request.url.startswith(("file:", "data:", "blob:")):
             asked.append(request.url)
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 400, "height": 300})
-        page.on("request", note)
-        page.on("pageerror", lambda error: troubles.append(str(error)))
-        page.goto(file.as_uri())
-        page.wait_for_selector("canvas", timeout=60_000)
-        assert page.title() == "a turn"
-        browser.close()
+    page = browser.new_page(viewport={"width": 400, "height": 300})
+    page.on("request", note)
+    page.on("pageerror", lambda error: troubles.append(str(error)))
+    page.goto(file.as_uri())
+    page.wait_for_selector("canvas", timeout=60_000)
+    assert page.title() == "a turn"
     assert not asked
     assert not troubles
 
