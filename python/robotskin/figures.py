@@ -16,7 +16,7 @@ from rich.table import Table
 import robotskin
 from robotskin.whole_file import whole_file
 
-__all__ = ["Bound", "broken", "report", "table_of", "tell_broken", "write_figures"]
+__all__ = ["Bound", "broken", "report", "share_told", "table_of", "tell_broken", "write_figures"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,11 @@ class Bound:
         if math.isinf(self.least):
             return f"≤ {self.most:g}"
         return f"{self.least:g} … {self.most:g}"
+
+
+def share_told(share: float) -> str:
+    """A share in percent, for people: what is there never looks like none."""
+    return "less than 0.01%" if 0.0 < share < 1e-4 else f"{share:.2%}"
 
 
 def broken(bounds: Sequence[Bound], figures: Mapping[str, float]) -> list[Bound]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from robotskin.figures import Bound, report
+from robotskin.figures import Bound, report, share_told
 
 
 def test_a_report_tells_writes_and_judges(tmp_path: Path) -> None:
@@ -23,3 +23,7 @@ def test_a_report_tells_writes_and_judges(tmp_path: Path) -> None:
     written = json.loads(file.read_text())
     assert {name: written[name] for name in ("seed", "share", "held")} == {"seed": 7, **figures}
     assert report(console, "a run", figures, bounds[1:2], 7, None) == 0
+
+
+def test_a_small_share_does_not_look_like_none() -> None:
+    assert [share_told(share) for share in (0.0, 3e-5, 1.2e-4, 0.5)] == ["0.00%", "less than 0.01%", "0.01%", "50.00%"]

@@ -15,6 +15,7 @@ from robotskin import firmware
 from robotskin.choices import member
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError
+from robotskin.figures import share_told
 from robotskin.live.health_beside import HealthBeside
 from robotskin.live.live_robot import RATE_WINDOW_S, LiveRobot
 from robotskin.live.network_watch import NetworkWatch
@@ -80,7 +81,7 @@ class LiveSession(LiveRobot):
         found = []
         if self._held_back:
             share = self._rates.get("intervention_share", 0.0)
-            found.append(f"the guard changed {share:.2%} of the commands: {self._held_back}")
+            found.append(f"the guard changed {share_told(share)} of the commands: {self._held_back}")
         if self._goal is not None and self._goal.told:
             found.append(self._goal.told)
         return found

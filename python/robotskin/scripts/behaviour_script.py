@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robotskin.cycle import SafetyState
-from robotskin.figures import Bound
+from robotskin.figures import Bound, share_told
 from robotskin.scripts.push_script import MOST_INTERVENTIONS
 from robotskin.session import PERIOD_S, Session
 from robotskin.session.goals import REACHED_M, REACHED_RAD, hand_pose, set_goal
@@ -89,8 +89,7 @@ def remarks(session: Session, figures: dict[str, float], goal: list[float] | Non
     found = []
     told = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
     if told:
-        share = figures["intervention_share"]
-        found.append(f"the guard changed {share:.2%} of the commands: {told}")
+        found.append(f"the guard changed {share_told(figures['intervention_share'])} of the commands: {told}")
     for figure, unit, most in (("goal_error_rad", "rad", REACHED_RAD), ("goal_error_m", "m", REACHED_M)):
         if figures.get(figure, 0.0) > most:
             found.append(

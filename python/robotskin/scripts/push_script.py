@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from robotskin.figures import Bound
+from robotskin.figures import Bound, share_told
 from robotskin.session import INTERFACES, PERIOD_S, Session
 from robotskin.session.reasons import interventions_told
 from robotskin.session.touches import (
@@ -52,7 +52,8 @@ def bounds(interfaces: Sequence[str] = INTERFACES) -> list[Bound]:
 def remarks(session: Session, figures: dict[str, float]) -> list[str]:
     """Why commands were changed, in a sentence; none where none was."""
     told = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
-    return [f"the guard changed {figures['intervention_share']:.2%} of the commands: {told}"] if told else []
+    share = share_told(figures["intervention_share"])
+    return [f"the guard changed {share} of the commands: {told}"] if told else []
 
 
 def hold_s(session: Session) -> float:

@@ -43,6 +43,11 @@ class Ros2Bridge:
         self.told = f"ROS 2: domain {domain} on {where}; topics {', '.join(topic.name for topic in TOPICS)}"
         """What a user is told."""
 
+    @property
+    def readers(self) -> dict[str, int]:
+        """How many listen to each topic; what is sent before a listener is known never reaches it."""
+        return {topic.name: writer.readers for topic, writer in self._writers.items()}
+
     def show(self, frame: Frame, stamp_ns: int) -> None:
         """A moment, and its time in nanoseconds since 1970."""
         for topic, message in self._messages.at_each_moment(frame, stamp_ns):

@@ -8,6 +8,7 @@ import numpy as np
 import viser
 from viser import uplot
 
+from robotskin.figures import share_told
 from robotskin.layout import Layout
 from robotskin.skin import Health
 from robotskin.viewer.cell_card import cell_card, table_rows
@@ -148,7 +149,7 @@ def held_back(snapshot: Snapshot) -> str:
         return ""
     return (
         f'<div style="{TILE_STYLE};margin-top:6px;font-size:12px" data-held-back="{share:.6f}">'
-        f"The guard changed {share:.2%} of the commands: {escape(snapshot.held_back)}.</div>"
+        f"The guard changed {share_told(share)} of the commands: {escape(snapshot.held_back)}.</div>"
     )
 
 

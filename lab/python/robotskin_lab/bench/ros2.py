@@ -25,6 +25,7 @@ ROBOT = "talos"
 TOPIC, TYPE = "/skin/state", "robotskin_msgs/msg/SkinState"
 SETTLE_S = 1.0
 SWITCH_S = 0.0005
+MATCHED_WITHIN_S = 30.0
 
 
 def run(
@@ -66,6 +67,11 @@ def _loaded(seed: int, seconds: float, domain: int) -> dict[str, Any]:
     listener.start()
     tell("ros2: the foreign stack comes")
     ours.recv()
+    ends = time.monotonic() + MATCHED_WITHIN_S
+    while not bridge.readers[TOPIC]:
+        if time.monotonic() > ends:
+            raise RobotskinError(f"bench ros2: no reader of {TOPIC} on domain {domain} within {MATCHED_WITHIN_S:g} s")
+        time.sleep(0.01)
     reads_ns: dict[int, int] = {}
     shown = Timed(bridge)
     follower = Follower(rig.layout, [shown])
