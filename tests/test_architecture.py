@@ -45,6 +45,7 @@ PYTHON_ORDER = [
     "whole_file",
     "keys",
     "figures",
+    "state_table",
     "outputs",
     "_core",
     "model",

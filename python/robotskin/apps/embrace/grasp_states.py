@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+
+from robotskin.state_table import Row, following_row
 
 
 class GraspState(StrEnum):
@@ -36,37 +37,23 @@ class GraspSeen:
     lost: bool
 
 
-@dataclass(frozen=True)
-class GraspRow:
-    """A row of the table: after at least `after_s`, and where `holds`, `state` becomes `then`; at `latest_s` anyway."""
-
-    state: GraspState
-    holds: Callable[[GraspSeen], bool]
-    then: GraspState
-    because: str
-    after_s: float = 0.0
-    latest_s: float = float("inf")
-
-
 OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, GraspState.HOME
-GRASP_TABLE: tuple[GraspRow, ...] = (
-    GraspRow(OPEN, lambda seen: seen.asked and seen.open, CLOSE, "touched on the chest", 0.5),
-    GraspRow(CLOSE, lambda seen: seen.reactive and seen.arms, PULL, "both arms feel it"),
-    GraspRow(CLOSE, lambda seen: not seen.reactive and seen.closed, PULL, "at the end of the taught path"),
-    GraspRow(CLOSE, lambda seen: False, OPEN, "no contact, or with one arm only", latest_s=8.0),
-    GraspRow(PULL, lambda seen: seen.reactive and seen.firm, HOME, "both arms and the chest hold it"),
-    GraspRow(PULL, lambda seen: seen.reactive and seen.lost, OPEN, "lost while it was pulled", 0.5),
-    GraspRow(PULL, lambda seen: not seen.reactive, HOME, "at the end of the taught path", 3.0),
-    GraspRow(PULL, lambda seen: False, OPEN, "the chest was not reached", latest_s=8.0),
-    GraspRow(HOME, lambda seen: seen.asked, OPEN, "touched on the chest", 1.0),
-    GraspRow(HOME, lambda seen: seen.reactive and seen.lost, OPEN, "dropped", 0.5),
+GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
+    Row(OPEN, lambda seen: seen.asked and seen.open, CLOSE, "touched on the chest", 0.5),
+    Row(CLOSE, lambda seen: seen.reactive and seen.arms, PULL, "both arms feel it"),
+    Row(CLOSE, lambda seen: not seen.reactive and seen.closed, PULL, "at the end of the taught path"),
+    Row(CLOSE, lambda seen: False, OPEN, "no contact, or with one arm only", latest_s=8.0),
+    Row(PULL, lambda seen: seen.reactive and seen.firm, HOME, "both arms and the chest hold it"),
+    Row(PULL, lambda seen: seen.reactive and seen.lost, OPEN, "lost while it was pulled", 0.5),
+    Row(PULL, lambda seen: not seen.reactive, HOME, "at the end of the taught path", 3.0),
+    Row(PULL, lambda seen: False, OPEN, "the chest was not reached", latest_s=8.0),
+    Row(HOME, lambda seen: seen.asked, OPEN, "touched on the chest", 1.0),
+    Row(HOME, lambda seen: seen.reactive and seen.lost, OPEN, "dropped", 0.5),
 )
 """The first row of a state that fits is taken, one a moment."""
 
 
 def following_grasp(state: GraspState, seen: GraspSeen) -> tuple[GraspState, str]:
     """The state after a moment, and why it is another one."""
-    for row in GRASP_TABLE:
-        if row.state is state and seen.since_s >= row.after_s and (row.holds(seen) or seen.since_s >= row.latest_s):
-            return row.then, row.because
-    return state, ""
+    row = following_row(GRASP_TABLE, state, seen)
+    return (state, "") if row is None else (row.then, row.because)

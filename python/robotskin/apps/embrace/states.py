@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+
+from robotskin.state_table import Row, following_row
 
 
 class State(StrEnum):
@@ -38,19 +39,7 @@ class Seen:
     asked_to_release: bool
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the table: after at least `after_s`, and where `holds`, `state` becomes `then`; at `latest_s` anyway."""
-
-    state: State
-    holds: Callable[[Seen], bool]
-    then: State
-    because: str
-    after_s: float = 0.0
-    latest_s: float = float("inf")
-
-
-TABLE: tuple[Row, ...] = (
+TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.OPEN, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.OPEN, lambda seen: seen.open, State.CLOSE, "the arms are open", 1.0),
     Row(State.CLOSE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
@@ -75,7 +64,5 @@ TABLE: tuple[Row, ...] = (
 
 def following(state: State, seen: Seen) -> tuple[State, str]:
     """The state after a moment, and why it is another one."""
-    for row in TABLE:
-        if row.state is state and seen.since_s >= row.after_s and (row.holds(seen) or seen.since_s >= row.latest_s):
-            return row.then, row.because
-    return state, ""
+    row = following_row(TABLE, state, seen)
+    return (state, "") if row is None else (row.then, row.because)

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+
+from robotskin.state_table import Row, following_row
 
 
 class State(StrEnum):
@@ -39,19 +40,7 @@ class Seen:
     asked_to_release: bool
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the table: after at least `after_s`, and where `holds`, `state` becomes `then`; at `latest_s` anyway."""
-
-    state: State
-    holds: Callable[[Seen], bool]
-    then: State
-    because: str
-    after_s: float = 0.0
-    latest_s: float = float("inf")
-
-
-TABLE: tuple[Row, ...] = (
+TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.OPENING, lambda seen: seen.open and seen.reactive, State.SURVEY, "open", 0.5),
     Row(State.OPENING, lambda seen: seen.open, State.CLOSING, "open, and goes by its belief alone", 0.5),
     Row(State.SURVEY, lambda seen: seen.surveyed, State.MOVING, "every finger is near, or the time is over", 0.3, 2.5),
@@ -72,7 +61,5 @@ TABLE: tuple[Row, ...] = (
 
 def following(state: State, seen: Seen) -> State:
     """The state after a moment."""
-    for row in TABLE:
-        if row.state is state and seen.since_s >= row.after_s and (row.holds(seen) or seen.since_s >= row.latest_s):
-            return row.then
-    return state
+    row = following_row(TABLE, state, seen)
+    return state if row is None else row.then

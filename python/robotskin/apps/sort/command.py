@@ -36,7 +36,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.sort.script import Sorting, bounds, drawn_bench, run, session_of, usual_plan
-    from robotskin.figures import table_of, tell_broken, write_figures
+    from robotskin.figures import report
     from robotskin.teaching.knowledge import load_knowledge
     from robotskin.teaching.plan import load_plan
 
@@ -67,8 +67,5 @@ def command(
             f"{': ' + one.done.why if one.done.why else ''}",
             highlight=False,
         )
-    held = bounds(sorting)
-    console.print(table_of(f"{robot} sorts {len(found)} fruits ({fruit}), stiffness ratio {ratio:g}", figures, held))
-    if json_file is not None:
-        write_figures(json_file, seed, figures)
-    raise typer.Exit(tell_broken(console, held, figures))
+    title = f"{robot} sorts {len(found)} fruits ({fruit}), stiffness ratio {ratio:g}"
+    raise typer.Exit(report(console, title, figures, bounds(sorting), seed, json_file))
