@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,10 @@ class LiveRobot(OwnThread):
     def snapshot(self) -> Snapshot:
         """The latest moment."""
         return self._snapshot
+
+    def ask(self, request: Callable[[], object]) -> None:
+        """Have something done between two periods, on the session's thread. Raises SessionError if it has ended."""
+        self._ask(request)
 
     def set_interface(self, interface: CommandMode | str) -> None:
         """Command the robot through another interface. Raises SessionError for one that it does not offer."""

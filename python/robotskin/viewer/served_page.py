@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable
 from typing import Self
 
+from rich.console import Console
+
 from robotskin.errors import RobotskinError
 from robotskin.viewer.server import address, close_server, open_server
 
@@ -41,6 +43,14 @@ class ServedPage:
         self._closing.set()
         self._thread.join()
         close_server(self.server)
+
+    def serve(self, console: Console, at_end: str, hint: str = "") -> None:
+        """Print the address and what a person may do, wait for Ctrl-C, and print what happens then."""
+        console.print(f"open [bold]{self.address}[/]{hint} (Ctrl-C ends)")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            console.print(at_end)
 
     def command(self, action: Callable[[], None]) -> None:
         """Do what a person asks for; what is refused appears as a notice in every browser."""

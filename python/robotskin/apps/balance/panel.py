@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -167,8 +166,4 @@ def show(session: Session, port: int, push: tuple[int, float] | None = None) -> 
     with LiveSession(session) as live, BalancePage(live, port) as page:
         if push is not None:
             live.push(*push)
-        console.print(f"open [bold]{page.address}[/] and push the robot (Ctrl-C ends)")
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            console.print("bringing the robot to rest")
+        page.serve(console, "bringing the robot to rest", " and push the robot")

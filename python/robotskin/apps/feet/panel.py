@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 
@@ -138,8 +137,4 @@ def show(make: Callable[[], FeelingFeet], port: int) -> None:
     """Serve the page until it is interrupted."""
     console = Console()
     with FeetPage(make, port) as page:
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            console.print("the feet stand still")
+        page.serve(console, "the feet stand still")

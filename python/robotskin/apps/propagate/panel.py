@@ -3,51 +3,46 @@
 
 from __future__ import annotations
 
-import threading
-
 import numpy as np
 from rich.console import Console
 
 from robotskin.apps.propagate.script import Plan
 from robotskin.apps.propagate.states import Seen, State, following
 from robotskin.live.live_session import LiveSession
+from robotskin.live.told_page import ToldPage
 from robotskin.session import Session
-from robotskin.viewer.page import Page
 from robotskin.viewer.session_view import Snapshot
 
-FRAMES_PER_TEXT = 6
 
-
-class PropagatePage(Page):
+class PropagatePage(ToldPage):
     """The page of a session with a folder of its own."""
 
     def __init__(self, session: LiveSession, port: int) -> None:
-        self._text = None
         self._state = State.WAITING
-        self._count = 0
+        self._way_m = self._felt_n = 0.0
         robot = session.session.robot
         self._base = [robot.joint_index(name) for name in ("base_x", "base_y")]
         self._home = np.asarray(session.session.home)[self._base]
         self._near_n = float(session.session.gains.values["skin"]["proximity_n"])
-        super().__init__(session, port)
-        with self.server.gui.add_folder("Propagation"):
-            self._text = self.server.gui.add_html("")
+        super().__init__(session, "Propagation", port)
 
     def draw(self, snapshot: Snapshot, now_s: float) -> None:
         """Send one moment to the browsers."""
-        super().draw(snapshot, now_s)
-        way = float(np.linalg.norm(np.asarray(snapshot.joint_position)[self._base] - self._home))
+        self._way_m = float(np.linalg.norm(np.asarray(snapshot.joint_position)[self._base] - self._home))
         force = np.asarray(snapshot.skin.normal_force).sum(axis=1)
         near = np.asarray(snapshot.skin.proximity)
-        felt = float(force[force > 0.1].sum() + self._near_n * near[near > 0.02].sum())
-        self._state = following(self._state, Seen(felt, way))
-        self._count += 1
-        if self._text is not None and self._count % FRAMES_PER_TEXT == 0:
-            self._text.content = (
-                f'<div style="padding:0 12px;font-size:12px" data-propagation="{self._state.name.lower()}" '
-                f'data-base-mm="{1e3 * way:.1f}"><b>{self._state}</b><br>base {1e3 * way:.0f} mm from its place, '
-                f"{felt:.1f} N felt</div>"
-            )
+        self._felt_n = float(force[force > 0.1].sum() + self._near_n * near[near > 0.02].sum())
+        self._state = following(self._state, Seen(self._felt_n, self._way_m))
+        super().draw(snapshot, now_s)
+
+    def told(self, snapshot: Snapshot) -> str:
+        """The state, how far the base is from its place, and what is felt."""
+        way_mm = 1e3 * self._way_m
+        return (
+            f'<div style="padding:0 12px;font-size:12px" data-propagation="{self._state.name.lower()}" '
+            f'data-base-mm="{way_mm:.1f}"><b>{self._state}</b><br>base {way_mm:.0f} mm from its place, '
+            f"{self._felt_n:.1f} N felt</div>"
+        )
 
 
 def show(session: Session, port: int, plan: Plan | None = None) -> None:
@@ -56,8 +51,4 @@ def show(session: Session, port: int, plan: Plan | None = None) -> None:
     with LiveSession(session) as live, PropagatePage(live, port) as page:
         if plan is not None:
             live.push(plan.cell, plan.force_n)
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            console.print("bringing the robot to rest")
+        page.serve(console, "bringing the robot to rest")

@@ -4,20 +4,17 @@
 from __future__ import annotations
 
 import html
-import threading
 
 from rich.console import Console
 
 from robotskin.apps.sort.scene import Bench
 from robotskin.apps.sort.script import Sorter, Sorting
 from robotskin.live.live_session import LiveSession
+from robotskin.live.told_page import ToldPage
 from robotskin.session import Session
 from robotskin.teaching.execution import Execution
 from robotskin.teaching.plan import Plan
-from robotskin.viewer.page import Page
 from robotskin.viewer.session_view import Snapshot
-
-FRAMES_PER_TEXT = 6
 
 
 def tree_html(plan: Plan, active: int) -> str:
@@ -27,29 +24,20 @@ def tree_html(plan: Plan, active: int) -> str:
     return f'<pre style="font-size:11px;margin:0" data-step="{active}">' + "\n".join(marked) + "</pre>"
 
 
-class SortPage(Page):
+class SortPage(ToldPage):
     """The page of a session with a folder of its own."""
 
     def __init__(self, session: LiveSession, steps: SortSteps, port: int) -> None:
-        self._text = None
-        self._steps, self._count = steps, 0
-        super().__init__(session, port)
-        with self.server.gui.add_folder("Sort"):
-            self._text = self.server.gui.add_html("")
-            again = self.server.gui.add_button("Sort again")
-            again.on_click(lambda _event: steps.restart())
+        self._steps = steps
+        super().__init__(session, "Sort", port, {"Sort again": steps.restart})
 
-    def draw(self, snapshot: Snapshot, now_s: float) -> None:
-        """Send one moment to the browsers."""
-        super().draw(snapshot, now_s)
-        self._count += 1
-        if self._text is None or self._count % FRAMES_PER_TEXT:
-            return
+    def told(self, snapshot: Snapshot) -> str:
+        """The plan's tree, the pads, and where the last fruits went."""
         steps = self._steps
         left, right = steps.sorter.worker.force_n
         told = "<br>".join(html.escape(line) for line in steps.told[-6:])
         tree = tree_html(steps.sorter.sorting.plan, steps.sorter.active)
-        self._text.content = (
+        return (
             f'<div style="padding:0 12px;font-size:12px" data-sorted="{len(steps.told)}">'
             f"{tree}pads {left:.1f} and {right:.1f} N<br>{told}</div>"
         )
@@ -100,8 +88,4 @@ def show(session: Session, sorting: Sorting, bench: Bench, port: int) -> None:
     console = Console()
     steps = SortSteps(session, sorting, bench)
     with LiveSession(session, after_step=steps.step) as live, SortPage(live, steps, port) as page:
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            console.print("bringing the robot to rest")
+        page.serve(console, "bringing the robot to rest")
