@@ -20,8 +20,12 @@ from robotskin.viewer.session_view import Snapshot
 def tree_html(plan: Plan, active: int) -> str:
     """The plan's tree, its active step marked."""
     lines = html.escape(plan.tree(active)).splitlines()
-    marked = [f"<b style='background:#ffe08a'>{line}</b>" if "▶" in line else line for line in lines]
-    return f'<pre style="font-size:11px;margin:0" data-step="{active}">' + "\n".join(marked) + "</pre>"
+    marked = [f"<b style='background:#ffe08a;color:#1c222c'>{line}</b>" if "▶" in line else line for line in lines]
+    return (
+        f'<pre style="font-size:11px;margin:0;white-space:pre-wrap" data-step="{active}">'
+        + "\n".join(marked)
+        + "</pre>"
+    )
 
 
 class SortPage(ToldPage):
@@ -39,7 +43,7 @@ class SortPage(ToldPage):
         tree = tree_html(steps.sorter.sorting.plan, steps.sorter.active)
         return (
             f'<div style="padding:0 12px;font-size:12px" data-sorted="{len(steps.told)}">'
-            f"{tree}pads {left:.1f} and {right:.1f} N<br>{told}</div>"
+            f"{tree}pads {max(left, 0.0):.1f} and {max(right, 0.0):.1f} N<br>{told}</div>"
         )
 
 
