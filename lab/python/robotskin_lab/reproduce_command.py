@@ -9,6 +9,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from robotskin_lab.executors import Executor, named
+from robotskin_lab.executors.named import HELP
 from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import table
 from robotskin_lab.reproduce.catalogue import Catalogue, Run
@@ -27,6 +29,7 @@ def command(
     stale: Annotated[
         bool, typer.Option(help="List the results that are older than the code they measure; status 1 if any is.")
     ] = False,
+    on: Annotated[str, typer.Option(help=f"{HELP} Times are truest one after the other.")] = "here",
     only_table: Annotated[bool, typer.Option("--table", help="Write the table from the kept results only.")] = False,
 ) -> None:
     """Measure the figures of docs/reproduction.md again, keep them under docs/results, and write the table."""
@@ -38,7 +41,7 @@ def command(
     if stale:
         raise typer.Exit(_tell_stale(chosen))
     if not only_table:
-        failed = _measure(chosen, quick=quick)
+        failed = _measure(chosen, named(on), quick=quick)
         _write(catalogue)
         raise typer.Exit(int(failed))
     _write(catalogue)
@@ -49,20 +52,17 @@ def _write(catalogue: Catalogue) -> None:
         console.print(f"wrote {page}")
 
 
-def _measure(chosen: list[Run], *, quick: bool) -> bool:
+def _measure(chosen: list[Run], executor: Executor, *, quick: bool) -> bool:
     """Measure each; a run that fails is told, the others go on. Whether any failed."""
     failed = False
-    for number, run in enumerate(chosen, start=1):
-        console.print(
-            f"[bold]{run.name}[/] ({number} of {len(chosen)}{'' if quick else f', about {run.minutes:g} min'})"
-        )
-        try:
-            file = measure(run, quick=quick, tell=lambda line: console.print(f"  {line}", highlight=False)).save()
-        except RunFailedError as error:
-            console.print(f"[red]{error}[/]")
+    minutes = "" if quick else f", about {sum(run.minutes for run in chosen):g} min on one machine"
+    console.print(f"[bold]{', '.join(run.name for run in chosen)}[/]{minutes}")
+    for result in measure(chosen, executor, quick=quick, tell=lambda line: console.print(f"  {line}", highlight=False)):
+        if isinstance(result, RunFailedError):
+            console.print(f"[red]{result}[/]")
             failed = True
         else:
-            console.print(f"  kept in {file}")
+            console.print(f"  kept in {result.save()}")
     return failed
 
 

@@ -16,6 +16,7 @@ from robotskin_lab.bench.network_set import skins
 from robotskin_lab.bench.network_size import grow, size_figures
 from robotskin_lab.bench.network_torque import torque_figures, torque_run
 from robotskin_lab.bench.network_tree_picture import draw_trees, owners_of, parents_of
+from robotskin_lab.executors import Processes
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):
@@ -158,7 +159,7 @@ def test_torque_sums_come_in_time_and_count_no_cell_twice(seed):
 
 def test_work_in_two_processes_comes_back_in_order():
     results = network_runs.spread(
-        network_naive.most_rows, [(2, "one end even", 0), (3, "one end even", 0)], 2, print, ""
+        network_naive.most_rows, [(2, "one end even", 0), (3, "one end even", 0)], Processes(2), print, ""
     )
     assert list(results) == [12, 18]
 

@@ -12,13 +12,14 @@ import pytest
 from robotskin.errors import RobotskinError
 from robotskin_lab.campaign import MUTANTS, campaign, caught_mutants, draw_case, invariants, parse_case, run_case
 from robotskin_lab.campaign.mutants import CampaignBuildError, build, directed_cases, run_program
+from robotskin_lab.executors import Here
 from robotskin_lab.page_table import rows_of
 
 KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["kept"]
 
 
 def test_no_invariant_breaks(seed: int) -> None:
-    report = campaign(60, first_seed=1_000_000 * seed, processes=1)
+    report = campaign(60, first_seed=1_000_000 * seed, on=Here())
     assert report["fault_seeds_run"] == 60
     assert not report["broken"], "\n".join("\n".join((one.case, *one.breaks)) for one in report["broken"])
 

@@ -14,7 +14,7 @@ from robotskin_lab.campaign import __main__ as command
         ([str(1 << 64)], "is no seed: a whole number from 0 to 2^64 - 1"),
         (["--soak", "nan"], "'nan' must be a finite number of seconds above 0"),
         (["--count", "0"], "'0' must be a whole number of at least 1"),
-        (["--count", "1", "--processes", "0"], "'0' must be a whole number of at least 1"),
+        (["--count", "1", "--on", "processes:0"], "--on processes:0: is none of here, processes"),
         ([], "give seeds, --count or --soak"),
     ],
 )

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robotskin_lab.bench.progress import tell_step
+from robotskin_lab.executors import Executor, named
+from robotskin_lab.executors.named import HELP
 
 if TYPE_CHECKING:
     from robotskin_lab.campaign import Fate
@@ -48,7 +50,7 @@ def run(
     mutants: Annotated[
         int, typer.Option(help="Changes of the firmware, drawn anew, that it is to catch.", min=1)
     ] = 200,
-    processes: Annotated[int, typer.Option(help="Worker processes.", min=1, max=2)] = 2,
+    on: Annotated[str, typer.Option(help=HELP)] = "processes:2",
     pictures: Annotated[
         Path | None, typer.Option(help="Draw the distributions into this folder.", file_okay=False)
     ] = None,
@@ -69,15 +71,16 @@ def run(
         seeds = min(seeds, 3)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
+    executor = named(on)
     measures: dict[str, Callable[[], dict[str, Any]]] = {
-        "balance": lambda: balance_part(seeds, quick, processes, pictures),
-        "size": lambda: size_part(seeds, quick, processes, pictures),
-        "recovery": lambda: recovery_part(seeds, quick, processes, pictures),
-        "torque": lambda: torque_part(seeds, processes),
+        "balance": lambda: balance_part(seeds, quick, executor, pictures),
+        "size": lambda: size_part(seeds, quick, executor, pictures),
+        "recovery": lambda: recovery_part(seeds, quick, executor, pictures),
+        "torque": lambda: torque_part(seeds, executor),
         "speed": lambda: speed_part(seed, quick),
         "scale": lambda: scale_part(seed, quick),
         "campaign": lambda: campaign_part(
-            100 if quick else fault_seeds, first_fault_seed, 10 if quick else mutants, processes
+            100 if quick else fault_seeds, first_fault_seed, 10 if quick else mutants, executor
         ),
     }
     figures: dict[str, Any] = {"set_seeds": seeds}
@@ -118,7 +121,7 @@ def set_jobs(seeds: int) -> list[tuple[str, int, int]]:
     return jobs
 
 
-def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+def balance_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -> dict[str, Any]:
     """Forming, balance, depth, loss and latency."""
     from robotskin_lab.bench.network_balance import balance, balance_figures
     from robotskin_lab.bench.network_misses import misses
@@ -131,18 +134,18 @@ def balance_part(seeds: int, quick: bool, processes: int, pictures: Path | None)
     jobs = set_jobs(seeds)
     if quick:
         jobs = [job for job in jobs if job[0] not in ("talos", "dual_arm")]
-    balances = list(spread(balance, jobs, processes, tell_step, "balance"))
+    balances = list(spread(balance, jobs, on, tell_step, "balance"))
     for miss in misses(balances):
         print(miss, file=sys.stderr)
     if pictures is not None:
         draw_balance(balances, pictures / "network_balance.png")
         draw_trees(skins("sheet", 3, 0), 0, pictures / "network_trees.png")
     headline = [job for job in jobs if job[0] in COMPACT and job[1] == 3]
-    naive = list(spread(naive_service, headline, processes, tell_step, "first-arrival trees"))
+    naive = list(spread(naive_service, headline, on, tell_step, "first-arrival trees"))
     return balance_figures(balances) | service_figures(balances, naive)
 
 
-def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+def size_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -> dict[str, Any]:
     """The growing cylinder."""
     from robotskin_lab.bench.network_naive import PLACEMENTS
     from robotskin_lab.bench.network_pictures import draw_size
@@ -153,13 +156,13 @@ def size_part(seeds: int, quick: bool, processes: int, pictures: Path | None) ->
     jobs = [
         (ports, placement, which) for ports in PORTS for placement in PLACEMENTS for which in range(max(2, seeds // 4))
     ]
-    growths = list(spread(grow, jobs, processes, tell_step, "growing cylinder"))
+    growths = list(spread(grow, jobs, on, tell_step, "growing cylinder"))
     if pictures is not None:
         draw_size(growths, pictures / "network_size.png")
     return {"size_runs": len(growths)} | size_figures(growths)
 
 
-def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None) -> dict[str, Any]:
+def recovery_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -> dict[str, Any]:
     """One fault a run."""
     from robotskin_lab.bench.network_faults import KINDS, heal, recovery_figures
     from robotskin_lab.bench.network_pictures import draw_recovery
@@ -169,7 +172,7 @@ def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None
     jobs = [(kind, skin, which) for kind in KINDS for skin in FAULT_SKINS for which in range(each)]
     if not quick:
         jobs += [(kind, "robot_1260", which) for kind in KINDS for which in range(2)]
-    healings = list(spread(heal, jobs, processes, tell_step, "recovery"))
+    healings = list(spread(heal, jobs, on, tell_step, "recovery"))
     for healing in healings:
         if healing.recovery_ms > 10 and healing.kind != "flap":
             print(f"beyond 10 ms: {healing}", file=sys.stderr)
@@ -178,16 +181,16 @@ def recovery_part(seeds: int, quick: bool, processes: int, pictures: Path | None
     return recovery_figures(healings)
 
 
-def torque_part(seeds: int, processes: int) -> dict[str, Any]:
+def torque_part(seeds: int, on: Executor) -> dict[str, Any]:
     """Torque sums, with and without a fault."""
     from robotskin_lab.bench.network_runs import spread
     from robotskin_lab.bench.network_torque import torque_figures, torque_run
 
     jobs = [(which, fault) for which in range(max(2, seeds // 5)) for fault in (False, True)]
-    return torque_figures(list(spread(torque_run, jobs, processes, tell_step, "torque sums")))
+    return torque_figures(list(spread(torque_run, jobs, on, tell_step, "torque sums")))
 
 
-def campaign_part(fault_seeds: int, first: int | None, mutants: int, processes: int) -> dict[str, Any]:
+def campaign_part(fault_seeds: int, first: int | None, mutants: int, on: Executor) -> dict[str, Any]:
     """Random skins under random faults, and the mutants that its checkers must catch.
 
     Unless told, `first` is drawn anew, so that no run is judged by seeds that the firmware was made with.
@@ -208,7 +211,7 @@ def campaign_part(fault_seeds: int, first: int | None, mutants: int, processes: 
     report = None
     for begin in range(first, first + fault_seeds, CAMPAIGN_CHUNK):
         chunk = range(begin, min(begin + CAMPAIGN_CHUNK, first + fault_seeds))
-        part = run_seeds(chunk, processes=processes, told=told)
+        part = run_seeds(chunk, on=on, told=told)
         if report is None:
             report = part
         else:
@@ -218,7 +221,7 @@ def campaign_part(fault_seeds: int, first: int | None, mutants: int, processes: 
         tell_step(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
     assert report is not None
     print(report.distribution, file=sys.stderr)
-    fates = sampled_fates(mutants, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=processes, told=_tell_fate)
+    fates = sampled_fates(mutants, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=on.workers, told=_tell_fate)
     figures["mutants_sampled"] = len(fates)
     figures["mutants_equivalent"] = sum(not fate.counts for fate in fates)
     figures["mutants_caught_share"] = round(caught_share(fates), 4)

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of the simulated network on skins of the benchmark set, in two processes at once."""
+"""Runs of the simulated network on skins of the benchmark set, wherever an executor runs them."""
 
 from __future__ import annotations
 
 import math
-import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,8 +14,8 @@ from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 from robotskin.simulator import NetworkOptions, NetworkTrial, TrialReport, Wiring
-from robotskin.world.ideal import is_ideal, make_ideal
 from robotskin_lab.bench.network_set import skins
+from robotskin_lab.executors import Executor, in_order
 
 STEP_S = 0.01
 RATE_HZ = 250
@@ -219,18 +217,9 @@ def settle_network(network: CellNetwork, kind: str, ports: int, seed: int, serve
 Progress = Callable[[str], None]
 
 
-def spread(run: Callable[..., Any], jobs: Iterable[tuple], processes: int, tell: Progress, what: str) -> Iterator[Any]:
-    """`run(*job)` for each job in `processes` processes, results in the order of the jobs, told about as they come."""
+def spread(run: Callable[..., Any], jobs: Iterable[tuple], on: Executor, tell: Progress, what: str) -> Iterator[Any]:
+    """`run(*job)` for each job on an executor, results in the order of the jobs, told about as they come."""
     listed = list(jobs)
-    if processes < 2:
-        for number, job in enumerate(listed):
-            tell(f"{what} {number + 1}/{len(listed)}")
-            yield run(*job)
-        return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=make_ideal, initargs=(is_ideal(),))
-    with pool:
-        results = pool.map(run, *zip(*listed, strict=True), chunksize=max(1, min(8, len(listed) // (4 * processes))))
-        for number, result in enumerate(results):
-            tell(f"{what} {number + 1}/{len(listed)}")
-            yield result
+    for number, result in enumerate(in_order(on, run, listed)):
+        yield result
+        tell(f"{what} {number + 1}/{len(listed)}")

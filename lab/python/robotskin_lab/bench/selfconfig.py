@@ -46,6 +46,8 @@ from robotskin_lab.bench.selfconfig_kinematics import kinematic_figures
 from robotskin_lab.bench.selfconfig_localise import localisation_figures
 from robotskin_lab.bench.selfconfig_map import map_figures
 from robotskin_lab.bench.selfconfig_reconstruction import reconstruction_figures
+from robotskin_lab.executors import named
+from robotskin_lab.executors.named import HELP
 
 Figures = dict[str, float]
 
@@ -70,7 +72,7 @@ def run(
     seed: Annotated[int, typer.Option(help="First seed.")] = 0,
     seeds: Annotated[int, typer.Option(help="How many seeds.", min=1)] = 10,
     parts: Annotated[str, typer.Option(help=f"Which of {','.join(PARTS)}; all by default.")] = ",".join(PARTS),
-    processes: Annotated[int, typer.Option(help="Worker processes.", min=1)] = 2,
+    on: Annotated[str, typer.Option(help=HELP)] = "processes:2",
     data: Annotated[Path | None, typer.Option(help="Folder of TUM patch files (*.json).")] = None,
 ) -> Figures:
     """What the skin finds out about itself: topology, shape, place, kinematics, masses, map; and what it is worth."""
@@ -86,7 +88,7 @@ def run(
         raise typer.BadParameter(f"{folder}: no patch file (*.json) is in this folder", param_hint="--data")
     figures: Figures = {}
     jobs = [(part, seed, seeds, folder) for part in PARTS if part in wanted and part not in TIMED]
-    for found in spread(figures_of, jobs, min(processes, max(len(jobs), 1)), tell_step, "part"):
+    for found in spread(figures_of, jobs, named(on), tell_step, "part"):
         figures |= found
     for part in TIMED:
         if part in wanted:

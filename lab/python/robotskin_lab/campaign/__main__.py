@@ -7,7 +7,9 @@ import argparse
 import itertools
 import math
 import sys
+from pathlib import Path
 
+from robotskin.errors import RobotskinError
 from robotskin_lab.campaign import (
     BrokenSeed,
     Fate,
@@ -22,6 +24,8 @@ from robotskin_lab.campaign import (
     sampled_fates,
     shrink,
 )
+from robotskin_lab.executors import Executor, Processes, named
+from robotskin_lab.executors.named import HELP
 
 
 def _tell(broken: BrokenSeed) -> None:
@@ -88,6 +92,13 @@ def _positive(text: str) -> int:
     return int(text)
 
 
+def _executor(text: str) -> Executor:
+    try:
+        return named(text)
+    except RobotskinError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def _seconds(text: str) -> float:
     try:
         seconds = float(text)
@@ -106,7 +117,8 @@ def main() -> int:
     parser.add_argument("--first", type=_seed, help="first of a range of seeds; drawn if left out")
     parser.add_argument("--count", type=_positive, help="how many of the range")
     parser.add_argument("--soak", type=_seconds, metavar="SECONDS", help="go on with new seeds for so long")
-    parser.add_argument("--processes", type=_positive, help="all processors by default")
+    parser.add_argument("--on", type=_executor, default=Processes(), metavar="EXECUTOR", help=HELP)
+    parser.add_argument("--verdicts", type=Path, metavar="FILE", help="write a line a seed: what was found")
     parser.add_argument(
         "--sampled-mutants",
         type=_positive,
@@ -121,11 +133,13 @@ def main() -> int:
         return 0 if all([_again(seed, options.shrink) for seed in options.seeds]) else 1
     first = fresh_seed() if options.first is None else options.first
     if options.sampled_mutants is not None:
-        return _sample_mutants(options.sampled_mutants, first, options.count or 200, options.processes or 2)
+        return _sample_mutants(options.sampled_mutants, first, options.count or 200, options.on.workers)
     seeds = itertools.count(first) if options.count is None else range(first, first + options.count)
     if options.count is None and options.soak is None:
         parser.error("give seeds, --count or --soak")
-    total = run_seeds(seeds, processes=options.processes, seconds=options.soak, told=_tell)
+    total = run_seeds(seeds, on=options.on, seconds=options.soak, told=_tell)
+    if options.verdicts is not None:
+        options.verdicts.write_text("".join(f"{line}\n" for line in total.verdicts), encoding="utf-8")
     print(total.distribution)
     print(
         f"{total.seeds} seeds from {first} on, {total.breaks} breaks in {len(total.broken)} of them, "

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many seeds on several processes, and what they drew."""
+"""Many seeds wherever an executor runs them, their verdicts, and what they drew."""
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
-import multiprocessing
-import os
 import random
 import time
 from collections import Counter
@@ -14,8 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from robotskin_lab._lab import campaign as core
+from robotskin_lab.executors import Executor, Processes, in_order
 
-BATCH = 20  # seeds that a process takes at once
+BATCH = 20  # seeds that a worker takes at once
 
 
 def fresh_seed() -> int:
@@ -87,7 +85,11 @@ class Distribution:
 
 @dataclasses.dataclass
 class SeedsReport:
-    """Sums over seeds; `cpu_s` is processor time of all processes."""
+    """Sums over seeds; `cpu_s` is processor time of all workers.
+
+    verdicts: a line a seed, in their order: seed, hash of every frame and datagram, events, and what broke. Equal seeds
+    of the same code have equal verdicts, wherever they ran.
+    """
 
     seeds: int = 0
     breaks: int = 0
@@ -98,6 +100,7 @@ class SeedsReport:
     distribution: Distribution = dataclasses.field(default_factory=Distribution)
     longest_wait_ms: float = 0.0
     largest_control_share: float = 0.0
+    verdicts: list[str] = dataclasses.field(default_factory=list)
 
     def merge(self, other: SeedsReport) -> None:
         """Add another's sums."""
@@ -110,6 +113,7 @@ class SeedsReport:
         self.distribution.merge(other.distribution)
         self.longest_wait_ms = max(self.longest_wait_ms, other.longest_wait_ms)
         self.largest_control_share = max(self.largest_control_share, other.largest_control_share)
+        self.verdicts += other.verdicts
 
 
 def _run_batch(seeds: list[int]) -> SeedsReport:
@@ -125,6 +129,8 @@ def _run_batch(seeds: list[int]) -> SeedsReport:
         batch.longest_wait_ms = max(batch.longest_wait_ms, report.longest_wait_ms)
         batch.largest_control_share = max(batch.largest_control_share, report.largest_control_share)
         batch.distribution.add(case)
+        breaks = "; ".join(str(broken) for broken in report.breaks) or "whole"
+        batch.verdicts.append(f"{seed} {report.log_hash:016x} {report.events} {breaks}")
         if report.break_count > 0:
             names = tuple(dict.fromkeys(broken.invariant for broken in report.breaks))
             batch.broken.append(BrokenSeed(seed, str(case), tuple(str(broken) for broken in report.breaks), names))
@@ -148,47 +154,29 @@ def _batches(seeds: Iterable[int], until_s: float | None) -> Iterator[list[int]]
 def run_seeds(
     seeds: Iterable[int],
     *,
-    processes: int | None = None,
+    on: Executor | None = None,
     seconds: float | None = None,
     told: Callable[[BrokenSeed], None] | None = None,
 ) -> SeedsReport:
-    """Run seeds on so many processes (all processors by default), for at most so many seconds; sums of all.
+    """Run seeds on an executor (a process a processor by default), for at most so many seconds; sums of all.
 
-    `told` is called with every broken seed as it is found.
+    `told` is called with every broken seed, in the order of the seeds.
     """
-    workers = processes or os.cpu_count() or 1
     total = SeedsReport()
     batches = _batches(seeds, None if seconds is None else time.monotonic() + seconds)
-
-    def take(batch: SeedsReport) -> None:
+    for batch in in_order(on or Processes(), _run_batch, ((seeds_of_batch,) for seeds_of_batch in batches)):
         total.merge(batch)
         if told is not None:
             for broken in batch.broken:
                 told(broken)
-
-    if workers == 1:
-        for batch in batches:
-            take(_run_batch(batch))
-        return total
-    context = multiprocessing.get_context("spawn")
-    with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
-        running: set[concurrent.futures.Future[SeedsReport]] = set()
-        for batch in batches:
-            running.add(pool.submit(_run_batch, batch))
-            if len(running) >= 2 * workers:
-                done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
-                for future in done:
-                    take(future.result())
-        for future in concurrent.futures.as_completed(running):
-            take(future.result())
     return total
 
 
 def campaign(
     seeds: int,
     first_seed: int = 1,
-    processes: int | None = None,
     *,
+    on: Executor | None = None,
     told: Callable[[BrokenSeed], None] | None = None,
 ) -> dict[str, Any]:
     """Run `seeds` seeds from `first_seed` on; sums, what was drawn, and the seeds that broke an invariant.
@@ -197,7 +185,7 @@ def campaign(
     `longest_wait_ms`, `largest_control_share`, `distribution` (a `Distribution`, which prints itself) and `broken` (a
     list of `BrokenSeed`). The mutants are apart: `caught_mutants`.
     """
-    total = run_seeds(range(first_seed, first_seed + seeds), processes=processes, told=told)
+    total = run_seeds(range(first_seed, first_seed + seeds), on=on, told=told)
     return {
         "fault_seeds_run": total.seeds,
         "invariant_breaks": total.breaks,

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one entry of the catalogue with each of its seeds, each in a process of its own, and keeps the figures."""
+"""Runs entries of the catalogue with each of their seeds, each in a process of its own, and keeps the figures."""
 
 from __future__ import annotations
 
 import json
+import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from robotskin.errors import RobotskinError
+from robotskin_lab.executors import Executor
 from robotskin_lab.reproduce.catalogue import Run
 from robotskin_lab.reproduce.result import Result, commit_now, machine_now, objects_now
 
@@ -22,24 +25,75 @@ class RunFailedError(RobotskinError):
     """A command of the catalogue ended without figures."""
 
 
-def measure(run: Run, *, quick: bool, tell: Callable[[str], None] = lambda line: None) -> Result:
-    """Run it with every seed.
+def measure(
+    runs: Iterable[Run], on: Executor, *, quick: bool, tell: Callable[[str], None] = lambda line: None
+) -> Iterator[Result | RunFailedError]:
+    """Run each with every seed; the result of each, or why there is none, once its last seed has ended.
 
-    Raises:
-        RunFailedError: a command ended without writing its figures.
+    Args:
+        runs: of the catalogue.
+        on: where the seeds run. A time is worth most where nothing runs beside it.
+        quick: in the short form.
+        tell: is given each command as it has ended.
     """
-    commit, measured, machine = commit_now(run.measures), objects_now(run.measures), machine_now()
-    by_seed = {}
+    listed = {run.name: run for run in runs}
+    commits = {name: commit_now(run.measures) for name, run in listed.items()}
+    measured = {name: objects_now(run.measures) for name, run in listed.items()}
+    jobs = [
+        ((name, seed), (run.arguments(quick=quick), seed, run.measures, measured[name]))
+        for name, run in listed.items()
+        for seed in (run.quick_seeds if quick else run.seeds)
+    ]
+    left = {name: [seed for (of, seed), _ in jobs if of == name] for name in listed}
+    ended: dict[str, dict[int, tuple[dict[str, Any], dict[str, Any]]]] = {name: {} for name in listed}
+    failed: dict[str, str] = {}
+    for (name, seed), (told, figures, machine) in on.results(measure_seed, jobs):
+        tell(f"robotskin {' '.join(listed[name].arguments(quick=quick))} --seed {seed}")
+        if figures is None:
+            failed.setdefault(name, told)
+        else:
+            ended[name][seed] = (figures, machine)
+        left[name].remove(seed)
+        if left[name]:
+            continue
+        if name in failed:
+            yield RunFailedError(failed[name])
+            continue
+        by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
+        run, machines = listed[name], [machine for _, machine in by_seed.values()]
+        processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
+        yield Result(
+            name,
+            run.quick if quick else run.command,
+            quick,
+            commits[name],
+            measured[name],
+            machines[0] | {"processor": " and ".join(processors)},
+            {seed: figures for seed, (figures, _) in by_seed.items()},
+        )
+
+
+def measure_seed(
+    arguments: list[str], seed: int, measures: tuple[str, ...], measured: dict[str, str]
+) -> tuple[str, dict[str, Any] | None, dict[str, Any]]:
+    """Run a command with a seed; why it failed, its figures or None, and the machine that it ran on.
+
+    Args:
+        arguments: behind `robotskin`.
+        seed: of the command.
+        measures: paths of the repository; measured: git's ids of them where the runs were asked for. A machine whose
+            checkout has others measures something else, and is told so.
+    """
+    machine = machine_now()
+    if objects_now(measures) != measured:
+        return f"{platform.node()}: its checkout is of other sources; bring it to the same commit", None, machine
     with tempfile.TemporaryDirectory() as folder:
-        for seed in run.quick_seeds if quick else run.seeds:
-            file = Path(folder) / f"{seed}.json"
-            words = [*run.arguments(quick=quick), "--seed", str(seed), "--json", str(file)]
-            tell(f"robotskin {' '.join(words[:-2])}")
-            done = subprocess.run(
-                [Path(sys.executable).with_name("robotskin"), *words], cwd=folder, capture_output=True, text=True
-            )
-            if done.returncode not in (0, BOUND_BROKEN) or not file.exists():
-                last = "\n".join((done.stdout + done.stderr).splitlines()[-8:])
-                raise RunFailedError(f"robotskin {' '.join(words)} ended with {done.returncode}:\n{last}")
-            by_seed[seed] = json.loads(file.read_text())
-    return Result(run.name, run.quick if quick else run.command, quick, commit, measured, machine, by_seed)
+        file = Path(folder) / f"{seed}.json"
+        words = [*arguments, "--seed", str(seed), "--json", str(file)]
+        done = subprocess.run(
+            [Path(sys.executable).with_name("robotskin"), *words], cwd=folder, capture_output=True, text=True
+        )
+        if done.returncode not in (0, BOUND_BROKEN) or not file.exists():
+            last = "\n".join((done.stdout + done.stderr).splitlines()[-8:])
+            return f"robotskin {' '.join(words)} ended with {done.returncode}:\n{last}", None, machine
+        return "", json.loads(file.read_text()), machine
