@@ -68,7 +68,9 @@ class RayCluster:
 
         if not ray.is_initialized():
             own: dict[str, Any] = {"num_cpus": self._workers} if self._address is None else {}
-            ray.init(address=self._address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR, **own)
+            ray.init(
+                address=self._address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR, **own
+            )
         return ray
 
 
