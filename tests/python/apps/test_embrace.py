@@ -12,9 +12,10 @@ from robotskin.apps.embrace.areas import areas_of
 from robotskin.apps.embrace.arms import SIDES, Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable, torque_shares
 from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD
-from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, Large
+from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, Large, sinking
+from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
-from robotskin.apps.embrace.regulation import CLOSED_AXIS_M, CLOSED_M
+from robotskin.apps.embrace.regulation import CLOSED_AXIS_M, CLOSED_M, PULL_LEAST_M_S
 from robotskin.apps.embrace.scene import PERSON, Person, scene_of
 from robotskin.apps.embrace.states import TABLE, Seen, State, following
 from robotskin.cli import main
@@ -95,6 +96,35 @@ def test_a_skin_that_feels_nothing_never_leaves_open(seed: int) -> None:
         nothing = GraspSeen(float(since), True, True, False, False, False, False, False, lost=True)
         assert following_grasp(GraspState.OPEN, nothing)[0] is GraspState.OPEN
     assert {row.state for row in GRASP_TABLE} == set(GraspState)
+
+
+def test_with_all_cells_left_out_no_grasp_begins_and_nothing_is_held(seed: int) -> None:
+    large = Large.drawn(np.random.default_rng(seed))
+    session = grasp_session_of(large, seed)
+    try:
+        session.boot()
+        session.leave_out(range(len(session.layout)))
+        figures = run_grasp(session, large)
+    finally:
+        session.shut_down()
+    assert figures["opened"] == figures["transitions"] == figures["success"] == 0.0
+    assert why_failed(figures)
+
+
+def test_what_is_pulled_reaches_the_chest_more_slowly_than_would_strike_a_cell_hard() -> None:
+    stiffness, mass = 9000.0, 75.0
+    assert PULL_LEAST_M_S * np.sqrt(stiffness * mass) < 10.0  # newton, where a sensor's range ends
+
+
+def test_the_table_leaves_before_the_robot_s_knees(arms: Arms, seed: int) -> None:
+    places = arms.robot.base_from_link(arms.home)
+    knee = max(places[arms.robot.link_index(f"leg_{side}_4_link")][2, 3] for side in SIDES)
+    nearest = max(places[arms.robot.link_index(f"leg_{side}_{n}_link")][0, 3] for side in SIDES for n in (3, 4, 5))
+    generator = np.random.default_rng(seed)
+    for large in (Large.drawn(generator) for _ in range(20)):
+        for waypoint in sinking(large, arms).waypoints:
+            x, _, z = waypoint.position_m
+            assert z > knee + 0.2 or x > nearest + 0.3
 
 
 def test_what_is_beyond_the_arms_is_refused_with_joint_and_bound(arms: Arms, paths: Paths, seed: int) -> None:

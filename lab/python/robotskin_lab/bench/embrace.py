@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Embraces (V-C, V-D): a standing humanoid hugs a soft person, and takes large things; stiff arms beside."""
+"""Embraces (V-C, V-D): a humanoid hugs a soft person, and draws large things to its chest; baselines beside."""
 
 from __future__ import annotations
 
@@ -12,17 +12,21 @@ from robotskin.apps.embrace.scene import Person
 from robotskin.apps.embrace.script import run as hug
 from robotskin.apps.embrace.script import session_of
 from robotskin.errors import UnknownNameError
+from robotskin_lab.bench.embrace_grasps import WAYS, grasp_figures
 from robotskin_lab.bench.progress import tell, tell_step
 
-PARTS = ("hug", "stiff")
+HUGS = ("hug", "stiff")
+PARTS = (*HUGS, *WAYS)
 KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "still_held", "let_go", "stands")
 """Of each part; the figures of the other parts have its name before theirs."""
 
 
-def run(*, seed: int = 1, parts: str = "hug,stiff") -> dict[str, Any]:
-    """Measure the parts named in `parts`, with commas between them, on one drawn person.
+def run(*, seed: int = 1, parts: str = "hug,stiff,grasp,open_loop,masked", objects: int = 6) -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn `objects`.
 
-    hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held.
+    hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large
+    things, by the skin, on a fixed base. open_loop: the same things on the path of one of 0.35 m. masked: with all
+    cells left out. standing: on the robot's own feet.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -33,7 +37,10 @@ def run(*, seed: int = 1, parts: str = "hug,stiff") -> dict[str, Any]:
     along = float(generator.choice([90.0, -90.0]))
     figures: dict[str, Any] = {"person_depth_mm": 1e3 * person.depth_m, "person_n_per_m": person.stiffness_n_per_m}
     began = time.process_time()
-    for part in wanted:
+    for part in [one for one in wanted if one in WAYS]:
+        found = grasp_figures(part, seed, objects)
+        figures |= found if part == "grasp" else {f"{part}_{name}": value for name, value in found.items()}
+    for part in [one for one in wanted if one in HUGS]:
         tell_step(f"{part}: a person {1e3 * person.depth_m:.0f} mm deep")
         session = session_of(person, seed)
         try:

@@ -15,15 +15,21 @@ from robotskin.session import SessionError
 Array = NDArray[np.float64]
 _FORWARD, _INWARD = 0.8, 0.2
 """Least part of a cell's normal straight ahead on the chest, and towards the axis on the arms."""
+_MIDDLE_M = 0.07
+"""Of the chest, to both sides."""
 LEAST_CELLS = 10
 """Of each area: with fewer the arms would close on what they cannot feel."""
 
 
 @dataclass(frozen=True, eq=False)
 class Areas:
-    """Indices of the cells that may be touched, by area: `left` and `right` arm, `chest`."""
+    """Indices of the cells that may be touched, by area: `left` and `right` arm, `chest`.
+
+    middle_of_chest: those of the chest that see what the arms bring, and not the arms beside it.
+    """
 
     cells: dict[str, NDArray[np.int64]]
+    middle_of_chest: NDArray[np.int64]
     total: int
 
     @property
@@ -60,4 +66,6 @@ def areas_of(arms: Arms, layout: Layout, closed: Array, axis_m: float) -> Areas:
                 f"embrace with this layout of {layout.robot}: {len(found)} cells of the {area} face what is held, "
                 f"{LEAST_CELLS} are needed; use the layout talos_embrace or talos_grasp"
             )
-    return Areas(cells, len(layout))
+    chest = cells["chest"]
+    middle = chest[np.abs(pose[chest, 1, 3] - arms.origin[1]) < _MIDDLE_M]
+    return Areas(cells, middle, len(layout))

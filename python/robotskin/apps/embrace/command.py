@@ -12,6 +12,7 @@ import typer
 def command(
     grasp: Annotated[bool, typer.Option("--grasp", help="Take a large thing with both arms, on a fixed base.")] = False,
     stiff: Annotated[bool, typer.Option("--stiff", help="Arms that do not answer to the skin: the baseline.")] = False,
+    standing: Annotated[bool, typer.Option("--standing", help="With --grasp: on the robot's own feet.")] = False,
     mass: Annotated[
         float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
     ] = None,
@@ -40,7 +41,9 @@ def command(
     if mass is not None:
         large = replace(large, mass_kg=mass)
     with console.status("loading the robot"):
-        session = grasp_script.grasp_session_of(large, seed) if grasp else script.session_of(person, seed)
+        session = (
+            grasp_script.grasp_session_of(large, seed, standing=standing) if grasp else script.session_of(person, seed)
+        )
     figures: dict[str, float] = {}
     try:
         with console.status("booting the skin") as status:

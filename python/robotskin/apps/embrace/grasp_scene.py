@@ -10,7 +10,7 @@ import numpy as np
 
 from robotskin.apps.embrace.arms import Arms
 from robotskin.world import SceneSpec
-from robotskin.world.things import Box, Cylinder, PathSpec, ThingSpec, WaypointSpec
+from robotskin.world.things import Box, Cylinder, FloorSpec, PathSpec, ThingSpec, WaypointSpec
 
 THING, TABLE = "thing", "table"
 CHEST_FRONT_M, GAP_M = 0.10, 0.06
@@ -21,6 +21,7 @@ MIDDLE_M = -0.03
 _TABLE_M = 0.02
 _TABLE_LENGTHS_M = (0.14, 0.16)
 _TABLE_NEARER_M = 0.04
+_SINKS_M, _LEAVES_M = 0.07, 0.6
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,11 @@ def place_of(large: Large, arms: Arms) -> tuple[float, float, float]:
     return float(x), float(arms.origin[1] + large.error_m[1]), float(arms.origin[2] + MIDDLE_M)
 
 
-def grasp_scene_of(large: Large, arms: Arms) -> SceneSpec:
-    """A scene with this thing on its table. Raises SceneError where it would begin inside of the robot."""
+def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> SceneSpec:
+    """A scene with this thing on its table, and a floor for a robot that stands.
+
+    Raises SceneError where the thing would begin inside of the robot.
+    """
     x, y, z = place_of(large, arms)
     box = Box(lengths_m=(large.width_m, large.width_m, HEIGHT_M))
     shape: Box | Cylinder = box if large.kind == "box" else Cylinder(radius_m=large.width_m / 2, length_m=HEIGHT_M)
@@ -72,12 +76,13 @@ def grasp_scene_of(large: Large, arms: Arms) -> SceneSpec:
         friction=0.3,
         path=PathSpec(waypoints=(WaypointSpec(at_s=0.0, position_m=(x - _TABLE_NEARER_M, y, top - _TABLE_M / 2)),)),
     )
-    return SceneSpec(about="A large thing on a table that sinks away.", things=(table, thing))
+    floor = FloorSpec(robot_stands=True) if standing else None
+    return SceneSpec(about="A large thing on a table that sinks away.", floor=floor, things=(table, thing))
 
 
 def sinking(large: Large, arms: Arms) -> PathSpec:
-    """The way of the table when it sinks by 0.4 m within a second, from now on."""
+    """The way of the table from now on: it sinks out of the thing's way, and leaves forward, past the robot's knees."""
     x, y, z = place_of(large, arms)
-    top = z - HEIGHT_M / 2 - 0.0005 - _TABLE_M / 2
-    high, low = (x - _TABLE_NEARER_M, y, top), (x - _TABLE_NEARER_M, y, top - 0.4)
-    return PathSpec(waypoints=(WaypointSpec(at_s=0.0, position_m=high), WaypointSpec(at_s=1.0, position_m=low)))
+    x, top = x - _TABLE_NEARER_M, z - HEIGHT_M / 2 - 0.0005 - _TABLE_M / 2
+    ways = ((0.0, 0.0, 0.0), (0.5, 0.0, -_SINKS_M), (1.5, _LEAVES_M, -_SINKS_M), (2.0, _LEAVES_M, -0.4))
+    return PathSpec(waypoints=tuple(WaypointSpec(at_s=at, position_m=(x + away, y, top + up)) for at, away, up in ways))

@@ -7,21 +7,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin.apps.embrace.arms import SIDES, Arms
+from robotskin.apps.embrace.arms import Arms
 from robotskin.apps.embrace.bearing import require_bearable
 from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, GraspControl
-from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, THING, Large, grasp_scene_of, sinking
+from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, Large, grasp_scene_of, sinking
 from robotskin.apps.embrace.grasp_states import GraspState
+from robotskin.apps.embrace.grasp_watch import GraspWatch
 from robotskin.figures import Bound
 from robotskin.layout import finished
 from robotskin.robots.gains import robot_with_gains
-from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.session import PERIOD_S, Session
 
 Progress = Callable[[str], None]
-ROBOT, LAYOUT = "talos", "talos_grasp"
-TAP_N, TAP_S = 6.0, 1.0
+ROBOT, STANDING_ROBOT, LAYOUT = "talos", "talos_standing", "talos_grasp"
 LONGEST_S = 18.0
-FALL_M, TILT_RAD = 0.05, np.radians(20.0)
+ASKED_S = 3.0
+"""After a tap that was not felt, for so long."""
 HOLD_S, SHAKE_S = 3.0, 2.0
 SHAKE_M_S2, SHAKE_HZ = 1.0, 1.0
 
@@ -37,59 +38,19 @@ def grasp_bounds() -> list[Bound]:
     ]
 
 
-def grasp_session_of(large: Large, seed: int) -> Session:
-    """A session with this thing on its table, not booted.
+def grasp_session_of(large: Large, seed: int, *, standing: bool = False) -> Session:
+    """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
     Raises SceneError, and SessionError for a thing that the arms could not bear.
     """
-    ready = robot_with_gains(ROBOT)
+    ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
     arms = Arms(ready.robot, np.array(ready.gains.home))
     paths = arms.plan(GRASP_AROUND)
     at_chest = CHEST_FRONT_M + large.width_m / 2
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
-    scene = grasp_scene_of(large, arms)
-    return Session(ready.robot, finished(LAYOUT), seed=seed, gains=ready.gains, link="in process", scene=scene)
-
-
-class GraspWatch:
-    """What truly happens, from the world; the controller knows none of it."""
-
-    def __init__(self, session: Session, control: GraspControl) -> None:
-        self.session, self.control = session, control
-        self.thing = session.world.thing(THING)
-        self.peak_arm_n = self.peak_cell_n = 0.0
-        self.running = True
-
-    def step(self) -> None:
-        """One period of session, controller and watch."""
-        self.session.step()
-        self.control.step()
-        self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
-        force = self.session.world.cell_true_force().sum(axis=1)
-        self.peak_cell_n = max(self.peak_cell_n, float(force.max()))
-        for side in SIDES:
-            self.peak_arm_n = max(self.peak_arm_n, float(force[self.control.arms.areas.cells[side]].sum()))
-
-    def run(self, seconds: float) -> None:
-        """Step for a time."""
-        for _ in range(round(seconds / PERIOD_S)):
-            self.step()
-
-    def fallen(self, height_m: float) -> bool:
-        """Whether the thing has fallen from this height, or is tilted, by more than is allowed."""
-        pose = self.thing.world_from_thing
-        tilt = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
-        return bool(pose[2, 3] < height_m - FALL_M or tilt > TILT_RAD)
-
-
-def tap_chest(watch: GraspWatch) -> None:
-    """A hand touches the chest, above what is to be grasped, and leaves."""
-    session = watch.session
-    chest = watch.control.arms.areas.cells["chest"]
-    places = session.world.base_from_cell()[chest]
-    session.world.push(int(chest[int(np.argmax(places[:, 2, 3]))]), TAP_N)
-    watch.run(TAP_S)
-    session.world.release()
+    scene = grasp_scene_of(large, arms, standing=standing)
+    layout = finished(LAYOUT, ready.robot.name)
+    return Session(ready.robot, layout, seed=seed, gains=ready.gains, link="in process", scene=scene)
 
 
 def run_grasp(
@@ -98,33 +59,13 @@ def run_grasp(
     """Tap, grasp, let the table sink, hold for 3 s, shake; on a session that has booted.
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
-    and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `opened`: the state open was left; `home`:
-    home was reached; `slips` felt; true forces.
+    and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
+    the state open was left; `home`: home was reached; `slips` felt; `transitions`, and `false_transitions` for which
+    nothing that truly touched gave a reason; true forces.
     """
     control = GraspControl(session, reactive=reactive)
     watch = GraspWatch(session, control)
-    progress("opens its arms")
-    watch.run(2.2)
-    progress("tapped on the chest")
-    tap_chest(watch)
-    begun = session.world.time_s
-    while control.state is not GraspState.HOME and session.world.time_s - begun < LONGEST_S:
-        watch.step()
-        if control.state is GraspState.OPEN and GraspState.CLOSE in control.visited:
-            break
-    home = control.state is GraspState.HOME
-    figures = {
-        "opened": float(GraspState.CLOSE in control.visited),
-        "pulled": float(GraspState.PULL in control.visited),
-        "home": float(home),
-        "grasp_s": session.world.time_s - begun,
-    }
-    watch.run(1.0)
-    forces = dict(control.arms.force)
-    height = float(watch.thing.position_m[2])
-    progress("the table sinks")
-    session.world.thing(TABLE).follow(sinking(large, control.arms.arms))
-    watch.run(HOLD_S)
+    figures, height = take(watch, large, progress)
     held = not watch.fallen(height)
     progress("is shaken")
     for tick in range(round(SHAKE_S / PERIOD_S)):
@@ -133,15 +74,61 @@ def run_grasp(
         watch.thing.push(large.mass_kg * SHAKE_M_S2 * np.sin(angle) * np.array([*along, 0.0]))
         watch.step()
     watch.thing.push((0.0, 0.0, 0.0))
-    fell_mm = 1e3 * (height - float(watch.thing.position_m[2]))
+    success = bool(figures["home"]) and held and not watch.fallen(height)
     return figures | {
-        "success": float(home and held and not watch.fallen(height)),
+        "success": float(success),
         "held": float(held),
-        "fell_mm": fell_mm,
-        **{f"{area}_n": force for area, force in forces.items()},
+        "fell_mm": 1e3 * (height - float(watch.thing.position_m[2])),
         "slips": float(control.slips),
         "peak_arm_n": watch.peak_arm_n,
         "peak_cell_n": watch.peak_cell_n,
+        "transitions": float(watch.transitions),
+        "false_transitions": float(watch.false_transitions),
         "running": float(watch.running),
         "limit_violations": float(session.controller.report.violations),
     }
+
+
+def take(watch: GraspWatch, large: Large, progress: Progress = lambda _text: None) -> tuple[dict[str, float], float]:
+    """Tap, grasp, let the table sink, hold for 3 s: figures, and the thing's height before the table sank, metres."""
+    session, control = watch.session, watch.control
+    progress("opens its arms")
+    watch.run(2.2)
+    progress("tapped on the chest")
+    watch.tap_chest()
+    begun = session.world.time_s
+    while control.state is not GraspState.HOME and session.world.time_s - begun < LONGEST_S:
+        watch.step()
+        if control.state is GraspState.OPEN and (
+            GraspState.CLOSE in control.visited or session.world.time_s - begun > ASKED_S
+        ):
+            break
+    figures = {
+        "opened": float(GraspState.CLOSE in control.visited),
+        "pulled": float(GraspState.PULL in control.visited),
+        "home": float(control.state is GraspState.HOME),
+        "grasp_s": session.world.time_s - begun,
+    }
+    watch.run(1.0)
+    figures |= {f"{area}_n": force for area, force in control.arms.force.items()}
+    figures["stopped_before"] = float(not watch.running)
+    height = float(watch.thing.position_m[2])
+    progress("the table sinks")
+    session.world.thing(TABLE).follow(sinking(large, control.arms.arms))
+    watch.run(HOLD_S)
+    return figures, height
+
+
+def why_failed(figures: dict[str, float]) -> str:
+    """What ended a grasp without success, by name; empty where it succeeded."""
+    if figures["success"]:
+        return ""
+    if figures["stopped_before"]:
+        return "stopped by the guard"
+    if not figures["opened"]:
+        return "not asked"
+    if not figures["pulled"]:
+        return "no contact, or one arm only"
+    if not figures["home"]:
+        return "chest not reached"
+    return "dropped after a slip" if figures["slips"] else "dropped"

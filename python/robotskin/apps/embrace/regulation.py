@@ -30,6 +30,9 @@ HARD_S = 0.2
 """A cell that bears more than is allowed for longer ends the embrace."""
 NEARBY_M = 0.04
 """A cell that sees something as near as this makes its arm slow."""
+PULL_PER_S, PULL_LEAST_M_S = 0.5, 0.012
+"""What is pulled comes the slower the nearer the chest sees it: a heavy body at full speed would strike the chest with
+speed times the root of mass and stiffness, 28 N for 75 kg and 7 kN/m."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,7 @@ class Regulation:
         """(N,) cells that feel more than the gains' silence."""
         self.strength = 1.0
         """By which slips have made the squeeze stronger."""
+        self._middle = self.areas.middle_of_chest
         self._silent_n = float(session.gains.values["skin"]["force_silent_n"])
         self._allowed = self.areas.allowed
         self._slow = np.zeros(len(session.layout))
@@ -101,6 +105,7 @@ class Regulation:
     def look(self) -> None:
         """Take what the skin feels now."""
         cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
+        cells[list(self.session.left_out)] = 0.0
         self.touched = cells > self._silent_n
         felt = np.where(self.touched, cells, 0.0)
         self.touches = {area: float(felt[own].sum()) >= self.hold.touch_n for area, own in self.areas.cells.items()}
@@ -152,7 +157,7 @@ class Regulation:
     def close(self, *, pulling: bool) -> None:
         """A look's way of arms that come near, each until it meets something; then they wait, or pull."""
         speed = {side: self._speed(side) for side in SIDES}
-        pull = -PULL_M_S if pulling and all(self.met.values()) and not self.touches["chest"] else 0.0
+        pull = -self._pull() if pulling and all(self.met.values()) and not self.touches["chest"] else 0.0
         self.axis_m = float(np.clip(self.axis_m + LOOK_S * pull, NEAR_M, self.hold.far_m))
         self._move(speed, TIGHT_M)
 
@@ -180,6 +185,11 @@ class Regulation:
         """Share of the forces wanted: one cell that bears much makes all give way before it comes to its limit."""
         hold = self.hold
         return float(np.clip((hold.most_cell_n - self.largest_n) / (hold.most_cell_n - hold.cell_n), 0.0, 1.0))
+
+    def _pull(self) -> float:
+        """m/s towards the chest, of what has not reached it."""
+        near = float(np.asarray(self.session.skin.distance)[self._middle].min())
+        return float(np.clip(PULL_PER_S * near, PULL_LEAST_M_S, PULL_M_S))
 
     def _speed(self, side: str) -> float:
         """m/s away from the axis, of an arm that answers to the skin."""

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawn large things taken with both arms (V-C): how many are held, how hard they are pressed, what ends the others."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotskin.apps.embrace.grasp_scene import Large
+from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
+from robotskin_lab.bench.progress import tell_step
+
+GRASP = 18, 2
+"""Keys of the generator of things: all ways to grasp take the same ones."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to grasp. reactive: by the skin; masked: all cells are left out; standing: on the robot's own feet."""
+
+    reactive: bool = True
+    masked: bool = False
+    standing: bool = False
+
+
+WAYS = {
+    "grasp": Way(),
+    "open_loop": Way(reactive=False),
+    "masked": Way(masked=True),
+    "standing": Way(standing=True),
+}
+
+
+def grasp_figures(way: str, seed: int, objects: int) -> dict[str, float]:
+    """Take so many drawn things, each in a world of its own; figures are pooled.
+
+    success_share; peak_arm_n: of the arm that presses harder, which 95 % of grasps stay below; peak_cell_n: the largest
+    of all; opened_share: grasps that left the state open; false_transition_share: of all changes of state, those for
+    which nothing that truly touched gave a reason; failed: by what ended them.
+    """
+    how = WAYS[way]
+    generator = np.random.default_rng([seed, *GRASP])
+    found: list[dict[str, float]] = []
+    failed: Counter[str] = Counter()
+    for number in range(objects):
+        large = Large.drawn(generator)
+        tell_step(f"{way}, thing {number + 1} of {objects}: {large.kind}, {1e3 * large.width_m:.0f} mm")
+        session = grasp_session_of(large, 1000 * seed + number, standing=how.standing)
+        try:
+            session.boot()
+            if how.masked:
+                session.leave_out(range(len(session.layout)))
+            found.append(run_grasp(session, large, reactive=how.reactive))
+        finally:
+            session.shut_down()
+        if why := why_failed(found[-1]):
+            failed[why] += 1
+    column = {name: np.array([one[name] for one in found]) for name in found[0]}
+    transitions = float(column["transitions"].sum())
+    return {
+        "objects": float(objects),
+        "success_share": float(column["success"].mean()),
+        "peak_arm_n": float(np.percentile(column["peak_arm_n"], 95)),
+        "peak_cell_n": float(column["peak_cell_n"].max()),
+        "grasp_s": float(np.median(column["grasp_s"])),
+        "opened_share": float(column["opened"].mean()),
+        "slips": float(column["slips"].sum()),
+        "false_transition_share": float(column["false_transitions"].sum()) / max(transitions, 1.0),
+        "transitions": transitions,
+        **{f"failed_{why.replace(',', '').replace(' ', '_')}": float(count) for why, count in sorted(failed.items())},
+    }

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What truly happens in a grasp with both arms, from the world: forces, falls, and changes without reason."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from robotskin.apps.embrace.arms import SIDES
+from robotskin.apps.embrace.grasp_control import GraspControl
+from robotskin.apps.embrace.grasp_scene import THING
+from robotskin.apps.embrace.grasp_states import GraspState
+from robotskin.session import PERIOD_S, SafetyState, Session
+
+TAP_N, TAP_S = 6.0, 1.0
+FALL_M, TILT_RAD = 0.05, np.radians(20.0)
+RECENT = 300
+"""Steps: what was touched so long ago may still be felt."""
+LEAST_N = 0.5
+"""With less an area does not truly touch."""
+OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, GraspState.HOME
+
+
+class GraspWatch:
+    """What truly happens, from the world; the controller knows none of it."""
+
+    def __init__(self, session: Session, control: GraspControl) -> None:
+        self.session, self.control = session, control
+        self.thing = session.world.thing(THING)
+        self.peak_arm_n = self.peak_cell_n = 0.0
+        self.running = True
+        self.transitions = self.false_transitions = 0
+        """Changes of state, and those of them that what truly touched gave no reason for."""
+        self._tapped = False
+        self._recent: deque[dict[str, float]] = deque(maxlen=RECENT)
+        self._since = dict.fromkeys(control.arms.areas.cells, 0.0)
+        self._states = 1
+
+    def step(self) -> None:
+        """One period of session, controller and watch."""
+        self.session.step()
+        self.control.step()
+        self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
+        force = self.session.world.cell_true_force().sum(axis=1)
+        areas = {area: float(force[cells].sum()) for area, cells in self.control.arms.areas.cells.items()}
+        self.peak_cell_n = max(self.peak_cell_n, float(force.max()))
+        self.peak_arm_n = max(self.peak_arm_n, *(areas[side] for side in SIDES))
+        self._recent.append(areas)
+        self._since = {area: max(self._since[area], areas[area]) for area in areas}
+        if len(self.control.visited) > self._states:
+            self._states = len(self.control.visited)
+            self.transitions += 1
+            self.false_transitions += not self._due(self.control.visited[-2], self.control.visited[-1])
+            self._since = dict.fromkeys(areas, 0.0)
+            self._tapped = False
+
+    def run(self, seconds: float) -> None:
+        """Step for a time."""
+        for _ in range(round(seconds / PERIOD_S)):
+            self.step()
+
+    def tap_chest(self) -> None:
+        """A hand touches the chest, above what is to be grasped, and leaves."""
+        chest = self.control.arms.areas.cells["chest"]
+        places = self.session.world.base_from_cell()[chest]
+        self.session.world.push(int(chest[int(np.argmax(places[:, 2, 3]))]), TAP_N)
+        self._tapped = True
+        self.run(TAP_S)
+        self.session.world.release()
+
+    def fallen(self, height_m: float) -> bool:
+        """Whether the thing has fallen from this height, or is tilted, by more than is allowed."""
+        pose = self.thing.world_from_thing
+        tilt = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
+        return bool(pose[2, 3] < height_m - FALL_M or tilt > TILT_RAD)
+
+    def _due(self, before: GraspState, after: GraspState) -> bool:
+        """Whether what truly touched, or did not, gave a reason for this change of state."""
+        recent = {area: max(one[area] for one in self._recent) for area in self._since}
+        lately = {area: min(one[area] for one in self._recent) for area in self._since}
+        if before is OPEN:
+            return self._tapped
+        if (before, after) == (CLOSE, PULL):
+            return all(self._since[side] > LEAST_N for side in SIDES)
+        if after is HOME:
+            return all(force > LEAST_N for force in recent.values())
+        # Back to open: nothing, or one arm, or no chest; or what was held is lost.
+        held_n = self.control.arms.hold.touch_n
+        if before is CLOSE:
+            return any(self._since[side] < held_n for side in SIDES)
+        return lately["chest"] < held_n or all(force < held_n for force in lately.values())
