@@ -84,6 +84,8 @@ class Leader:
         self._links = sorted({int(link) for link in self._link[self.leading]})
         self._normal = session.layout.link_from_cell[:, :3, 2]
         self._force = np.zeros(3)
+        self.speed_m_s = np.zeros(3)
+        """(3) how the hand is led at this moment, base axes."""
         self._left_alone_s = 1.0
         worker.use(LED)
 
@@ -102,11 +104,10 @@ class Leader:
         if LET_GO_S <= self._left_alone_s < LET_GO_S + LOOK_S:
             worker.stay()
         self._force += (force - self._force) * min(1.0, LOOK_S / FILTER_S)
-        speed = SPEED_M_S_N * self._force
-        fast = float(np.linalg.norm(speed))
-        if fast < 1e-5:
-            return
-        worker.shift(speed * min(1.0, FASTEST_M_S / fast) * LOOK_S)
+        fast = SPEED_M_S_N * float(np.linalg.norm(self._force))
+        self.speed_m_s = SPEED_M_S_N * self._force * min(1.0, FASTEST_M_S / max(fast, 1e-9))
+        if fast >= 1e-5:
+            worker.shift(self.speed_m_s * LOOK_S)
 
     def push_n(self, session: SkinnedRobot) -> Array:
         """(3,) newton, base axes: how people push the arm; the gripper and its button are left out."""
