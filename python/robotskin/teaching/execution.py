@@ -21,7 +21,7 @@ GRASP_ABOVE_M = np.array([0.0, 0.0, 0.0025])
 UP_M = np.array([0.0, 0.0, 0.10])
 """How far above a thing or place the gripper comes from and goes to."""
 SKIN_N_PER_M = 3750.0
-"""The skin of both pads where one cell each touches, as specified; `SkinOfPads` measures it."""
+"""The skin of both pads where one cell each touches, as specified."""
 
 
 @dataclass

@@ -11,18 +11,27 @@ import numpy as np
 from robotskin.errors import UnknownNameError
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.teaching_rig import Felt, squeezed
+from robotskin_lab.bench.teaching_shown import led, told
+from robotskin_lab.bench.teaching_sorted import sorted_by_plan
 
 TAUGHT = 5
 """Fruits of each class from which the threshold is learnt."""
 RATIOS = (2.0, 1.5, 1.2)
 
 
-def run(*, seed: int = 1, parts: str = "squeeze", fruits: int = 200) -> dict[str, Any]:
-    """Measure the parts named in `parts`, with commas between them.
+def run(
+    *, seed: int = 1, parts: str = "squeeze", fruits: int = 200, unseen: int = 20, sorted_fruits: int = 20
+) -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them: squeeze, told, led, sorted.
 
     squeeze: `fruits` oranges at each stiffness ratio of 2, 1.5 and 1.2, with 10 % spread, ±1.5 mm of radius, ±3 mm off
     centre, and 10 % of relaxation in 2 s, by a gripper whose arm wears no cells; five of each class are taught. The
     force at a fixed width is the baseline.
+    told: rules of four demonstrations by a scripted teacher on `unseen` others, in three styles, and the plans of drawn
+    sets of four. Rules that know motion alone are the baseline.
+    led: 10 N at the wrist of a robot that is led; beside it one that is not.
+    sorted: the plan of four demonstrations on `sorted_fruits` fruits each, at places moved by up to 100 mm: oranges,
+    oranges on a Panda, lemons. A demonstration that is played back is the baseline.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -30,7 +39,7 @@ def run(*, seed: int = 1, parts: str = "squeeze", fruits: int = 200) -> dict[str
             raise UnknownNameError("part of bench teaching", part, PARTS)
     figures: dict[str, Any] = {}
     for part in wanted:
-        figures |= PARTS[part](seed, fruits)
+        figures |= PARTS[part](seed, {"squeeze": fruits, "told": unseen, "sorted": sorted_fruits}.get(part, 0))
     tell("")
     return figures
 
@@ -69,4 +78,9 @@ def _squeeze(seed: int, fruits: int) -> dict[str, float]:
     }
 
 
-PARTS: dict[str, Callable[[int, int], dict[str, float]]] = {"squeeze": _squeeze}
+PARTS: dict[str, Callable[[int, int], dict[str, float]]] = {
+    "squeeze": _squeeze,
+    "told": told,
+    "led": lambda seed, _count: led(seed),
+    "sorted": sorted_by_plan,
+}

@@ -138,8 +138,14 @@ class Sorter:
             yield Sorted(fruit, execution.done, ended, peak)
 
 
-def run(sorting: Sorting, seed: int, progress: Progress = lambda _text: None) -> tuple[dict[str, float], list[Sorted]]:
-    """Sort all fruits, in scenes of a few each whose places are drawn anew.
+def run(
+    sorting: Sorting,
+    seed: int,
+    progress: Progress = lambda _text: None,
+    layout: Layout | None = None,
+    sorter_of: Callable[[Session, Sorting, Bench], Sorter] = Sorter,
+) -> tuple[dict[str, float], list[Sorted]]:
+    """Sort all fruits, in scenes of a few each whose places are drawn anew; in another skin, by another sorter.
 
     Figures: `sorted_right`, the share that ends where it belongs; `peak_force_n`, the largest true force of a pad;
     `stiffness_error`, the median share by which the measured stiffness is off; `retries`; `fruit_s`, seconds each.
@@ -150,11 +156,11 @@ def run(sorting: Sorting, seed: int, progress: Progress = lambda _text: None) ->
         scene = len(found) // FRUITS_A_SCENE
         generator = np.random.default_rng([seed, 41, scene])
         bench = drawn_bench(sorting, generator, min(FRUITS_A_SCENE, sorting.fruits - len(found)))
-        session = session_of(sorting, bench, 1000 * seed + scene)
+        session = session_of(sorting, bench, 1000 * seed + scene, layout)
         try:
             session.boot()
             begun = session.world.time_s
-            sorter = Sorter(session, sorting, bench)
+            sorter = sorter_of(session, sorting, bench)
             for one in sorter.sort():
                 found.append(one)
                 progress(f"sorted {len(found)} of {sorting.fruits}")

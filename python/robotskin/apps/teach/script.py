@@ -20,6 +20,7 @@ from robotskin.teaching.leading import Leader
 from robotskin.teaching.learning import Demonstration, acts_of, learn_plan
 from robotskin.teaching.plan import Plan
 from robotskin.teaching.rules import Lessons, Rules, lessons_of, load_lessons
+from robotskin.teaching.signals import FEATURES
 from robotskin.teaching.worker import Worker
 
 Progress = Callable[[str], None]
@@ -141,7 +142,7 @@ def branches(plan: Plan) -> set[str]:
 
 def told_right(rules: Rules, taught: list[Recording], unseen: list[Recording]) -> dict[str, float]:
     """How well rules tell demonstrations that they were not learnt from; beside them, rules that know motion alone."""
-    motion = lessons_of((situation[:1], label) for situation, label in labelled(taught)).rules()
+    motion = lessons_of(((situation[:1], label) for situation, label in labelled(taught)), FEATURES[:1]).rules()
     frames = labelled(unseen)
     simple = [motion.tell(situation[:1]) == label for situation, label in frames]
     return {
