@@ -14,13 +14,17 @@ from robotskin.robots import Robot
 
 Array = NDArray[np.float64]
 
+DRAWN, BUILT_CLOSE = 20, 0.8
+"""Two links are built close where they come closer than the margin in such a share of drawn postures."""
+
 
 class FreeSpace:
     """Postures of a robot that touch nothing.
 
     Links are taken as their convex hulls (Coal), with `margin_m` of room around them for the skin. Not tested are links
-    joined by a joint, and pairs whose hulls already overlap at the neutral posture. The surroundings are the half space
-    below `floor_m` (base frame z; None: nothing around), which only links that can move must avoid.
+    joined by a joint, and pairs whose hulls already overlap at the neutral posture. Pairs built closer than the margin,
+    as the links of a wrist, need only not touch. The surroundings are the half space below `floor_m` (base frame z;
+    None: nothing around), which only links that can move must avoid.
     """
 
     def __init__(
@@ -43,20 +47,29 @@ class FreeSpace:
             joints = sorted(self._geometry.geometryObjects[index].parentJoint for index in (pair.first, pair.second))
             if joints[0] == joints[1] or tuple(joints) in neighbours:
                 self._geometry.removeCollisionPair(pair)
-        self._margin(0.0)
-        pinocchio.computeCollisions(model, self._data, self._geometry, self._state, robot.neutral, False)
+        self._state = self._geometry.createData()
+        touching = self._met(robot.neutral, 0.0)
         for index, pair in reversed(list(enumerate(self._geometry.collisionPairs))):
-            if self._state.collisionResults[index].isCollision():
+            if touching[index]:
                 self._geometry.removeCollisionPair(pair)
-        self._margin(margin_m)
+        self._state = self._geometry.createData()
+        random = np.random.default_rng(0)
+        drawn = [self._met(robot.random_posture(random), margin_m) for _ in range(DRAWN)]
+        built_close = self._met(robot.neutral, margin_m) & (np.mean(drawn, axis=0) > BUILT_CLOSE)
+        self._set_margins(np.where(built_close, 0.0, margin_m))
         self.margin_m = margin_m
         room = np.minimum(limit_margin_rad, 0.1 * (robot.upper - robot.lower))
         self.lower, self.upper = robot.lower + room, robot.upper - room
 
-    def _margin(self, margin_m: float) -> None:
-        self._state = self._geometry.createData()
-        for request in self._state.collisionRequests:
-            request.security_margin = margin_m
+    def _set_margins(self, margin_m: Array) -> None:
+        for request, margin in zip(self._state.collisionRequests, margin_m, strict=True):
+            request.security_margin = float(margin)
+
+    def _met(self, q: Array, margin_m: float) -> NDArray[np.bool_]:
+        """(pairs) which pairs come closer than a margin in a posture (n)."""
+        self._set_margins(np.full(len(self._geometry.collisionPairs), margin_m))
+        pinocchio.computeCollisions(self.robot.model, self._data, self._geometry, self._state, q, False)
+        return np.array([result.isCollision() for result in self._state.collisionResults], dtype=bool)
 
     def why_not(self, q: Array) -> str | None:
         """What is wrong with a posture (n) rad or m: a joint limit, two links, a link below the floor; None if free."""
@@ -70,7 +83,10 @@ class FreeSpace:
             for index, pair in enumerate(self._geometry.collisionPairs):
                 if self._state.collisionResults[index].isCollision():
                     first, second = (self._geometry.geometryObjects[i].name for i in (pair.first, pair.second))
-                    return f"{first} and {second} come closer than {self.margin_m} m"
+                    margin = self._state.collisionRequests[index].security_margin
+                    return (
+                        f"{first} and {second} come closer than {margin} m" if margin else f"{first} touches {second}"
+                    )
         if self.floor_m is not None:
             for body, placement in zip(self._geometry.geometryObjects, self._state.oMg, strict=True):
                 if body.parentJoint == 0:

@@ -20,3 +20,10 @@ def test_the_nearest_free_posture_of_a_free_one_is_itself(seed: int) -> None:
     random = np.random.default_rng(seed)
     free = next(q for q in random.uniform(-1.5, 1.5, (100, 6)) if space.is_free(q))
     assert np.array_equal(space.nearest_free(free), free)
+
+
+def test_links_that_are_built_close_need_only_not_touch() -> None:
+    """A G1's elbow lies 2 cm from the pitch link of its wrist, in every posture."""
+    robot = load("g1")
+    assert FreeSpace(robot).why_not(home_posture(robot)) is None
+    assert FreeSpace(robot, margin_m=0.2).why_not(home_posture(robot)) is not None
