@@ -157,7 +157,7 @@ def run_script(session: Session, link: str, seconds: float, json_file: Path | No
             figures = push_script.run(session, link, seconds, tell)
     finally:
         session.shut_down()
-    bounds = push_script.bounds(session.interfaces)
+    bounds = push_script.bounds(figures, session.interfaces)
     title = f"{session.robot.name}, {len(session.layout)} cells"
     return report(
         console,

@@ -18,7 +18,7 @@ from msgspec import Meta
 from robotskin.errors import RobotskinError, UnknownNameError
 
 FOLDER = "dynamics"
-ALL = "all"
+ALL, LIKE = "all", "like"
 
 
 class JointDynamicsError(RobotskinError):
@@ -58,7 +58,8 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> StatedD
 
     Args:
         root: the `<robot>` element.
-        text: `[all]` for every movable joint, and sections by name of a joint, which count before it.
+        text: `[all]` for every movable joint, and sections by name of a joint, which count before it. `like = "ROBOT"`
+            before them: what is not here stands in that robot's file.
         source: names the text in errors.
 
     Returns:
@@ -68,7 +69,7 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> StatedD
         JointDynamicsError: a text that cannot be used. UnknownNameError: a joint that the robot does not have.
     """
     try:
-        sections = msgspec.convert(tomllib.loads(text), dict[str, JointDynamics])
+        sections = _sections(tomllib.loads(text), source)
     except tomllib.TOMLDecodeError as error:
         raise JointDynamicsError(f"{source}: no TOML: {error}") from None
     except msgspec.ValidationError as error:
@@ -96,3 +97,14 @@ def apply_dynamics(root: ElementTree.Element, text: str, source: str) -> StatedD
         if rotor is not None and float(joint.find("limit").get("effort", "0")) > 0:  # type: ignore[union-attr]
             stated.rotor_inertia[name] = rotor
     return stated
+
+
+def _sections(read: dict[str, object], source: str) -> dict[str, JointDynamics]:
+    like = read.pop(LIKE, None)
+    own = msgspec.convert(read, dict[str, JointDynamics])
+    if like is None:
+        return own
+    part = dynamics_file(like) if isinstance(like, str) else None
+    if part is None:
+        raise JointDynamicsError(f"{source}: like = {like!r}: no file of dynamics comes with a robot of this name")
+    return _sections(tomllib.loads(part), f"dynamics of {like}") | own

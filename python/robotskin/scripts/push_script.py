@@ -15,6 +15,7 @@ from robotskin.session.touches import (
     bearable_force,
     edge_of_patch,
     flat_seam,
+    own_give,
     press,
     push_and_release,
     pushed_cell,
@@ -30,19 +31,23 @@ MOST_FORCE_ERROR = 0.10
 (docs/imperfections.md)."""
 MOST_INTERVENTIONS = 0.01
 """Share of the ticks: gains that ask for more than that do not suit the robot."""
+UNFELT_M, UNFELT_GIVE = 0.005, 1.5
+"""A push that is not felt moves a cell by at most so many metres, or so many times what the joints' own stiffness
+gives."""
 
 Progress = Callable[[str], None]
 
 
-def bounds(interfaces: Sequence[str] = INTERFACES) -> list[Bound]:
-    """What must hold of a robot with these interfaces."""
+def bounds(figures: dict[str, float], interfaces: Sequence[str] = INTERFACES) -> list[Bound]:
+    """What must hold of the figures of a robot with these interfaces."""
+    unfelt_m = max(UNFELT_M, UNFELT_GIVE * figures["own_give_m"])
     found = [Bound("force_balance_error", most=MOST_FORCE_ERROR)]
     for interface in interfaces:
         found += [
             Bound(f"{interface}_displacement_error", most=0.10),
             Bound(f"{interface}_event_displacement_error", most=0.10),
-            Bound(f"{interface}_displacement_skin_off_m", most=0.005),
-            Bound(f"{interface}_displacement_masked_m", most=0.005),
+            Bound(f"{interface}_displacement_skin_off_m", most=unfelt_m),
+            Bound(f"{interface}_displacement_masked_m", most=unfelt_m),
             Bound(f"{interface}_return_error_rad", most=0.02),
             Bound(f"{interface}_limit_violations", 0, 0),
         ]
@@ -80,6 +85,7 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
     figures["pushed_cell"] = cell
     # A finger is not pushed as hard as an arm.
     force_n = figures["push_n"] = min(FORCE_N, bearable_force(session, cell))
+    figures["own_give_m"] = own_give(session, cell, force_n)
     errors = []
     for interface in session.interfaces:
         figures |= _interface_figures(session, interface, cell, force_n, seconds, progress)

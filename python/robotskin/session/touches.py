@@ -97,6 +97,15 @@ def expected_displacement(session: Session, cell: int) -> float:
     return float(np.linalg.norm(jacobian[cell] @ turn))
 
 
+def own_give(session: Session, cell: int, force_n: float) -> float:
+    """Metres that a force of so many newton moves a cell where no skin adds to it, at rest: J K⁻¹ Jᵀ F, as the robot
+    stands now."""
+    now = np.array(session.joints.position)
+    jacobian, lever = session.gains.levers(session.robot.core, session.layout.skin_model(), now)
+    turn = force_n * (lever[cell] @ session.gains.joint_compliance(session.robot.core, now))
+    return float(np.linalg.norm(jacobian[cell] @ turn))
+
+
 def touch_torque(
     gains: GainSet,
     robot: RobotModel,

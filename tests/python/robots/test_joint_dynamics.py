@@ -37,12 +37,13 @@ def test_mujoco_pinocchio_and_core_have_the_same(seed: int) -> None:
     assert RobotDynamics(hand.core).joint_count == hand.joint_count
 
 
-def test_the_hand_that_grasps_is_driven_back_by_a_touch() -> None:
-    placeholder, hand = robots.load("allegro_right_hand"), robots.load("allegro_grasp")
-    assert placeholder.core.joint_damping.min() >= 3.0
+def test_a_hand_on_a_carriage_has_the_fingers_of_the_hand() -> None:
+    alone, hand = robots.load("allegro_right_hand"), robots.load("allegro_grasp")
     fingers = np.arange(hand.joint_count) != hand.joint_index("lift")
-    assert hand.core.joint_damping[fingers].max() == pytest.approx(0.1)
-    assert hand.effort_limit[fingers] == pytest.approx(0.7)
+    assert hand.core.joint_damping[fingers] == pytest.approx(alone.core.joint_damping)
+    assert hand.effort_limit[fingers] == pytest.approx(alone.effort_limit)
+    assert np.array(hand.core.rotor_inertia)[fingers] == pytest.approx(np.array(alone.core.rotor_inertia))
+    assert alone.effort_limit.max() == pytest.approx(0.7)
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,7 @@ def test_the_hand_that_grasps_is_driven_back_by_a_touch() -> None:
         ("[all]\ninertia = 1.0", "damping, friction, effort"),
         ("[all]\ndamping = inf", "damping"),
         ("[all", "no TOML"),
+        ('like = "ur5e"', "like = 'ur5e'"),
     ],
 )
 def test_what_cannot_be_used_is_refused_by_field(text: str, told: str) -> None:
