@@ -69,6 +69,7 @@ PYTHON_ORDER = [
     "rehearsal",
     "session",
     "health",
+    "calibration",
     "scripts",
     "teaching",
     "connecting",

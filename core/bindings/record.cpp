@@ -26,8 +26,8 @@ nb::bytes bytes_from(const std::vector<std::uint8_t>& data) {
 }
 
 struct Recorder final : loop::LoopWitness {
-  Recorder(const std::vector<driver::CellKey>& keys, std::size_t driver_bytes, std::size_t control_bytes)
-      : driver(driver_bytes), control(control_bytes, driver), samples(keys) {}
+  Recorder(const skin::SkinModel& model, std::size_t driver_bytes, std::size_t control_bytes)
+      : driver(driver_bytes), control(control_bytes, driver), samples(model) {}
 
   void ticked(std::int64_t now_ns, const loop::SkinLoop& loop) noexcept override {
     const JointState& joints = loop.joints();
@@ -77,8 +77,7 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
       .def(
           "__init__",
           [](Recorder* self, const skin::SkinModel& model, double driver_mib, double control_mib) {
-            const std::vector<driver::CellKey> keys(model.key.begin(), model.key.end());
-            new (self) Recorder(keys, static_cast<std::size_t>(driver_mib * 1048576.0),
+            new (self) Recorder(model, static_cast<std::size_t>(driver_mib * 1048576.0),
                                 static_cast<std::size_t>(control_mib * 1048576.0));
           },
           "model"_a, "driver_mib"_a = 64.0, "control_mib"_a = 16.0)

@@ -184,7 +184,27 @@ void bind_skin(nb::module_ module) {
             }
             return copy_of(std::span<const double>(poses), {self.size(), 4, 4});
           },
-          nb::rv_policy::move, "(N, 4, 4) metres");
+          nb::rv_policy::move, "(N, 4, 4) metres")
+      .def(
+          "set_force_calibration",
+          [](SkinModel& self, Input<double, nb::shape<-1, 3>> offset, Input<double, nb::shape<-1, 3, 3>> matrix) {
+            demand(offset.shape(0) == self.size() && matrix.shape(0) == self.size(),
+                   "a calibration of " + std::to_string(offset.shape(0)) + " cells, the model has " +
+                       std::to_string(self.size()));
+            self.force_calibration.resize(self.size());
+            for (std::size_t cell = 0; cell < self.size(); ++cell) {
+              skin::ForceCalibration& one = self.force_calibration[cell];
+              for (std::size_t i = 0; i < 3; ++i) one.offset[i] = static_cast<float>(offset.data()[3 * cell + i]);
+              for (std::size_t i = 0; i < 9; ++i)
+                one.force_from_reading[i] = static_cast<float>(matrix.data()[9 * cell + i]);
+            }
+          },
+          "offset_n"_a, "force_from_reading"_a,
+          "What the sensors of each cell felt, force_from_reading (reading - offset): offset (N, 3) newton, matrix\n"
+          "(N, 3, 3). Readers made of this model use it from the start.")
+      .def_prop_ro(
+          "has_force_calibration", [](const SkinModel& self) { return !self.force_calibration.empty(); },
+          "whether readers made of it calibrate forces");
   auto state = nb::class_<SkinState>(module, "SkinState",
                                      "What the skin feels in one cycle; the arrays share the state's memory.")
                    .def(

@@ -8,9 +8,10 @@
 
 namespace robotskin::record {
 
-SampleColumns::SampleColumns(std::span<const driver::CellKey> keys) : zero_(keys.size() + 1) {
-  row_.reserve(keys.size());
-  for (std::size_t i = 0; i < keys.size(); ++i) row_.emplace(keys[i], static_cast<std::uint32_t>(i));
+SampleColumns::SampleColumns(const skin::SkinModel& model)
+    : calibration_(model.force_calibration), zero_(model.size() + 1) {
+  row_.reserve(model.size());
+  for (std::size_t i = 0; i < model.size(); ++i) row_.emplace(model.key[i], static_cast<std::uint32_t>(i));
 }
 
 void SampleColumns::set_zero(std::span<const float> force_offset) {
@@ -37,6 +38,7 @@ void SampleColumns::add(const driver::Sample& sample) {
   const auto found = row_.find(sample.key);
   const std::array<float, 3>& zero = zero_[found == row_.end() ? zero_.size() - 1 : found->second];
   std::array<float, 3>& force = normal_force.back();
+  if (found != row_.end() && !calibration_.empty()) force = calibration_[found->second].force(force);
   for (std::size_t i = 0; i < 3; ++i) force[i] = std::max(0.0F, force[i] - zero[i]);
   flags.push_back((sample.event ? 1U : 0U) | (sample.fault ? 2U : 0U) | (sample.refresh ? 4U : 0U));
 }

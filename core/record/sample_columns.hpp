@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples off a tape as columns in SI units, the zero of the last tare taken from the forces.
+// Samples off a tape as columns in SI units, forces calibrated and less the zero of the last tare.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "driver/sample.hpp"
+#include "skin/skin_model.hpp"
 #include "skin/skin_state.hpp"
 
 namespace robotskin::record {
 
 class SampleColumns {
  public:
-  // `keys`: the cells of the model, in its order.
-  explicit SampleColumns(std::span<const driver::CellKey> keys);
+  explicit SampleColumns(const skin::SkinModel& model);
 
   // What is subtracted from each force from now on, (N, 3) newton; nothing happens for another number of cells.
   void set_zero(std::span<const float> force_offset);
@@ -36,7 +36,8 @@ class SampleColumns {
 
  private:
   std::unordered_map<driver::CellKey, std::uint32_t> row_;
-  std::vector<std::array<float, 3>> zero_;  // (N + 1, 3); the last row is of cells outside the model
+  std::vector<skin::ForceCalibration> calibration_;  // (N), or none
+  std::vector<std::array<float, 3>> zero_;           // (N + 1, 3); the last row is of cells outside the model
 };
 
 }  // namespace robotskin::record

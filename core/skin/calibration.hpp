@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From counts to SI: what one count of each channel means (channels.h), and the tare of the force sensors.
+// From counts to SI: what one count of each channel means (channels.h), and what the force sensors of a cell really
+// felt.
 #pragma once
 
 #include <array>
@@ -41,5 +42,21 @@ void to_si(const AllCounts& counts, std::size_t first, Values& values) {
     for (std::size_t i = 0; i < counts.size(); ++i) values[i] = counts[i] * channel_scales[first + i].si_step;
   }
 }
+
+// What the three force sensors of one cell felt, from what they show in newton: force_from_reading (reading - offset).
+struct ForceCalibration {
+  std::array<float, 3> offset{};
+  std::array<float, 9> force_from_reading{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
+
+  // A sensor that shows nothing counts as one that feels nothing: below its zero it cannot tell.
+  std::array<float, 3> force(const std::array<float, 3>& reading) const {
+    std::array<float, 3> above{}, felt{};
+    for (std::size_t i = 0; i < 3; ++i) above[i] = reading[i] > 0 ? reading[i] - offset[i] : 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) felt[i] += force_from_reading[3 * i + j] * above[j];
+    }
+    return felt;
+  }
+};
 
 }  // namespace robotskin::skin

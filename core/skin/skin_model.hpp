@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driver/sample.hpp"
+#include "skin/calibration.hpp"
 
 namespace robotskin::skin {
 
@@ -32,6 +33,7 @@ struct SkinModel {
   std::vector<std::array<double, 3>> link_from_cell_translation;  // (N) metres
   std::vector<std::array<Neighbour, 4>> neighbours;               // (N) by own port - 1
   std::vector<std::int32_t> patch;                                // (N) index of the patch, -1: none
+  std::vector<ForceCalibration> force_calibration;                // (N), or none: forces are as sensors show them
 
   std::size_t size() const { return key.size(); }
 };

@@ -73,6 +73,7 @@ SkinReader::SkinReader(driver::SnapshotTable<Sample>& samples, const SkinModel& 
       cells_(model.size()),
       taken_(cells_, 0),
       cadence_(cells_),
+      calibration_(model.force_calibration),
       force_offset_(cells_),
       measured_force_(cells_),
       sum_(cells_) {
@@ -80,6 +81,14 @@ SkinReader::SkinReader(driver::SnapshotTable<Sample>& samples, const SkinModel& 
     throw std::invalid_argument("the model has " + std::to_string(cells_) + " cells, the driver only " +
                                 std::to_string(samples.size()));
   }
+  if (!calibration_.empty() && calibration_.size() != cells_) {
+    throw std::invalid_argument("the calibration has " + std::to_string(calibration_.size()) + " cells, the model " +
+                                std::to_string(cells_));
+  }
+}
+
+std::array<float, 3> SkinReader::felt(std::size_t cell, const std::array<float, 3>& shown) const {
+  return calibration_.empty() ? shown : calibration_[cell].force(shown);
 }
 
 void SkinReader::tare(std::int64_t duration_ns) {
@@ -131,7 +140,10 @@ std::int64_t SkinReader::fresh_ns(std::size_t cell, const Sample& sample) const 
 
 void SkinReader::take(std::size_t cell, const Sample& sample, SkinState& state) {
   if (taring()) {
-    for (unsigned i = 0; i < 3; ++i) sum_[cell].force[i] += sample.force[i] * force_step_n;
+    std::array<float, 3> shown;
+    to_si(sample.force, RS_CHANNEL_force_1, shown);
+    const std::array<float, 3> force = felt(cell, shown);
+    for (unsigned i = 0; i < 3; ++i) sum_[cell].force[i] += force[i];
     ++sum_[cell].count;
   }
   convert(cell, sample, state);
@@ -146,10 +158,8 @@ void SkinReader::convert(std::size_t cell, const Sample& sample, SkinState& stat
     blank_further(cell, state);
 #undef ROBOTSKIN_TO_SI
   measured_force_[cell] = state.normal_force[cell];
-  for (unsigned i = 0; i < 3; ++i) {
-    float& force = state.normal_force[cell][i];
-    force = std::max(0.0F, force - force_offset_[cell][i]);
-  }
+  const std::array<float, 3> force = felt(cell, measured_force_[cell]);
+  for (unsigned i = 0; i < 3; ++i) state.normal_force[cell][i] = std::max(0.0F, force[i] - force_offset_[cell][i]);
   state.distance[cell] = static_cast<float>(distance_from_proximity(sample.proximity[0] * proximity_step));
   state.stamp_ns[cell] = sample.stamp_ns;
   state.saturated[cell] = saturated(sample);

@@ -11,6 +11,7 @@
 #include "driver/sample.hpp"
 #include "driver/snapshot_table.hpp"
 #include "robotskin/timing.h"
+#include "skin/calibration.hpp"
 #include "skin/read_witness.hpp"
 #include "skin/skin_model.hpp"
 #include "skin/skin_state.hpp"
@@ -48,7 +49,7 @@ class SkinReader {
   std::size_t tare_refused() const { return tare_refused_; }  // force sensors whose offset passed the limit
   const std::vector<std::array<float, 3>>& force_offset() const { return force_offset_; }  // (N, 3) newton
 
-  // (N, 3) newton of each cell's last sample, before any zero is taken.
+  // (N, 3) newton of each cell's last sample as its sensors show it: without calibration, before any zero is taken.
   const std::vector<std::array<float, 3>>& measured_force() const { return measured_force_; }
 
   // Lets `witness` look on from the next call on, or none (null). It must outlive the reader.
@@ -66,6 +67,7 @@ class SkinReader {
   std::int64_t fresh_ns(std::size_t cell, const driver::Sample& sample) const;
   void take(std::size_t cell, const driver::Sample& sample, SkinState& state);
   void convert(std::size_t cell, const driver::Sample& sample, SkinState& state);
+  std::array<float, 3> felt(std::size_t cell, const std::array<float, 3>& shown) const;
   void finish_tare(std::int64_t now_ns);
   bool anything_moves(std::span<const driver::Sample> samples, std::int64_t now_ns) const;
 
@@ -80,6 +82,7 @@ class SkinReader {
     std::uint8_t clock = 0;  // 1: the sample was sent by the clock; no bool, as it is restored from bytes
   };
   std::vector<Cadence> cadence_;
+  std::vector<ForceCalibration> calibration_;  // (N), or none
   std::vector<std::array<float, 3>> force_offset_, measured_force_;
   struct Sum {
     std::array<float, 3> force{};

@@ -25,6 +25,8 @@ namespace robotskin::world {
   ROW(force_noise_counts, 0.5, 0.5, "counts", "noise of a sample, standard deviation", "published readings at rest: 0 to 2 counts") \
   ROW(force_offset_counts, 1, 1, "counts", "offset at rest, between 0 and twice this", "published readings at rest: 0 to 2 counts") \
   ROW(force_scale, 0.02, 0.02, "1", "scale error, within ±", "chosen") \
+  ROW(force_offset_n, 0, 0, "N", "further offset of a sensor that was never calibrated, within ±", "chosen") \
+  ROW(force_cross_sensor, 0, 0, "1", "share of each sensor's force that shows on another of its cell, within ±", "chosen") \
   ROW(force_projection, 1, 0, "0 or 1", "a sensor feels the part of the contact force along its own normal, friction included", "the cell's three sensors measure normal force") \
   ROW(force_hysteresis, 0.03, 0, "1", "between the loading and the unloading branch, share of the load", "chosen: elastomer sensors have 2 to 10 %") \
   ROW(force_creep, 0.03, 0, "1", "what a constant load grows by in 100 s", "chosen: elastomer sensors have 1 to 5 %") \

@@ -107,6 +107,9 @@ Sensors::Sensors(std::size_t cells, const Imperfections& imperfections, std::uin
       }
       individual.scale[c] = static_cast<float>(1 + random_symmetric(key, 4 * c, scale));
       individual.offset_counts[c] = static_cast<float>(shift + random_symmetric(key, 4 * c + 1, offset));
+      if (is_force(c))
+        individual.offset_counts[c] += static_cast<float>(
+            random_symmetric(key, 4 * c + 3, imperfections.force_offset_n * channels[c].counts_per_unit));
       individual.drift_counts[c] = static_cast<float>(drift);
       individual.drift_phase[c] = static_cast<float>(2 * std::numbers::pi * random_unit(key, 4 * c + 2));
     }
@@ -145,6 +148,9 @@ void Sensors::draw_strangeness(const Imperfections& imperfections, std::uint64_t
     for (int k = 0; k < 9; ++k)
       if (k % 4 != 0) cross_axis[k] = random_symmetric(key, 50 + k, imperfections.acceleration_cross_axis);
     strange.acceleration = multiply(cross_axis, seen);
+    strange.force = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    for (int k = 0; k < 9; ++k)
+      if (k % 4 != 0) strange.force[k] = random_symmetric(key, 60 + k, imperfections.force_cross_sensor);
   }
 }
 
@@ -157,10 +163,11 @@ double Sensors::proximity(const Strangeness& strange, const Truth& truth) const 
 
 Vector3 Sensors::force(Strangeness& strange, const Truth& truth, double time_s) const {
   Vector3 felt;
+  const Vector3 load = apply(strange.force, Vector3{truth.force_n[0], truth.force_n[1], truth.force_n[2]});
   const double share = std::min((time_s - strange.force_time_s) / creep_lag_s, 1.0);
   strange.force_time_s = time_s;
   for (int s = 0; s < 3; ++s) {
-    const double load_n = truth.force_n[s] + strange.preload_n[s];
+    const double load_n = std::max(load[s], 0.0) + strange.preload_n[s];
     // What is shown lags behind the load by half the width between the branches, either way.
     const double width_n = 0.5 * hysteresis_ * load_n;
     strange.shown_n[s] = std::clamp(strange.shown_n[s], load_n - width_n, load_n + width_n);

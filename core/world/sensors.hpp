@@ -61,6 +61,7 @@ class Sensors {
   // What differs by its kind from the models of the estimators, not only in its numbers; drawn if it is switched on.
   struct Strangeness {
     Matrix3 acceleration;                                 // what an axis shows of the cell's three
+    Matrix3 force;                                        // what a force sensor shows of the cell's three
     Vector3 nonlinearity, per_kelvin_g;                   // of each axis
     double proximity_power;                               // 2 for the curve that the host inverts
     std::array<double, 3> preload_n, shown_n{}, crept{};  // of each force sensor; the last two are its memory

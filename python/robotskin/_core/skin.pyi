@@ -181,6 +181,22 @@ class SkinModel:
     def link_from_cell(self) -> NDArray[numpy.float64]:
         """(N, 4, 4) metres"""
 
+    def set_force_calibration(
+        self,
+        offset_n: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order="C", device="cpu", writable=False)],
+        force_from_reading: Annotated[
+            NDArray[numpy.float64], dict(shape=(None, 3, 3), order="C", device="cpu", writable=False)
+        ],
+    ) -> None:
+        """
+        What the sensors of each cell felt, force_from_reading (reading - offset): offset (N, 3) newton, matrix
+        (N, 3, 3). Readers made of this model use it from the start.
+        """
+
+    @property
+    def has_force_calibration(self) -> bool:
+        """whether readers made of it calibrate forces"""
+
 class SkinState:
     """What the skin feels in one cycle; the arrays share the state's memory."""
 

@@ -99,6 +99,20 @@ class Imperfections:
     @force_scale.setter
     def force_scale(self, arg: float, /) -> None: ...
     @property
+    def force_offset_n(self) -> float:
+        """further offset of a sensor that was never calibrated, within ±"""
+
+    @force_offset_n.setter
+    def force_offset_n(self, arg: float, /) -> None: ...
+    @property
+    def force_cross_sensor(self) -> float:
+        """
+        share of each sensor's force that shows on another of its cell, within ±
+        """
+
+    @force_cross_sensor.setter
+    def force_cross_sensor(self, arg: float, /) -> None: ...
+    @property
     def force_projection(self) -> float:
         """
         a sensor feels the part of the contact force along its own normal, friction included

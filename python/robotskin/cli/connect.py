@@ -26,6 +26,12 @@ def command(
         Path | None,
         typer.Option(help="The skin's layout file; by default the robot's finished one.", exists=True, dir_okay=False),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            help="A calibration of the skin's force sensors (robotskin calibrate).", exists=True, dir_okay=False
+        ),
+    ] = None,
     gains: Annotated[
         Path | None,
         typer.Option(help="A gain file (TOML); by default the robot's own.", exists=True, dir_okay=False),
@@ -64,6 +70,7 @@ def command(
 
     from robotskin import control, robots
     from robotskin import layout as layouts
+    from robotskin.calibration import Calibration
     from robotskin.connecting import ConnectedRobot, SectionUnits, unit_addresses
     from robotskin.keys import SkinKeys
     from robotskin.outputs import require_writable
@@ -80,6 +87,8 @@ def command(
         model = robots.load(robot)
         chosen = gains_of(model) if gains is None else GainSet.load(str(gains))
         worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
+        if calibration is not None:
+            worn = Calibration.load(calibration).applied(worn)
     section_units = SectionUnits(worn, addresses, keys, own)
     try:
         with waiting("waiting for the skin"):

@@ -33,6 +33,7 @@ ORDER = (
     "gains",
     "simulate",
     "configure",
+    "calibrate",
     "run",
     "app",
     "scenes",

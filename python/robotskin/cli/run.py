@@ -42,6 +42,12 @@ def command(
         Path | None,
         typer.Option(help="A layout file; by default the robot's finished layout.", exists=True, dir_okay=False),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            help="A calibration of the skin's force sensors (robotskin calibrate).", exists=True, dir_okay=False
+        ),
+    ] = None,
     gains: Annotated[
         Path | None,
         typer.Option(
@@ -104,6 +110,7 @@ def command(
 
     from robotskin import control
     from robotskin import layout as layouts
+    from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.control.body_limits import BodyLimits
     from robotskin.cycle import SkinSource
@@ -127,6 +134,8 @@ def command(
         ready = robot_with_gains(robot, gains)
         model, chosen = ready.robot, ready.gains
         skin = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
+        if calibration is not None:
+            skin = Calibration.load(calibration).applied(skin)
         session = Session(
             model,
             skin,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,6 +72,16 @@ class Cable:
     worst_stretch: float
 
 
+class ForceCalibration(Protocol):
+    """What force sensors show, as what they felt."""
+
+    def offset_and_matrix(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(N, 3) newton and (N, 3, 3): felt = matrix (shown - offset)."""
+
+    def to_text(self) -> str:
+        """As a file holds it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """A skin on a robot; struct of arrays, cell axis first, N cells. Arrays are read-only.
@@ -81,6 +91,8 @@ class Layout:
     link: (N,) index into links; link_from_cell: (N, 4, 4), metres, z the outward normal, origin on the outer face.
     neighbours: (N, 4, 2): for own port p at row p - 1, the neighbour's index or -1 and its port 1 to 4 (0 for none).
     patch: (N,) index into patches.
+    calibration: what is known of its force sensors (`robotskin.calibration`); no part of the layout's file. None:
+        forces are taken as they are shown.
     """
 
     robot: str
@@ -98,6 +110,7 @@ class Layout:
     source: str = field(default="", compare=False)
     urdf: str = field(default="", compare=False)
     """Path of the robot's URDF; empty for a robot that is known by its name."""
+    calibration: ForceCalibration | None = field(default=None, compare=False, repr=False)
 
     def __repr__(self) -> str:
         links = ", ".join(self.links)
@@ -184,7 +197,7 @@ class Layout:
         """The constant model that driver and control take, from the same arrays."""
         from robotskin.skin import SkinModel
 
-        return SkinModel(
+        model = SkinModel(
             link_names=list(self.links),
             key=(self.group.astype(np.uint32) << np.uint32(16) | self.id).astype(np.uint32),
             link=self.link,
@@ -192,6 +205,9 @@ class Layout:
             neighbours=self.neighbours,
             patch=self.patch,
         )
+        if self.calibration is not None:
+            model.set_force_calibration(*self.calibration.offset_and_matrix())
+        return model
 
     def save(self, path: str | Path) -> None:
         """Write the layout as JSON (docs/layout.md), gzipped if the name ends in .gz; never leaves half a file."""

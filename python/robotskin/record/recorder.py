@@ -341,6 +341,8 @@ def _attachments(session: Recorded) -> dict[str, str]:
     from robotskin.layout.json_file import to_text
 
     found = {"layout.json": to_text(session.layout)}
+    if session.layout.calibration is not None:
+        found["calibration.json"] = session.layout.calibration.to_text()
     robot = getattr(session, "robot", None)
     if robot is not None:
         found["robot.urdf"] = robot.urdf

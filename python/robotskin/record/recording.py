@@ -19,6 +19,7 @@ from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from robotskin import firmware
+from robotskin.calibration import Calibration
 from robotskin.layout import Layout
 from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_mcap, is_whole, unpacked
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
@@ -97,14 +98,18 @@ class Recording:
 
     @cached_property
     def layout(self) -> Layout:
-        """The skin that was recorded."""
+        """The skin that was recorded, with the calibration that it had."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "layout.json"
             path.write_bytes(self.attachments["layout.json"])
             try:
-                return Layout.load(path)
+                layout = Layout.load(path)
+                if "calibration.json" in self.attachments:
+                    text = self.attachments["calibration.json"].decode()
+                    layout = Calibration.from_text(text, "calibration.json").applied(layout)
             except DAMAGE as error:
                 raise RecordingFileError(f"{self.path}: its layout is damaged: {error}") from error
+            return layout
 
     @property
     def start_ns(self) -> int:

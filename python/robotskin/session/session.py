@@ -271,6 +271,8 @@ def _cell_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | 
     if wanted is False:
         return None
     try:
+        if skin.has_force_calibration:
+            raise ChainError("the cells know nothing of a calibration of their forces: let the host sum the torques")
         return CellTorques.of(robot, skin, gains.skin_gains(robot.core, skin), TORQUE_STEP_BITS)
     except ChainError:
         if wanted:

@@ -137,7 +137,7 @@ int main(int count, char** values) {
   CHECK(std::abs(mean_error) < 0.3);
 
   // A recording has a column of each sensor.
-  record::SampleColumns columns(options.keys);
+  record::SampleColumns columns(model);
   for (std::size_t cell = 0; cell < cells; ++cell) columns.add(driver.samples().row(cell));
   CHECK(columns.humidity.size() == cells && columns.angular_velocity.size() == cells);
   for (std::size_t cell = 0; cell < cells; ++cell) {
