@@ -77,7 +77,8 @@ class Calibration:
 
     def offset_and_matrix(self) -> tuple[Array, Array]:
         """(N, 3) newton and (N, 3, 3): felt = matrix (shown - offset)."""
-        return np.ascontiguousarray(self.parameters[:, OFFSET]), np.linalg.inv(matrix(self.parameters)).astype(np.float64)
+        inverse = np.linalg.inv(matrix(self.parameters)).astype(np.float64)
+        return np.ascontiguousarray(self.parameters[:, OFFSET]), inverse
 
     def save(self, file: Path | str) -> None:
         """Write it as JSON, whole or not at all."""
