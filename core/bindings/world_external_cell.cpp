@@ -25,9 +25,9 @@ nb::object content_of(const rs_input& input) {
   switch (input.kind) {
     case RS_INPUT_BOOT:
       return nb::make_tuple(input.boot->uid, input.boot->random, bytes_or_none(input.boot->flash, RS_FLASH_BYTES),
-                            bytes_or_none(input.boot->keys, RS_CELL_KEYS_BYTES));
+                            bytes_or_none(input.boot->keys, RS_CELL_KEYS_BYTES), input.boot->step_us);
     case RS_INPUT_FRAME:
-      return bytes_or_none(input.frame, RS_FRAME_BYTES);
+      return nb::make_tuple(bytes_or_none(input.frame, RS_FRAME_BYTES), input.late_us);
     case RS_INPUT_SAMPLE:
       return bytes_or_none(reinterpret_cast<const std::uint8_t*>(input.sample->value), sizeof input.sample->value);
     default:
@@ -82,8 +82,8 @@ void bind_world_external_cell(nb::module_& module) {
           },
           "step"_a,
           "`step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, "
-          "key), a frame, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, "
-          "waiting, led_rgb or None, flash or None, restart).")
+          "key, step_us), a frame and its late_us, or the sample as 32-bit integers. Answers (frames of 4 ports, "
+          "timer_us, sample_us or None, waiting, led_rgb or None, flash or None, restart).")
       .def_prop_ro(
           "input_kind",
           [](const ExternalCell& self) {

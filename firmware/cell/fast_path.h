@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "cell/transmit.h"
+#include "cell/transport/arq_sender.h"
 #include "cell/transport/queues.h"
 #include "cell/transport/rings.h"
 #include "cell/wire/ports.h"
@@ -74,7 +75,7 @@ static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uin
   }
   if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
-  if (tick.parent != 0U && rs_arq_receiver_compare(&neighbour->arq_receiver, tick.ack)) {
+  if (tick.parent != 0U && rs_arq_missed(cell, port, tick.ack)) {
     cell->queues.beacon_due |= (uint8_t)(1U << port);
     cell->queues.waiting |= (uint8_t)(1U << port);
   }
@@ -123,7 +124,9 @@ static RS_NOINLINE bool take_report(rs_cell* cell, unsigned from, const uint8_t*
   neighbour->heard_us = now_us;
   if (rs_frame_type_of(frame) == RS_TYPE_event) rs_arq_receiver_count(&neighbour->arq_receiver);
   rs_queue_up(cell, frame, now_us);
-  cell->queues.samples_alone = false;
+  if (rs_frame_type_of(frame) == RS_TYPE_event || cell->queues.passed_over >= RS_SLOW_SHARE) {
+    cell->queues.samples_next = false;
+  }
   if (rs_cell_waiting(cell) > 0U) cell->queues.waiting |= cell->queues.parent_bit;
   return true;
 }
@@ -135,17 +138,21 @@ RS_INLINE unsigned ready_to_send(const rs_queues* queues) {
 
 /* Whether that is a sample to the parent. */
 RS_INLINE bool is_sample(const rs_queues* queues, unsigned ready) {
-  return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U;
+  return ready == queues->parent_bit && queues->samples_next && queues->data.count != 0U;
 }
 
-/* The oldest sample goes out to the parent; on which port. */
-RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us) {
+/* The oldest sample goes out to the parent; on which port, and where it stands. */
+RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us, const uint8_t** frame) {
   const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
   queues->busy |= queues->parent_bit;
   queues->data_passed_over = 0;
+  if (queues->slow.count != 0U && ++queues->passed_over >= RS_SLOW_SHARE) queues->samples_next = false;
   queues->started_us[port] = now_us;
-  rs_samples_take(queues, now_us, queues->sending[port]);
-  if ((queues->data.count | queues->down.count) == 0U) queues->waiting = queues->beacon_due;
+  uint8_t* place = rs_sending_next(queues, port);
+  rs_samples_take(queues, now_us, place);
+  rs_sending_turn(queues, port);
+  if ((queues->data.count | queues->slow.count | queues->down.count) == 0U) queues->waiting = queues->beacon_due;
+  *frame = place;
   return port;
 }
 
@@ -153,7 +160,7 @@ RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us) {
 static RS_NOINLINE unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
   const unsigned started = rs_transmit_start(cell, ready, now_us);
   cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
-  cell->queues.samples_alone = rs_samples_alone(cell);
+  cell->queues.samples_next = rs_samples_next(cell);
   return started;
 }
 

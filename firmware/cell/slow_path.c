@@ -45,6 +45,7 @@ static RS_NOINLINE void check(rs_cell* cell, uint32_t now_us) {
 static RS_NOINLINE void boot(rs_cell* cell, const rs_boot* with, uint32_t now_us) {
   memset(cell, 0, sizeof *cell);
   cell->uid = with->uid;
+  cell->step_us = with->step_us;
   rs_settings_load(&cell->settings, with->flash);
   rs_cell_keep_settings(cell);
   cell->led_complement = ~cell->led_rgb;
@@ -75,9 +76,10 @@ static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, ui
   rs_queue_up(cell, frame, now_us);
 }
 
-static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
+static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const rs_input* input, uint32_t now_us) {
+  const uint8_t* frame = input->frame;
   rs_neighbour* neighbour = &cell->route.neighbour[port];
-  if (!checked && !rs_frame_intact(frame)) {
+  if (!input->checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     rs_link_damage(neighbour, now_us);
     if (port + 1U == cell->route.parent_port && rs_link_lossy(neighbour, now_us)) {
@@ -103,7 +105,7 @@ static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const uint8_t* fra
       forward_up(cell, port, frame, now_us);
       break;
     case RS_TYPE_tick:
-      rs_beacon_tick(cell, port, frame, now_us);
+      rs_beacon_tick(cell, port, frame, now_us - input->late_us, now_us);
       break;
     case RS_TYPE_status:
       if (neighbour->child) {
@@ -155,7 +157,7 @@ static void pass_note(rs_cell* cell, uint32_t now_us) {
   if (cell->route.origin_us != epoch->origin_us) calm_us = 0;
   queues->parent_port = cell->route.parent_port;
   queues->parent_bit = (uint8_t)(1U << queues->parent_port >> 1);
-  queues->samples_alone = rs_samples_alone(cell);
+  queues->samples_next = rs_samples_next(cell);
   queues->calm_us = now_us + (queues->parent_port != RS_NO_PARENT ? calm_us : 0U);
 }
 
@@ -191,7 +193,7 @@ RS_NOINLINE void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, 
   cell->queues.busy &= (uint8_t)~input->sent;
   switch (input->kind) {
     case RS_INPUT_FRAME:
-      if (port < RS_PORTS) receive(cell, port, input->frame, input->checked, now_us);
+      if (port < RS_PORTS) receive(cell, port, input, now_us);
       break;
     case RS_INPUT_SENT:
       if (port < RS_PORTS) cell->queues.busy &= (uint8_t)~(1U << port);

@@ -7,7 +7,8 @@
 static unsigned pass_anything(rs_cell* cell, uint32_t now_us) {
   const unsigned ready = ready_to_send(&cell->queues);
   if (ready == 0U) return 0;
-  return is_sample(&cell->queues, ready) ? 1U << send_sample(&cell->queues, now_us)
+  const uint8_t* frame;
+  return is_sample(&cell->queues, ready) ? 1U << send_sample(&cell->queues, now_us, &frame)
                                          : send_anything(cell, ready, now_us);
 }
 

@@ -16,15 +16,14 @@
 #include "robotskin/crc.h"
 
 enum {
-  SLOW_SHARE = 8,       /* one slow frame is sent for every so many others, if any waits, */
-  SLOW_SHARE_FULL = 32, /* or so many while samples are half a queue behind: slow ones come again, samples do not, */
+  SLOW_SHARE_FULL = 32, /* RS_SLOW_SHARE while samples are half a queue behind: slow ones come again, samples do not */
   DATA_SHARE = 2        /* and one clock sample */
 };
 
 /* A beacon but for the fields of the link that it is for, which have 0. */
 static RS_NOINLINE void pack_beacon(const rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
-  uint32_t age_us = now_us - route->origin_us;
+  uint32_t age_us = now_us - route->origin_us + cell->step_us;
   if (age_us > RS_FIELD_MAX(tick_age_us)) age_us = RS_FIELD_MAX(tick_age_us);
   rs_tick tick = {.type = RS_TYPE_tick,
                   .hops = route->hops,
@@ -58,7 +57,7 @@ static RS_NOINLINE RS_HOT void address_beacon(rs_cell* cell, unsigned port, cons
     ack = rs_arq_receiver_ack(&neighbour->arq_receiver);
   }
   rs_bits_put(words, RS_tick_ack_AT, 8, ack);
-  uint8_t* frame = cell->queues.sending[port];
+  uint8_t* frame = rs_sending_next(&cell->queues, port);
   rs_frame_copy(frame, base);
   rs_frame_set_word(frame, 1, rs_frame_word(frame, 1) | words[1]);
   rs_frame_set_word(frame, 2, rs_frame_word(frame, 2) | words[2]);
@@ -90,7 +89,7 @@ RS_STATIC_ASSERT((int)RS_tick_sender_port_AT >= 32 && (int)RS_tick_heard_LAST < 
 
 static bool next_for_parent(rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   rs_queues* queues = &cell->queues;
-  const unsigned slow_share = queues->data.count > RS_QUEUE_DATA / 2U ? SLOW_SHARE_FULL : SLOW_SHARE;
+  const unsigned slow_share = queues->data.count > RS_QUEUE_DATA / 2U ? SLOW_SHARE_FULL : RS_SLOW_SHARE;
   if (queues->slow.count > 0U && queues->passed_over >= slow_share) {
     queues->passed_over = 0;
     return rs_ring_take(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW, frame);
@@ -150,12 +149,13 @@ static RS_NOINLINE unsigned start_event(rs_cell* cell, unsigned ready, uint32_t 
   rs_queues* queues = &cell->queues;
   const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
   queues->data_passed_over = 0;
-  if (!rs_arq_sender_next_event(cell, queues->sending[port], now_us)) {
+  if (!rs_arq_sender_next_event(cell, rs_sending_next(queues, port), now_us)) {
     queues->passed_over = 0;
     return 0;
   }
   queues->busy |= (uint8_t)ready;
   queues->started_us[port] = now_us;
+  rs_sending_turn(queues, port);
   return ready;
 }
 
@@ -168,21 +168,23 @@ RS_NOINLINE unsigned rs_transmit_start(rs_cell* cell, unsigned ready, uint32_t n
   unsigned started = 0;
   /* A torque sum before the beacon that announces it, so that its loss shows at once. */
   if ((ready & parent) != 0U && cell->arq_sender.announcements > 0U &&
-      rs_arq_sender_next_torque(cell, queues->sending[parent_port], now_us)) {
+      rs_arq_sender_next_torque(cell, rs_sending_next(queues, parent_port), now_us)) {
     started = parent;
   }
   const unsigned beacons = ready & ~started & queues->beacon_due;
   if (beacons != 0U) started |= start_beacons(cell, beacons, now_us);
   ready &= ~started;
-  if ((ready & parent) != 0U && next_for_parent(cell, now_us, queues->sending[parent_port])) started |= parent;
+  if ((ready & parent) != 0U && next_for_parent(cell, now_us, rs_sending_next(queues, parent_port))) started |= parent;
   if (queues->down.count > 0U) {
     for (unsigned port = 0, others = ready & ~parent; others != 0U; ++port, others >>= 1) {
-      if ((others & 1U) != 0U && next_for_child(cell, port, queues->sending[port])) started |= 1U << port;
+      if ((others & 1U) != 0U && next_for_child(cell, port, rs_sending_next(queues, port))) started |= 1U << port;
     }
   }
   queues->busy |= (uint8_t)started;
   for (unsigned port = 0, rest = started; rest != 0U; ++port, rest >>= 1) {
-    if ((rest & 1U) != 0U) queues->started_us[port] = now_us;
+    if ((rest & 1U) == 0U) continue;
+    queues->started_us[port] = now_us;
+    rs_sending_turn(queues, port);
   }
   return started;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What the firmware needs of the board that carries it: twelve functions. To port the cell, write these.
+ * What the firmware needs of the board that carries it: thirteen functions. To port the cell, write these.
  *
  * Interrupts only collect: bytes that arrive, frames that are out, alarms that ring. main.c asks for them between two
  * steps, so that no function here is called from an interrupt and the cell's state needs no lock. */
@@ -22,7 +22,7 @@ uint32_t rs_board_now_us(void);
 
 enum {
   RS_BOARD_LINE = 1 << 0,  /* bit p - 1: bytes have come on port p */
-  RS_BOARD_SENT = 1 << 4,  /* bit 4 + p - 1: the frame on port p is out, and something waits for that; rs_board_sent
+  RS_BOARD_SENT = 1 << 4,  /* bit 4 + p - 1: port p takes another frame, and something waits for that; rs_board_sent
                               tells which, once: main.c may have asked before it comes to this event */
   RS_BOARD_TIMER = 1 << 8, /* the time of rs_board_alarms has come */
   RS_BOARD_SAMPLE = 1 << 9
@@ -45,10 +45,17 @@ uint32_t rs_board_wait(void);
  */
 uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle);
 
-/* Starts to send RS_FRAME_BYTES, which stay where they are until the frame is out; they begin at a whole word. */
+/* How long ago the last of the bytes of a port that rs_board_receive has handed out came; 0 where that is not known.
+ * The group's time is told by ticks, and each hop would be late by the time that its ticks wait for the processor. */
+uint32_t rs_board_late_us(unsigned port);
+
+/* Sends RS_FRAME_BYTES, behind the frame that goes out if there is one. They begin at a whole word, and stay where they
+ * are until RS_FRAMES_OUT - 1 others of that port have been given. */
 void rs_board_send(unsigned port, const uint8_t* frame);
 
-/* Bit p - 1: the frame on port p has gone out since this was last asked. */
+/* Bit p - 1: port p takes another frame since this was last asked. A board that lets none wait says so when its frame
+ * is out; one that hands a frame after the other to direct memory access says so while fewer than RS_FRAMES_OUT are not
+ * out. The line then stands still for none of the time that an input takes: 66 cells a cable at 250 Hz need that. */
 uint32_t rs_board_sent(void);
 
 /* ---- Sensors, light, memory ---- */

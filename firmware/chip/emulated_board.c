@@ -17,6 +17,7 @@ typedef struct {
   volatile uint32_t idle;            /* bit p - 1: the line was idle before them */
   uint8_t bytes[RS_PORTS][RS_FRAME_BYTES];
   volatile uint8_t keys[RS_CELL_KEYS_BYTES];
+  volatile uint32_t step_us, late_us;
 } inward;
 
 typedef struct {
@@ -43,6 +44,7 @@ void rs_board_start(rs_boot* boot) {
   boot->random = in->random;
   boot->flash = in->kept != 0U ? rs_kept_start : 0;
   boot->keys = in->keyed != 0U ? (const uint8_t*)in->keys : 0;
+  boot->step_us = (uint16_t)in->step_us;
 }
 
 uint32_t rs_board_now_us(void) {
@@ -76,6 +78,11 @@ uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
   *bytes = in->bytes[port];
   *idle = (in->idle >> port & 1U) != 0U;
   return count;
+}
+
+uint32_t rs_board_late_us(unsigned port) {
+  (void)port;
+  return in->late_us;
 }
 
 void rs_board_send(unsigned port, const uint8_t* frame) {

@@ -33,15 +33,17 @@ static RS_NOINLINE void step(rs_input_kind kind, uint32_t now_us) {
 
 /* Starts the frames of a step the short way; bit p: on port p. */
 static RS_NOINLINE void start_all(unsigned started) {
-  for (; started != 0U; started &= started - 1U) rs_board_send(lowest[started], cell.queues.sending[lowest[started]]);
+  for (; started != 0U; started &= started - 1U)
+    rs_board_send(lowest[started], rs_sending_last(&cell.queues, lowest[started]));
 }
 
 /* Sends what can go out, the short way. */
 RS_INLINE void pass_on(unsigned ready, uint32_t now_us) {
   rs_queues* queues = &cell.queues;
   if (is_sample(queues, ready)) {
-    const unsigned port = send_sample(queues, now_us);
-    rs_board_send(port, queues->sending[port]);
+    const uint8_t* frame;
+    const unsigned port = send_sample(queues, now_us, &frame);
+    rs_board_send(port, frame);
   } else {
     start_all(send_anything(&cell, ready, now_us));
   }
@@ -67,6 +69,7 @@ static RS_NOINLINE void take_the_long_way(unsigned port, const uint8_t* frame, b
   }
   input.port = (uint8_t)(port + 1U);
   input.checked = checked;
+  input.late_us = (uint16_t)rs_board_late_us(port);
   input.frame = frame;
   step(RS_INPUT_FRAME, now_us);
 }

@@ -132,6 +132,26 @@ void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now
   rs_frame_seal(frame);
 }
 
+/* Which every cell authenticates, and passes on. */
+static bool is_order(const uint8_t* frame) {
+  return rs_frame_type_of(frame) == RS_TYPE_command || rs_frame_type_of(frame) == RS_TYPE_joints;
+}
+
+/* When the first frame that waits may go down: an order not too soon after the last one. */
+static uint64_t down_ns(const rs_unit_port* port) {
+  if (port->queue_count == 0U) return UINT64_MAX;
+  return is_order(port->queue[port->queue_first % RS_UNIT_QUEUE]) ? port->ordered_ns : 0U;
+}
+
+uint64_t rs_ports_due(const rs_section_unit* unit) {
+  uint64_t due_ns = UINT64_MAX;
+  for (unsigned port = 0; port < unit->config.ports; ++port) {
+    const uint64_t port_ns = unit->port[port].busy ? UINT64_MAX : down_ns(&unit->port[port]);
+    if (port_ns < due_ns) due_ns = port_ns;
+  }
+  return due_ns;
+}
+
 void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output) {
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     rs_unit_port* here = &unit->port[port];
@@ -139,7 +159,12 @@ void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* o
     if (here->tick_due) {
       here->tick_due = false;
       rs_ports_pack_tick(unit, port, now_ns, here->sending);
-    } else if (here->queue_count > 0U) {
+    } else if (down_ns(here) <= now_ns) {
+      const uint8_t* frame = here->queue[here->queue_first % RS_UNIT_QUEUE];
+      if (is_order(frame)) {
+        const bool joints = rs_frame_type_of(frame) == RS_TYPE_joints;
+        here->ordered_ns = now_ns + (joints ? RS_JOINTS_US : RS_ORDER_US) * 1000U;
+      }
       memcpy(here->sending, here->queue[here->queue_first % RS_UNIT_QUEUE], RS_FRAME_BYTES);
       here->queue_first = (uint8_t)((here->queue_first + 1U) % RS_UNIT_QUEUE);
       --here->queue_count;

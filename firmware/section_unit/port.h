@@ -23,5 +23,6 @@ void rs_ports_power(rs_section_unit* unit, unsigned port, bool on);
 void rs_ports_send(rs_section_unit* unit, unsigned port, const uint8_t* content);
 void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now_ns, uint8_t* frame);
 void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* output);
+uint64_t rs_ports_due(const rs_section_unit* unit); /* when a frame that waits may go down; UINT64_MAX: none waits */
 
 #endif

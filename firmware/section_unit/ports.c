@@ -46,7 +46,23 @@ void rs_ports_tick(rs_section_unit* unit, uint64_t now_ns) {
   }
 }
 
+/* Whether the same already waits to go down: where many ask for an id at once, some ask again before their turn. */
+static bool waits(const rs_unit_port* here, const rs_command* command) {
+  for (unsigned i = 0; i < here->queue_count; ++i) {
+    const uint8_t* frame = here->queue[(here->queue_first + i) % RS_UNIT_QUEUE];
+    if (rs_frame_type_of(frame) != RS_TYPE_command) continue;
+    rs_command other;
+    rs_command_unpack(&other, frame);
+    if (other.operation == command->operation && other.value_low == command->value_low &&
+        other.value_high == command->value_high && other.index == command->index) {
+      return true;
+    }
+  }
+  return false;
+}
+
 static void send_by_uid(rs_section_unit* unit, unsigned port, rs_command command) {
+  if (waits(&unit->port[port], &command)) return;
   command.type = RS_TYPE_command;
   command.target = RS_ID_ALL;
   uint8_t content[RS_CONTENT_BYTES];

@@ -65,5 +65,7 @@ void rs_section_unit_step(rs_section_unit* unit, const rs_unit_input* input, uin
   const uint64_t datagram_ns = peers_ns < host_ns ? peers_ns : host_ns;
   output->timer_ns = datagram_ns < tick_ns ? datagram_ns : tick_ns;
   if (torque_ns < output->timer_ns) output->timer_ns = torque_ns;
+  const uint64_t down_ns = rs_ports_due(unit);
+  if (down_ns < output->timer_ns) output->timer_ns = down_ns;
   output->power = unit->power;
 }

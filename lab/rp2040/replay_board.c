@@ -71,6 +71,7 @@ void rs_board_start(rs_boot* boot) {
   boot->random = number(&rest);
   boot->flash = NULL;
   boot->keys = NULL;
+  boot->step_us = (uint16_t)number(&rest);
   if (hex != NULL && *hex != '\0') {
     bytes_of(hex, keys, sizeof keys);
     boot->keys = keys;
@@ -108,6 +109,12 @@ uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
   bytes_of(rest, got[port], count);
   *bytes = got[port];
   return count;
+}
+
+uint32_t rs_board_late_us(unsigned port) {
+  (void)port;
+  char* rest = next(13);
+  return number(&rest);
 }
 
 void rs_board_send(unsigned port, const uint8_t* frame) {

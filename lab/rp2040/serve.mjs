@@ -9,7 +9,7 @@ const boot = JSON.parse(process.argv[2]);
 const chip = new Chip(boot.uf2, boot.random);
 const log = []; // what the board was asked and answered
 // Words of each kind of record (rp2040_board.c).
-const WORDS = { 1: 2, 2: 2, 3: 5, 4: 2, 5: 3, 6: 3, 7: 2, 8: 2, 9: 2, 10: 1, 11: 11, 12: 2 };
+const WORDS = { 1: 2, 2: 2, 3: 5, 4: 2, 5: 3, 6: 3, 7: 2, 8: 2, 9: 2, 10: 1, 11: 11, 12: 3, 13: 2 };
 if (boot.record) {
   let words = [];
   const ram = (at, count) => Buffer.from(chip.mcu.sram.slice(at - 0x20000000, at - 0x20000000 + count)).toString('hex');

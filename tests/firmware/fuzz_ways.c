@@ -68,7 +68,7 @@ static void lively_frame(uint8_t frame[RS_FRAME_BYTES], unsigned port, uint32_t 
 /* What the short way notes for itself is no part of what a cell is. */
 static void forget_notes(rs_cell* cell) {
   cell->queues.calm_us = 0;
-  cell->queues.parent_port = cell->queues.parent_bit = cell->queues.samples_alone = 0;
+  cell->queues.parent_port = cell->queues.parent_bit = cell->queues.samples_next = 0;
 }
 
 static void compare_ways(const rs_cell* cell, const rs_output* output, const rs_cell* same, const rs_output* expected) {

@@ -206,6 +206,11 @@ uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
   return RS_FRAME_BYTES;
 }
 
+uint32_t rs_board_late_us(unsigned port) {
+  (void)port;
+  return 0;
+}
+
 void rs_board_send(unsigned port, const uint8_t* frame) {
   pass(draw() % 3U);
   require(out[port].frame == NULL, "a frame is started over another one");

@@ -130,6 +130,34 @@ def test_noise_between_frames_costs_no_samples(pico: EmulatedPico, key: bytes, s
     assert abs(len(skin.samples) - 80) <= 4
 
 
+def test_its_ticks_tell_how_old_they_are(pico: EmulatedPico, key: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To ten microseconds, however long a tick has waited for its processor."""
+    skin = PicoSkin(pico, 12, key)
+    began_us: dict[int, float] = {}
+    errors_us = []
+    send, run = pico.send, pico.run
+
+    def watched_send(port: int, data: bytes, percent: float = 0.0) -> None:
+        name, fields = firmware.unpack(data)
+        if port == 1 and name == "tick":
+            began_us[fields["sequence"]] = skin.now
+        send(port, data, percent)
+
+    def watched_run(until_us: float) -> list[tuple[int, float, float, bytes]]:
+        frames = run(until_us)
+        for port, _, begin_us, frame in frames:
+            name, fields = firmware.unpack(frame)
+            if port != 1 and name == "tick" and fields["sequence"] in began_us:
+                errors_us.append(fields["age_us"] - (begin_us - began_us[fields["sequence"]]))
+        return frames
+
+    monkeypatch.setattr(pico, "send", watched_send)
+    monkeypatch.setattr(pico, "run", watched_run)
+    skin.run(80)
+    assert len(errors_us) > 150
+    assert sorted(map(abs, errors_us))[len(errors_us) * 9 // 10] < 10
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
 def test_the_host_built_program_asks_the_same(key: bytes, seed: int, tmp_path: Path) -> None:
     keys, record = cell_keys(key, UID), tmp_path / "record.txt"

@@ -41,6 +41,7 @@ void Network::boot(std::size_t index) {
     rs_cell_keys(cell_key(), boot.uid, keys.data());
     boot.keys = keys.data();
   }
+  boot.step_us = static_cast<std::uint16_t>(processing_ns(options_.processor, InputKind::wave, RS_PORTS) / 1000);
   rs_input input{};
   input.kind = RS_INPUT_BOOT;
   input.boot = &boot;
@@ -48,12 +49,12 @@ void Network::boot(std::size_t index) {
   rs_cell_contribute(&cell.state, &cell.contribution);
 }
 
-void Network::step_cell(std::size_t index, rs_input input, std::int64_t begin_ns) {
+void Network::step_cell(std::size_t index, rs_input input) {
   Cell& cell = cells_[index];
   input.sent = std::exchange(cell.sent, std::uint8_t{0});
   rs_output output;
-  const BeforeInput before(cell.state);
   const std::uint32_t now_us = cell.clock_us(now_ns_);
+  const BeforeInput before(cell.state, now_us);
   rs_cell_step(&cell.state, &input, now_us, &output);
   if (external_ != nullptr && index == external_index_)
     external_->step(input, kind_of(input, before, cell.state), now_us, output);
@@ -65,7 +66,7 @@ void Network::step_cell(std::size_t index, rs_input input, std::int64_t begin_ns
     const auto frames = RS_PORTS - std::ranges::count(output.frame, nullptr);
     const std::int64_t taken_ns =
         processing_ns(options_.processor, kind_of(input, before, cell.state), static_cast<std::uint32_t>(frames));
-    cell.free_ns = std::max(std::max(cell.free_ns, begin_ns) + taken_ns, now_ns_);
+    cell.free_ns = std::max(cell.free_ns, now_ns_) + taken_ns;
   }
   for (std::size_t p = 0; p < RS_PORTS; ++p)
     if (output.frame[p] != nullptr) send(RS_PORTS * index + p, output.frame[p]);

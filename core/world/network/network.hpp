@@ -149,9 +149,7 @@ class Network {
   void fetch(std::uint32_t what) const;
   void wake_unit_now(std::size_t unit);
   void supply();  // gives or takes power after a change of ports, wires or cells
-  void step_cell(std::size_t cell, rs_input input) { step_cell(cell, input, now_ns_); }
-  // `begin_ns`: since when the processor has been at it.
-  void step_cell(std::size_t cell, rs_input input, std::int64_t begin_ns);
+  void step_cell(std::size_t cell, rs_input input);
   void step_unit(std::size_t unit, const rs_unit_input& input);
   void start(std::uint32_t wire, const std::uint8_t* frame, std::int64_t begin_ns);
   void finish(std::uint32_t wire);

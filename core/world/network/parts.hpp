@@ -64,8 +64,22 @@ struct alignas(64) Network::Cell {
 // What stands between a cell's lines and its processor.
 struct Network::Board {
   struct Frame {
-    std::int64_t time_ns;  // not before that on its wire
+    std::int64_t time_ns;  // one that goes: not before that on its wire; one that comes: since then
     alignas(4) std::array<std::uint8_t, RS_FRAME_BYTES> bytes;
+  };
+  // Blocks for frames that come, which all ports share.
+  class Blocks {
+   public:
+    bool full() const { return count_ == board_frames_in; }
+    bool empty() const { return count_ == 0; }
+    std::uint32_t ports() const;  // bit p: a frame of port p waits
+    Frame& push(std::size_t port);
+    Frame pop(std::size_t port);  // the oldest of that port, of which there must be one
+
+   private:
+    std::array<Frame, board_frames_in> frame_;
+    std::array<std::uint8_t, board_frames_in> port_{};  // the oldest first
+    std::uint8_t count_ = 0;
   };
   template <std::size_t Size>
   struct Ring {
@@ -82,9 +96,8 @@ struct Network::Board {
   };
 
   std::uint32_t events = 0;  // that the main loop has been told of and has not come to
-  std::uint32_t frames_in = 0;
-  std::array<Ring<board_frames_in>, RS_PORTS> in;
-  std::array<Ring<1 + board_frames_out>, RS_PORTS> out;  // the first one is on its wire
+  Blocks in;
+  std::array<Ring<board_frames_out>, RS_PORTS> out;  // the first one is on its wire
 };
 
 struct Network::Unit {

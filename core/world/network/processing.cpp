@@ -17,20 +17,43 @@ enum : std::uint32_t { line_event = 1U << 0, sent_event = 1U << 4, timer_event =
 }  // namespace
 
 bool Network::idle(std::size_t index) const {
-  return cells_[index].free_ns <= now_ns_ && boards_[index].events == 0 && boards_[index].frames_in == 0;
+  return cells_[index].free_ns <= now_ns_ && boards_[index].events == 0 && boards_[index].in.empty();
+}
+
+// ---- Frames that have come ----
+
+std::uint32_t Network::Board::Blocks::ports() const {
+  std::uint32_t ports = 0;
+  for (std::size_t at = 0; at < count_; ++at) ports |= 1U << port_[at];
+  return ports;
+}
+
+Network::Board::Frame& Network::Board::Blocks::push(std::size_t port) {
+  port_[count_] = static_cast<std::uint8_t>(port);
+  return frame_[count_++];
+}
+
+Network::Board::Frame Network::Board::Blocks::pop(std::size_t port) {
+  const auto at = std::find(port_.begin(), port_.begin() + count_, port) - port_.begin();
+  const Frame frame = frame_[static_cast<std::size_t>(at)];
+  std::copy(frame_.begin() + at + 1, frame_.begin() + count_, frame_.begin() + at);
+  std::copy(port_.begin() + at + 1, port_.begin() + count_, port_.begin() + at);
+  --count_;
+  return frame;
 }
 
 // ---- Lines ----
 
 bool Network::has_room(std::size_t wire) const {
-  return !takes_time() || !boards_[wire / RS_PORTS].in[wire % RS_PORTS].full();
+  return !takes_time() || !boards_[wire / RS_PORTS].in.full();
 }
 
 void Network::arrive(std::size_t wire, const std::uint8_t* frame) {
   const std::size_t index = wire / RS_PORTS, port = wire % RS_PORTS;
   if (takes_time() && !idle(index)) {
-    std::memcpy(boards_[index].in[port].push().bytes.data(), frame, RS_FRAME_BYTES);
-    ++boards_[index].frames_in;
+    Board::Frame& place = boards_[index].in.push(port);
+    place.time_ns = now_ns_;
+    std::memcpy(place.bytes.data(), frame, RS_FRAME_BYTES);
     return plan(index);
   }
   rs_input input{};
@@ -79,7 +102,7 @@ void Network::let_go(std::size_t wire) {
   rs_input input{};
   input.kind = RS_INPUT_SENT;
   input.port = static_cast<std::uint8_t>(wire % RS_PORTS + 1);
-  step_cell(index, input, board_frames_out == 0 ? now_ns_ - board_early_ns : now_ns_);
+  step_cell(index, input);
 }
 
 // ---- The main loop ----
@@ -88,7 +111,7 @@ void Network::plan(std::size_t index) {
   Cell& cell = cells_[index];
   const Board& board = boards_[index];
   const bool waits =
-      cell.power == Cell::Power::on && (board.events != 0 || board.frames_in != 0 || (cell.sent & cell.waiting) != 0);
+      cell.power == Cell::Power::on && (board.events != 0 || !board.in.empty() || (cell.sent & cell.waiting) != 0);
   if (!waits && cell.due_ns == never) return;
   const std::int64_t time_ns = std::max(waits ? now_ns_ : cell.due_ns, cell.free_ns);
   if (time_ns < cell.scheduled_ns) queue_.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
@@ -98,7 +121,7 @@ std::uint32_t Network::events_of(std::size_t index) const {
   const Cell& cell = cells_[index];
   const Board& board = boards_[index];
   std::uint32_t events = (cell.sent & cell.waiting) != 0 ? sent_event : 0;
-  for (std::size_t p = 0; p < RS_PORTS; ++p) events |= board.in[p].count > 0 ? line_event << p : 0;
+  events |= board.in.ports() * line_event;
   if (cell.due_ns > now_ns_) return events;
   const bool samples = cell.sampling && static_cast<std::int32_t>(cell.clock_us(now_ns_) - cell.sample_us) >= 0;
   return events | (samples ? sample_event : timer_event);
@@ -118,12 +141,12 @@ void Network::serve(std::size_t index) {
   rs_input input{};
   if (event < sent_event) {
     const auto port = static_cast<std::size_t>(std::countr_zero(event));
-    const Board::Frame frame = board.in[port].front();
-    board.in[port].pop();
-    --board.frames_in;
+    const Board::Frame frame = board.in.pop(port);
     input.kind = RS_INPUT_FRAME;
     input.port = static_cast<std::uint8_t>(port + 1);
     input.frame = frame.bytes.data();
+    input.late_us = static_cast<std::uint16_t>(
+        std::min(static_cast<double>(now_ns_ - frame.time_ns) * cell.us_per_ns, double{UINT16_MAX}));
     return step_cell(index, input);
   }
   if (event == sent_event) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "robotskin/operations.h"
 #include "robotskin/wire.h"
 #include "world/network/input_cycles.hpp"
 
@@ -33,6 +34,19 @@ InputKind kind_of_frame(const std::uint8_t* frame) {
 
 }  // namespace
 
+namespace {
+
+// A command to a cell or to all, as told by the cell's own rule.
+bool carries_out(const rs_cell& cell, const std::uint8_t* frame) {
+  rs_command command;
+  rs_command_unpack(&command, frame);
+  if (command.operation == RS_OPERATION_assign || command.operation == RS_OPERATION_rejoin)
+    return command.value_low == cell.uid;
+  return command.target == RS_ID_ALL || command.target == cell.id;
+}
+
+}  // namespace
+
 InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cell& after) {
   if (input.kind == RS_INPUT_BOOT) return InputKind::boot;
   if (after.torque.epoch != before.epoch && after.cell_torque.known != 0) return InputKind::epoch;
@@ -40,11 +54,15 @@ InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cel
     case RS_INPUT_SAMPLE:
       return InputKind::sample;
     case RS_INPUT_SENT:
-      return InputKind::sent;
+      return before.due ? InputKind::sent_due : InputKind::sent;
     case RS_INPUT_FRAME: {
       if (after.counts.frames_damaged != before.damaged) return InputKind::damaged;
       const InputKind kind = kind_of_frame(input.frame);
-      return kind == InputKind::tick && after.route.wave.sequence != before.sequence ? InputKind::wave : kind;
+      if ((kind == InputKind::clock || kind == InputKind::event) && before.due) return InputKind::torque;
+      if (kind == InputKind::command && carries_out(after, input.frame)) return InputKind::order;
+      if (kind != InputKind::tick) return kind;
+      if (after.route.wave.sequence != before.sequence) return InputKind::wave;
+      return before.due ? InputKind::tick_due : kind;
     }
     default:
       return InputKind::timer;

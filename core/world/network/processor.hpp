@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "robotskin/cell.h"
+#include "robotskin/timing.h"
 
 namespace robotskin::world {
 
@@ -18,19 +19,20 @@ inline constexpr std::array<std::string_view, 3> processor_names{"none", "zero_w
 
 inline constexpr std::int64_t processor_hz = 48'000'000;
 
-// The board around it (firmware/chip/board.h): so many frames of a port wait for the processor, and so many wait for
-// the line behind the one that goes out. With none of these, a frame is out for the processor so long before its end:
-// the last two bytes stand in the transmitter.
-inline constexpr std::size_t board_frames_in = 8, board_frames_out = 1;
-inline constexpr std::int64_t board_early_ns = 5000;
+// The board around it (firmware/chip/board.h): so many frames wait for the processor, and of each port so many are out
+// or wait for the line.
+inline constexpr std::size_t board_frames_in = 32, board_frames_out = RS_FRAMES_OUT;
 
 // Kinds of inputs. A frame counts as its type, but for a tick that begins a new wave, and any frame that is damaged;
-// any input in which the cell computes its own torque of an epoch counts as `epoch`.
+// any input in which the cell computes its own torque of an epoch counts as `epoch`. The most frequent ones take a
+// short way unless something is due in the cell: `sent` and `tick` count as `..._due` then, samples and events as a
+// torque sum, which always goes the long way. A command that the cell passes on and need not look at counts as
+// `command`, one that it carries out as `order`.
 // clang-format off
 #define RS_WORLD_INPUT_KINDS(X)                                                                                 \
   X(boot)                                                                                                       \
   X(sample) X(timer) X(epoch) X(sent) X(damaged) X(wave) X(clock) X(event) X(tick) X(status) X(grant) X(joints) \
-      X(torque) X(topology) X(command) X(reply) X(join)
+      X(torque) X(topology) X(command) X(reply) X(join) X(sent_due) X(tick_due) X(order)
 // clang-format on
 #define RS_WORLD_INPUT_KIND(name) name,
 enum class InputKind : std::uint8_t { RS_WORLD_INPUT_KINDS(RS_WORLD_INPUT_KIND) };
@@ -47,9 +49,13 @@ struct InputCycles {
 // What tells the kind of an input, of the cell before it.
 struct BeforeInput {
   std::uint32_t sequence, epoch, damaged;
+  bool due;  // something is, so that all takes the long way
 
-  explicit BeforeInput(const rs_cell& cell)
-      : sequence(cell.route.wave.sequence), epoch(cell.torque.epoch), damaged(cell.counts.frames_damaged) {}
+  BeforeInput(const rs_cell& cell, std::uint32_t now_us)
+      : sequence(cell.route.wave.sequence),
+        epoch(cell.torque.epoch),
+        damaged(cell.counts.frames_damaged),
+        due(cell.queues.calm_us - now_us - 1U >= RS_HEARTBEAT_US) {}
 };
 
 InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cell& after);

@@ -16,7 +16,7 @@ static RS_NOINLINE uint32_t identity_checksum(const rs_cell* cell) {
   for (unsigned i = 0; i < RS_CELL_KEY_BYTES; i += 4U) {
     sum = ((sum << 5) | (sum >> 27)) ^ rs_load32(cell->turn_key + i);
   }
-  sum = ((sum << 5) | (sum >> 27)) ^ cell->turn;
+  sum = ((sum << 5) | (sum >> 27)) ^ cell->turn ^ ((uint32_t)cell->step_us << 16);
   return sum;
 }
 

@@ -42,7 +42,7 @@ static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, cons
   return behind < 1U << (RS_TICK_TIME_BITS - 1) && (behind > 0U || lost);
 }
 
-void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t came_us, uint32_t now_us) {
   rs_route* route = &cell->route;
   rs_neighbour* neighbour = &route->neighbour[port];
   rs_tick tick;
@@ -96,7 +96,7 @@ void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
     }
     neighbour->wave = wave;
     neighbour->hops = (uint8_t)tick.hops;
-    neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
+    neighbour->origin_us = came_us - RS_FRAME_US - tick.age_us;
   }
   const bool was_lagging = neighbour->lagging;
   if (was_lagging) neighbour->lagging = rs_link_lagging(route, neighbour, now_us);

@@ -6,6 +6,7 @@
 #include "cell/time/timer.h"
 #include "cell/torque/cell_torque.h"
 #include "cell/transport/arq_sender.h"
+#include "cell/wire/ports.h"
 #include "cell/wire/wave.h"
 
 enum {
@@ -19,7 +20,8 @@ static unsigned slot_for(rs_torque_epoch* epoch, uint32_t limb, uint32_t part) {
   while (at < epoch->used && (epoch->slot[at].limb != limb || epoch->slot[at].part != part)) ++at;
   if (at == epoch->used && at < RS_TORQUE_SLOTS) {
     rs_torque_sum_start(&epoch->slot[at], limb, part);
-    epoch->from[at] = epoch->before[at] = epoch->expected[at] = 0;
+    epoch->from[at] = epoch->before[at] = 0;
+    epoch->expected[at] = RS_ALL_PORTS; /* any child that is waited for may have more of it */
     ++epoch->used;
   }
   return at;
@@ -93,11 +95,29 @@ static void clear_slots(rs_torque_epoch* epoch) {
   epoch->filled = 0;
 }
 
+/* While trees form, no parent knows which children to wait for, and each sum would go all the way up alone: more of
+ * them than a processor bears. So none begins, and the first one waits for every child. */
+static void begin_formed(rs_cell* cell, uint32_t number) {
+  rs_torque_epoch* epoch = &cell->torque;
+  epoch->epoch = number;
+  epoch->waiting = 0;
+  epoch->open = false;
+  for (unsigned port = 0; port < RS_PORTS; ++port) {
+    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    epoch->reports[port] = neighbour->child && neighbour->up ? RS_TORQUE_FAITH : 0;
+  }
+  clear_slots(epoch);
+}
+
 static void begin(rs_cell* cell, uint32_t number, uint32_t begin_us, uint32_t now_us) {
   rs_torque_epoch* epoch = &cell->torque;
   if (epoch->open) { /* the section unit's time must have leapt */
     epoch->waiting = 0;
     report(cell, now_us);
+  }
+  if (cell->route.wave.forming != 0U) {
+    begin_formed(cell, number);
+    return;
   }
   const uint32_t frames = epoch->used == 0U ? 1U : epoch->used; /* that a report is likely to have again */
   epoch->epoch = number;

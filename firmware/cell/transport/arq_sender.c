@@ -229,6 +229,17 @@ void rs_arq_sender_check(rs_cell* cell, uint32_t now_us) {
   prune(cell, now_us);
 }
 
+bool rs_arq_missed(rs_cell* cell, unsigned port, uint32_t number) {
+  rs_arq_receiver* arq_receiver = &cell->route.neighbour[port].arq_receiver;
+  const uint8_t next = arq_receiver->next;
+  if (!rs_arq_receiver_compare(arq_receiver, number)) return false;
+  if (cell->arq_sender.event.count < RS_ARQ_CROWDED || cell->torque.reports[port] != 0U) return true;
+  cell->counts.frames_dropped += (number - next) & RS_NUMBER_MASK;
+  cell->sampling.dropped = true;
+  rs_arq_receiver_give_up(arq_receiver, number);
+  return false;
+}
+
 void rs_arq_sender_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us) {
   rs_arq_receiver* arq_receiver = &cell->route.neighbour[port].arq_receiver;
   if (tick->parent == 0U) {
@@ -236,7 +247,7 @@ void rs_arq_sender_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool 
     if (port + 1U == cell->route.parent_port) take_ack(cell, tick->ack, now_us);
   } else if (!was_child && !arq_receiver->kept) {
     rs_arq_receiver_start(arq_receiver, tick->ack);
-  } else if (rs_arq_receiver_compare(arq_receiver, tick->ack)) {
+  } else if (rs_arq_missed(cell, port, tick->ack)) {
     cell->queues.beacon_due |= (uint8_t)(1U << port);
   }
 }

@@ -19,7 +19,7 @@ enum {
   PERIOD_US = 1000000 / RS_CLOCK_RATE_DEFAULT_HZ
 };
 
-/* A report or request that waits is replaced by a newer one of the same cell. */
+/* Where the queue is full, a report or request that waits is replaced by a newer one of the same cell. */
 static uint8_t* replaceable(rs_queues* queues, const uint8_t* frame) {
   const rs_frame_type type = rs_frame_type_of(frame);
   if (type != RS_TYPE_topology && type != RS_TYPE_join) return NULL;
@@ -75,8 +75,8 @@ bool rs_queue_up(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
       rs_samples_sent_within(queues);
       break;
     default:
-      place = replaceable(queues, frame);
-      if (place == NULL) place = rs_ring_append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      place = rs_ring_append(&queues->slow, queues->slow_frame, RS_QUEUE_SLOW);
+      if (place == NULL) place = replaceable(queues, frame);
       break;
   }
   if (place == NULL) {

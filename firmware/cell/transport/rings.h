@@ -42,6 +42,17 @@ RS_INLINE void rs_down_let_go(rs_queues* queues) {
   }
 }
 
+/* Where the next frame of a port is put together; which becomes its last one. */
+RS_INLINE uint8_t* rs_sending_next(rs_queues* queues, unsigned port) {
+  return queues->sending[port][(queues->sending_last[port] + 1U) & (RS_FRAMES_OUT - 1U)];
+}
+RS_INLINE void rs_sending_turn(rs_queues* queues, unsigned port) {
+  ++queues->sending_last[port];
+}
+RS_INLINE const uint8_t* rs_sending_last(const rs_queues* queues, unsigned port) {
+  return queues->sending[port][queues->sending_last[port] & (RS_FRAMES_OUT - 1U)];
+}
+
 /* Takes the oldest sample, of which there must be one, and keeps it for a while. */
 RS_INLINE void rs_samples_take(rs_queues* queues, uint32_t now_us, uint8_t* frame) {
   rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame);

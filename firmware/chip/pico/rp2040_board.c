@@ -8,7 +8,7 @@
 
 enum {
   LIGHT_AT = 16, /* pins: red, green, blue */
-  TIMER_RAW = 0x28,
+  STEP_US = 38,  /* 4834 cycles of the emulated chip for a tick that four beacons answer, at 128 MHz */
   TIMER_ALARM0 = 0x10,
   TIMER_INTR = 0x34,
   TIMER_INTE = 0x38,
@@ -114,8 +114,10 @@ void rs_board_start(rs_boot* boot) {
   boot->uid = rs_made_start.uid;
   boot->random = random_word();
   boot->keys = rs_made_start.keyed == 1U ? rs_made_start.keys : 0;
+  boot->step_us = STEP_US;
   RECORD(12);
   RECORD(boot->random);
+  RECORD(boot->step_us);
 }
 
 /* ---- Time and events ---- */
@@ -189,6 +191,13 @@ uint32_t rs_board_receive(unsigned port, const uint8_t** bytes, bool* idle) {
   RECORD(count | (uint32_t)*idle << 8);
   RECORD((uintptr_t)*bytes);
   return count;
+}
+
+uint32_t rs_board_late_us(unsigned port) {
+  const uint32_t late_us = REG(TIMER + TIMER_RAW) - serial_lines_came_us(port);
+  RECORD(13);
+  RECORD(late_us);
+  return late_us;
 }
 
 void rs_board_send(unsigned port, const uint8_t* frame) {

@@ -55,7 +55,8 @@ static const uint16_t hears[] = {
 typedef struct {
   RS_WORDS uint8_t bytes[BLOCKS][RS_FRAME_BYTES];
   volatile uint8_t length[BLOCKS], after_idle[BLOCKS];
-  volatile uint32_t come; /* blocks that are closed */
+  volatile uint32_t came_us[BLOCKS]; /* when it was closed */
+  volatile uint32_t come;            /* blocks that are closed */
   uint32_t taken;
 } inward;
 static inward in[RS_PORTS];
@@ -75,6 +76,7 @@ static void point_on(unsigned port) { /* to the block after those that are close
 
 static void close_block(unsigned port, uint32_t length) {
   in[port].length[in[port].come % BLOCKS] = (uint8_t)length;
+  in[port].came_us[in[port].come % BLOCKS] = REG(TIMER + TIMER_RAW);
   ++in[port].come;
   point_on(port);
 }
@@ -191,6 +193,10 @@ uint32_t serial_lines_receive(unsigned port, const uint8_t** bytes, bool* idle) 
   *bytes = from->bytes[at];
   *idle = from->after_idle[at] != 0U;
   return from->length[at];
+}
+
+uint32_t serial_lines_came_us(unsigned port) {
+  return in[port].came_us[(in[port].taken - 1U) % BLOCKS];
 }
 
 void serial_lines_send(unsigned port, const uint8_t* frame) {

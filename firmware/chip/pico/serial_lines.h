@@ -22,5 +22,6 @@ uint32_t serial_lines_take_gone(void); /* once */
 /* As rs_board_receive and rs_board_send. */
 uint32_t serial_lines_receive(unsigned port, const uint8_t** bytes, bool* idle);
 void serial_lines_send(unsigned port, const uint8_t* frame);
+uint32_t serial_lines_came_us(unsigned port); /* when the block that was received last was whole, by the timer */
 
 #endif

@@ -45,6 +45,12 @@ RS_INLINE void rs_arq_receiver_count(rs_arq_receiver* arq_receiver) {
 /* A tick of the lower end has come; true if it shows for the first time that frames are missing. */
 bool rs_arq_receiver_compare(rs_arq_receiver* arq_receiver, uint32_t number);
 
+/* What is missing up to this number is given up. */
+RS_INLINE void rs_arq_receiver_give_up(rs_arq_receiver* arq_receiver, uint32_t number) {
+  arq_receiver->next = arq_receiver->confirmed = (uint8_t)(number & RS_NUMBER_MASK);
+  arq_receiver->missed = false;
+}
+
 /* For the next tick to the lower end. */
 RS_INLINE uint32_t rs_arq_receiver_ack(const rs_arq_receiver* arq_receiver) {
   return (uint32_t)(arq_receiver->confirmed & RS_NUMBER_MASK) | (arq_receiver->missed ? (uint32_t)RS_ARQ_MISSED : 0U);

@@ -20,6 +20,7 @@ extern "C" {
 
 enum {
   RS_ARQ_EVENTS = 128, /* powers of two */
+  RS_ARQ_CROWDED = 96, /* where so many events wait, those that are missed would find no room */
   RS_ARQ_TORQUES = 16,
   RS_ANNOUNCEMENTS = 4
 };

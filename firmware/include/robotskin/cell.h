@@ -6,10 +6,11 @@
  *
  * - RS_INPUT_BOOT first, once after each power-up and whenever an output asks for a `restart`; it forgets everything
  *   but the flash image.
- * - A frame in the output goes out on an idle port; its bytes stay where they are, inside the state, until
- *   RS_INPUT_SENT is given for that port, 50 us later at 4 Mb/s. There is never more than one frame on a port. Where
- *   the output's `waiting` does not name the port, nothing is gained by a step of its own: the next input's `sent`
- *   tells it as well (a chip enables its transmitter's interrupt only while more is to be sent).
+ * - A frame in the output goes out on its port, which gets no other until RS_INPUT_SENT is given for it: when the frame
+ *   is out, 50 us later at 4 Mb/s, or sooner where the board lets frames wait behind it. Its bytes stay where they are,
+ *   inside the state, until RS_FRAMES_OUT - 1 others of that port have been given. Where the output's `waiting` does
+ *   not name the port, nothing is gained by a step of its own: the next input's `sent` tells it as well (a chip enables
+ *   its transmitter's interrupt only while more is to be sent).
  * - RS_INPUT_TIMER at or after `timer_us`, RS_INPUT_SAMPLE at or after `sample_us` (if `sampling`). Both times hold
  *   until the next output; an early, late or unasked timer does no harm.
  * - Frames are given as received: the cell checks and counts them. A frame with RS_FRAME_BYTES bytes that fails its
@@ -50,6 +51,7 @@ typedef struct {
   uint32_t random;      /* fresh at each boot */
   const uint8_t* flash; /* image of RS_FLASH_BYTES, or NULL */
   const uint8_t* keys;  /* RS_CELL_KEYS_BYTES (keys.h), or NULL: ticks and commands are not authenticated */
+  uint16_t step_us;     /* from an input that a beacon answers until that goes out: the processor's time, a mean */
 } rs_boot;
 
 typedef enum { RS_INPUT_BOOT, RS_INPUT_FRAME, RS_INPUT_SENT, RS_INPUT_SAMPLE, RS_INPUT_TIMER } rs_input_kind;
@@ -60,6 +62,7 @@ typedef struct {
   uint8_t sent;            /* bit p - 1: the frame on port p has gone out since the last input */
   bool checked;            /* of FRAME: its checksum is known to be right */
   bool fault;              /* of SAMPLE: a sensor is missing or saturated */
+  uint16_t late_us;        /* of FRAME: it came so long before `now_us`; 0 where the board does not know */
   const uint8_t* frame;    /* RS_FRAME_BYTES; of FRAME */
   const rs_sample* sample; /* of SAMPLE */
   const rs_boot* boot;     /* of BOOT */
@@ -88,8 +91,9 @@ enum {
   RS_LINE_CELLS = 70,    /* a line carries at 250 Hz. Where more have come, */
   RS_QUEUE_CROWDED = 12, /* so many clock frames may wait before every other one is left out, one more each tick, */
   RS_QUEUE_CALMED = 24,  /* and as many as there is room for after this many */
-  RS_QUEUE_SLOW = 64,    /* replies, topology and join frames of the subtree */
+  RS_QUEUE_SLOW = 32,    /* replies, topology and join frames of the subtree */
   RS_QUEUE_DOWN = 16,    /* commands on their way down */
+  RS_FRAMES_OUT = 4,     /* frames that a board may have of a port: one goes out, the others wait behind it */
   RS_NO_PARENT = 0       /* parent_port */
 };
 
@@ -236,25 +240,26 @@ typedef struct {
   /* What every frame asks for stands within the reach of a small processor's shortest instructions. */
   uint32_t calm_us; /* until then nothing but traffic is to be done, and the short way may be taken (passing.c) */
   rs_ring data, slow, down;
-  uint8_t busy;          /* bit p - 1: a frame is going out on port p */
-  uint8_t beacon_due;    /* bit p - 1: port p is to get a tick frame */
-  uint8_t waiting;       /* bit p - 1: something waits for port p, as of the last step */
-  uint8_t parent_port;   /* 1 to 4: the parent's, while calm, */
-  uint8_t parent_bit;    /* its bit, */
-  uint8_t samples_alone; /* and whether nothing but samples waits for it */
+  uint8_t busy;         /* bit p - 1: a frame is going out on port p */
+  uint8_t beacon_due;   /* bit p - 1: port p is to get a tick frame */
+  uint8_t waiting;      /* bit p - 1: something waits for port p, as of the last step */
+  uint8_t parent_port;  /* 1 to 4: the parent's, while calm, */
+  uint8_t parent_bit;   /* its bit, */
+  uint8_t samples_next; /* and whether a sample is the next frame for it, if one waits */
   uint8_t status_due;
-  uint8_t size_due;              /* the status tells a new size or depth, which the rate divisor waits for */
-  uint8_t passed_over;           /* frames sent to the parent while slow ones waited */
-  uint8_t data_passed_over;      /* ... and while clock frames waited */
-  uint8_t data_most;             /* so many clock frames may wait before every other one is left out */
-  uint8_t data_sent;             /* clock frames before the first one that were sent lately and are still there */
-  uint8_t data_again;            /* of those that wait, the first so many have been sent before */
-  uint32_t data_sent_us;         /* when the last one was sent */
-  uint32_t started_us[RS_PORTS]; /* when the frame that is going out started */
+  uint8_t size_due;               /* the status tells a new size or depth, which the rate divisor waits for */
+  uint8_t passed_over;            /* frames sent to the parent while slow ones waited */
+  uint8_t data_passed_over;       /* ... and while clock frames waited */
+  uint8_t data_most;              /* so many clock frames may wait before every other one is left out */
+  uint8_t data_sent;              /* clock frames before the first one that were sent lately and are still there */
+  uint8_t data_again;             /* of those that wait, the first so many have been sent before */
+  uint8_t sending_last[RS_PORTS]; /* of the frames of a port, the one that was started last */
+  uint32_t data_sent_us;          /* when the last one was sent */
+  uint32_t started_us[RS_PORTS];  /* when the frame that is going out started */
   uint32_t beacon_us[RS_PORTS][RS_BEACONS]; /* when a port got its last beacons, */
   uint8_t beacon_next[RS_PORTS];            /* the oldest of them here */
   uint8_t down_ports[RS_QUEUE_DOWN];        /* bit p - 1: still to go out on port p */
-  RS_WORDS uint8_t sending[RS_PORTS][RS_FRAME_BYTES];
+  RS_WORDS uint8_t sending[RS_PORTS][RS_FRAMES_OUT][RS_FRAME_BYTES];
   RS_WORDS uint8_t data_frame[RS_QUEUE_DATA][RS_FRAME_BYTES];
   RS_WORDS uint8_t slow_frame[RS_QUEUE_SLOW][RS_FRAME_BYTES];
   RS_WORDS uint8_t down_frame[RS_QUEUE_DOWN][RS_FRAME_BYTES];
@@ -321,6 +326,7 @@ typedef struct {
   rs_queues queues; /* near the beginning, see there */
   uint8_t nonce;
   uint8_t keyed;
+  uint16_t step_us;                   /* of rs_boot */
   uint32_t identity_checksum;         /* check sum of what lasts from boot to boot: uid, id and keys */
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint8_t topology_revision;

@@ -71,7 +71,7 @@ typedef struct {
 enum {
   RS_UNITS_MAX = 16,                         /* in a group */
   RS_UNIT_NAMES_MAX = 4096,                  /* cells a unit can name */
-  RS_UNIT_QUEUE = 64,                        /* frames waiting to go down a port */
+  RS_UNIT_QUEUE = 128,                       /* frames waiting to go down a port */
   RS_UNIT_SILENCE_MS = 10 * RS_KEEP_ALIVE_MS /* without word from the host the unit falls silent */
 };
 
@@ -163,6 +163,7 @@ typedef struct {
   uint8_t good;
   bool root; /* the cell there has this port as parent, and is not stuck */
   bool busy;
+  uint64_t ordered_ns; /* when the next command or joint state may go down */
   bool tick_due;
   uint32_t tag; /* of the current tick */
   rs_unit_balance balance;

@@ -9,7 +9,7 @@ enum {
   RS_TORQUE_FAITH = 2, /* epochs for which a child that has reported is waited for */
   RS_FRAME_US = RS_FRAME_BYTES * RS_LINK_BITS_PER_BYTE * 1000 / (RS_LINK_BAUD / 1000), /* 50: one frame on a link */
   RS_TICK_US = 1000,
-  RS_HEARTBEAT_US = 1250,                          /* a cell that hears no new tick speaks up by itself */
+  RS_HEARTBEAT_US = 1500,                          /* a cell that hears no new tick speaks up by itself */
   RS_BEACONS = 4,                                  /* ticks of a port, at most, */
   RS_BEACONS_US = 1000,                            /* in any span of this length */
   RS_SENDING_US = 3000,                            /* no frame goes out for so long */
@@ -52,7 +52,7 @@ enum {
   RS_PEER_TOGETHER_US = 16000,   /* units apart by less are pulled together gently, others leap */
   RS_PEER_PULL_US = 50,          /* by so much a tick */
   RS_PEER_LEAP_MS = 30000,       /* longest leap: half the tick numbers are newer */
-  RS_ARQ_BACK_US = 250,          /* from going back to frames that were missed until the parent knows it */
+  RS_ARQ_BACK_US = 600,          /* from going back to frames that were missed until the parent knows it */
   RS_REPEAT_US = 1000,           /* clock frames taken so long before a parent fell silent are sent to the new one, */
   RS_REPEAT_MOST_US = 7000,      /* but none older than this; so old ones again over a line that spoils frames, */
   RS_LOSSY_SILENT_US = 2000,     /* and since so long such a line counts as silent to a cell that leaves it */
@@ -66,12 +66,14 @@ enum {
   RS_TORQUE_WAIT_MAX_US = 3400,  /* and at most so long, */
   RS_TORQUE_WAY_US = 80,         /* less this for each hop to the root */
   RS_TORQUE_END_US = 3700,       /* after the epoch's begin a section unit hands over what it has */
+  RS_ORDER_US = 400,             /* from a command down a cable to the next: a cell takes up to a third of it, */
+  RS_JOINTS_US = 200,            /* and from a joint state */
   RS_TOPOLOGY_US = 1000000,      /* between two reports at most, */
   RS_TOPOLOGY_EARLY_US = 250000, /* and up to so much less: reports that crowd each other out once do not again */
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
-  RS_TOPOLOGY_SPREAD_US = 16000, /* and at most so much more */
-  RS_JOIN_SPREAD_US = 3000,      /* over which cells first ask for an id */
-  RS_JOIN_US = 10000,            /* between two requests for an id */
+  RS_TOPOLOGY_SPREAD_US = 32000, /* and at most so much more */
+  RS_JOIN_SPREAD_US = 16000,     /* over which cells first ask for an id */
+  RS_JOIN_US = 20000,            /* between two requests for an id */
   RS_REFRESH_US = 100000,        /* a cell is silent at most so long, and a jitter by cell and frame */
   RS_REFRESH_JITTER_US = 20000,
   RS_REFRESH_SPREAD_US = 16000, /* over which the cells of a tree refresh that have reason to at once */

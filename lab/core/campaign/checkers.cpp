@@ -28,6 +28,10 @@ void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) 
 
 void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_input& input, const rs_output&) {
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
+  // Flips of one bit may cancel each other; what is whole by its checksum is taken.
+  if (input.kind == RS_INPUT_FRAME && rs_frame_intact(input.frame))
+    routes_->frame_taken(ground_->wire_of_cell(cell, input.port), input.frame,
+                         network.time_ns() - std::int64_t{input.late_us} * us);
   const bool out_of_hops = input.kind == RS_INPUT_FRAME && !rs_sample_has_hop(input.frame);
   routes_->cell_stepped(cell, input, out_of_hops ? ledger_.taken_ns(input.frame) : std::nullopt);
   ledger_.cell_stepped(network, cell, input);
@@ -50,14 +54,6 @@ void Checkers::frame_sent(const Network& network, world::WireEnd from, const std
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
   beacons_->issued(tick);
-}
-
-void Checkers::frame_ended(const Network&, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
-                           world::FrameFate fate) {
-  // Flips of one bit may cancel each other; what is whole by its checksum is taken.
-  const bool whole =
-      fate == world::FrameFate::delivered || (fate == world::FrameFate::damaged && rs_frame_intact(frame));
-  if (whole && to.at == world::WireEnd::At::cell) routes_->frame_arrives(ground_->wire_of(to), frame);
 }
 
 void Checkers::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,

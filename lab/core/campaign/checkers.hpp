@@ -88,8 +88,6 @@ class Checkers : public world::Observer, public world::DatagramSink {
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input,
                     const rs_output& output) override;
   void frame_sent(const world::Network& network, world::WireEnd from, const std::uint8_t* frame) override;
-  void frame_ended(const world::Network& network, world::WireEnd from, world::WireEnd to, const std::uint8_t* frame,
-                   world::FrameFate fate) override;
   void frame_planted(const world::Network& network, world::WireEnd to, const std::uint8_t* frame,
                      const world::Fault& fault) override;
   void datagram_to_host(const world::Network& network, std::size_t unit, std::span<const std::uint8_t> bytes) override;

@@ -14,8 +14,8 @@ namespace robotskin::campaign {
 class ControlMeter {
  public:
   static constexpr std::size_t beacons_per_ms = 4;
-  // Of a clock 2 % fast; and the first may have had to wait for a frame on the line while the last had not.
-  static constexpr std::int64_t beacon_window_ns = ms * 98 / 100 - RS_FRAME_US * us;
+  // Of a clock 2 % fast; and the first may have had to wait for the frames that the board held while the last had not.
+  static constexpr std::int64_t beacon_window_ns = ms * 98 / 100 - RS_FRAMES_OUT * RS_FRAME_US * us;
   static constexpr std::int64_t window_ns = 100 * ms;
   // In 100 ms at most: beacons one a millisecond of a clock that is 2 % fast, 5.1 %; status frames up, 24 in a burst
   // and one each 3.3 ms, 2.7 %, or grants down, one each 2 ms, 2.5 %.

@@ -28,6 +28,13 @@ bool is_report(const rs_input& input) {
   return type == RS_TYPE_topology || type == RS_TYPE_join || type == RS_TYPE_reply;
 }
 
+// A sample of no cell, which a fault has put there.
+bool is_stuffed(const std::uint8_t* frame) {
+  rs_clock clock;
+  rs_clock_unpack(&clock, frame);
+  return clock.source == RS_ID_NONE;
+}
+
 bool comes_after(std::uint16_t a, std::uint16_t b) {
   const auto ahead = static_cast<std::uint16_t>(a - b);
   return ahead != 0 && ahead < 0x8000;
@@ -49,14 +56,14 @@ void RouteChecker::copy(std::size_t cell) {
   shadow.feasible_hops = route.feasible_hops;
 }
 
-void RouteChecker::frame_arrives(std::size_t at_wire, const std::uint8_t* frame) {
+void RouteChecker::frame_taken(std::size_t at_wire, const std::uint8_t* frame, std::int64_t came_ns) {
   const std::int64_t now_ns = network_.time_ns();
   const unsigned type = frame[0] >> 4;
   if (type == RS_TYPE_tick) {
     rs_tick tick;
     rs_tick_unpack(&tick, frame);
-    beacons_.arrived(at_wire, tick, now_ns);
-  } else if (type == RS_TYPE_clock || type == RS_TYPE_event || type == RS_TYPE_torque) {
+    beacons_.arrived(at_wire, tick, came_ns);
+  } else if ((type == RS_TYPE_clock && !is_stuffed(frame)) || type == RS_TYPE_event || type == RS_TYPE_torque) {
     const std::size_t cell = GroundTruth::cell_of(at_wire);
     const Shadow& shadow = shadow_[cell];
     const unsigned port = static_cast<unsigned>(at_wire % RS_PORTS) + 1;

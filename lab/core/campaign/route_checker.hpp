@@ -24,7 +24,8 @@ class RouteChecker {
 
   // `taken_ns`: of a frame whose hops are used up, when its sample was taken, if that is known.
   void cell_stepped(std::size_t cell, const rs_input& input, std::optional<std::int64_t> taken_ns);
-  void frame_arrives(std::size_t at_wire, const std::uint8_t* frame);  // whole, at a cell; before its step
+  // Whole, by a cell, to whose board it came at that time; before its step is judged.
+  void frame_taken(std::size_t at_wire, const std::uint8_t* frame, std::int64_t came_ns);
   void settle();     // after a fault: a cell that is off points nowhere
   void check_all();  // when memory is lawful again
 

@@ -196,7 +196,8 @@ void SampleLedger::poll(const world::Network& network, const GroundTruth& ground
       breaks_.add(Invariant::none_lost, now_ns, {index},
                   {{"number", entry.number},
                    {"us ago", (now_ns - entry.time_ns) / us},
-                   {"dropped in all", static_cast<std::int64_t>(network.frames_dropped())}});
+                   {"dropped in all", static_cast<std::int64_t>(network.frames_dropped())},
+                   {"overrun in all", static_cast<std::int64_t>(network.counts().frames_overrun)}});
     }
   }
 }

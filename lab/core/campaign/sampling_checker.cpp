@@ -21,17 +21,21 @@ rs_settings settings_in(const Workload& workload) {
 }  // namespace
 
 SamplingChecker::SamplingChecker(const FaultCase& drawn, BreakLog& breaks)
-    : breaks_(breaks), cells_(drawn.wiring.cell_count()), events_(drawn.workload.events) {
+    : breaks_(breaks),
+      cells_(drawn.wiring.cell_count()),
+      events_(drawn.workload.events),
+      waits_ns_(drawn.options.processor == world::Processor::none ? 0 : ms) {
   const rs_settings settings = settings_in(drawn.workload);
   const std::uint32_t rate_hz = events_ ? settings.event_rate_hz : settings.clock_rate_hz;
   period_ns_ = 1000 * ms / rate_hz;
   threshold_ = settings.threshold[RS_CHANNEL_acceleration_z];
 }
 
-// Longest silence that its mode and divisor allow, a quarter of a period for the change of its phase.
+// Longest silence that its mode and divisor allow, a quarter of a period for the change of its phase, and what inputs
+// before it take.
 std::int64_t SamplingChecker::silence_ns(const Cell& cell) const {
-  if (events_) return (RS_REFRESH_US + RS_REFRESH_JITTER_US) * us + period_ns_;
-  return cell.largest * (1 + cell.changes) * period_ns_ + period_ns_ / 4;
+  if (events_) return (RS_REFRESH_US + RS_REFRESH_JITTER_US) * us + period_ns_ + waits_ns_;
+  return cell.largest * (1 + cell.changes) * period_ns_ + period_ns_ / 4 + waits_ns_;
 }
 
 void SamplingChecker::note(Cell& cell, const rs_wave& wave) {

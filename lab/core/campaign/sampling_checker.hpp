@@ -46,7 +46,7 @@ class SamplingChecker {
   BreakLog& breaks_;
   std::vector<Cell> cells_;
   bool events_;
-  std::int64_t period_ns_;
+  std::int64_t waits_ns_, period_ns_;
   std::int32_t threshold_;
 };
 

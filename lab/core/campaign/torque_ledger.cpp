@@ -99,6 +99,7 @@ void TorqueLedger::keep_time(const world::Network& network) {
     const std::uint64_t time = network.unit(u).tick_time;
     const auto ahead = static_cast<std::int64_t>(time - unit_time_[u]) - passed_ms;
     if (std::abs(ahead) > 2) leapt_ns_ = now_ns;
+    if (network.unit(u).forming) forming_ns_ = now_ns;
     unit_time_[u] = time;
   }
   // Units that have not agreed yet number the same instant differently, and a cell may go from one to the other.
@@ -124,7 +125,8 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
                          const RecoveryChecker& recovery, Epoch& epoch) {
   const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns;
   if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
-      routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || ground.samples_disturbed_since(rest_ns))
+      routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || forming_ns_ > rest_ns ||
+      ground.samples_disturbed_since(rest_ns))
     return;
   // The sums go up hop by hop, at 120 us each and 50 us for each further limb, and have to be there 3.7 ms after the
   // epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in time.

@@ -53,6 +53,7 @@ class TorqueLedger {
   std::int32_t limbs_;
   std::array<Epoch, RS_EPOCH_MASK + 1> epochs_;
   std::vector<std::uint64_t> unit_time_;
+  std::int64_t forming_ns_ = -1000 * ms;  // when trees last formed, which have no sums
   std::int64_t leapt_ns_ = -1000 * ms, polled_ns_ = 0;
   std::uint64_t sums_ = 0, epochs_judged_ = 0;
 };

@@ -118,7 +118,7 @@ STATUS_US: int = 8000
 
 TOPOLOGY_US: int = 1000000
 
-JOIN_US: int = 10000
+JOIN_US: int = 20000
 
 REFRESH_US: int = 100000
 
@@ -134,7 +134,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 8180
+CELL_STATE_BYTES: int = 7784
 
 CHANNELS: tuple = ...
 

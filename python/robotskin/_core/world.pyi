@@ -846,7 +846,7 @@ class ExternalCell:
 
     def __init__(self, step: Callable) -> None:
         """
-        `step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, key), a frame, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, waiting, led_rgb or None, flash or None, restart).
+        `step(kind, port, sent, fault, content, now_us)`, an input of cell.h; content: boot (uid, random, flash, key, step_us), a frame and its late_us, or the sample as 32-bit integers. Answers (frames of 4 ports, timer_us, sample_us or None, waiting, led_rgb or None, flash or None, restart).
         """
 
     @property

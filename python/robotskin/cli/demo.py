@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._cell_time import CellTime
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
 from robotskin.cli._waiting import waiting
@@ -78,6 +79,7 @@ def command(
         ),
     ] = "true",
     ideal: Ideal = False,
+    cells_take_time: CellTime = False,
 ) -> None:
     """Run a skinned robot: cells, network, UDP, driver and controller are the real ones, links and body simulated.
 

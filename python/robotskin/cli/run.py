@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._cell_time import CellTime
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
 from robotskin.cli._waiting import waiting
@@ -101,6 +102,7 @@ def command(
     ros2_commands: Ros2Commands = False,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
+    cells_take_time: CellTime = False,
 ) -> None:
     """Run a behaviour on a skinned robot: everything between contact and motor command is real, the two ends simulated.
 

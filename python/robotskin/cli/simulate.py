@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._cell_time import CellTime
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ def command(
     rate: Annotated[int, typer.Option(help="Samples a second of each cell: 0, 63, 125 or 250.")] = 250,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     list_faults: Annotated[bool, typer.Option("--list-faults", help="Print the kinds of faults and end.")] = False,
+    cells_take_time: CellTime = False,
 ) -> None:
     """Run the network of a skin with faults in virtual time, every cell with its own firmware.
 

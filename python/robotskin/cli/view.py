@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.cli._cell_time import CellTime
 from robotskin.cli._sharing import Foxglove, tell
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def command(
     seed: Annotated[int, typer.Option(help="Of the network's wires and clocks.")] = 1,
     foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    cells_take_time: CellTime = False,
 ) -> None:
     """Show a robot in its skin in the browser: patches, cables and the living network, until interrupted.
 

@@ -12,6 +12,7 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.live.network_watch import NetworkError, NetworkWatch
 from robotskin.live.own_thread import OwnThread
 from robotskin.live.watched_network import WatchedNetwork
+from robotskin.world.ideal import default_processor
 
 WALL_STEP_S = 1 / 60
 WATCH_STEP_S = 0.0002
@@ -37,6 +38,7 @@ class LiveNetwork(OwnThread, WatchedNetwork):
         self.layout = layout
         self.pace = pace
         options = core.NetworkOptions()
+        options.processor = default_processor()
         options.seed = seed
         options.unasked = True
         options.set_cell_key(SkinKeys.of_seed(seed).cell_key)

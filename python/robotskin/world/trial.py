@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from robotskin import simulator as core
 from robotskin.errors import InputError
 from robotskin.keys import SkinKeys
+from robotskin.world.ideal import default_processor
 
 
 class Skin(Protocol):
@@ -66,6 +67,7 @@ def run_trial(
     """
     wiring = wiring_of(skin)
     options = core.NetworkOptions()
+    options.processor = default_processor()
     options.seed, options.clock_rate_hz = seed, rate_hz
     options.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     options.faults = core.parse_faults(faults, wiring, seed) if isinstance(faults, str) else list(faults)

@@ -18,7 +18,7 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.robots import Robot
 from robotskin.world import bodies
 from robotskin.world.hand import Hand
-from robotskin.world.ideal import default_imperfections
+from robotskin.world.ideal import default_imperfections, default_processor
 from robotskin.world.robot_as_built import build_differently
 from robotskin.world.robot_sensors import sensors_of
 from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M, HandSpec, build, parking_m
@@ -141,6 +141,7 @@ class World:
         )
         options = core.NetworkOptions()
         options.line = line or core.LineQuality()
+        options.processor = default_processor()
         options.batch_us = batch_us
         options.unasked = unasked
         options.powered = powered

@@ -4,6 +4,7 @@
 import pytest
 
 from robotskin.simulator import INPUT_KINDS, Processor, processing_ns
+from robotskin.world.ideal import cells_take_time
 from robotskin_lab.bench.firmware_chip import CLOCK_HZ
 from robotskin_lab.bench.input_cycles import COLUMNS, counted, filled
 
@@ -12,7 +13,8 @@ STEADY = (("clock", 0), ("clock", 1), ("tick", 0), ("wave", 3), ("wave", 4), ("j
 
 
 def test_the_worlds_table_is_of_this_firmware(seed: int) -> None:
-    table = filled(counted(seed, 0.1))
+    with cells_take_time():
+        table = filled(counted(seed, 0.1))
     assert list(table) == list(INPUT_KINDS)
     for processor, which in ((Processor.zero_wait_states, 0), (Processor.one_wait_state, 1)):
         for kind, frames in STEADY:

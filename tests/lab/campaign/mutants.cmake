@@ -106,8 +106,8 @@ campaign_mutant(samples_gathered cell/transmit.c
   "if (queues->data.count > 0U) {"
   "if (queues->data.count > 8U) {"
   cell/fast_path.h
-  "return ready == queues->parent_bit && queues->samples_alone && queues->data.count != 0U"
-  "return ready == queues->parent_bit && queues->samples_alone && queues->data.count > 8U")
+  "return ready == queues->parent_bit && queues->samples_next && queues->data.count != 0U"
+  "return ready == queues->parent_bit && queues->samples_next && queues->data.count > 8U")
 campaign_mutant(samples_newest_first cell/transport/rings.h
   "rs_ring_take(&queues->data, queues->data_frame, RS_QUEUE_DATA, frame)"
   "rs_frame_copy(frame, queues->data_frame[(queues->data.first + --queues->data.count) & (RS_QUEUE_DATA - 1U)])")

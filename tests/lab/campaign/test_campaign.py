@@ -37,6 +37,13 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     assert not report.breaks, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
 
 
+@pytest.mark.parametrize("number", [7000044, 7300015, 7000129, 7300033])
+def test_boards_hold_what_comes_while_trees_form_and_orders_go_down(number: int) -> None:
+    """Cells that take their time: frames that come in a burst by one port find room."""
+    report = run_case(draw_case(number, cells_take_time=True))
+    assert not report.breaks, "\n".join(map(str, report.breaks))
+
+
 @pytest.mark.parametrize("part", ["sampling", "arq", "torque", "commands", "settings", "whole"])
 def test_any_damaged_memory_heals(part: str, seed: int) -> None:
     """Torques apart: a contribution that was damaged is given up, as none gives it again here."""

@@ -65,7 +65,7 @@ void Network::run_zombie(std::size_t index) {
     tick.parent = route.parent_port == port + 1U ? 1 : 0;
     tick.heard = route.neighbour[port].up ? 1 : 0;
     rs_wave_into_tick(&tick, &route.wave);
-    std::uint8_t* frame = cell.state.queues.sending[port];
+    std::uint8_t* frame = cell.state.queues.sending[port][0];
     rs_tick_pack(frame, &tick);
     rs_frame_seal(frame);
     start(static_cast<std::uint32_t>(RS_PORTS * index + port), frame, now_ns_);

@@ -129,8 +129,10 @@ class CaseReport:
     def largest_control_share(self) -> float:
         """of a wire"""
 
-def draw_case(seed: int) -> FaultCase:
-    """The case of a seed."""
+def draw_case(seed: int, cells_take_time: bool = False) -> FaultCase:
+    """
+    The case of a seed. cells_take_time: their processors have 48 MHz and one flash wait state.
+    """
 
 def parse_case(text: str) -> FaultCase:
     """

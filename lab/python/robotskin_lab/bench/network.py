@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from robotskin.world.ideal import cells_take_time, is_ideal
 from robotskin_lab.bench.progress import tell_step
 from robotskin_lab.executors import Executor, named
 from robotskin_lab.executors.named import HELP
@@ -60,8 +61,10 @@ def run(
     The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
     with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
     every fourth of those seeds at two, four and five. A run ends once its loads have settled.
-    `campaign` is the fault campaign and its mutants. Each part tells its processor time, `PART_cpu_s`. docs/network.md
-    says what each figure means.
+    Cells take their time, 48 MHz with one flash wait state. All parts but the campaign are run a second time with cells
+    that compute in no time, for the keys that end in `_ideal`; with --ideal there is nothing else. `campaign` is the
+    fault campaign and its mutants. Each part tells its processor time, `PART_cpu_s`. docs/network.md says what each
+    figure means.
     """
     wanted = parts.split(",")
     unknown = [part for part in wanted if part not in PARTS]
@@ -87,8 +90,12 @@ def run(
     for part in PARTS:
         if part in wanted:
             begun_s = cpu_s()
-            figures |= measures[part]()
+            with cells_take_time(not is_ideal()):
+                figures |= measures[part]()
             figures[f"{part}_cpu_s"] = round(cpu_s() - begun_s, 1)
+            if part == "campaign" or is_ideal():
+                continue
+            figures |= {f"{key}_ideal": value for key, value in measures[part]().items()}
     tell_step("")
     return figures
 
@@ -127,7 +134,7 @@ def balance_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -
     from robotskin_lab.bench.network_misses import misses
     from robotskin_lab.bench.network_pictures import draw_balance
     from robotskin_lab.bench.network_runs import naive_service, spread
-    from robotskin_lab.bench.network_service import service_figures
+    from robotskin_lab.bench.network_service import cells_carried, service_figures
     from robotskin_lab.bench.network_set import COMPACT, skins
     from robotskin_lab.bench.network_tree_picture import draw_trees
 
@@ -142,7 +149,8 @@ def balance_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -
         draw_trees(skins("sheet", 3, 0), 0, pictures / "network_trees.png")
     headline = [job for job in jobs if job[0] in COMPACT and job[1] == 3]
     naive = list(spread(naive_service, headline, on, tell_step, "first-arrival trees"))
-    return balance_figures(balances) | service_figures(balances, naive)
+    carried = list(spread(cells_carried, [(seed,) for seed in range(2 if quick else 5)], on, tell_step, "cells"))
+    return balance_figures(balances) | service_figures(balances, naive) | {"cells_per_port_max": min(carried)}
 
 
 def size_part(seeds: int, quick: bool, on: Executor, pictures: Path | None) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 from robotskin.simulator import NetworkOptions, NetworkTrial, TrialReport, Wiring
+from robotskin.world.ideal import default_processor
 from robotskin_lab.bench.network_set import skins
 from robotskin_lab.executors import Executor, in_order
 
@@ -38,6 +39,7 @@ def trial_of(network: CellNetwork, seed: int, **options: Any) -> NetworkTrial:
     """A measured run of a skin. options: attributes of `NetworkOptions`."""
     chosen = NetworkOptions()
     chosen.seed = seed + 1
+    chosen.processor = default_processor()
     chosen.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     for name, value in options.items():
         setattr(chosen, name, value)

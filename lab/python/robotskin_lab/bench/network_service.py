@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from robotskin import firmware
+from robotskin.layout import network_shapes
 from robotskin_lab.bench.network_balance import Balance
-from robotskin_lab.bench.network_runs import Service, latency_quantile_ms
+from robotskin_lab.bench.network_runs import RELEASE_S, Service, latency_quantile_ms, trial_of
 from robotskin_lab.bench.network_set import COMPACT
 
 
@@ -41,3 +44,35 @@ def service_figures(balances: list[Balance], naive: list[Service]) -> dict[str, 
         figures["latency_p99_ms"] = latency_quantile_ms(three, 0.99)
         figures["latency_p99_worst_skin_ms"] = max(served.latency_p99_ms for served in three)
     return figures
+
+
+FEWEST_CELLS, MOST_CELLS = 40, 80
+COLUMNS = 11
+SERVED_S = 0.2
+WHOLE = 0.001
+"""What a clock that differs by 100 ppm, and the samples at the ends of the time, may make of the share of 250 Hz."""
+
+
+def cells_carried(seed: int) -> int:
+    """The most cells of a sheet that one cable carries at 250 Hz, none of their samples lost or thinned out."""
+    least, most = FEWEST_CELLS, MOST_CELLS
+    while least + 1 < most:
+        cells = (least + most) // 2
+        if _carries(cells, seed):
+            least = cells
+        else:
+            most = cells
+    return least
+
+
+def _carries(cells: int, seed: int) -> bool:
+    links, position = network_shapes.lattice(COLUMNS, cells, wrapped=False)
+    sheet = network_shapes.assemble("sheet", cells, links, position)
+    root = COLUMNS // 2
+    network = sheet.with_cables([(root, int(np.flatnonzero(sheet.free_ports[root])[0]) + 1)])
+    trial = trial_of(network, seed)
+    trial.run_until(RELEASE_S)
+    trial.measure_anew()
+    trial.run_until(RELEASE_S + SERVED_S)
+    served = Service.of(trial.report(), cells, SERVED_S)
+    return served.lost == 0 and served.missing < WHOLE

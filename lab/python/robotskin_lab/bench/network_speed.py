@@ -10,6 +10,7 @@ from robotskin.keys import SkinKeys
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.layout.network_limits import least_depths
 from robotskin.simulator import InProcess, LineQuality, NetworkOptions, World
+from robotskin.world.ideal import default_processor
 from robotskin_lab.bench.network_peers import run_plain, run_simpy, shortest_path_parents
 from robotskin_lab.bench.network_set import limbs, sheet_10k, skins
 
@@ -26,6 +27,7 @@ def world_of(network: CellNetwork, seed: int, mailbox: InProcess | None = None, 
     """
     chosen = NetworkOptions()
     chosen.seed = seed + 1
+    chosen.processor = default_processor()
     chosen.unasked = True
     chosen.set_cell_key(SkinKeys.of_seed(seed).cell_key)
     chosen.line = LineQuality()

@@ -116,11 +116,11 @@ class SeedsReport:
         self.verdicts += other.verdicts
 
 
-def _run_batch(seeds: list[int]) -> SeedsReport:
+def _run_batch(seeds: list[int], cells_take_time: bool = False) -> SeedsReport:
     batch = SeedsReport()
     start_s = time.process_time()
     for seed in seeds:
-        case = core.draw_case(seed)
+        case = core.draw_case(seed, cells_take_time)
         report = core.run_case(case)
         batch.seeds += 1
         batch.breaks += report.break_count
@@ -157,14 +157,16 @@ def run_seeds(
     on: Executor | None = None,
     seconds: float | None = None,
     told: Callable[[BrokenSeed], None] | None = None,
+    cells_take_time: bool = False,
 ) -> SeedsReport:
     """Run seeds on an executor (a process a processor by default), for at most so many seconds; sums of all.
 
-    `told` is called with every broken seed, in the order of the seeds.
+    `told` is called with every broken seed, in the order of the seeds. cells_take_time: with a processor of one flash
+    wait state.
     """
     total = SeedsReport()
     batches = _batches(seeds, None if seconds is None else time.monotonic() + seconds)
-    for batch in in_order(on or Processes(), _run_batch, ((seeds_of_batch,) for seeds_of_batch in batches)):
+    for batch in in_order(on or Processes(), _run_batch, ((one, cells_take_time) for one in batches)):
         total.merge(batch)
         if told is not None:
             for broken in batch.broken:

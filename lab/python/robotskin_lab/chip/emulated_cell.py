@@ -24,6 +24,8 @@ _FRAMES = {number: name for name, number, _ in firmware.FRAME_TYPES}
 _INWARD, _OUTWARD, _PAGE = 0x40000000, 0x40001000, 0x1000
 _UID, _FAULT, _CHANNELS, _COUNT, _IDLE, _BYTES = 12, 28, 32, 68, 84, 88
 _KEY = _BYTES + firmware.PORTS * firmware.FRAME_BYTES
+_STEP = _KEY + 2 * firmware.CELL_KEY_BYTES
+_LATE = _STEP + 4
 _OUTWARD_WORDS = 13
 _TIMER_EVENT, _SAMPLE_EVENT = 1 << 8, 1 << 9
 _PAINT = 0xA5
@@ -65,9 +67,10 @@ class EmulatedCell:
             assert isinstance(content, tuple)
             self._power_up(*content)
         elif kind == FRAME:
-            assert isinstance(content, bytes)
-            self.input = _FRAMES.get(content[0] >> 4, self.input)
-            self._put_on_line(port - 1, content)
+            assert isinstance(content, tuple)
+            frame, late_us = content
+            self.input = _FRAMES.get(frame[0] >> 4, self.input)
+            self._put_on_line(port - 1, frame, late_us)
             events = 1 << (port - 1)
         elif kind == SENT:
             events = 1 << (4 + port - 1)
@@ -83,7 +86,7 @@ class EmulatedCell:
         self.around(lambda: self._run(begin | 1))
         return self._answer()
 
-    def _power_up(self, uid: int, random: int, flash: bytes | None, key: bytes | None) -> None:
+    def _power_up(self, uid: int, random: int, flash: bytes | None, key: bytes | None, step_us: int) -> None:
         self._note_stack()
         self.machine.mem_write(RAM_START, bytes([_PAINT]) * RAM_BYTES)
         self.machine.mem_write(_INWARD, bytes(2 * _PAGE))
@@ -92,14 +95,16 @@ class EmulatedCell:
         boot = struct.pack("<IIII", uid, random, flash is not None, key is not None)
         self.machine.mem_write(_INWARD + _UID, boot)
         self.machine.mem_write(_INWARD + _KEY, key or b"")
+        self.machine.mem_write(_INWARD + _STEP, struct.pack("<I", step_us))
         (stack,) = struct.unpack_from("<I", self.image.flash)
         self.machine.reg_write(arm_const.UC_ARM_REG_SP, stack)
 
-    def _put_on_line(self, port: int, frame: bytes) -> None:
+    def _put_on_line(self, port: int, frame: bytes, late_us: int) -> None:
         """A frame after an idle line: the simulated links carry whole frames."""
         self.machine.mem_write(_INWARD + _BYTES + firmware.FRAME_BYTES * port, frame)
         self.machine.mem_write(_INWARD + _IDLE, (1 << port).to_bytes(4, "little"))
         self.machine.mem_write(_INWARD + _COUNT + 4 * port, len(frame).to_bytes(4, "little"))
+        self.machine.mem_write(_INWARD + _LATE, late_us.to_bytes(4, "little"))
 
     def _run(self, begin: int) -> None:
         try:

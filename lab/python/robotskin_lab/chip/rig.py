@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robotskin import firmware
 from robotskin.driver import Driver
 from robotskin.simulator import ExternalCell, InProcess, LineQuality, NetworkOptions, UnitDescription, World
+from robotskin.world.ideal import default_processor
 from robotskin_lab.chip.emulated_cell import Answer, EmulatedCell
 from robotskin_lab.chip.image import ChipImage
 
@@ -60,6 +61,7 @@ class ChipRig:
         cells = len(neighbours)
         options = NetworkOptions()
         options.seed = seed
+        options.processor = default_processor()
         options.unasked = True
         options.line = line or LineQuality()
         options.set_cell_key(KEY)

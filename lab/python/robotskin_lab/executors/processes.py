@@ -11,7 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any
 
-from robotskin.world.ideal import is_ideal, make_ideal
+from robotskin.world.ideal import asked_for, make_as_asked
 from robotskin_lab.executors.executor import TRIES, Job, JobLostError, Key, Result
 
 
@@ -70,4 +70,4 @@ class Processes:
 
 def _pool() -> ProcessPoolExecutor:
     spawn = multiprocessing.get_context("spawn")  # a fork of a process with threads may stand still
-    return ProcessPoolExecutor(1, mp_context=spawn, initializer=make_ideal, initargs=(is_ideal(),))
+    return ProcessPoolExecutor(1, mp_context=spawn, initializer=make_as_asked, initargs=asked_for())

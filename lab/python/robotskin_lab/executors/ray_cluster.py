@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from robotskin.errors import RobotskinError
-from robotskin.world.ideal import is_ideal, make_ideal
+from robotskin.world.ideal import asked_for, make_as_asked
 from robotskin_lab.executors.executor import TRIES, Job, JobLostError, Key, Result
 
 
@@ -39,7 +39,7 @@ class RayCluster:
     def results(self, work: Callable[..., Result], jobs: Iterable[Job[Key]]) -> Iterator[tuple[Key, Result]]:
         """See `Executor`."""
         ray = self._begun()
-        most, ideal = 2 * self.workers, is_ideal()
+        most, world = 2 * self.workers, asked_for()
         task = ray.remote(_work).options(max_retries=TRIES - 1, retry_exceptions=False)
         running: dict[Any, Key] = {}
         source = iter(jobs)
@@ -47,7 +47,7 @@ class RayCluster:
             while True:
                 while len(running) < most and (job := next(source, None)) is not None:
                     key, arguments = job
-                    running[task.remote(ideal, work, arguments)] = key
+                    running[task.remote(world, work, arguments)] = key
                 if not running:
                     return
                 ended, _ = ray.wait(list(running), num_returns=1)
@@ -74,6 +74,6 @@ class RayCluster:
         return ray
 
 
-def _work(ideal: bool, work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
-    make_ideal(ideal)
+def _work(world: tuple[bool, bool], work: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
+    make_as_asked(*world)
     return work(*arguments)
