@@ -46,8 +46,8 @@ class Known:
     rest_n: float = 0.015
     reading_n: float = 0.01
     force_share: float = 0.01
-    gain_share: float = 0.006
-    creep_n: float = 0.015
+    gain_share: float = 0.005
+    creep_n: float = 0.01
     place_m: float = 0.001
     probe_share: float = 0.01
     torque_nm: float = 0.2

@@ -16,7 +16,7 @@ from robotskin.layout import Layout
 from robotskin.robots import Robot
 from robotskin.simulator import Imperfections, SensorModels
 
-PLACES_M = 0.006 * np.array([[0.0, 0.0], [0.0, 1.0], [-0.87, -0.5], [0.87, -0.5]])
+PLACES_M = 0.010 * np.array([[0.0, 0.0], [0.0, 1.0], [-0.87, -0.5], [0.87, -0.5]])
 LEVELS_N = tuple(np.linspace(0.5, 8.0, 16))
 FORCE_STEP_N = next(step for name, _, _, step, _ in CHANNELS if name == "force_1")
 STEP_S = 0.05
