@@ -58,7 +58,10 @@ def command(
     if not headless:
         from robotskin.apps.embrace import panel
 
-        (panel.show_grasp if grasp else panel.show_hug)(session, not stiff, port)
+        if grasp:
+            panel.show_grasp(session, large, not stiff, port)
+        else:
+            panel.show_hug(session, not stiff, port)
         return
     session.shut_down()
     bounds = [] if stiff else grasp_script.grasp_bounds() if grasp else script.bounds()

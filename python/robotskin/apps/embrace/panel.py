@@ -7,6 +7,7 @@ from rich.console import Console
 
 from robotskin.apps.embrace.control import HugControl
 from robotskin.apps.embrace.grasp_control import GraspControl
+from robotskin.apps.embrace.grasp_scene import TABLE, Large, sinking
 from robotskin.apps.embrace.scene import PERSON
 from robotskin.apps.embrace.script import PUSH_N
 from robotskin.live.live_session import LiveSession
@@ -49,10 +50,15 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
     _show(session, control, orders, port)
 
 
-def show_grasp(session: Session, reactive: bool, port: int) -> None:
+def show_grasp(session: Session, large: Large, reactive: bool, port: int) -> None:
     """Serve the page of a booted session, whose arms open and wait, until it is interrupted."""
     control = GraspControl(session, reactive=reactive)
-    _show(session, control, {"Grasp, or open": control.ask}, port)
+    table = session.world.thing(TABLE)
+    orders: Orders = {
+        "Grasp, or open": control.ask,
+        "Let the table sink": lambda: table.follow(sinking(large, control.arms.arms)),
+    }
+    _show(session, control, orders, port)
 
 
 def _show(session: Session, control: HugControl | GraspControl, orders: Orders, port: int) -> None:
