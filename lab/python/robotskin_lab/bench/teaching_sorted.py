@@ -46,7 +46,7 @@ class Played(Execution):
             worker.wanted = np.array([np.interp(now, times, joint) for joint in path.T])
             yield
         yield from worker.open()
-        self.done.finished = True
+        self.done.tries, self.done.finished = 1, True
         return self.done
 
 
