@@ -76,6 +76,7 @@ PYTHON_ORDER = [
     "configuring",
     "record",
     "sharing",
+    "foreign",
     "export",
     "viewer",
     "live",

@@ -30,6 +30,10 @@ struct Recorder final : loop::LoopWitness {
       : driver(driver_bytes), control(control_bytes, driver), samples(model) {}
 
   void ticked(std::int64_t now_ns, const loop::SkinLoop& loop) noexcept override {
+    if (without_driver && loop.report().input == skin::InputStatus::ok)
+      control.felt(loop.skin(), fresh_ns, now_ns);
+    else if (without_driver)
+      control.nothing_felt(now_ns);
     const JointState& joints = loop.joints();
     if (joints.stamp_ns != never_ns) control.joints(joints.stamp_ns, joints.position, joints.velocity, joints.effort);
     if (loop.report().write != PortStatus::ok) return;
@@ -38,6 +42,8 @@ struct Recorder final : loop::LoopWitness {
 
   record::DriverTape driver;
   record::ControlTape control;
+  bool without_driver = false;
+  std::int64_t fresh_ns = 0;                // of such a skin
   record::SampleColumns samples;            // of the last drain
   std::vector<std::uint8_t> drained, kept;  // of the last drain, kept for their memory
 };
@@ -83,22 +89,27 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
           "model"_a, "driver_mib"_a = 64.0, "control_mib"_a = 16.0)
       .def(
           "attach",
-          [](Recorder& self, HostDriver& host, skin::SkinReader& reader, loop::SkinLoop* loop) {
-            host.driver.set_witness(&self.driver);
-            reader.set_witness(&self.control);
-            if (loop != nullptr) loop->set_witness(&self);
+          [](Recorder& self, HostDriver* host, skin::SkinReader* reader, loop::SkinLoop* loop) {
+            if (host != nullptr) host->driver.set_witness(&self.driver);
+            if (reader != nullptr) reader->set_witness(&self.control);
+            if (loop == nullptr) return;
+            self.without_driver = host == nullptr;
+            self.fresh_ns = loop->input().fresh_ns();
+            loop->set_witness(&self);
           },
-          "driver"_a, "reader"_a, "loop"_a.none() = nb::none(), nb::keep_alive<2, 1>(), nb::keep_alive<3, 1>(),
-          nb::keep_alive<4, 1>(),
-          "Takes down what driver, skin reader and loop do from now on. Call it in the control thread.")
+          "driver"_a.none(), "reader"_a.none(), "loop"_a.none() = nb::none(), nb::keep_alive<2, 1>(),
+          nb::keep_alive<3, 1>(), nb::keep_alive<4, 1>(),
+          "Takes down what driver, skin reader and loop do from now on; of a skin without driver and reader, what the "
+          "loop feels. Call it in the control thread.")
       .def(
           "detach",
-          [](Recorder&, HostDriver& host, skin::SkinReader& reader, loop::SkinLoop* loop) {
-            host.driver.set_witness(nullptr);
-            reader.set_witness(nullptr);
+          [](Recorder&, HostDriver* host, skin::SkinReader* reader, loop::SkinLoop* loop) {
+            if (host != nullptr) host->driver.set_witness(nullptr);
+            if (reader != nullptr) reader->set_witness(nullptr);
             if (loop != nullptr) loop->set_witness(nullptr);
           },
-          "driver"_a, "reader"_a, "loop"_a.none() = nb::none(), "Ends that. Call it in the control thread.")
+          "driver"_a.none(), "reader"_a.none(), "loop"_a.none() = nb::none(),
+          "Ends that. Call it in the control thread.")
       .def(
           "ask_for_keyframe", [](Recorder& self) { self.driver.ask_for_keyframe(); },
           "The next publication is followed by a keyframe, at which a replay can begin.")
@@ -174,7 +185,7 @@ the recording. Raises InputError for bytes that no recorder writes.)")
       .def_prop_ro(
           "measured_force",
           [](nb::handle_t<Player> self) {
-            const auto& forces = nb::cast<Player&>(self).reader().measured_force();
+            const auto& forces = nb::cast<Player&>(self).measured_force();
             const std::size_t shape[2] = {forces.size(), 3};
             return nb::ndarray<nb::numpy, const float>(forces.data()->data(), 2, shape, self);
           },

@@ -12,6 +12,7 @@
 #include "bindings/arrays.hpp"
 #include "bindings/bindings.hpp"
 #include "bindings/driver.hpp"
+#include "bindings/sensor_names.hpp"
 #include "skin/calibration.hpp"
 #include "skin/skin_model.hpp"
 #include "skin/skin_reader.hpp"
@@ -209,11 +210,16 @@ void bind_skin(nb::module_ module) {
                                      "What the skin feels in one cycle; the arrays share the state's memory.")
                    .def(
                        "__init__",
-                       [](SkinState* self, std::size_t cells) {
+                       [](SkinState* self, std::size_t cells, const std::vector<std::string>& sensors) {
+                         const skin::SensorSet present = sensors.empty() ? skin::all_sensors : sensor_set(sensors);
                          new (self) SkinState();
-                         self->resize(cells);
+                         self->resize(cells, present);
                        },
-                       "cells"_a)
+                       "cells"_a, "sensors"_a = std::vector<std::string>{},
+                       "sensors: names of those that the skin has (`firmware.SENSORS`); none named: all.")
+                   .def_prop_ro(
+                       "sensors", [](const SkinState& self) { return sensor_names(self.sensors); },
+                       "names of those that the skin has; columns of the others are NaN")
                    .def("__len__", &SkinState::size)
                    .def("__repr__",
                         [](const SkinState& self) {

@@ -16,7 +16,7 @@ SkinLoop::SkinLoop(RobotPort& port, skin::SkinInput& input, robot::TaskCycle& cy
   if (input.cell_count() != cycle.cell_count())
     throw LoopError("loop: the skin input has " + std::to_string(input.cell_count()) + " cells, the cycle " +
                     std::to_string(cycle.cell_count()));
-  skin_.resize(cycle.cell_count());
+  skin_.resize(cycle.cell_count(), input.sensors());
   joints_ = JointState(cycle.joint_count());
   sensors_ = SensorReadings(port.sensors());
   cycle_.use_sensors(port.sensors());

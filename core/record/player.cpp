@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "record/felt_state.hpp"
+#include "skin/skin_input.hpp"
+
 namespace robotskin::record {
 namespace {
 
@@ -129,7 +132,7 @@ std::optional<std::int64_t> Player::advance(skin::SkinState& state) {
     switch (entry->kind) {
       case Entry::gap:
         gaps_ += number_of(*entry);
-        reader_known_ = false;
+        reader_known_ = felt_known_ = false;
         break;
       case Entry::tare:
         if (number_of(*entry) == 0 || number_of(*entry) >= static_cast<std::uint64_t>(time_limit_ns)) {
@@ -153,6 +156,17 @@ std::optional<std::int64_t> Player::advance(skin::SkinState& state) {
         break;
       case Entry::force_zero:
         break;
+      case Entry::felt:
+        felt_fresh_ns_ = take_felt(entry->payload, state);
+        felt_force_.assign(state.normal_force.begin(), state.normal_force.end());
+        felt_known_ = true;
+        control_entries_.pop();
+        return time_ns;
+      case Entry::nothing_felt:
+        if (!felt_known_) break;
+        skin::distrust(time_ns, felt_fresh_ns_, state);
+        control_entries_.pop();
+        return time_ns;
       case Entry::read: {
         const std::uint64_t number = number_of(*entry);
         if (!reach(number)) return std::nullopt;
@@ -177,7 +191,7 @@ std::optional<std::int64_t> Player::advance(skin::SkinState& state) {
 void Player::seek() {
   driver_entries_.clear();
   control_entries_.clear();
-  driver_known_ = reader_known_ = false;
+  driver_known_ = reader_known_ = felt_known_ = false;
 }
 
 }  // namespace robotskin::record

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recorded blocks through the shipping driver and skin reader: the skin state of each read, equal to the byte.
+// Recorded blocks through the shipping driver and skin reader: the skin state of each read, equal to the byte. Of skins
+// without our driver, the states themselves.
 //
 // Blocks of the driver's tape and of the control tape are given in the order in which they were written; `advance`
 // goes on to the next read whose publication is there. Bytes of a file may be anything: what no recorder writes is
 // refused with std::invalid_argument.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -56,6 +58,10 @@ class Player {
 
   driver::Driver& driver() { return driver_; }
   const skin::SkinReader& reader() const { return reader_; }
+  // (N, 3) newton before any zero is taken; of a skin without our driver, as the loop had it.
+  const std::vector<std::array<float, 3>>& measured_force() const {
+    return felt_known_ ? felt_force_ : reader_.measured_force();
+  }
   const std::vector<double>& joints() const { return joints_; }    // 3 n: position, velocity, effort; empty: none yet
   const std::vector<double>& command() const { return command_; }  // n, of the tick before this read; empty: none yet
   std::uint64_t command_mode() const { return command_mode_; }
@@ -71,6 +77,9 @@ class Player {
   std::uint64_t command_mode_ = 0, gaps_ = 0;
   bool driver_known_ = false;  // a keyframe has been taken in, and no gap has come since
   bool reader_known_ = false;
+  std::vector<std::array<float, 3>> felt_force_;
+  std::int64_t felt_fresh_ns_ = 0;
+  bool felt_known_ = false;  // a whole state of a skin without our driver has been taken in, and no gap has come since
 };
 
 }  // namespace robotskin::record

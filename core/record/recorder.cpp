@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "record/recorder.hpp"
 
+#include "record/felt_state.hpp"
+
 namespace robotskin::record {
 namespace {
 
@@ -58,6 +60,14 @@ void ControlTape::taring(std::int64_t duration_ns) noexcept {
 void ControlTape::zeroed(std::span<const std::array<float, 3>> force_offset, std::int64_t now_ns) noexcept {
   const auto bytes = bytes_of(force_offset);
   put(Entry::force_zero, now_ns, std::span(&bytes, 1));
+}
+
+void ControlTape::felt(const skin::SkinState& state, std::int64_t fresh_ns, std::int64_t now_ns) noexcept {
+  put(Entry::felt, now_ns, FeltParts(state, fresh_ns).spans());
+}
+
+void ControlTape::nothing_felt(std::int64_t now_ns) noexcept {
+  put(Entry::nothing_felt, now_ns, {});
 }
 
 void ControlTape::joints(std::int64_t stamp_ns, std::span<const double> position, std::span<const double> velocity,

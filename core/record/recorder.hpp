@@ -2,6 +2,7 @@
 // What a recording takes down while a robot works: two tapes, one of the driver's thread, one of the control thread.
 //
 // in   datagrams as they are accepted, publications, samples; reads and tares of the skin reader; joints and commands
+//      of a skin without our driver: skin states
 // out  blocks of tape entries, drained by any one other thread
 // bad  a full tape: entries are dropped and counted, and a keyframe is asked for, from which replay goes on
 #pragma once
@@ -50,6 +51,10 @@ class ControlTape final : public skin::ReadWitness {
   void reading(const skin::SkinReader& reader, std::uint64_t number, std::int64_t now_ns) noexcept override;
   void taring(std::int64_t duration_ns) noexcept override;
   void zeroed(std::span<const std::array<float, 3>> force_offset, std::int64_t now_ns) noexcept override;
+
+  // Of a skin without our driver: what a tick felt, and how old its samples may be; or that nothing was new.
+  void felt(const skin::SkinState& state, std::int64_t fresh_ns, std::int64_t now_ns) noexcept;
+  void nothing_felt(std::int64_t now_ns) noexcept;
 
   // (n) rad or m, rad/s or m/s, Nm or N, of the robot at `stamp_ns`.
   void joints(std::int64_t stamp_ns, std::span<const double> position, std::span<const double> velocity,

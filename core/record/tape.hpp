@@ -17,18 +17,20 @@
 namespace robotskin::record {
 
 // X(name, number, payload)
-#define ROBOTSKIN_TAPE_ENTRIES(X)                                                             \
-  X(gap, 1, "u64: entries dropped before this one")                                           \
-  X(datagram, 2, "an accepted datagram, whole; time: its arrival on the host's clock")        \
-  X(publication, 3, "u64: number of the publication")                                         \
-  X(keyframe, 4, "all that the driver knows, as of the publication before it (keyframe.hpp)") \
-  X(sample, 5, "a decoded sample, never stored as such: 64 bytes as the driver holds it")     \
-  X(read, 6, "u64: number of the publication that the skin reader saw; time: of the read")    \
-  X(tare, 7, "i64: duration in ns of a tare that was asked for")                              \
-  X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")            \
-  X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")            \
-  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                 \
-  X(force_zero, 11, "3 n f32 newton: what the skin reader subtracts from each force from now on")
+#define ROBOTSKIN_TAPE_ENTRIES(X)                                                                           \
+  X(gap, 1, "u64: entries dropped before this one")                                                         \
+  X(datagram, 2, "an accepted datagram, whole; time: its arrival on the host's clock")                      \
+  X(publication, 3, "u64: number of the publication")                                                       \
+  X(keyframe, 4, "all that the driver knows, as of the publication before it (keyframe.hpp)")               \
+  X(sample, 5, "a decoded sample, never stored as such: 64 bytes as the driver holds it")                   \
+  X(read, 6, "u64: number of the publication that the skin reader saw; time: of the read")                  \
+  X(tare, 7, "i64: duration in ns of a tare that was asked for")                                            \
+  X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")                          \
+  X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")                          \
+  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                               \
+  X(force_zero, 11, "3 n f32 newton: what the skin reader subtracts from each force from now on")           \
+  X(felt, 12, "the skin state of a tick, of a skin without our driver (felt_state.hpp); time: of the tick") \
+  X(nothing_felt, 13, "nothing: a tick in which such a skin had nothing new; time: of the tick")
 
 enum class Entry : std::uint16_t {
 #define ROBOTSKIN_ENTRY(name, number, payload) name = number,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "control/acceleration_bounds.hpp"
+#include "skin/skin_input.hpp"
 
 namespace robotskin::robot {
 namespace {
@@ -159,8 +160,10 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
 
   const bool shaped = joints.position.size() == count && joints.velocity.size() == count;
   const bool usable = shaped && all_finite(joints.position) && all_finite(joints.velocity);
-  // A stamp from the future is no measurement, and one that is never_ns must not overflow the difference.
-  const bool young = joints.stamp_ns <= now_ns && joints.stamp_ns >= now_ns - limits_.joints_timeout_ns;
+  // A stamp from the future is no measurement, but a port may measure while it is read, after the tick has begun; and
+  // one that is never_ns must not overflow the difference.
+  const bool young =
+      joints.stamp_ns <= now_ns + skin::sample_ahead_ns && joints.stamp_ns >= now_ns - limits_.joints_timeout_ns;
   joints_known_ = usable && young;
   if (joints_known_) {
     found |= joints_fresh;

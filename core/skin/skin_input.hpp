@@ -28,6 +28,8 @@ class SkinInput {
   virtual ~SkinInput() = default;
 
   virtual std::size_t cell_count() const noexcept = 0;
+  // That its cells have. The state that it fills has no others; it leaves their columns alone.
+  virtual SensorSet sensors() const noexcept { return all_sensors; }
 
   // Fills what is new in a state of cell_count() cells, in the order of the skin model; `now_ns` is the loop's clock.
   // It is always the same state. Of each cell with something new it sets values, `stamp_ns` and `health`, and it sets

@@ -98,14 +98,15 @@ class SkinKeys:
 
         Raises SkinKeysError: the keys come from a seed, and the address is not of this machine alone.
         """
-        if self.seeded and not _of_this_machine(host):
+        if self.seeded and not is_loopback(host):
             raise SkinKeysError(
                 f"keys of a seed on {host}, which others reach: make some with 'robotskin keys FILE' and give those"
             )
         return self.datagram_key
 
 
-def _of_this_machine(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches the address."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -52,6 +52,16 @@ class Entry(enum.Enum):
     3 n f32 newton: what the skin reader subtracts from each force from now on
     """
 
+    felt = 12
+    """
+    the skin state of a tick, of a skin without our driver (felt_state.hpp); time: of the tick
+    """
+
+    nothing_felt = 13
+    """
+    nothing: a tick in which such a skin had nothing new; time: of the tick
+    """
+
 class Recorder:
     """
     Two bounded tapes, one of the driver's thread, one of the control thread.
@@ -65,18 +75,18 @@ class Recorder:
     ) -> None: ...
     def attach(
         self,
-        driver: robotskin.driver.Driver,
-        reader: robotskin.skin.SkinReader,
+        driver: robotskin.driver.Driver | None,
+        reader: robotskin.skin.SkinReader | None,
         loop: robotskin.loop.SkinLoop | None = None,
     ) -> None:
         """
-        Takes down what driver, skin reader and loop do from now on. Call it in the control thread.
+        Takes down what driver, skin reader and loop do from now on; of a skin without driver and reader, what the loop feels. Call it in the control thread.
         """
 
     def detach(
         self,
-        driver: robotskin.driver.Driver,
-        reader: robotskin.skin.SkinReader,
+        driver: robotskin.driver.Driver | None,
+        reader: robotskin.skin.SkinReader | None,
         loop: robotskin.loop.SkinLoop | None = None,
     ) -> None:
         """Ends that. Call it in the control thread."""

@@ -77,8 +77,14 @@ class SkinInput:
     overridden, too: position (n) rad or m of the robot's joints. An input that raises counts as disconnected.
     """
 
-    def __init__(self, cell_count: int, fresh_s: float = 0.05) -> None:
-        """Raises ValueError unless fresh_s is greater than 0."""
+    def __init__(self, cell_count: int, fresh_s: float = 0.05, sensors: Sequence[str] = []) -> None:
+        """
+        sensors: names of those that the skin has (`firmware.SENSORS`); none named: all. Raises ValueError unless fresh_s is greater than 0.
+        """
+
+    @property
+    def sensors(self) -> list[str]:
+        """names of those that the skin has"""
 
     @property
     def cell_count(self) -> int:
@@ -123,6 +129,54 @@ class DatagramInput(SkinInput):
         """
         What the skin has computed itself (SkinTorque); None where it computes nothing.
         """
+
+class ForeignInput(SkinInput):
+    """
+    The samples of another maker's skin, put in by one thread while the loop reads in another; neither waits.
+    """
+
+    def __init__(
+        self, cell_count: int, sensors: Sequence[str], fresh_s: float = 0.05, tare_limit_n: float = 0.5
+    ) -> None:
+        """
+        sensors: names of those that the skin has (`firmware.SENSORS`). Raises ValueError for none, for no cell and for a bound of 0 or less.
+        """
+
+    @property
+    def values(self) -> int:
+        """
+        V of a sample: the channels of its sensors, in the order of `firmware.SENSORS`
+        """
+
+    def put(
+        self,
+        stamp_ns: int,
+        now_ns: int,
+        cells: Annotated[NDArray[numpy.int32], dict(shape=(None,), order="C", device="cpu", writable=False)],
+        values: Annotated[NDArray[numpy.float32], dict(shape=(None, None), order="C", device="cpu", writable=False)],
+        saturated: Annotated[NDArray[numpy.bool_], dict(shape=(None,), order="C", device="cpu", writable=False)],
+    ) -> None:
+        """
+        Samples of M cells that were taken at `stamp_ns` of the host's clock, handed over at `now_ns`. cells (M)
+        int32; values (M, V) float32, SI units; saturated (M) bool. Always the same thread. Raises ValueError for other shapes,
+        and for a cell that there is not.
+        """
+
+    def end(self) -> None:
+        """No more will come: the skin is disconnected. Any thread."""
+
+    def tare(self, seconds: float) -> None:
+        """
+        Averages the forces over the coming `seconds` and subtracts them from then on. Nothing may touch the skin.
+        """
+
+    @property
+    def taring(self) -> bool:
+        """a tare is under way"""
+
+    @property
+    def tare_refused(self) -> int:
+        """Cells whose offset was too large to be one: left as it is."""
 
 STANDARD_GRAVITY_MPS2: float = 9.80665
 
@@ -200,7 +254,15 @@ class SkinModel:
 class SkinState:
     """What the skin feels in one cycle; the arrays share the state's memory."""
 
-    def __init__(self, cells: int) -> None: ...
+    def __init__(self, cells: int, sensors: Sequence[str] = []) -> None:
+        """
+        sensors: names of those that the skin has (`firmware.SENSORS`); none named: all.
+        """
+
+    @property
+    def sensors(self) -> list[str]:
+        """names of those that the skin has; columns of the others are NaN"""
+
     def __len__(self) -> int: ...
     def __repr__(self) -> str: ...
     @property

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,14 +13,23 @@ from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, 
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
-    from robotskin.connecting import ConnectedRobot
+    from robotskin.connecting import ConnectedRobot, ConnectedSkin
+    from robotskin.layout import Layout
 
 
 def command(
     robot: Annotated[str, typer.Argument(help="A robot by name (robotskin robots lists them), or its URDF.")],
     robot_port: Annotated[str, typer.Option(help="ur:ADDRESS, or MODULE:CLASS of your own (docs/robot_port.md).")],
-    units: Annotated[list[str], typer.Option(help="HOST:PORT of a section unit; once for each.")],
-    key: Annotated[Path, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)],
+    units: Annotated[list[str] | None, typer.Option(help="HOST:PORT of a section unit; once for each.")] = None,
+    key: Annotated[Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)] = None,
+    skin: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of --units: the declaration of another maker's skin (docs/skins_of_others.md).",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     behaviour: Annotated[str, typer.Option(help="What it does, as of robotskin run.")] = "skin_compliance",
     interface: Annotated[str, typer.Option(help="position, velocity or torque.")] = "position",
     layout: Annotated[
@@ -71,17 +81,14 @@ def command(
     from robotskin import control, robots
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
-    from robotskin.connecting import ConnectedRobot, SectionUnits, unit_addresses
-    from robotskin.keys import SkinKeys
+    from robotskin.connecting import ConnectedRobot
     from robotskin.outputs import require_writable
     from robotskin.ports import made_port
     from robotskin.robots.gains import GainSet, gains_of
 
     require_writable("--json", json_file, (".json",))
     control.behaviour(behaviour)
-    addresses = unit_addresses(units)
-    own = None if bind is None else unit_addresses([bind])[0]
-    keys = SkinKeys.load(key)
+    open_skin = way_to_skin(units or [], key, skin, bind)
     console = Console()
     with waiting(f"loading {robot}"):
         model = robots.load(robot)
@@ -89,10 +96,10 @@ def command(
         worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
         if calibration is not None:
             worn = Calibration.load(calibration).applied(worn)
-    section_units = SectionUnits(worn, addresses, keys, own)
+    connected_skin = open_skin(worn)
     try:
         with waiting("waiting for the skin"):
-            alive = section_units.await_skin()
+            alive = connected_skin.await_skin()
         console.print(f"skin: {alive} of {len(worn)} cells speak")
         moved = made_port(robot_port, model)
         try:
@@ -100,7 +107,7 @@ def command(
                 model,
                 worn,
                 moved,
-                section_units,
+                connected_skin,
                 behaviour,
                 interface=interface,
                 gains=chosen,
@@ -116,10 +123,34 @@ def command(
             if hasattr(moved, "close"):
                 moved.close()
     finally:
-        section_units.close()
+        connected_skin.close()
     if session.fault:
         console.print(session.fault_told)
     raise typer.Exit(status)
+
+
+def way_to_skin(
+    units: list[str], key: Path | None, skin: Path | None, bind: str | None
+) -> Callable[[Layout], ConnectedSkin]:
+    """What opens a layout's skin: section units, or another maker's. Raises InputError where both are asked for."""
+    from robotskin.connecting import SectionUnits, unit_addresses
+    from robotskin.errors import InputError
+    from robotskin.keys import SkinKeys
+
+    if skin is not None:
+        if units or key is not None or bind is not None:
+            raise InputError(
+                f"--skin {skin}: another maker's skin has no section units: leave out --units, --key, --bind"
+            )
+        from robotskin.foreign import ForeignSkin, load
+
+        declared = load(skin)
+        return lambda worn: ForeignSkin(worn, declared)
+    if key is None:
+        raise InputError("--key: give the skin's keys (robotskin keys FILE), or --skin for another maker's skin")
+    addresses, keys = unit_addresses(units), SkinKeys.load(key)
+    own = None if bind is None else unit_addresses([bind])[0]
+    return lambda worn: SectionUnits(worn, addresses, keys, own)
 
 
 def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None) -> int:

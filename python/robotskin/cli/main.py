@@ -29,6 +29,7 @@ ORDER = (
     "robots",
     "layouts",
     "cover",
+    "taxels",
     "check",
     "gains",
     "simulate",

@@ -7,8 +7,9 @@ each with what was found and what was expected: nothing there, other keys, anoth
 """
 
 from robotskin.connecting.connected_robot import ConnectedRobot
+from robotskin.connecting.connected_skin import ConnectedSkin
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
 from robotskin.connecting.section_units import SectionUnits, unit_addresses
 
-__all__ = ["ConnectError", "ConnectedRobot", "SectionUnits", "check_before_motion", "unit_addresses"]
+__all__ = ["ConnectError", "ConnectedRobot", "ConnectedSkin", "SectionUnits", "check_before_motion", "unit_addresses"]

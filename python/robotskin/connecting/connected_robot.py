@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from robotskin.choices import member
+from robotskin.connecting.connected_skin import ConnectedSkin
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
-from robotskin.connecting.section_units import SectionUnits
 from robotskin.cycle import SafetyState
 from robotskin.firmware import CellMode
 from robotskin.layout import Layout
@@ -36,12 +36,12 @@ STOP_S = 2.0
 
 
 class ConnectedRobot(SkinnedRobot):
-    """A robot behind its port and a skin behind its section units, in one loop.
+    """A robot behind its port and a skin behind its section units or of another maker, in one loop.
 
     Args:
         robot: n joints; layout: of its skin, N cells.
         port: n joints, ready to be read.
-        units: of the skin.
+        skin: section units, or another maker's skin.
         behaviour, interface, gains, fault_file, …: as of `SkinnedRobot`.
         speed_share: of the velocity limits that may be used until `confirm`.
 
@@ -53,7 +53,7 @@ class ConnectedRobot(SkinnedRobot):
         robot: Robot,
         layout: Layout,
         port: RobotPort,
-        units: SectionUnits,
+        skin: ConnectedSkin,
         behaviour: str = "skin_compliance",
         *,
         gains: GainSet | None = None,
@@ -61,12 +61,12 @@ class ConnectedRobot(SkinnedRobot):
         fault_file: str | Path | None = None,
         **options: Any,
     ) -> None:
-        self.units, self.driver, self.reader = units, units.driver, units.reader
+        self.connected_skin, self.driver, self.reader = skin, skin.driver, skin.reader
         self.seen = check_before_motion(robot, port)
         """What the checks before the first motion found."""
         self.period_s = port.period_s or PERIOD_S
         own = at_period(gains or gains_of(robot), self.period_s)
-        super().__init__(robot, layout, port, units.input, behaviour, gains=own, fault_file=fault_file, **options)
+        super().__init__(robot, layout, port, skin.input, behaviour, gains=own, fault_file=fault_file, **options)
         self.paced = PacedLoop(self.loop, self.period_s)
         self.mode = "clock"
         self.controller.cycle.request_speed_cap(speed_share)
@@ -84,7 +84,7 @@ class ConnectedRobot(SkinnedRobot):
     def begin(self, within_s: float = 5.0) -> None:
         """Take the forces' zero while nothing touches the skin, then start. Raises ConnectError if it does not."""
         self.run(0.1)
-        self.reader.tare(TARE_S)
+        self.connected_skin.tare(TARE_S)
         self.run(TARE_S + 0.1)
         self.start()
         ends = time.monotonic() + within_s
@@ -127,7 +127,9 @@ class ConnectedRobot(SkinnedRobot):
         return self.controller.cycle.speed_cap >= 1.0
 
     def set_mode(self, mode: CellMode | str) -> None:
-        """Let the cells send at the clock rate, or when something changes."""
+        """Let the cells send at the clock rate, or when something changes. Raises ConnectError where they cannot."""
+        if self.driver is None:
+            raise ConnectError(f"mode {mode}: another maker's skin sends as it does")
         chosen = member("mode", CellMode, mode)
         for group in sorted({int(group) for group in self.layout.group}):
             self.driver.command("mode", chosen.value, group=group)

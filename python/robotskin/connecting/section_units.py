@@ -69,6 +69,14 @@ class SectionUnits:
         """End the driver's thread."""
         self.driver.stop()
 
+    def tare(self, seconds: float) -> None:
+        """Take the forces' zero from the coming `seconds`, in the loop's thread."""
+        self.reader.tare(seconds)
+
+    def statistics(self) -> dict[str, int]:
+        """Of the driver."""
+        return self.driver.statistics()
+
     def await_skin(self, within_s: float = 5.0, least_alive: float = LEAST_ALIVE) -> int:
         """Wait until the skin of the layout speaks; how many of its cells do.
 

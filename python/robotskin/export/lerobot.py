@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robotskin
+from robotskin import firmware
 from robotskin.export.errors import ExportFormatError
 from robotskin.export.resampled import EVENT, Frames, blocks
 from robotskin.record import Recording
@@ -74,7 +75,8 @@ def export_lerobot(
     with pyarrow.parquet.ParquetWriter(root / DATA, schema, compression="snappy", use_dictionary=False) as file:
         done = 0
         for frames in blocks(recording, fps, window, BLOCK_FRAMES):
-            columns = _columns(frames, done, fps, joints)
+            known = _columns(frames, done, fps, joints)
+            columns = {name: values for name, values in known.items() if name in features}
             statistics.add(columns)
             file.write_table(_table(columns, schema))
             done += len(frames.force)
@@ -104,7 +106,8 @@ def _features(recording: Recording, window: int, joints: list[str]) -> dict[str,
     }
     for name in ("frame_index", "episode_index", "index", "task_index"):
         out[name] = {"dtype": "int64", "shape": [1], "names": None}
-    return out
+    absent = {"force", "proximity", "acceleration"} - set(recording.sensors)
+    return {name: feature for name, feature in out.items() if name.rpartition(".")[2] not in absent}
 
 
 def _columns(frames: Frames, first: int, fps: int, joints: list[str]) -> dict[str, NDArray]:
@@ -225,7 +228,7 @@ def _event_columns(recording: Recording, fps: int) -> Iterator[dict[str, NDArray
             "flags": fields["flags"][chosen].astype(np.int64),
         }
         for name, values in fields.items():
-            if name not in ("key", "stamp_ns", "flags"):
+            if name not in ("key", "stamp_ns", "flags") and len(values):
                 out[name] = values.reshape(len(fields["key"]), -1)[chosen] if name in WIDTHS else values[chosen]
         yield out
 
@@ -238,7 +241,8 @@ def _write_events(recording: Recording, path: Path, fps: int) -> int:
     fields += [pyarrow.field(name, pyarrow.int64()) for name in ("frame_index", "cell", "flags")]
     fields += [
         pyarrow.field(name, pyarrow.list_(pyarrow.float32(), WIDTHS[name]) if name in WIDTHS else pyarrow.float32())
-        for name in ("normal_force", "proximity", "acceleration", "temperature")
+        for sensor, name, _, _, further in firmware.SENSORS
+        if not further and sensor in recording.sensors
     ]
     schema, count = pyarrow.schema(fields), 0
     with parquet.ParquetWriter(path, schema, compression="snappy") as file:

@@ -116,8 +116,12 @@ class _Held:
         row = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
         own = self._keys[row] == key
         force = fields["normal_force"].reshape(-1, WIDTHS["normal_force"]).sum(axis=1)
-        felt = fields["acceleration"].reshape(-1, WIDTHS["acceleration"])
-        values = np.column_stack([force, fields["proximity"], felt])[own]
+        # What the skin lacks is no number; those who write it leave it out.
+        lacking = np.full((len(key), 3), np.nan, np.float32)
+        force = force if len(force) else lacking[:, 0]
+        near = fields["proximity"] if len(fields["proximity"]) else lacking[:, 0]
+        felt = fields["acceleration"].reshape(-1, WIDTHS["acceleration"]) if len(fields["acceleration"]) else lacking
+        values = np.column_stack([force, near, felt])[own]
         stamp = np.concatenate([self._stamp[self._at :], fields["stamp_ns"][own]])
         order = np.argsort(stamp, kind="stable")
         self._stamp = stamp[order]

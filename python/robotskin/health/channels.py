@@ -56,7 +56,11 @@ def _stuck(evidence: Evidence) -> Iterator[Finding]:
     shown = value > 3.5 * STEP
     found[:, PROXIMITY] = fast[:, PROXIMITY] & shown[:, PROXIMITY]
     found[:, FORCES] = fast[:, FORCES] & (seconds[:, FORCES] >= 2 * healthy.stuck_s) & shown[:, FORCES]
-    at_zero = (count[:, FORCES] >= healthy.zero_samples) & (seconds[:, FORCES] >= healthy.zero_s)
+    # A skin without proximity is another maker's: its forces may rest at zero, and have no noise to move them.
+    ours = np.isfinite(value[:, PROXIMITY])
+    moved = _by_link(evidence, count[:, FORCES].min(axis=1), now["samples"] > 0) < healthy.stuck_samples
+    found[:, FORCES] &= (ours | moved)[:, None]
+    at_zero = ours[:, None] & (count[:, FORCES] >= healthy.zero_samples) & (seconds[:, FORCES] >= healthy.zero_s)
     found[:, FORCES] |= at_zero
     found[:, SURFACE] = seconds[:, SURFACE] >= healthy.temperature_stuck_s
     found[:, SURFACE] &= count[:, SURFACE] >= healthy.stuck_samples

@@ -99,8 +99,9 @@ class Evidence:
         }
 
     def _touched_now(self, window: Mapping[str, Any]) -> NDArray[np.bool_]:
-        """Whether something may touch a cell: it, or a cell beside it, sees something very near."""
-        near = window["most"][:, PROXIMITY] > self.healthy.free_share
+        """Whether something may touch a cell: it, or a cell beside it, sees something very near, or the skin has no
+        proximity to tell."""
+        near = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         beside = np.append(near, False)[self.neighbours].any(axis=1)
         return near | beside
 

@@ -43,7 +43,7 @@ class ConnectedSession(LiveRobot):
         self._restart = False
         self._began_s = time.monotonic()
         self._rates: dict[str, float] = {}
-        self._counted = (self._began_s, session.driver.statistics())
+        self._counted = (self._began_s, session.connected_skin.statistics())
         self._held_back = self._tell_what_holds_back()
         self._snapshot = self._take()
         self._begin()
@@ -127,7 +127,7 @@ class ConnectedSession(LiveRobot):
         now, before = time.monotonic(), self._counted
         if now - before[0] < RATE_WINDOW_S:
             return
-        counts = self.session.driver.statistics()
+        counts = self.session.connected_skin.statistics()
         gone = now - before[0]
         self._counted = (now, counts)
         self._goal = self._look_at_goal()

@@ -25,6 +25,7 @@ from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.loop import SkinLoop
+from robotskin.record.felt import FeltSamples
 from robotskin.record.messages import TOPICS, Message
 from robotskin.record.tape import Entry
 from robotskin.record.tape import Recorder as Tapes
@@ -46,11 +47,19 @@ class RecordError(RobotskinError):
 
 
 class Recorded(Protocol):
-    """What can be recorded: a running skin with its driver and reader."""
+    """What can be recorded: a running skin with its driver and reader, or one without, in a loop."""
 
-    driver: Driver
-    reader: SkinReader
-    layout: Layout
+    @property
+    def layout(self) -> Layout:
+        """Of the skin."""
+
+    @property
+    def driver(self) -> Driver | None:
+        """None: another maker's skin."""
+
+    @property
+    def reader(self) -> SkinReader | None:
+        """None: another maker's skin."""
 
     @property
     def loop(self) -> SkinLoop | None:
@@ -112,6 +121,7 @@ class Recorder:
             follower.begin(self._tapes.ask_for_keyframe)
         self._ending, self._emptied = threading.Event(), threading.Event()
         self._notes: list[str] = []
+        self._felt: FeltSamples | None = None
         self._is_attached = False
         if attached:
             self.attach()
@@ -122,7 +132,7 @@ class Recorder:
 
     def attach(self) -> None:
         """Record from now on."""
-        _attached.add(id(self._session.driver))
+        _attached.add(_known_by(self._session))
         self._tapes.attach(self._session.driver, self._session.reader, self._session.loop)
         self._is_attached = True
 
@@ -131,7 +141,7 @@ class Recorder:
         if self._is_attached:
             self._is_attached = False
             self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
-            _attached.discard(id(self._session.driver))
+            _attached.discard(_known_by(self._session))
 
     def close(self) -> None:
         """Write what is left and end the file. Raises RecordError if the file is not whole."""
@@ -223,6 +233,14 @@ class Recorder:
         while self._notes:
             file.log("/operator", {"text": self._notes.pop(0).encode()}, file.newest_ns)
 
+    def _write_felt(self, file: _McapFile, payload: bytes, time_ns: int) -> None:
+        """The samples that are new in a state of a skin without our driver, for those that read samples."""
+        if self._felt is None:
+            self._felt = FeltSamples(self._session.layout)
+        samples = self._felt.new_in(payload)
+        if len(samples["key"]):
+            file.log("/skin/samples", samples, time_ns)
+
     def _write_control(self, file: _McapFile, block: bytes) -> None:
         joints: list[tuple[int, bytes]] = []
         commands: list[tuple[int, bytes]] = []
@@ -233,6 +251,8 @@ class Recorder:
                 commands.append((time_ns, payload))
             elif kind == Entry.force_zero.value:
                 self._tapes.set_zero(payload)
+            elif kind == Entry.felt.value:
+                self._write_felt(file, payload, time_ns)
         file.log("/control/tape", {"entries": block}, _first_time_ns(block))
         if joints:
             times = np.array([time_ns for time_ns, _ in joints])
@@ -247,12 +267,16 @@ class Recorder:
 
 
 _attached: set[int] = set()
-"""Drivers at which a recorder looks on: a driver has room for one."""
+"""Drivers, or loops without one, at which a recorder looks on: each has room for one."""
+
+
+def _known_by(session: Recorded) -> int:
+    return id(session.loop if session.driver is None else session.driver)
 
 
 def is_recorded(session: Recorded) -> bool:
     """Whether a recorder looks on at a session."""
-    return id(session.driver) in _attached
+    return _known_by(session) in _attached
 
 
 def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:
@@ -361,6 +385,8 @@ def _about(session: Recorded) -> dict[str, str]:
     for name in ("seed", "interface", "mode"):
         if hasattr(session, name):
             facts[name] = str(getattr(session, name))
+    if session.loop is not None:
+        facts["sensors"] = " ".join(session.loop.skin.sensors)
     robot = getattr(session, "robot", None)
     if robot is not None:
         facts["joints"] = json.dumps(list(robot.joint_names))

@@ -112,6 +112,12 @@ class Recording:
             return layout
 
     @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of those that the skin has; what the others would say is nowhere in it."""
+        told = self.about.get("sensors")
+        return tuple(told.split()) if told else tuple(name for name, _, _, _, _ in firmware.SENSORS)
+
+    @property
     def start_ns(self) -> int:
         """Host time of the first message, nanoseconds."""
         return min((chunk.message_start_time for chunk in self._chunks), default=0)
@@ -195,6 +201,8 @@ class Recording:
             raise RecordingFileError("pandas is not installed: pip install pandas") from error
         columns = {}
         for name, values in self.samples(start_s, end_s).items():
+            if values.size == 0:
+                continue  # of a sensor that the skin lacks
             if values.ndim == 1:
                 columns[name] = values
             else:

@@ -121,7 +121,7 @@ def touch_torque(
     values = gains.values["skin"]
     _, lever = gains.levers(robot, model, posture)
     force = np.asarray(normal_force, dtype=float).sum(axis=1)
-    near = np.asarray(proximity, dtype=float).ravel()
+    near = np.nan_to_num(np.asarray(proximity, dtype=float).ravel())  # a skin may lack it
     felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
     felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
     return np.asarray(((1 + gains.force_weights(robot, model)) * felt) @ lever)

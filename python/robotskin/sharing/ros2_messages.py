@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from robotskin.layout import Layout
@@ -17,6 +18,7 @@ from robotskin.sharing.contacts import contacts
 from robotskin.sharing.points import FIELDS, points
 from robotskin.sharing.poses import PosedSkin, Poses
 from robotskin.sharing.ros2_types import short_names, typestore
+from robotskin.skin import SkinState
 
 FLOAT32 = 7
 """`FLOAT32` of sensor_msgs/PointField."""
@@ -104,11 +106,11 @@ class Ros2Messages:
         age = np.where(sampled_ns > 0, (frame.time_ns - sampled_ns) * 1e-9, np.inf)
         return self._of.SkinState(
             header=self._header(stamp_ns, self._skin.base),
-            normal_force=np.asarray(skin.normal_force).ravel(),
-            proximity=np.asarray(skin.proximity),
-            distance=np.asarray(skin.distance),
-            acceleration=np.asarray(skin.acceleration).ravel(),
-            temperature=np.asarray(skin.temperature).ravel(),
+            normal_force=_felt(skin, "force", skin.normal_force),
+            proximity=_felt(skin, "proximity", skin.proximity),
+            distance=_felt(skin, "proximity", skin.distance),
+            acceleration=_felt(skin, "acceleration", skin.acceleration),
+            temperature=_felt(skin, "temperature", skin.temperature),
             age=age.astype(np.float32),
             health=np.asarray(skin.health),
         )
@@ -157,3 +159,8 @@ class Ros2Messages:
 def cdr(topic: Topic, message: Any) -> bytes:
     """A message as it goes over the wire and into bags."""
     return bytes(typestore().serialize_cdr(message, topic.type_name))
+
+
+def _felt(skin: SkinState, sensor: str, values: Any) -> NDArray[np.float32]:
+    """Flat; empty where the skin has no such sensor."""
+    return np.asarray(values, np.float32).ravel() if sensor in skin.sensors else np.empty(0, np.float32)

@@ -30,12 +30,12 @@ def cell_card(
     rows = [
         *([("ill", reading.ill[cell])] if cell in reading.ill else []),
         ("last heard", f"{age * 1e3:.0f} ms ago" if np.isfinite(age) else "none yet"),
-        ("force, all three sensors", f"{sum(force):.2f} N"),
-        ("each of them", f"{_row(force, 2)} N"),
-        ("nearest thing", _distance(float(reading.distance[cell]))),
-        ("proximity, of full scale", f"{float(reading.proximity[cell]):.2%}"),
-        ("acceleration x, y, z", f"{_row(reading.acceleration[cell], 2)} m/s²"),
-        ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C"),
+        *_of("force", reading, ("force, all three sensors", f"{sum(force):.2f} N")),
+        *_of("force", reading, ("each of them", f"{_row(force, 2)} N")),
+        *_of("proximity", reading, ("nearest thing", _distance(float(reading.distance[cell])))),
+        *_of("proximity", reading, ("proximity, of full scale", f"{float(reading.proximity[cell]):.2%}")),
+        *_of("acceleration", reading, ("acceleration x, y, z", f"{_row(reading.acceleration[cell], 2)} m/s²")),
+        *_of("temperature", reading, ("temperature 1, 2", f"{_row(reading.temperature[cell], 1)} °C")),
         *(
             (column.replace("_", " "), f"{_row(np.atleast_1d(values[cell]), 2)} {unit}")
             for column, (values, unit) in reading.further.items()
@@ -51,6 +51,11 @@ def cell_card(
     values = f'<div style="{faded}">{table_rows(rows)}</div>'
     ports = "" if network is None else port_table(cell, layout, network)
     return f'<div style="{PADDING};font-size:12px">{head}{place_rows(cell, layout, cable)}{values}{ports}</div>'
+
+
+def _of(sensor: str, reading: SkinReading, row: tuple[str, str]) -> list[tuple[str, str]]:
+    """The row of a sensor, where the skin has it."""
+    return [row] if sensor in reading.sensors else []
 
 
 def place_rows(cell: int, layout: Layout, cable: Integers) -> str:

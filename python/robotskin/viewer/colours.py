@@ -152,6 +152,7 @@ def cell_colours(modality: str, layout: Layout, cable: Integers, reading: SkinRe
     if modality not in SCALES:
         raise UnknownNameError("modality", modality, MODALITIES)
     scale = SCALES[modality]
-    colours = scale.colours(scale.value(reading))
-    colours[health != 0] = NO_FRESH_VALUE
+    value = scale.value(reading)
+    colours = scale.colours(value)
+    colours[(health != 0) | np.isnan(value)] = NO_FRESH_VALUE
     return colours

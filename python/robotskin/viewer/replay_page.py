@@ -176,7 +176,8 @@ class ReplayPage(ServedPage):
     def _card(self, cell: int, skin: SkinReading) -> str:
         rows = place_rows(cell, self.replay.layout, self._cable)
         force, near = float(skin.normal_force[cell].sum()), float(skin.proximity[cell])
-        felt = f"<div>force {force:.2f} N, proximity {near:.2f}</div>"
+        told = {"force": f"force {force:.2f} N", "proximity": f"proximity {near:.2f}"}
+        felt = f"<div>{', '.join(text for sensor, text in told.items() if sensor in skin.sensors)}</div>"
         return f'<div style="{PADDING};font-size:12px"><b data-cell="{cell}">Cell {cell}</b>{felt}{rows}</div>'
 
 

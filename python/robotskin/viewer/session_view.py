@@ -92,6 +92,8 @@ class SkinReading:
     """By column, (N,) or (N, channels) what sensors say that only some boards have, and its unit; NaN: unknown."""
     ill: Mapping[int, str] = field(default_factory=dict)
     """By cell, what its doctor says is wrong with it."""
+    sensors: tuple[str, ...] = tuple(name for name, _, _, _, _ in SENSORS)
+    """Names of those that the skin has; values of the others are NaN."""
 
     @classmethod
     def of(cls, skin: SkinState, now_ns: int, ill: Mapping[int, str] | None = None) -> "SkinReading":
@@ -109,6 +111,7 @@ class SkinReading:
                 column: (np.array(getattr(skin, column)), unit) for _, column, _, unit, further in SENSORS if further
             },
             ill=ill or {},
+            sensors=tuple(skin.sensors),
         )
 
 

@@ -13,6 +13,7 @@
 #include "control/joint_task.hpp"
 #include "control/skin_reaction_task.hpp"
 #include "loop/skin_loop.hpp"
+#include "skin/foreign_input.hpp"
 
 using namespace robotskin;
 
@@ -117,7 +118,32 @@ int main(int argument_count, char** arguments) {
       running += loop.guard().state == robot::SafetyState::running;
     });
   }
+  // The same over another maker's skin, fed as by its thread.
+  skin::ForeignInput foreign(cells, {});
+  loop::SkinLoop foreign_loop(arm, foreign, cycle);
+  arm.fails = arm.refuses = false;
+  long felt_ticks = 0;
+  for (int i = 0; i < ticks; ++i) {
+    arm.now_ns = 20'000'000'000 + i * std::int64_t{1'000'000};
+    if (i == 50) foreign.tare(100'000'000);
+    allocations += allocations_of([&] {
+      if (i % 10 == 0) {
+        for (std::size_t cell = 0; cell < cells; ++cell) {
+          skin::ForeignSample& sample = foreign.change(cell);
+          sample.stamp_ns = arm.now_ns;
+          ++sample.samples;
+          sample.normal_force = {0.1F, 0.1F, 0.1F};
+        }
+        foreign.publish(arm.now_ns);
+      }
+      if (i % 100 == 0) foreign_loop.request_run(i % 500 < 400);
+      foreign_loop.step(arm.now_ns);
+      felt_ticks += foreign_loop.guard().state == robot::SafetyState::running;
+    });
+  }
   const long counted = allocations_of([] { std::make_unique<std::vector<double>>(100); });
-  std::printf("{\"allocations\": %ld, \"counted_of_two\": %ld, \"running\": %ld, \"latched\": %ld, \"stops\": %ld}\n",
-              allocations, counted, running, latched, arm.stops);
+  std::printf(
+      "{\"allocations\": %ld, \"counted_of_two\": %ld, \"running\": %ld, \"latched\": %ld, \"stops\": %ld, "
+      "\"felt_ticks\": %ld}\n",
+      allocations, counted, running, latched, arm.stops, felt_ticks);
 }

@@ -247,3 +247,4 @@ def test_the_loop_allocates_nothing(seed: int, tmp_path: Path, built_program: Ca
     assert measured["running"] > 1000
     assert measured["latched"] > 100
     assert measured["stops"] > 100
+    assert measured["felt_ticks"] > 1000

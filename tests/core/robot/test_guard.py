@@ -165,7 +165,7 @@ def test_a_fault_stops_the_robot_and_says_why(bench, mode, fault, reason) -> Non
     if fault == "stale joints":
         bench.joints_age_ns = bench.limits.joints_timeout_ns + 1
     elif fault == "joints from the future":
-        bench.joints_age_ns = -1
+        bench.joints_age_ns = -10_000_001
     elif fault == "joint that is not a number":
         bench.joints.velocity[2] = np.nan
     elif fault == "joint beyond its limit":

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotskin.layout.raw_layout import Defect, RawCell, RawLayout
 
+FORMAT = "iCub taxel text"
 TRIANGLE = 12
 """Slots of a triangle; slots 6 and 10 are temperature pads and not taxels."""
 TEMPERATURE_SLOTS = (6, 10)
@@ -18,7 +19,7 @@ def read(text: str, path: Path) -> RawLayout:
     header, _, body = text.partition("[calibration]")
     name = re.search(r"^\s*name\s+(\S+)", header, re.MULTILINE)
     represented = re.search(r"^\s*taxel2Repr\s*\(([^)]*)\)", header, re.MULTILINE)
-    skin = RawLayout(str(path), "iCub taxel text")
+    skin = RawLayout(str(path), FORMAT)
     first_line = header.count("\n") + 1
     rows: list[bool] = []
     for offset, line in enumerate(body.splitlines()):
