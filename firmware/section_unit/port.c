@@ -161,10 +161,7 @@ void rs_ports_transmit(rs_section_unit* unit, uint64_t now_ns, rs_unit_output* o
       rs_ports_pack_tick(unit, port, now_ns, here->sending);
     } else if (down_ns(here) <= now_ns) {
       const uint8_t* frame = here->queue[here->queue_first % RS_UNIT_QUEUE];
-      if (is_order(frame)) {
-        const bool joints = rs_frame_type_of(frame) == RS_TYPE_joints;
-        here->ordered_ns = now_ns + (joints ? RS_JOINTS_US : RS_ORDER_US) * 1000U;
-      }
+      if (is_order(frame)) here->ordered_ns = now_ns + RS_ORDER_US * 1000U;
       memcpy(here->sending, here->queue[here->queue_first % RS_UNIT_QUEUE], RS_FRAME_BYTES);
       here->queue_first = (uint8_t)((here->queue_first + 1U) % RS_UNIT_QUEUE);
       --here->queue_count;

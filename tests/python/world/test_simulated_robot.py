@@ -6,6 +6,7 @@ import pytest
 
 from robotskin import layout, robots
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotDynamics
+from robotskin.robots.catalog import named_urdf
 from robotskin.world import World
 
 
@@ -57,10 +58,10 @@ def test_position_interface_reaches_its_goal(make_body, generator):
 
 def test_fingers_whose_gears_brake_them_follow_as_an_arm_does(seed):
     """Their inertia is next to none: a servo scaled by it alone would take seconds."""
-    hand = robots.load("allegro_right_hand")
+    hand = robots.load(named_urdf("allegro_right_hand"))  # as its URDF has it, without the file of dynamics
     assert min(hand.core.joint_damping) > 1
     start = np.clip(np.full(hand.joint_count, 0.5), hand.lower, hand.upper)
-    world = World(layout.finished(hand.name), hand, seed, posture=start, powered=False)
+    world = World(layout.finished("allegro_right_hand"), hand, seed, posture=start, powered=False)
     goal = start + np.clip(0.2, None, 0.5 * (hand.upper - start))
     drive(world, command(CommandMode.position, goal), 0.5)
     np.testing.assert_allclose(world.joint_positions(), goal, atol=0.01)

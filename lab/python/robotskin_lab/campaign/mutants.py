@@ -52,7 +52,7 @@ MUTANTS = {
     "zombies_followed": Mutant("no cell leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
     "far_ahead_believed": Mutant("there is no window of tick numbers", ("tick_window",), directed=True),
     "wrap_unknown": Mutant("a tick number after the wrap is older than those before", ("rejoined",), seed=14),
-    "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=96),
+    "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=2066),
     "moves_not_held": Mutant("a granted cell changes over at once, feasible or not"),
     "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=106),
     "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), directed=True),

@@ -24,6 +24,8 @@ from robotskin.selfconfig.localisation.reduced_readings import SIGNALS, Reduced
 Array = NDArray[np.float64]
 
 NUISANCES = 15
+UNTOLD = 1e-6
+"""Information on each direction of a pose, so little that only what the readings do not tell at all rests on it."""
 """Of a cell: turn and shift off its place in the shape; scale - 1, offset and shear of its accelerometer; 3 each."""
 SHEARED = ((0, 1), (0, 2), (1, 2))
 """Pairs of axes of a shear."""
@@ -157,7 +159,7 @@ class MotionFit:
         gradient = np.linalg.solve(normal.own, normal.own_gradient[..., None])[..., 0]
         information -= np.einsum("nam,naq->mq", own_model, solved[..., 6:])
         best += np.einsum("nam,na->m", own_model, gradient)
-        pose = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[..., :6])
+        pose = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[..., :6]) + UNTOLD * np.eye(6)
         mixed = pose_model - np.einsum("nai,nam->im", normal.cross, solved[..., 6:])
         left = normal.pose_gradient - np.einsum("nai,na->i", normal.cross, gradient)
         information -= mixed.T @ np.linalg.solve(pose, mixed)
@@ -234,7 +236,7 @@ class MotionFit:
         solved = np.linalg.solve(normal.own, np.concatenate([normal.cross, normal.own_gradient[:, :, None]], axis=2))
         information = normal.pose - np.einsum("nai,naj->ij", normal.cross, solved[:, :, :6])
         gradient = normal.pose_gradient - np.einsum("nai,na->i", normal.cross, solved[:, :, 6])
-        scaled = information + (damping * np.diag(np.diag(information)) + 1e-6 * np.eye(6))
+        scaled = information + (damping * np.diag(np.diag(information)) + UNTOLD * np.eye(6))
         pose_step = -np.linalg.solve(scaled, gradient)
         own_step = -solved[:, :, 6] - np.einsum("nai,i->na", solved[:, :, :6], pose_step)
         return (pose_step, own_step), 0.5 * (information + information.T)
