@@ -23,9 +23,9 @@ from robotskin.selfconfig.localisation.reduced_readings import SIGNALS, Reduced
 
 Array = NDArray[np.float64]
 
-NUISANCES = 15
 UNTOLD = 1e-6
 """Information on each direction of a pose, so little that only what the readings do not tell at all rests on it."""
+NUISANCES = 15
 """Of a cell: turn and shift off its place in the shape; scale - 1, offset and shear of its accelerometer; 3 each."""
 SHEARED = ((0, 1), (0, 2), (1, 2))
 """Pairs of axes of a shear."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of localisation from motion: link and place are found, what is open is named, what contradicts is left out."""
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -12,6 +13,7 @@ from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.localisation.localisation import Localisation, LocalisationError, pose_error
+from robotskin.selfconfig.localisation.motion_fit import FitState, MotionFit
 from robotskin.selfconfig.localisation.motion_localisation import localise_by_motion, motion_signals
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
@@ -119,6 +121,24 @@ def test_what_a_vertical_axis_leaves_open_is_named_and_infinite(robot: Robot, se
     assert errors[2] == pytest.approx(errors[0], rel=1e-3, abs=1e-6)
     assert errors[0][0] < np.radians(3.0)  # Tilt is told from an unknown offset by averaging over nine cells only.
     assert errors[0][1] < 5e-3
+
+
+def test_a_direction_that_nothing_tells_is_open_and_no_error(
+    robot: Robot, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its row of the information is zero to the last bit, as on a link of a humanoid that hardly swings."""
+    random = np.random.default_rng(seed)
+    recordings = record(robot, "forearm_link", random_pose(random)[None], swings(robot, random, list(range(6))), random)
+    normal_of = MotionFit._normal
+
+    def blind(fit: MotionFit, state: FitState, frozen_rotation: bool = False):
+        normal = normal_of(fit, state, frozen_rotation)
+        pose, cross, gradient = normal.pose.copy(), normal.cross.copy(), normal.pose_gradient.copy()
+        pose[5] = pose[:, 5] = cross[..., 5] = gradient[5] = 0.0
+        return dataclasses.replace(normal, pose=pose, cross=cross, pose_gradient=gradient)
+
+    monkeypatch.setattr(MotionFit, "_normal", blind)
+    assert localise_by_motion(robot, recordings, LONE).open
 
 
 def test_rests_alone_add_to_what_swings_tell(robot: Robot, seed: int) -> None:
