@@ -94,7 +94,7 @@ def test_a_trunk_with_most_of_its_tree_moves_cell_by_cell(skin_seed: int) -> Non
     """In these rings of patches the border of the largest tree is one trunk, and only one bridge leads round it."""
     network = skins("ring_12", 3, skin_seed)
     trial = trial_of(network, skin_seed)
-    trial.run_until(2.5)
+    trial.run_until(6.0)
     assert max(loads_of(network, trial)) <= 1.10 * len(network) / 3
 
 

@@ -66,7 +66,7 @@ enum {
   RS_TORQUE_WAIT_MAX_US = 3400,  /* and at most so long, */
   RS_TORQUE_WAY_US = 80,         /* less this for each hop to the root */
   RS_TORQUE_END_US = 3700,       /* after the epoch's begin a section unit hands over what it has */
-  RS_ORDER_US = 220,             /* from a command or joint state down a cable to the next: a cell takes some 130 */
+  RS_ORDER_US = 200,             /* from a command or joint state down a cable to the next: a cell takes some 130 */
   RS_TOPOLOGY_US = 1000000,      /* between two reports at most, */
   RS_TOPOLOGY_EARLY_US = 250000, /* and up to so much less: reports that crowd each other out once do not again */
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
