@@ -41,7 +41,7 @@ MUTANTS = {
     "distance_not_kept": Mutant("a cell forgets how near it was with the present tick"),
     "hops_uncounted": Mutant("a cell says to be as near as its parent", ("true_adoption",)),
     "ticks_made_by_cells": Mutant("cells pass on ticks that no root has made", ("true_tick",)),
-    "own_child_allowed": Mutant("a cell may adopt a neighbour that says to be its child"),
+    "own_child_allowed": Mutant("a cell may adopt a neighbour that says to be its child", ("own_child",), directed=True),
     "no_quarantine": Mutant("a cell takes part at once after a reboot"),
     "deaf_neighbours_used": Mutant(
         "a neighbour that does not hear this cell may be its parent", ("recovery",), seed=31
@@ -52,7 +52,7 @@ MUTANTS = {
     "zombies_followed": Mutant("no cell leaves a parent whose ticks stand still before 20 ms", ("recovery",), seed=264),
     "far_ahead_believed": Mutant("there is no window of tick numbers", ("tick_window",), directed=True),
     "wrap_unknown": Mutant("a tick number after the wrap is older than those before", ("rejoined",), seed=14),
-    "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), seed=2066),
+    "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), directed=True),
     "moves_not_held": Mutant("a granted cell changes over at once, feasible or not"),
     "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=106),
     "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), directed=True),
