@@ -41,7 +41,9 @@ MUTANTS = {
     "distance_not_kept": Mutant("a cell forgets how near it was with the present tick"),
     "hops_uncounted": Mutant("a cell says to be as near as its parent", ("true_adoption",)),
     "ticks_made_by_cells": Mutant("cells pass on ticks that no root has made", ("true_tick",)),
-    "own_child_allowed": Mutant("a cell may adopt a neighbour that says to be its child", ("own_child",), directed=True),
+    "own_child_allowed": Mutant(
+        "a cell may adopt a neighbour that says to be its child", ("own_child",), directed=True
+    ),
     "no_quarantine": Mutant("a cell takes part at once after a reboot"),
     "deaf_neighbours_used": Mutant(
         "a neighbour that does not hear this cell may be its parent", ("recovery",), seed=31
