@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A page in a browser: started, opened, clicked at places of the scene, and read."""
 
+import contextlib
 import os
 import re
 import signal
@@ -10,17 +11,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from playwright import sync_api
 
 from robotskin import layout, robots
 from robotskin.viewer.camera import Camera, side_of_skin
 from robotskin.viewer.network_scene import LIFT_M, PLUG_M
 from robotskin.viewer.scene import SHADOWS, body_corners
-
-if TYPE_CHECKING:
-    from playwright import sync_api
 
 WIDTH, HEIGHT = 1000, 560
 PATIENCE_S = 180.0
@@ -76,7 +74,23 @@ def wait_for(look: Callable[[], object], complaint: str, patience_s: float = PAT
     return seen
 
 
-def opened(browser: "sync_api.Browser", address: str) -> "sync_api.Page":
+def insist(act: Callable[[], object], shown: Callable[[], object], complaint: str, each_s: float = 3.0) -> None:
+    """Act as a person does whose page is slow: again, until it shows.
+
+    A click meets nothing before the view is fitted, and a page that follows a robot may write over what is typed.
+    """
+    deadline = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        act()
+        again = min(deadline, time.monotonic() + each_s)
+        while time.monotonic() < again:
+            if shown():
+                return
+            time.sleep(0.1)
+    raise AssertionError(f"{complaint} within {PATIENCE_S:g} s")
+
+
+def opened(browser: sync_api.Browser, address: str) -> sync_api.Page:
     """The page at an address, patient with a slow machine."""
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(PATIENCE_S * 1e3)
@@ -84,27 +98,41 @@ def opened(browser: "sync_api.Browser", address: str) -> "sync_api.Page":
     return page
 
 
-def click(page: "sync_api.Page", x: float, y: float) -> None:
+def click(page: sync_api.Page, x: float, y: float) -> None:
     """As a hand clicks: the pointer rests before, and stays down for a while. A page that draws slowly misses less."""
     page.mouse.move(x, y)
     page.wait_for_timeout(300)
     page.mouse.click(x, y, delay=200)
 
 
-def canvas_box(page: "sync_api.Page") -> dict[str, float]:
+def choose(page: sync_api.Page, label: str, option: str) -> None:
+    """Choose from a list of the page, which a page that draws slowly may close before it is clicked."""
+    box = page.get_by_role("combobox", name=label)
+
+    def act() -> None:
+        choice = page.get_by_role("option", name=option, exact=True)
+        with contextlib.suppress(sync_api.TimeoutError):
+            if not choice.is_visible():
+                box.click()
+            choice.click(timeout=5e3)
+
+    insist(act, lambda: box.input_value() == option, f"{option!r} of {label!r} cannot be chosen")
+
+
+def canvas_box(page: sync_api.Page) -> dict[str, float]:
     """Where on the page the scene is drawn."""
     boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]
     return max((box for box in boxes if box), key=lambda box: box["width"] * box["height"])
 
 
-def on_screen(page: "sync_api.Page", camera: Camera, points: np.ndarray) -> np.ndarray:
+def on_screen(page: sync_api.Page, camera: Camera, points: np.ndarray) -> np.ndarray:
     """(K, 2) where points (K, 3) m of the base frame are on the page."""
     canvas = canvas_box(page)
     corner = np.array([canvas["x"], canvas["y"]])
     return corner + camera.pixels(points, canvas["width"], canvas["height"])
 
 
-def opening_camera(page: "sync_api.Page", robot: robots.Robot, poses: np.ndarray) -> Camera:
+def opening_camera(page: sync_api.Page, robot: robots.Robot, poses: np.ndarray) -> Camera:
     """The camera with which a page of the robot in its finished skin opens."""
     bounds = {robot.link_index(link): robot.link_mesh(link, "visual").bounds for link in robot.links_with("visual")}
     skin = layout.finished(robot.name)
@@ -113,9 +141,9 @@ def opening_camera(page: "sync_api.Page", robot: robots.Robot, poses: np.ndarray
     return Camera.around(body_corners(bounds, poses), canvas["width"] / canvas["height"], side_of_skin(normals))
 
 
-def place_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, float, int]:
+def place_to_click(page: sync_api.Page, posture: np.ndarray, name: str = "ur5") -> tuple[float, float, int]:
     """Where on the screen the forearm's cell that faces the camera best is, and which cell that is."""
-    robot, skin = robots.load("ur5"), layout.finished("ur5")
+    robot, skin = robots.load(name), layout.finished(name)
     poses = robot.base_from_link(posture)
     camera = opening_camera(page, robot, poses)
     base_from_cell = poses[[robot.link_index(skin.links[link]) for link in skin.link]] @ skin.link_from_cell
@@ -127,7 +155,7 @@ def place_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, f
     return x, y, cell
 
 
-def wire_to_click(page: "sync_api.Page", posture: np.ndarray, cell: int) -> np.ndarray:
+def wire_to_click(page: sync_api.Page, posture: np.ndarray, cell: int) -> np.ndarray:
     """(2,) where on the screen the middle of a cell's first wire is."""
     robot, skin = robots.load("ur5"), layout.finished("ur5")
     poses = robot.base_from_link(posture)
@@ -137,7 +165,7 @@ def wire_to_click(page: "sync_api.Page", posture: np.ndarray, cell: int) -> np.n
     return on_screen(page, opening_camera(page, robot, poses), middle[None])[0]
 
 
-def plug_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[np.ndarray, int]:
+def plug_to_click(page: sync_api.Page, posture: np.ndarray) -> tuple[np.ndarray, int]:
     """Where on the screen the plug is that faces the camera best, and which cable it ends."""
     robot, skin = robots.load("ur5"), layout.finished("ur5")
     poses = robot.base_from_link(posture)
@@ -153,18 +181,18 @@ def plug_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[np.ndarra
     return on_screen(page, camera, middle[None])[0], cable
 
 
-def joint_positions(page: "sync_api.Page") -> np.ndarray:
+def joint_positions(page: sync_api.Page) -> np.ndarray:
     text = page.locator("[data-joint-positions]").first.get_attribute("data-joint-positions", timeout=PATIENCE_S * 1e3)
     return np.array([float(number) for number in text.split()])
 
 
-def torques(page: "sync_api.Page") -> np.ndarray:
+def torques(page: sync_api.Page) -> np.ndarray:
     """(2, n) Nm of touch at the joints, the host's and the skin's, as the page says."""
     cells = page.locator("[data-torque-source] + table tr td:not(:first-child)").all_inner_texts()
     return np.array([float(cell) for cell in cells[2:]]).reshape(-1, 2).T
 
 
-def picture(page: "sync_api.Page", name: str) -> None:
+def picture(page: sync_api.Page, name: str) -> None:
     """Keep what the page shows as PICTURE_FOLDER/NAME.png, if that folder is named."""
     if PICTURE_FOLDER in os.environ:
         page.screenshot(path=str(Path(os.environ[PICTURE_FOLDER]) / f"{name}.png"))

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from browsing import (
     PATIENCE_S,
+    choose,
     click,
+    insist,
     joint_positions,
     on_screen,
     opened,
@@ -53,8 +55,7 @@ def behaving(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 def told_to(page: "sync_api.Page", behaviour: str) -> None:
     """The robot does this from now on, as the page says."""
-    page.get_by_role("combobox", name="Behaviour").click()
-    page.get_by_role("option", name=behaviour.replace("_", " "), exact=True).click()
+    choose(page, "Behaviour", behaviour.replace("_", " "))
     state = page.locator("[data-behaviour]").first
     wait_for(lambda: state.get_attribute("data-behaviour") == behaviour, f"the robot does not do {behaviour}")
 
@@ -94,18 +95,16 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     before = joint_positions(page)
 
     page.get_by_label("Until released").check()
-    x, y, cell = place_to_click(page, joint_positions(page))
-    assert np.abs(joint_positions(page) - before).max() < 0.002, "the arm moves although it is not touched"
+    posture = joint_positions(page)
+    assert np.abs(posture - before).max() < 0.002, "the arm moves although it is not touched"
     page.get_by_text("Cell", exact=True).click()
     chosen = page.locator("[data-cell]").first
-
-    def clicked() -> bool:
-        # The view is fitted to the screen while the page opens; a click before that meets nothing.
-        click(page, x, y)
-        page.wait_for_timeout(2000)
-        return chosen.count() > 0
-
-    wait_for(clicked, "no cell is chosen after a click")
+    insist(
+        lambda: click(page, *place_to_click(page, posture)[:2]),
+        lambda: chosen.count() > 0,
+        "no cell is chosen after a click",
+    )
+    cell = place_to_click(page, posture)[2]
     assert int(chosen.get_attribute("data-cell")) == cell
 
     page.get_by_text("Joints", exact=True).click()
@@ -118,8 +117,7 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     state = page.locator("[data-interface]").first
     other = {"position": "torque"}.get(state.get_attribute("data-interface"), "position")
     page.get_by_text("Inside", exact=True).click()
-    page.get_by_role("combobox", name="Motors obey").click()
-    page.get_by_role("option", name=other, exact=True).click()
+    choose(page, "Motors obey", other)
     wait_for(lambda: state.get_attribute("data-interface") == other, f"the interface does not become {other}")
     assert page.locator("[data-controller]").first.get_attribute("data-controller") == "running"
 
@@ -170,9 +168,12 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     used = page.locator("[data-torque-source]").first
     assert used.get_attribute("data-torque-source") == "host"
     page.get_by_label("Until released").check()
-    x, y, _ = place_to_click(page, joint_positions(page))
-    click(page, x, y)
-    wait_for(lambda: np.abs(torques(page)[0]).max() > 0.1, "the host computes no torque of the push")
+    posture = joint_positions(page)
+    insist(
+        lambda: click(page, *place_to_click(page, posture)[:2]),
+        lambda: np.abs(torques(page)[0]).max() > 0.1,
+        "the host computes no torque of the push",
+    )
     # Both columns are of one moment, and the cells' sum may be an epoch older than the host's.
     wait_for(
         lambda: np.abs(np.subtract(*torques(page))).max() < 0.05 * np.abs(torques(page)[0]).max() + 0.1,
@@ -180,8 +181,7 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     )
     page.get_by_text("Inside", exact=True).click()
     source = page.get_by_role("combobox", name="Touch adds up in")
-    source.click()
-    page.get_by_role("option", name="the cells", exact=True).click()
+    choose(page, "Touch adds up in", "the cells")
     wait_for(lambda: used.get_attribute("data-torque-source") == "skin", "the skin's own torque is not taken")
     picture(page, "sources")
 
@@ -203,26 +203,25 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
 
     cells = len(layout.finished("ur5"))
     wait_for(lambda: sum(loads()) == cells, "not every cell finds a path")
-    page.get_by_role("combobox", name="A click on a cell").click()
-    page.get_by_role("option", name="kills or starts a cell", exact=True).click()
+    choose(page, "A click on a cell", "kills or starts a cell")
     cell = place_to_click(page, GainSet.load("ur5").home)[2]
 
-    def killed() -> bool:
-        # The view is fitted to the screen while the page opens; a click before that meets nothing.
-        click(page, *place_to_click(page, GainSet.load("ur5").home)[:2])
-        for _ in range(40):
-            page.wait_for_timeout(500)
-            if sum(loads()) < cells:
-                return True
-        return False
-
-    wait_for(killed, f"cell {cell} lives on")
+    insist(
+        lambda: click(page, *place_to_click(page, GainSet.load("ur5").home)[:2]),
+        lambda: sum(loads()) < cells,
+        f"cell {cell} lives on",
+        each_s=20.0,
+    )
     wait_for(lambda: sum(loads()) == cells - 1 and state.get_attribute("data-stranded") == "0", "one cell is not all")
     page.get_by_role("button", name="Mend everything").click()
     wait_for(lambda: sum(loads()) == cells, "the cell does not come back")
 
-    click(page, *wire_to_click(page, GainSet.load("ur5").home, cell))
-    page.get_by_text("wire cut: whole after").wait_for()
+    insist(
+        lambda: click(page, *wire_to_click(page, GainSet.load("ur5").home, cell)),
+        lambda: page.get_by_text("wire cut: whole after").count() > 0,
+        f"the wire of cell {cell} is not cut",
+        each_s=40.0,
+    )
     assert sum(loads()) == cells
     port = 1 + int(np.flatnonzero(layout.finished("ur5").neighbours[cell, :, 0] >= 0)[0])
     row = page.locator(f'[data-ports-of="{cell}"] [data-port="{port}"]')
@@ -233,8 +232,12 @@ def test_the_network_in_the_page_heals_around_a_killed_cell(browser: "sync_api.B
 
     # On another link than the cell and the wire: nothing unseen may catch the click.
     place, cable = plug_to_click(page, GainSet.load("ur5").home)
-    click(page, *place)
-    wait_for(lambda: loads()[cable] == 0, f"the plug of cable {cable} does not come out")
+    insist(
+        lambda: click(page, *place),
+        lambda: loads()[cable] == 0,
+        f"the plug of cable {cable} does not come out",
+        each_s=40.0,
+    )
 
 
 def place_of(page: "sync_api.Page") -> np.ndarray:
@@ -253,17 +256,13 @@ def test_a_patch_dragged_in_the_page_snaps_and_is_undone_and_saved(
     card.wait_for()
     robot, skin = robots.load("ur5"), layout.finished("ur5")
 
-    def clicked() -> bool:
-        # The view is fitted to the screen while the page opens; a click before that meets nothing.
-        x, y, cell = place_to_click(page, robot.neutral)
-        click(page, x, y)
-        page.wait_for_timeout(500)
-        return int(card.get_attribute("data-patch")) == int(skin.patch[cell])
-
-    wait_for(clicked, "a click on a cell chooses no patch")
+    insist(
+        lambda: click(page, *place_to_click(page, robot.neutral)[:2]),
+        lambda: int(card.get_attribute("data-patch")) == int(skin.patch[place_to_click(page, robot.neutral)[2]]),
+        "a click on a cell chooses no patch",
+    )
     patch = 0
-    page.get_by_role("combobox", name="Patch").click()
-    page.get_by_role("option", name=skin.patches[patch].name, exact=True).click()
+    choose(page, "Patch", skin.patches[patch].name)
     wait_for(lambda: int(card.get_attribute("data-patch")) == patch, "no patch is chosen by name")
     before = place_of(page)
     assert before == pytest.approx(skin.link_from_cell[skin.patches[patch].root, :3, 3], abs=1e-6)

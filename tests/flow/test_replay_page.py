@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from browsing import free_port, opened, wait_for
+from browsing import choose, free_port, insist, opened, wait_for
 
 from robotskin import layout, robots
 from robotskin.errors import InputError
@@ -49,7 +49,7 @@ def replay(recording: Recording) -> Iterator[Replay]:
 
 
 def until(what: Callable[[], bool]) -> None:
-    wait_for(what, "the replay does not follow", 20.0)
+    wait_for(what, "the replay does not follow")
 
 
 def test_a_moment_that_is_sought_is_the_one_of_the_recording(replay: Replay, recording: Recording) -> None:
@@ -131,16 +131,18 @@ def test_a_recording_is_played_and_sought_in_the_page(
             return float(strip.get_attribute("data-replay") or "nan")
 
         assert shown_s() == pytest.approx(replay.moment().time_s, abs=0.01)
-        page.get_by_role("combobox", name="Speed").click()
-        page.get_by_role("option", name="0.1 ×", exact=True).click()
+        choose(page, "Speed", "0.1 ×")
         page.get_by_role("button", name="Play").click()
         until(lambda: shown_s() > 0.02)
         page.get_by_role("button", name="Pause").click()
         until(lambda: not replay.moment().playing)
         time = page.locator("div:has(> div > p > label:text-is('Time [s]')) input[type='text']").last
-        time.fill("0.7")
-        time.press("Enter")
-        until(lambda: abs(replay.moment().time_s - 0.7) < 0.01)
+
+        def typed() -> None:
+            time.fill("0.7")
+            time.press("Enter")
+
+        insist(typed, lambda: abs(replay.moment().time_s - 0.7) < 0.01, "the replay does not go there")
         until(lambda: abs(shown_s() - 0.7) < 0.01)
         page.get_by_role("button", name="Step").click()
         until(lambda: replay.moment().time_s > 0.7)

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from browsing import click, joint_positions, on_screen, opened, opening_camera, picture, running, wait_for
-
-from robotskin import layout, robots
+from browsing import click, insist, joint_positions, opened, picture, place_to_click, running, wait_for
 
 if TYPE_CHECKING:
     from playwright import sync_api
@@ -27,20 +25,6 @@ def sorting(seed: int, tmp_path: Path) -> Iterator[str]:
 def teaching(seed: int, tmp_path: Path) -> Iterator[str]:
     """The address of a running `robotskin app teach`."""
     yield from running("app", seed, tmp_path, "teach")
-
-
-def forearm_to_click(page: "sync_api.Page", posture: np.ndarray) -> tuple[float, float]:
-    """Where on the screen the forearm's cell that faces the camera best is."""
-    robot, skin = robots.load(ROBOT), layout.finished(ROBOT)
-    poses = robot.base_from_link(posture)
-    camera = opening_camera(page, robot, poses)
-    base_from_cell = poses[[robot.link_index(skin.links[link]) for link in skin.link]] @ skin.link_from_cell
-    towards = camera.position_m - base_from_cell[:, :3, 3]
-    facing = np.einsum("ij,ij->i", base_from_cell[:, :3, 2], towards / np.linalg.norm(towards, axis=1, keepdims=True))
-    candidates = skin.cells_on("forearm_link")
-    cell = int(candidates[np.argmax(facing[candidates])])
-    x, y = on_screen(page, camera, base_from_cell[[cell], :3, 3])[0]
-    return float(x), float(y)
 
 
 @pytest.mark.timeout(600)
@@ -65,8 +49,11 @@ def test_a_push_in_the_page_leads_the_arm_and_a_teacher_shows(browser: "sync_api
     told = page.locator("[data-seen]").first
     page.get_by_text("Joints", exact=True).click()
     before = joint_positions(page)
-    click(page, *forearm_to_click(page, before))
-    wait_for(lambda: np.abs(joint_positions(page) - before).max() > 0.05, "the arm is not led")
+    insist(
+        lambda: click(page, *place_to_click(page, before, ROBOT)[:2]),
+        lambda: np.abs(joint_positions(page) - before).max() > 0.05,
+        "the arm is not led",
+    )
     page.get_by_role("button", name="Let a scripted teacher show").click()
     wait_for(lambda: told.get_attribute("data-doing") == "is shown", "the teacher does not begin")
     wait_for(lambda: told.get_attribute("data-seen") == "reach", "the robot does not see that it is led to the fruit")

@@ -21,18 +21,21 @@ def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camer
 
     @server.on_client_connect
     def _(client: viser.ClientHandle) -> None:
-        put: list[tuple[float, Camera]] = []
+        # A slow browser still tells where it was before it was put elsewhere.
+        ours_m: list[Floats] = [np.array(client.camera.position, dtype=float)]
+        fitted: list[float] = []
 
         def fit() -> None:
             aspect = client.camera.aspect
-            if put:
-                before, camera = put[0]
-                distance = float(np.linalg.norm(camera.position_m - camera.look_at_m))
-                turned = np.linalg.norm(client.camera.position - camera.position_m) > TURNED_SHARE * distance
-                if turned or abs(aspect / before - 1) < OTHER_SHAPE:
+            if fitted:
+                here = client.camera.position
+                near = TURNED_SHARE * float(np.linalg.norm(here - client.camera.look_at))
+                turned = all(np.linalg.norm(here - place) > near for place in ours_m)
+                if turned or abs(aspect / fitted[-1] - 1) < OTHER_SHAPE:
                     return
             camera = camera_at(aspect)
-            put[:] = [(aspect, camera)]
+            fitted.append(aspect)
+            ours_m.append(np.asarray(camera.position_m, dtype=float))
             _put(client, camera.position_m, camera.look_at_m)
 
         client.camera.on_update(lambda _: fit())
