@@ -9,6 +9,8 @@ A folder `NAME/` has the files that it needs of these:
 - `scene.toml`: the things around the robot;
 - `script.py`: the headless run, its figures and their bounds (`robotskin.figures`);
 - `panel.py`: its part of the page, the one file that may import the viewer.
+
+Options that several have, such as `--seed`, stand once in `options.py`.
 """
 
 import pkgutil

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from patience import runs_until
 from robotskin import layout as layouts
 from robotskin import robots
 from robotskin.cli.main import app
@@ -72,21 +73,6 @@ def stage(tmp_path_factory) -> Iterator[Stage]:
 
 def held_units(stage: Stage, keys: SkinKeys | None = None, layout: Layout | None = None, addresses=None):
     return SectionUnits(layout or stage.layout, addresses or stage.addresses, keys or SkinKeys.load(stage.key))
-
-
-def runs_until(session: ConnectedRobot, holds, within_s: float = 25.0) -> bool:
-    """Runs on. A busy machine makes the skin stale now and then: then the robot is started anew, as a person would."""
-    ends = time.monotonic() + within_s
-    while time.monotonic() < ends:
-        session.run(0.05)
-        if holds():
-            return True
-        if session.state is SafetyState.stopped:
-            session.stop()
-        elif session.state is SafetyState.ready:
-            session.start()
-            session.controller.request_goal(session.home)  # where it stopped is where it would stay
-    return False
 
 
 def test_the_robot_gives_way_and_comes_back_and_stops_with_its_skin(stage: Stage) -> None:

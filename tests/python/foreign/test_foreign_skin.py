@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from foreign_skins import SLOTS, TRIANGLES, Pads, cell_of, declared, frame, taxel_text
 
+from patience import runs_until
 from robotskin import robots
 from robotskin.connecting import ConnectedRobot
 from robotskin.cycle import SafetyState
@@ -65,20 +66,6 @@ def until(holds: Callable[[], bool], within_s: float = 5.0) -> bool:
     while not holds() and time.monotonic() < ends:
         time.sleep(0.005)
     return holds()
-
-
-def runs_until(session: ConnectedRobot, holds: Callable[[], bool], within_s: float = 25.0) -> bool:
-    """Runs on. A busy machine makes the skin stale now and then: then the robot is started anew, as a person would."""
-    ends = time.monotonic() + within_s
-    while time.monotonic() < ends:
-        session.run(0.05)
-        if holds():
-            return True
-        if session.state is SafetyState.stopped:
-            session.stop()
-        elif session.state is SafetyState.ready:
-            session.start()
-    return False
 
 
 def state_of(skin: ForeignSkin) -> SkinState:

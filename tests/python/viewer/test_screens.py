@@ -57,6 +57,6 @@ def test_a_browser_that_follows_late_is_not_taken_for_a_person_who_turns() -> No
 
 def test_a_view_that_was_turned_stays() -> None:
     browser = fitted()
-    turned = browser.camera.position + [0.3, 0.0, 0.0]
+    turned = np.add(browser.camera.position, (0.3, 0.0, 0.0))
     browser.tells(NARROW, turned)
     assert browser.camera.position == pytest.approx(turned)

@@ -3,22 +3,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 ROBOT = "talos_standing"
 
 
 def command(
-    headless: Annotated[bool, typer.Option("--headless", help="Run the script and print its figures.")] = False,
+    headless: Headless = False,
     pushes: Annotated[int, typer.Option(help="How many pushes the script gives.", min=1)] = 3,
     push: Annotated[int | None, typer.Option(help="The cell that the page pushes from the beginning.", min=0)] = None,
     force: Annotated[float, typer.Option(help="Newton of that push.", min=0.5, max=30)] = 15.0,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Push a standing humanoid: it gives way, leans, and stands. Exit status 0: it stood, and no limit was violated."""
     from rich.console import Console

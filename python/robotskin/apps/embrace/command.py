@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 
 def command(
@@ -16,10 +17,10 @@ def command(
     mass: Annotated[
         float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
     ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="No page: run the script, and end.")] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """A standing humanoid hugs a soft person, gives way when they are pushed, and lets go.
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from robotskin.apps.feet.settings import FILE
+from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 
 def command(
@@ -17,17 +18,19 @@ def command(
     ] = 40,
     weight: Annotated[float, typer.Option(help="Newton of wearer and exoskeleton.", min=300, max=1300)] = 850.0,
     settings: Annotated[
-        Path, typer.Option(help="Parameters of touch, nearness and vibration; a copy of the file that is the default.")
+        Path,
+        typer.Option(
+            help="Parameters of touch, nearness and vibration; a copy of the file that is the default.",
+            show_default="settings.toml of this application",
+        ),
     ] = FILE,
     serial: Annotated[
         Path | None, typer.Option(help="Serial line of three real motors, such as /dev/ttyUSB0, besides the simulated.")
     ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="No page: walk, compare with the truth, and end.")
-    ] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Let an exoskeleton walk whose soles feel each step, and tell it by three motors on the arm.
 

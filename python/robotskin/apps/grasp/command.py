@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 
 def command(
@@ -16,10 +17,10 @@ def command(
         float, typer.Option(help="How far the thing is from where it is believed to be.", min=0, max=20)
     ] = 10.0,
     touch: Annotated[float, typer.Option(help="Newton on the back of a finger while it holds.", min=0, max=5)] = 5.0,
-    headless: Annotated[bool, typer.Option("--headless", help="No page: grasp, lift, shake, touch, and end.")] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Grasp a thing that is not where it is believed to be, lift it, hold it, shake it, and touch the hand.
 

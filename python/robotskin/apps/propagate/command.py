@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 
 def command(
@@ -19,10 +20,10 @@ def command(
     force: Annotated[float, typer.Option(help="Newton at the end of the rise, of 2 N/s.", min=0.5, max=20)] = 8.0,
     wait: Annotated[float, typer.Option(help="Seconds to wait after the release.", min=0)] = 10.0,
     without: Annotated[bool, typer.Option("--without", help="Arms that hand nothing on: the base stays.")] = False,
-    headless: Annotated[bool, typer.Option("--headless", help="No page: push, let go, measure, and end.")] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Push a mobile robot with two arms: where an arm cannot give way, its base does, and comes back when let go.
 

@@ -8,25 +8,25 @@ from typing import Annotated
 
 import typer
 
+from robotskin.apps.options import GripperRobot, Headless, JsonFile, KnowledgeFile, Port, Seed, StiffnessRatio
+
 
 def command(
     plan_file: Annotated[
         Path | None, typer.Argument(help="A plan made by robotskin app teach; by default that of oranges.")
     ] = None,
-    robot: Annotated[str, typer.Option(help="ur5_gripper or panda_gripper.")] = "ur5_gripper",
+    robot: GripperRobot = "ur5_gripper",
     fruit: Annotated[
         str, typer.Option(help="A class of fruits of the knowledge file: orange, lemon, apple.")
     ] = "orange",
     fruits: Annotated[int, typer.Option(help="How many.", min=1, max=1000)] = 4,
-    ratio: Annotated[float, typer.Option(help="Stiffness of hard fruits over that of soft ones.", min=1, max=10)] = 2.0,
+    ratio: StiffnessRatio = 2.0,
     moved_mm: Annotated[float, typer.Option(help="How far places are from those of the file.", min=0, max=100)] = 100.0,
-    knowledge_file: Annotated[
-        Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")
-    ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="No page: sort, measure, and end.")] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    knowledge_file: KnowledgeFile = None,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Squeeze fruits with the skinned pads of a gripper, and put hard ones in a container, soft ones in a bin.
 

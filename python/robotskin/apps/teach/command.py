@@ -8,26 +8,26 @@ from typing import Annotated
 
 import typer
 
+from robotskin.apps.options import GripperRobot, Headless, JsonFile, KnowledgeFile, Port, Seed, StiffnessRatio
+
 
 def command(
     plan_file: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the plan here.", dir_okay=False)
     ] = None,
-    robot: Annotated[str, typer.Option(help="ur5_gripper or panda_gripper.")] = "ur5_gripper",
+    robot: GripperRobot = "ur5_gripper",
     fruit: Annotated[str, typer.Option(help="A class of fruits of the knowledge file.")] = "orange",
     demonstrations: Annotated[int, typer.Option(help="To learn from, hard and soft in turn.", min=2, max=20)] = 4,
     unseen: Annotated[int, typer.Option(help="Further ones, whose activities are told by the rules.", min=0)] = 0,
-    ratio: Annotated[float, typer.Option(help="Stiffness of hard fruits over that of soft ones.", min=1, max=10)] = 2.0,
+    ratio: StiffnessRatio = 2.0,
     lessons_file: Annotated[
         Path | None, typer.Option("--lessons", help="Write here what the rules were learnt from.", dir_okay=False)
     ] = None,
-    knowledge_file: Annotated[
-        Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")
-    ] = None,
-    headless: Annotated[bool, typer.Option("--headless", help="No page: a scripted teacher leads the robot.")] = False,
-    seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
-    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    knowledge_file: KnowledgeFile = None,
+    headless: Headless = False,
+    seed: Seed = 1,
+    json_file: JsonFile = None,
+    port: Port = 8080,
 ) -> None:
     """Lead a robot by its skin through a task; it learns rules for what is done, and a plan with conditions.
 
