@@ -39,13 +39,12 @@ def frames_of(source: Source, declared: Declared, tally: Tally, closing: threadi
     """The frames of a source until it ends or `closing` is set. Raises ForeignSkinError where it cannot be opened."""
     if source.kind in ("ros2_tactile", "ros2_points"):
         try:
-            ros2 = importlib.import_module("robotskin.foreign.ros2")
+            from robotskin.foreign import ros2
         except ImportError as error:
             raise ForeignSkinError(
                 f"{source.at}: {error.name} is not installed: pip install 'robotskin[ros2]'"
             ) from error
-        heard: Frames = ros2.frames(source, declared, tally, closing)
-        return heard
+        return ros2.frames(source, declared, tally, closing)
     kinds: dict[str, Callable[[Source, Declared, Tally, threading.Event], Frames]] = {
         "udp": udp, "serial": serial, "csv": csv, "yarp": yarp, "python": generated,
     }  # fmt: skip
