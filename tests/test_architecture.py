@@ -61,6 +61,7 @@ PYTHON_ORDER = [
     "simulator",
     "choices",
     "robots",
+    "ros2",
     "ports",
     "layout",
     "selfconfig",
@@ -89,7 +90,7 @@ ALLOWED_BACK_EDGES: dict[tuple[str, str], str] = {}
 
 
 def rooms_named_on_the_page() -> set[str]:
-    return set(re.findall(rf"`((?:{'|'.join(FLOORS)})/[a-z_]+)/`", PAGE))
+    return set(re.findall(rf"`((?:{'|'.join(FLOORS)})/[a-z_0-9]+)/`", PAGE))
 
 
 def rooms_on_disk() -> set[str]:

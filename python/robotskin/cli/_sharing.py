@@ -102,9 +102,12 @@ def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | N
 
     try:
         from robotskin.sharing.ros2_bridge import Ros2Bridge
+        from robotskin.sharing.ros2_messages import DESCRIPTION, FRAMES, JOINTS
     except ImportError as error:
         raise SharingError(f"--ros2: {error.name} is not installed: pip install 'robotskin[ros2]'") from error
-    return Ros2Bridge(robot, session.layout, domain, interface)
+    moved_by = getattr(getattr(session, "port", None), "named", None)  # a robot under ros2_control tells its own joints
+    told_there = moved_by is not None and moved_by.domain == domain
+    return Ros2Bridge(robot, session.layout, domain, interface, (JOINTS, FRAMES, DESCRIPTION) if told_there else ())
 
 
 def tell(text: str) -> None:

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 def command(
     robot: Annotated[str, typer.Argument(help="A robot by name (robotskin robots lists them), or its URDF.")],
-    robot_port: Annotated[str, typer.Option(help="ur:ADDRESS, or MODULE:CLASS of your own (docs/robot_port.md).")],
+    robot_port: Annotated[
+        str,
+        typer.Option(help="ur:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS of your own (docs/robot_port.md)."),
+    ],
     units: Annotated[list[str] | None, typer.Option(help="HOST:PORT of a section unit; once for each.")] = None,
     key: Annotated[Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)] = None,
     skin: Annotated[

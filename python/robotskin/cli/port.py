@@ -17,7 +17,7 @@ def command() -> None:
 
 @app.command("check")
 def check(
-    port: Annotated[str, typer.Argument(help="ur:ADDRESS, or MODULE:CLASS of your own.")],
+    port: Annotated[str, typer.Argument(help="ur:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS of your own.")],
     robot: Annotated[str | None, typer.Option(help="The robot that it moves, by name or URDF.")] = None,
     move: Annotated[
         bool, typer.Option("--move", help="The robot may move: its last joint turns by some 0.1 rad.")
@@ -32,7 +32,10 @@ def check(
     from robotskin.ports import check as look
 
     moved = None if robot is None else robots.load(robot)
-    findings = look(made_port(port, moved), robot=moved, moves=move)
+    checked = made_port(port, moved)
+    findings = look(checked, robot=moved, moves=move)
+    if hasattr(checked, "close"):
+        checked.close()
     for finding in findings:
         typer.echo(str(finding))
     broken = sum(finding.verdict is Verdict.broken for finding in findings)

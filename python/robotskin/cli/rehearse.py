@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin rehearse`: a UR controller and section units that are not there, for a first `robotskin connect`."""
+"""`robotskin rehearse`: a robot's controller and section units that are not there, for a first `robotskin connect`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="A UR by name, or the path of its URDF; 6 joints.")] = "ur5",
+    robot: Annotated[str, typer.Argument(help="A UR by name, or the path of its URDF; any robot with --ros2.")] = "ur5",
     key: Annotated[
         Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", exists=True, dir_okay=False)
     ] = None,
@@ -25,11 +25,15 @@ def command(
         Path | None,
         typer.Option(help="Serve the cells on pseudo-terminals in this folder, for robotskin unit.", file_okay=False),
     ] = None,
+    ros2: Annotated[
+        int | None,
+        typer.Option(help="Instead of a UR controller: forward controllers of ros2_control in this domain.", min=0),
+    ] = None,
     touch: Annotated[bool, typer.Option("--touch", help="A hand pushes cells, drawn from the seed.")] = False,
     seconds: Annotated[float, typer.Option(help="For how long; 0: until Ctrl-C.", min=0)] = 0.0,
     seed: Annotated[int, typer.Option(help="Of the skin and the touches.")] = 1,
 ) -> None:
-    """Serve a UR controller and the section units of its skin on this machine, each in a process of its own.
+    """Serve a robot's controller and the section units of its skin on this machine, each in a process of its own.
 
     Then robotskin connect runs against them as against real ones.
     """
@@ -48,11 +52,18 @@ def command(
     keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
     worn = f" --layout {layout}" if layout else ""
     with ExitStack() as held:
-        held.enter_context(controller(robot, host, settings))
-        if serial is None:
-            made = skin(robot, host, layout=layout, key=key, host=host, first_port=units_port, seed=seed)
+        port = f"ur:{host}" if ros2 is None else f"ros2:{ros2}"
+        if ros2 is None:
+            held.enter_context(controller(robot, host, settings))
         else:
-            made = serial_skin(robot, serial, host, layout=layout, key=key, seed=seed)
+            from robotskin.rehearsal.ros2_process import forward_controllers
+
+            held.enter_context(forward_controllers(robot, ros2))
+        followed = host if ros2 is None else port
+        if serial is None:
+            made = skin(robot, followed, layout=layout, key=key, host=host, first_port=units_port, seed=seed)
+        else:
+            made = serial_skin(robot, serial, followed, layout=layout, key=key, seed=seed)
         units = held.enter_context(made)
         cells = units.ask(Look(("world.scene.cell_body.size",)))[0]
         if serial is None:
@@ -67,7 +78,7 @@ def command(
                 at = f"--listen {host}:{addresses[-1][1]} --group {group} --unit {unit} {keyed}"
                 typer.echo(f"robotskin unit {' '.join(paths)} {at}")
         told = " ".join(f"--units {address}:{port}" for address, port in addresses)
-        typer.echo(f"robotskin connect {robot} --robot-port ur:{host} {told} {keyed}{worn}")
+        typer.echo(f"robotskin connect {robot} --robot-port {port} {told} {keyed}{worn}")
         began, draw = time.monotonic(), random.Random(seed)
         while seconds == 0 or time.monotonic() - began < seconds:
             if touch:

@@ -12,8 +12,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from robotskin.export.errors import ExportFormatError
 from robotskin.record import Recording
 from robotskin.record.recorded_robot import recorded_robot
-from robotskin.sharing.ros2_messages import TOPICS, Ros2Messages, cdr
-from robotskin.sharing.ros2_types import typestore
+from robotskin.ros2.message_types import cdr, typestore
+from robotskin.sharing.ros2_messages import TOPICS, Ros2Messages
 
 BAG_VERSION: Literal[8] = 8
 """Of the folder's metadata: Humble reads it, and all later ones."""

@@ -14,8 +14,8 @@ from robotskin.foreign.declared import Declared, Source
 from robotskin.foreign.errors import ForeignSkinError
 from robotskin.foreign.frames import Counts, Tally
 from robotskin.foreign.sources import Frames
-from robotskin.sharing.dds import DdsNode
-from robotskin.sharing.ros2_messages import Topic
+from robotskin.ros2 import Topic
+from robotskin.ros2.dds import DdsNode
 
 TYPES = {"ros2_tactile": "tactile_msgs/msg/TactileState", "ros2_points": "sensor_msgs/msg/PointCloud2"}
 POLL_S = 0.002

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Robot ports by name: `ur:ADDRESS` for a UR robot, `MODULE:CLASS` for one of your own in Python."""
+"""Robot ports by name: `ur:ADDRESS`, `ros2:DOMAIN…` under ros2_control, `MODULE:CLASS` of your own in Python."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from collections.abc import Callable
 from robotskin.errors import RobotskinError
 from robotskin.model import RobotPort
 from robotskin.robots import Robot
+from robotskin.ros2 import Ros2Error
+from robotskin.ros2.joints_name import joints_name
 from robotskin.ur import UrPort
+
+BUILT_IN = ("ur", "ros2")
 
 
 class PortError(RobotskinError):
@@ -23,22 +27,33 @@ def made_port(name: str, robot: Robot | None = None) -> RobotPort:
     """The port of that name, ready to be read.
 
     Args:
-        name: "ur:ADDRESS", or "MODULE:CLASS" (or "MODULE" where it holds one class of ports) of a class that is made
-            without arguments; modules are looked for in the folder in which one works, too.
+        name: "ur:ADDRESS", "ros2:DOMAIN[,KEY[=VALUE]]…" (`robotskin.ros2.joints_name`), or "MODULE:CLASS" (or "MODULE"
+            where it holds one class of ports) of a class that is made without arguments; modules are looked for in the
+            folder in which one works, too.
         robot: what it is to move; a UR's gravity comes from it, and its name says which robot must answer.
 
     Raises:
         PortError: no such module or class, a class that cannot be made, another count of joints than the robot's.
-        UrError: what stands against a UR at that address.
+        UrError: what stands against a UR at that address; Ros2Error: the same for topics of ROS 2.
     """
     kind, _, rest = name.partition(":")
-    if kind == "ur":
+    if kind in BUILT_IN:
         if robot is None:
             raise PortError(f"port {name}: which robot is it? Give --robot, such as --robot ur5")
-        return UrPort(robot.core, rest, expected=_ur_model(robot))
+        return _ros2(name, robot) if kind == "ros2" else UrPort(robot.core, rest, expected=_ur_model(robot))
     port = _own(name, kind, rest)
     if robot is not None and port.joint_count != robot.joint_count:
         raise PortError(f"port {name}: found {port.joint_count} joints, {robot.name} has {robot.joint_count}")
+    return port
+
+
+def _ros2(name: str, robot: Robot) -> RobotPort:
+    named = joints_name(name, robot.joint_names)
+    try:
+        joints_port = importlib.import_module("robotskin.ros2.joints_port")
+    except ImportError as error:
+        raise Ros2Error(f"port {name}: {error.name} is not installed: pip install 'robotskin[ros2]'") from error
+    port: RobotPort = joints_port.Ros2Port(robot, named)
     return port
 
 
@@ -55,7 +70,7 @@ def _own(name: str, module: str, wanted: str) -> RobotPort:
     try:
         found = importlib.import_module(module)
     except ImportError as error:
-        raise PortError(f"port {name}: {error}; give ur:ADDRESS, or MODULE:CLASS of your own") from None
+        raise PortError(f"port {name}: {error}; give ur:ADDRESS, ros2:DOMAIN, or MODULE:CLASS of your own") from None
     classes: dict[str, Callable[[], RobotPort]] = {
         key: one
         for key, one in vars(found).items()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robotskin.layout import Layout
 from robotskin.model import CommandMode, JointCommand
-from robotskin.rehearsal.joint_watch import JointWatch
+from robotskin.rehearsal.joint_watch import watched
 from robotskin.robots import Robot
 from robotskin.robots.gains import gains_of
 from robotskin.world import World
@@ -30,14 +30,14 @@ class FollowingWorld:
 
     Args:
         robot: that wears the skin; layout: N cells; seed: of the world.
-        controller: address of the UR controller whose joints are followed; None: the robot stands at its home.
+        controller: whose joints are followed: address of a UR's, or ros2:DOMAIN; None: the robot stands at its home.
         options: further ones of `World`.
 
     Raises RehearsalError if no controller answers.
     """
 
     def __init__(self, robot: Robot, layout: Layout, controller: str | None, seed: int, **options: Any) -> None:
-        self._joints = None if controller is None else JointWatch(controller)
+        self._joints = None if controller is None else watched(controller, robot)
         if self._joints is not None:
             time.sleep(0.05)
         self._home = gains_of(robot).home

@@ -1,18 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the joints behind a UR controller are: a client of RTDE that receives and commands nothing."""
+"""Where the joints behind a controller are: a client of RTDE, or of ROS 2, that receives and commands nothing."""
 
 from __future__ import annotations
 
+import importlib
 import socket
 import struct
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.rehearsal.process import RehearsalError
+from robotskin.robots import Robot
 from robotskin.ur import RTDE_PORT
 
 RETRY_STEPS = 200
+
+
+class Watch(Protocol):
+    """Looks at joints from outside."""
+
+    def look(self) -> NDArray[np.float64]:
+        """(n,) rad; the last ones known."""
+
+    def close(self) -> None:
+        """Look no more."""
+
+
+def watched(controller: str, robot: Robot) -> Watch:
+    """The joints behind the UR controller at an address, or told in a domain of ROS 2 (ros2:DOMAIN).
+
+    Raises RehearsalError if nothing tells them.
+    """
+    if not controller.startswith("ros2:"):
+        return JointWatch(controller)
+    needs_ros2 = importlib.import_module("robotskin.rehearsal.ros2_joint_watch")
+    watch: Watch = needs_ros2.Ros2JointWatch(int(controller.removeprefix("ros2:")), robot)
+    return watch
 
 
 class JointWatch:

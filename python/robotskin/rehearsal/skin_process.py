@@ -47,7 +47,7 @@ def skin(
 
     Args:
         robot: by name or URDF.
-        controller: address of a UR controller.
+        controller: address of a UR controller, or ros2:DOMAIN.
         layout: file of the skin's layout; by default the robot's finished one.
         key: file of the skin's keys; by default they come from the seed, which suits loopback alone.
         host, first_port: where the units answer.
@@ -79,7 +79,7 @@ def serial_skin(
     Args:
         robot, layout, key, seed: as of `skin`.
         folder: where the pseudo-terminals get names.
-        controller: address of a UR controller that the skin follows; None: the robot stands.
+        controller: address of a UR controller that the skin follows, or ros2:DOMAIN; None: the robot stands.
     """
     return Process(
         make_serial,

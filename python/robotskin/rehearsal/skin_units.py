@@ -20,7 +20,7 @@ class SkinUnits(FollowingWorld):
         robot: that wears the skin.
         layout: N cells.
         keys: of the skin.
-        controller: address of the UR controller whose joints are followed.
+        controller: whose joints are followed: address of a UR's, or ros2:DOMAIN.
         host, first_port: where the section units answer, one port after the other; 0 for any.
         seed: of sensors, wires and clocks.
 

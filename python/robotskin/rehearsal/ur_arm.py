@@ -52,6 +52,8 @@ class UrArm:
         self._asked: tuple[str, Floats, float] = ("hold", self.target.copy(), 0.0)
         self.speed_fraction = 1.0
         """Of the speed slider, for all motions but those by torque."""
+        self.carries_weight = True
+        """Whether the arm's weight is added to torques that are asked for."""
 
     @property
     def position(self) -> Floats:
@@ -85,7 +87,7 @@ class UrArm:
         self.speed(np.zeros(len(self.target)), deceleration)
 
     def torque(self, torque: Floats) -> None:
-        """Nm beside what carries the arm."""
+        """Nm; beside what carries the arm, if `carries_weight`."""
         self._asked_torque = torque
 
     def _leave_torque(self) -> None:
@@ -103,8 +105,10 @@ class UrArm:
     def _physics(self) -> None:
         mujoco.mj_step1(self.model, self.data)
         if self._asked_torque is not None:
-            self._dynamics.update(self.position, np.zeros(len(self.target)))
-            torque = self._dynamics.gravity_torque + self._asked_torque
+            torque = self._asked_torque
+            if self.carries_weight:
+                self._dynamics.update(self.position, np.zeros(len(self.target)))
+                torque = torque + self._dynamics.gravity_torque
         else:
             self._lead()
             error = STIFFNESS * (self.target - self.data.qpos)

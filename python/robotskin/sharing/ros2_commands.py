@@ -14,10 +14,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from robotskin.errors import InputError, RobotskinError
-from robotskin.sharing.dds import DdsNode
+from robotskin.ros2 import Topic
+from robotskin.ros2.dds import DdsNode
+from robotskin.ros2.message_types import cdr, short_names
 from robotskin.sharing.poses import Floats
-from robotskin.sharing.ros2_messages import Topic, cdr
-from robotskin.sharing.ros2_types import short_names
 
 GOAL = Topic("/robotskin/goal", "sensor_msgs/msg/JointState")
 BEHAVIOUR = Topic("/robotskin/behaviour", "std_msgs/msg/String")

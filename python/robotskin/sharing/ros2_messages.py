@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,23 +13,15 @@ from scipy.spatial.transform import Rotation
 from robotskin.layout import Layout
 from robotskin.record import Frame
 from robotskin.robots import Robot
+from robotskin.ros2 import Topic
+from robotskin.ros2.message_types import short_names
 from robotskin.sharing.contacts import contacts
 from robotskin.sharing.points import FIELDS, points
 from robotskin.sharing.poses import PosedSkin, Poses
-from robotskin.sharing.ros2_types import short_names, typestore
 from robotskin.skin import SkinState
 
 FLOAT32 = 7
 """`FLOAT32` of sensor_msgs/PointField."""
-
-
-@dataclass(frozen=True)
-class Topic:
-    """A topic of ROS 2. latched: those that come late are told the last message."""
-
-    name: str
-    type_name: str
-    latched: bool = False
 
 
 STATE = Topic("/skin/state", "robotskin_msgs/msg/SkinState")
@@ -154,11 +145,6 @@ class Ros2Messages:
                 for one in contacts(self._layout, frame.skin)
             ]
         )  # fmt: skip
-
-
-def cdr(topic: Topic, message: Any) -> bytes:
-    """A message as it goes over the wire and into bags."""
-    return bytes(typestore().serialize_cdr(message, topic.type_name))
 
 
 def _felt(skin: SkinState, sensor: str, values: Any) -> NDArray[np.float32]:

@@ -34,7 +34,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureR
 def test_a_bag_is_read_by_rosbags_and_by_mcap(recording: Recording, tmp_path: Path) -> None:
     highlevel = pytest.importorskip("rosbags.highlevel", reason="no wheel of rosbags here")
     from robotskin.export.ros2_bag import export_ros2
-    from robotskin.sharing.ros2_types import typestore
+    from robotskin.ros2.message_types import typestore
 
     done = export_ros2(recording, tmp_path / "bag")
     truth = {frame.time_ns: np.array(frame.skin.normal_force).ravel() for frame in recording.frames()}

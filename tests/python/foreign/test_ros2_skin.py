@@ -18,8 +18,8 @@ rosless = pytest.importorskip("rosless", reason="no wheel of rosless here")
 pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
 pytest.importorskip("rosbags")
 
-from robotskin.sharing import dds  # noqa: E402
-from robotskin.sharing.ros2_types import own_definitions  # noqa: E402
+from robotskin.ros2 import dds  # noqa: E402
+from robotskin.ros2.message_types import own_definitions  # noqa: E402
 
 DOMAINS = itertools.count(92)
 COUNT = TRIANGLES * SLOTS

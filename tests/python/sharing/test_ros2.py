@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
+from robotskin.ros2 import Ros2Error
 from robotskin.session import Session
-from robotskin.sharing import SharingError
 from robotskin.sharing.shared import shared
 from robotskin.skin import Health
 
@@ -18,9 +18,9 @@ rosless = pytest.importorskip("rosless", reason="no wheel of rosless here")
 pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
 pytest.importorskip("rosbags")
 
-from robotskin.sharing.dds import DdsNode  # noqa: E402
+from robotskin.ros2.dds import DdsNode  # noqa: E402
+from robotskin.ros2.message_types import own_definitions  # noqa: E402
 from robotskin.sharing.ros2_bridge import Ros2Bridge  # noqa: E402
-from robotskin.sharing.ros2_types import own_definitions  # noqa: E402
 
 ROBOT = "allegro_right_hand"
 DOMAIN = 71
@@ -157,7 +157,7 @@ def test_joints_frames_points_and_contacts_are_heard(heard: Heard) -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(SharingError, match="domains are 0 to 232"):
+    with pytest.raises(Ros2Error, match="domains are 0 to 232"):
         DdsNode(233)
-    with pytest.raises(SharingError, match="no name"):
+    with pytest.raises(Ros2Error, match="no name"):
         DdsNode(DOMAIN, '"/><evil')

@@ -17,8 +17,8 @@ rosless = pytest.importorskip("rosless", reason="no wheel of rosless here")
 pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
 pytest.importorskip("rosbags")
 
-from robotskin.sharing import dds  # noqa: E402
-from robotskin.sharing.dds import DdsNode  # noqa: E402
+from robotskin.ros2 import dds  # noqa: E402
+from robotskin.ros2.dds import DdsNode  # noqa: E402
 from robotskin.sharing.ros2_commands import BEHAVIOUR, GOAL, REFUSED, Ros2Commands  # noqa: E402
 
 DOMAINS = itertools.count(72)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin bench connect`: the UR port and the whole loop over real sockets, against a rehearsed controller."""
+"""`robotskin bench connect`: the ports of UR and ROS 2 and the whole loop, against rehearsed controllers."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import signal
 import threading
@@ -12,6 +13,8 @@ from functools import partial
 import numpy as np
 
 from robotskin import choices
+from robotskin.connecting import ConnectedRobot
+from robotskin.layout import Layout
 from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.rehearsal import Asked, Look, Process, controller
 from robotskin.rehearsal.ur_controller import SAFETY_BITS
@@ -34,7 +37,7 @@ HANG_S = 10.0
 
 
 def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) -> dict[str, float]:
-    """Touches through MuJoCo port and UR port, times, faults and kills.
+    """Touches through the ports of MuJoCo, UR and ROS 2, times, faults and kills.
 
     `displacement_ratio` and `rise_ratio` are shares of what the gains say for the force and nearness felt.
 
@@ -49,6 +52,7 @@ def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) 
     figures: dict[str, float] = {}
     figures |= _touches_in_mujoco(random, touches)
     figures |= _touches_on_ur(host, random, touches, seed)
+    figures |= _touches_on_ros2(random, touches, seed)
     with controller("ur5", host) as arm:
         figures |= _faults(host, arm, random, faults)
     figures |= _kills(host, random, kills)
@@ -77,21 +81,16 @@ def _touches_in_mujoco(random: np.random.Generator, touches: int) -> dict[str, f
 
 def _touches_on_ur(host: str, random: np.random.Generator, touches: int, seed: int) -> dict[str, float]:
     figures: dict[str, float] = {}
-    with stage(host, seed) as (_, units, robot, worn, keys):
+    with stage(host, seed, controller("ur5", host)) as (units, robot, worn, keys):
         for mode in MODES:
             tell(f"UR port, {mode}")
             answers = []
-            with connected(host, units, robot, worn, keys, mode) as session:
+            with connected(f"ur:{host}", units, robot, worn, keys, mode) as session:
                 port = session.port
                 assert isinstance(port, UrPort)
                 before = (time.monotonic(), port.thread_seconds)
                 for _ in range(touches):
-                    units.ask(Asked("push", (int(random.integers(len(worn))), float(random.uniform(6, 12)))))
-                    answered = answer(session, worn, SETTLE_S, time.monotonic)
-                    if session.why_not_running() == "" and answered.asked_rad > 1e-3:
-                        answers.append(answered)
-                    units.ask(Asked("release"))
-                    session.run(SETTLE_S)
+                    answers += _touch(session, units, worn, random)
                 gone = time.monotonic() - before[0]
                 figures[f"ur_{mode}_cpu_percent"] = 100 * (port.thread_seconds - before[1]) / gone
                 median, p99, _, _ = port.latency
@@ -100,6 +99,38 @@ def _touches_on_ur(host: str, random: np.random.Generator, touches: int, seed: i
             figures |= _worst(f"ur_{mode}", answers)
             figures[f"ur_{mode}_touches"] = float(len(answers))
     return figures
+
+
+def _touches_on_ros2(random: np.random.Generator, touches: int, seed: int) -> dict[str, float]:
+    if importlib.util.find_spec("cyclonedds") is None or importlib.util.find_spec("rosbags") is None:
+        tell("ROS 2 port: the extra ros2 is not installed")
+        return {}
+    from robotskin.rehearsal.ros2_process import forward_controllers
+
+    domain = 100 + os.getpid() % 100
+    figures: dict[str, float] = {}
+    arm = forward_controllers("ur5", domain)
+    with stage(f"ros2:{domain}", seed, arm) as (units, robot, worn, keys):
+        for mode, controller_name in zip(MODES, ("position", "velocity", "effort"), strict=True):
+            tell(f"ROS 2 port, {mode}")
+            answers = []
+            with connected(f"ros2:{domain},{controller_name}", units, robot, worn, keys, mode) as session:
+                for _ in range(touches):
+                    answers += _touch(session, units, worn, random)
+                figures[f"ros2_{mode}_limit_violations"] = float(session.controller.report.violations)
+            figures |= _worst(f"ros2_{mode}", answers)
+            figures[f"ros2_{mode}_touches"] = float(len(answers))
+    return figures
+
+
+def _touch(session: ConnectedRobot, units: Process, worn: Layout, random: np.random.Generator) -> list[TouchAnswer]:
+    """What a touch is answered with; none where other work on the machine stopped the robot meanwhile."""
+    units.ask(Asked("push", (int(random.integers(len(worn))), float(random.uniform(6, 12)))))
+    answered = answer(session, worn, SETTLE_S, time.monotonic)
+    good = session.why_not_running() == "" and answered.asked_rad > 1e-3
+    units.ask(Asked("release"))
+    session.run(SETTLE_S)
+    return [answered] if good else []
 
 
 def _world_s(session: Session) -> float:

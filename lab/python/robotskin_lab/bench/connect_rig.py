@@ -16,7 +16,7 @@ from robotskin.keys import SkinKeys
 from robotskin.layout import Layout, finished
 from robotskin.model import RobotModel
 from robotskin.ports import made_port
-from robotskin.rehearsal import Look, Process, controller, skin
+from robotskin.rehearsal import Look, Process, skin
 from robotskin.robots import Robot, load
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin_lab.partial_skin import part_of
@@ -43,8 +43,8 @@ def patch_of(whole: Layout, link: str) -> Layout:
 
 
 @contextmanager
-def stage(host: str, seed: int) -> Iterator[tuple[Process, Process, Robot, Layout, SkinKeys]]:
-    """Controller and skin, running; the robot, the layout of its skin, and its keys."""
+def stage(host: str, seed: int, arm: Process) -> Iterator[tuple[Process, Robot, Layout, SkinKeys]]:
+    """A controller `arm` (at an address, or ros2:DOMAIN) and a skin, running; skin, robot, layout and keys."""
     robot = load("ur5")
     worn = patch_of(finished("ur5"), "forearm_link")
     keys = SkinKeys.fresh()
@@ -52,22 +52,21 @@ def stage(host: str, seed: int) -> Iterator[tuple[Process, Process, Robot, Layou
         layout, key = Path(folder) / "skin.json", Path(folder) / "skin.key"
         worn.save(layout)
         keys.save(key)
-        with (
-            controller("ur5", host) as arm,
-            skin("ur5", host, layout=layout, key=key, seed=seed) as units,
-        ):
-            yield arm, units, robot, worn, keys
+        with arm, skin("ur5", host, layout=layout, key=key, seed=seed) as units:
+            yield units, robot, worn, keys
 
 
 @contextmanager
 def connected(
-    host: str, units: Process, robot: Robot, worn: Layout, keys: SkinKeys, interface: str
+    port_name: str, units: Process, robot: Robot, worn: Layout, keys: SkinKeys, interface: str
 ) -> Iterator[ConnectedRobot]:
     """The loop over both, begun."""
     section_units = SectionUnits(worn, units.ask(Look(("addresses",)))[0], keys)
     try:
         section_units.await_skin(20.0)
-        port = made_port(f"ur:{host}", robot)
+        port = made_port(port_name, robot)
+        if hasattr(port, "silent_s"):
+            port.silent_s = PATIENT_NS * 1e-9
         try:
             own = gains_of(robot)
             session = ConnectedRobot(

@@ -143,7 +143,7 @@ def listen(pipe: Connection, domain: int) -> None:
     """In a process of its own: take every message, note (its stamp, when it came) in nanoseconds, tell them."""
     import rosless
 
-    from robotskin.sharing.ros2_types import own_definitions
+    from robotskin.ros2.message_types import own_definitions
 
     rosless.register_type(TYPE, own_definitions()[TYPE])
     subscription = rosless.Node(domain).subscribe(TOPIC, TYPE, wait=30.0, reliability="reliable", history="keep_all")

@@ -6,9 +6,12 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from robotskin.ros2.topic import Topic
 
 PACKAGES = ("robotskin_msgs", "tactile_msgs")
 
@@ -42,3 +45,8 @@ def short_names() -> SimpleNamespace:
     )  # fmt: skip
     types = typestore().types
     return SimpleNamespace(**{name.rsplit("/", 1)[1]: types[name] for name in wanted})
+
+
+def cdr(topic: Topic, message: Any) -> bytes:
+    """A message as it goes over the wire and into bags."""
+    return bytes(typestore().serialize_cdr(message, topic.type_name))
