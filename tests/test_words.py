@@ -47,6 +47,7 @@ MAY_SAY_OLD_WORDS = {
     "tests/python/sharing/foxglove_client.py",  # "advertise" is a word of the protocol
     "tests/python/foreign/test_ros2_skin.py",  # "advertise" is a word of rosless
     "tests/python/sharing/test_ros2_commands.py",  # and a method of rosless
+    "tests/python/ros2/test_joints_port.py",  # the same
 }
 
 

@@ -174,7 +174,7 @@ def test_an_independent_stack_is_understood(monkeypatch: pytest.MonkeyPatch) -> 
     assert without in dds.LOOPBACK
     monkeypatch.setattr(dds, "LOOPBACK", dds.LOOPBACK.replace(without, "<AllowMulticast>true</AllowMulticast>"))
     node = rosless.Node(FOREIGN_DOMAIN)
-    states = getattr(node, "advertise")("/joint_states", "sensor_msgs/msg/JointState")  # noqa: B009
+    states = node.advertise("/joint_states", "sensor_msgs/msg/JointState")
     heard = node.subscribe("/forward_position_controller/commands", "std_msgs/msg/Float64MultiArray")
     ending = threading.Event()
     place = np.arange(6) / 10
