@@ -49,7 +49,7 @@ def test_a_screen_is_fitted_again_when_its_shape_changes() -> None:
     assert browser.camera.position == pytest.approx(Camera.around(CORNERS_M, NARROW).position_m)
 
 
-def test_a_browser_that_follows_late_is_not_taken_for_a_person_who_turns() -> None:
+def test_a_browser_that_follows_late_is_not_taken_for_a_turn_by_hand() -> None:
     browser = fitted()
     browser.tells(NARROW, Camera.around(CORNERS_M).position_m)  # it is still where it opened
     assert browser.camera.position == pytest.approx(Camera.around(CORNERS_M, NARROW).position_m)
