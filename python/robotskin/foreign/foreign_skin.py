@@ -45,7 +45,7 @@ class ForeignSkin:
         """What came from each source."""
         self.error = ""
         """Why a source ended before its time; empty where none did."""
-        self._heard = np.zeros(len(layout), dtype=bool)
+        self._heard, self._all_heard = np.zeros(len(layout), dtype=bool), False
         self._cpu_s = [0.0] * len(declared.sources)
         self._closing, self._handing = threading.Event(), threading.Lock()
         self._running = len(declared.sources)
@@ -95,7 +95,9 @@ class ForeignSkin:
                 cells, values, saturated = scaling.samples(counts)
                 with self._handing:
                     self.input.put(stamp_ns, time.monotonic_ns(), cells, values, saturated)
-                self._heard[cells] = True
+                if not self._all_heard:
+                    self._heard[cells] = True
+                    self._all_heard = bool(self._heard.all())
                 self._cpu_s[index] = time.thread_time()
         except Exception as error:
             # Also what a generator of the user's raises: the skin is lost, the robot stops, and it is told why.

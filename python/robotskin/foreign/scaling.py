@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.foreign.declared import SENSORS, Channel, Declared, Source
+from robotskin.foreign.declared import SENSORS, Declared, Source
 from robotskin.foreign.errors import ForeignSkinError
 from robotskin.foreign.frames import Counts
 from robotskin.layout import Layout
@@ -34,27 +34,41 @@ class Scaling:
         ordered = sorted(enumerate(declared.channels), key=lambda one: list(SENSORS).index(one[1].sensor))
         starts = np.cumsum([0, *(channel.values for channel in declared.channels)])
         columns: list[int] = []
-        parts: list[tuple[Channel, float]] = []
         for index, channel in ordered:
             for place in range(SENSORS[channel.sensor]):
                 columns.append(int(starts[index]) + min(place, channel.values - 1))
-                share = 3.0 if channel.sensor == "force" and channel.values == 1 else 1.0
-                parts.append((channel, share))
         self._columns = np.array(columns)
-        self._zero = np.array([channel.zero for channel, _ in parts])
-        self._scale = np.array([channel.scale / share for channel, share in parts])
-        self._lowest = np.array([channel.lowest for channel, _ in parts])
-        self._highest = np.array([channel.highest for channel, _ in parts])
+        """Of a sample, which column of a frame each is; the others are of the frame's columns."""
+        told = [channel for channel in declared.channels for _ in range(channel.values)]
+        one_force = [channel.sensor == "force" and channel.values == 1 for channel in told]
+        self._zero = np.array([channel.zero for channel in told])
+        self._scale = np.array(
+            [channel.scale / (3.0 if one else 1.0) for channel, one in zip(told, one_force, strict=True)]
+        )
+        self._lowest = np.array([channel.lowest for channel in told])
+        self._highest = np.array([channel.highest for channel in told])
         # Below nothing is noise; forces keep theirs until their zero is taken.
-        self._floor = np.array([0.0 if channel.sensor == "proximity" else -np.inf for channel, _ in parts])
+        self._floor = np.array([0.0 if channel.sensor == "proximity" else -np.inf for channel in told])
 
     def samples(self, counts: Counts) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.bool_]]:
         """Cells (M), values (M, V) in SI units, saturated (M). A cell without any value is left out; a count beyond its
         range is no number, and its cell is then not believed."""
-        taken = counts[self._slots][:, self._columns]
-        there = np.isfinite(taken).any(axis=1)
-        taken = taken[there]
-        values = np.maximum((taken - self._zero) * self._scale, self._floor)
+        taken = counts[self._slots]
+        there = _any_of_row(np.isfinite(taken))
+        cells = self.cells
+        if not there.all():
+            taken, cells = taken[there], cells[there]
+        values = (taken - self._zero) * self._scale
+        np.maximum(values, self._floor, out=values)
         values[(taken < self._lowest) | (taken > self._highest)] = np.nan
         saturated = ((taken == self._lowest) & (self._scale < 0)) | ((taken == self._highest) & (self._scale > 0))
-        return self.cells[there], np.ascontiguousarray(values, np.float32), saturated.any(axis=1)
+        spread = np.ascontiguousarray(values.astype(np.float32).take(self._columns, axis=1))
+        return cells, spread, _any_of_row(saturated)
+
+
+def _any_of_row(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """As `flags.any(axis=1)`, which is slow on rows of few."""
+    found = flags[:, 0].copy()
+    for column in range(1, flags.shape[1]):
+        found |= flags[:, column]
+    return found
