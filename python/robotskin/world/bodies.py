@@ -180,7 +180,7 @@ def _add_thing(spec: mujoco.MjSpec, thing: ThingSpec, colour: str, priority: int
             body = bodies[owner[part.joint.on]].add_body(name=body_name(thing.name, part.name))
             _add_joint(body, part)
             bodies[part.name] = body
-        owner[part.name] = part.name if part.name in bodies else parts[0].name
+        owner[part.name] = part.name if part.name in bodies else owner[part.piece_of or parts[0].name]
         shapes.setdefault(owner[part.name], []).append((part.shape, pose(part.position_m, part.rotation_deg)))
         _add_geom(bodies[owner[part.name]], thing, part, part.mass_kg * share, colour, priority)
     return [
@@ -237,6 +237,12 @@ def _add_joint(body: mujoco.MjsBody, part: PartSpec) -> None:
     if low is not None and high is not None:
         added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         added.range = [low * unit, high * unit]
+        if isinstance(joint, things.Hinge):
+            added.solref_limit = [STOP_TIME_S, 1.0]
+
+
+STOP_TIME_S = 0.004
+"""Time constant of the ends of a hinge: two steps of the physics, as stiff as it gets. Light parts give way to more."""
 
 
 def _add_geom(

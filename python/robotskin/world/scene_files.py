@@ -160,6 +160,12 @@ def _check_thing(thing: ThingSpec, where: str) -> None:
             if not any(joint.axis):
                 raise SceneError(f"{at}: joint.axis: must have a direction")
             _check_range(joint, at)
+        if part.piece_of is not None and joint is not None:
+            raise SceneError(f"{at}: piece_of: {part.piece_of!r}: a part with a joint is a piece of its own")
+        if part.piece_of is not None and part.piece_of not in known:
+            raise SceneError(
+                f"{at}: piece_of: {part.piece_of!r}: choose from {', '.join(known) or 'no part before it'}"
+            )
         known.append(part.name)
 
 

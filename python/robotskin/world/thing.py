@@ -41,11 +41,16 @@ class Thing:
     @property
     def world_from_thing(self) -> NDArray[np.float64]:
         """(4, 4) metres, as of the last physics step."""
+        return self.world_from_piece(0)
+
+    def world_from_piece(self, number: int) -> NDArray[np.float64]:
+        """(4, 4) metres, of a piece in the order of the scene; at the beginning each has the frame of the thing."""
         with self._world._lock:
             data = self._world.scene.data
+            body = int(self._world.scene.object_body[self.pieces[number]])
             result = np.eye(4)
-            result[:3, :3] = data.xmat[self._body].reshape(3, 3)
-            result[:3, 3] = data.xpos[self._body]
+            result[:3, :3] = data.xmat[body].reshape(3, 3)
+            result[:3, 3] = data.xpos[body]
         return result
 
     @property

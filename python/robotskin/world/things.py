@@ -80,7 +80,7 @@ class Slide(Spec, frozen=True, tag="slide", tag_field="kind"):
 
 
 class PartSpec(Spec, frozen=True):
-    """A shape of a thing; without a joint it is one piece with the first part."""
+    """A shape of a thing; without a joint it is one piece with the first part, or with `piece_of`."""
 
     name: Name
     shape: Shape
@@ -90,6 +90,8 @@ class PartSpec(Spec, frozen=True):
     rotation_deg: Vector = (0.0, 0.0, 0.0)
     """Roll, pitch, yaw about the fixed axes of the thing."""
     joint: Hinge | Slide | None = None
+    piece_of: Name | None = None
+    """A part before it that it is fixed to; left out: the first."""
 
 
 class WaypointSpec(Spec, frozen=True):

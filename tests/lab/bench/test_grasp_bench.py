@@ -18,10 +18,15 @@ def test_one_trial_of_each_method(seed: int) -> None:
     assert figures["cylinder_reactive_violations"] == 0
 
 
+def test_what_was_not_tried_has_no_figure() -> None:
+    figures = run(parts="primitive,exact,hold", primitive_trials=0, exact_trials=0, hold_trials=0)
+    assert set(figures) == {"realtime_ratio"}
+
+
 def test_what_is_none_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="reactiv"):
         run(parts="reactiv")
-    with pytest.raises(UnknownNameError, match="ball, cylinder"):
+    with pytest.raises(UnknownNameError, match="ball, cylinder, pliers"):
         run(objects="cube")
     with pytest.raises(InputError, match="within 0 to 20"):
         run(least_mm=10, most_mm=5)

@@ -14,9 +14,12 @@ from robotskin.apps.grasp.carriage import Carriage
 from robotskin.apps.grasp.contacts import Shape, find_contacts, plan_paths
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
 from robotskin.apps.grasp.fingers import Hand
-from robotskin.apps.grasp.scene import OBJECTS, Trial, believed_shape, scene_of
+from robotskin.apps.grasp.levers import CLOSING_NM, MARGIN, Levers
+from robotskin.apps.grasp.scene import HANDLE_M, HINGE_M, ROUND, Trial, believed_shape, scene_of
+from robotskin.apps.grasp.script import Plan, run, session_of
 from robotskin.apps.grasp.shares import equilibrium_shares
 from robotskin.apps.grasp.states import TABLE, State
+from robotskin.calibration.force_sensors import shares
 from robotskin.cli import main
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
@@ -45,7 +48,7 @@ def test_pads_are_where_the_model_has_their_cells(hand: Hand, seed: int) -> None
         np.testing.assert_allclose((later.place - pads.place) / 1e-6, pads.moves[:, :, joint], atol=1e-5)
 
 
-@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("name", ROUND)
 def test_pads_come_to_their_contacts_also_where_the_thing_is_elsewhere(hand: Hand, name: str, seed: int) -> None:
     shape = believed_shape(name)
     contacts = find_contacts(hand, shape)
@@ -57,7 +60,7 @@ def test_pads_come_to_their_contacts_also_where_the_thing_is_elsewhere(hand: Han
         np.testing.assert_allclose(away, shape.radius_m + distance, atol=0.004)
 
 
-@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("name", ROUND)
 def test_nearness_tells_where_the_thing_is_whatever_it_reflects(hand: Hand, name: str, seed: int) -> None:
     generator = np.random.default_rng(seed)
     shape = believed_shape(name)
@@ -80,6 +83,37 @@ def test_shares_leave_what_is_held_at_rest() -> None:
     np.testing.assert_allclose(shares @ inward, 0, atol=0.05)
     np.testing.assert_allclose(np.cross(place, inward).T @ shares, 0, atol=0.005)
     assert shares[0] > shares[2]
+
+
+def test_handles_tell_where_their_hinge_is_and_are_pressed_without_a_turn(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for _ in range(10):
+        hinge = HINGE_M + generator.uniform(-0.01, 0.01)
+        height = np.array([0.045, 0.0, -0.045, 0.025]) + generator.uniform(-0.006, 0.006, 4)
+        levers = Levers(HINGE_M, HANDLE_M)
+        rest = generator.uniform(-0.003, 0.003)
+        levers.begin(np.full(3, rest))
+        turn = np.deg2rad(7.4)
+        # The outer side of the handle lies HANDLE_M from the hinge's axis, whatever way it has turned.
+        closed = rest + HANDLE_M - HANDLE_M / np.cos(turn) + np.tan(turn) * (hinge - height[:3])
+        levers.feel(height[:3], closed)
+        assert abs(levers.hinge_m - hinge) < 0.003 + 0.4 * abs(HINGE_M - hinge)
+        levers.believed_m = levers.hinge_m = hinge
+        force = levers.forces(height)
+        assert force[:3].sum() == pytest.approx(force[3], rel=0.03)
+        assert force[:3] @ (hinge - height[:3]) == pytest.approx(force[3] * (hinge - height[3]), rel=0.03)
+        assert force[3] * (hinge - height[3]) == pytest.approx(MARGIN * CLOSING_NM)
+        even = Levers(hinge, HANDLE_M, even=True).forces(height)
+        assert even[:3] @ (hinge - height[:3]) > 1.15 * even[3] * (hinge - height[3])
+
+
+def test_a_pad_tells_where_it_is_pressed(hand: Hand, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    robot = robots.load(ROBOT)
+    pads = hand.pads(generator.uniform(robot.lower, robot.upper)[hand.joints])
+    aside = generator.uniform(-0.005, 0.005, (4, 2))
+    pressed = pads.touched(2.0 * shares(aside))
+    np.testing.assert_allclose(pressed, pads.place + np.einsum("fij,fj->fi", pads.axes[:, :, :2], aside), atol=2e-6)
 
 
 def test_states_lead_to_a_hold_and_out_again() -> None:
@@ -113,9 +147,30 @@ def test_what_cannot_be_grasped_is_refused_by_name(hand: Hand) -> None:
     turned[:, :3, 1:3] *= -1
     with pytest.raises(SessionError, match="has no cell on the front"):
         Hand(robots.load(ROBOT), dataclasses.replace(finished(ROBOT), link_from_cell=turned))
-    answer = CliRunner().invoke(main.app, ["app", "grasp", "--headless", "--object", "pliers"])
-    assert answer.exit_code != 0
-    assert "pliers" in answer.output + str(answer.exception)
+    for options, told in (
+        (["--object", "tongs"], "tongs"),
+        (["--object", "pliers", "--primitive"], "use --equal"),
+        (["--object", "ball", "--equal"], "use --primitive"),
+    ):
+        answer = CliRunner().invoke(main.app, ["app", "grasp", "--headless", *options])
+        assert answer.exit_code != 0
+        assert told in answer.output + str(answer.exception)
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.timeout(300)
+def test_pliers_are_closed_and_do_not_turn(seed: int) -> None:
+    trial = Trial.drawn_along(np.random.default_rng(seed))
+    plan = Plan("pliers", "reactive", trial, hold_s=0, shake_s=0, touch_n=0, settle_s=0.8)
+    session = session_of(plan, seed)
+    try:
+        session.boot()
+        figures = run(session, plan)
+    finally:
+        session.shut_down()
+    assert (figures["held"], figures["running"], figures["limit_violations"]) == (1, 1, 0)
+    assert figures["jaw_gap_mm"] < 1
+    assert figures["turned_deg"] < 3
 
 
 @pytest.mark.timeout(300)

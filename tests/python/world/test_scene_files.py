@@ -123,6 +123,20 @@ def test_things_are_felt_where_they_touch(make_body, generator):
     assert felt > 0
 
 
+def test_a_part_is_one_piece_with_the_part_it_names(make_body):
+    handle = "[[things.parts]]\nname = '{}'\nshape = {{kind='sphere', radius_m=0.01}}\nposition_m = [{}, 0.0, 0.0]\n"
+    hinge = "joint = {kind='hinge', on='a', axis=[0.0, 0.0, 1.0]}\n"
+    tool = "[[things]]\nname = 'tool'\nposition_m = [3.0, 0.0, 0.0]\n" + handle.format("a", 0.1)
+    tool += handle.format("b", -0.1) + hinge + handle.format("c", -0.2) + "piece_of = 'b'\n" + handle.format("d", 0.2)
+    world = make_body(scene=read_scene(tool, "tool.toml"))
+    assert [[len(piece.parts)] for piece in world.scene.pieces] == [[2], [2]]
+    np.testing.assert_allclose(world.thing("tool").world_from_piece(1)[:3, 3], [3.0, 0.0, 0.0], atol=1e-9)
+    with pytest.raises(SceneError, match="piece_of: 'e': choose from a, b, c"):
+        read_scene(tool + "piece_of = 'e'\n", "tool.toml")
+    with pytest.raises(SceneError, match="a piece of its own"):
+        read_scene(tool.replace(hinge, hinge + "piece_of = 'a'\n"), "tool.toml")
+
+
 def test_what_a_thing_cannot_do_is_refused(make_body):
     ball = ThingSpec(name="ball", shape=Sphere(radius_m=0.03), moves="fixed", position_m=(0, 0, 2))
     world = make_body(scene=SceneSpec(things=(ball,)))

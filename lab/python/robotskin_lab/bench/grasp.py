@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reactive grasping (V-B): what is held, what was pushed before all fingers touched; the primitive grasp beside it."""
+"""Reactive grasping (V-B): what is held, what was pushed before all fingers touched; simpler grasps beside it."""
 
 from __future__ import annotations
 
@@ -10,23 +10,29 @@ from typing import Any
 import numpy as np
 
 from robotskin.apps.grasp.control import Method
-from robotskin.apps.grasp.scene import OBJECTS, Trial
+from robotskin.apps.grasp.scene import OBJECTS, PLIERS, Trial
 from robotskin.apps.grasp.script import TIPS_WITH_BACKS, Plan, session_of
 from robotskin.apps.grasp.script import run as grasp
 from robotskin.errors import InputError, UnknownNameError
 from robotskin_lab.bench.grasp_picture import draw_grasps, followed
 from robotskin_lab.bench.progress import tell, tell_step
 
-PARTS = ("reactive", "primitive", "exact", "hold")
+PARTS = ("reactive", "equal", "primitive", "exact", "hold")
+WITHOUT = {PLIERS: ("primitive", "exact"), "ball": ("equal",), "cylinder": ("equal",)}
+"""The parts that an object has no part in."""
+METHODS: dict[str, Method] = {"primitive": "primitive", "exact": "primitive", "equal": "equal"}
+CLOSED_MM, TURNED_DEG, TURNED_FAR_DEG = 1.0, 3.0, 5.0
 SHORT = {"hold_s": 1.0, "shake_s": 0.0, "touch_n": 0.0}
 
 
 def run(
     *,
     seed: int = 1,
-    parts: str = "reactive,primitive,exact,hold",
-    objects: str = "ball,cylinder",
+    parts: str = "reactive,equal,primitive,exact,hold",
+    objects: str = "ball,cylinder,pliers",
     trials: int = 50,
+    pliers_trials: int = 20,
+    equal_trials: int = 20,
     primitive_trials: int = 20,
     exact_trials: int = 10,
     hold_trials: int = 10,
@@ -37,8 +43,9 @@ def run(
     """Measure the parts named in `parts` on the `objects`, with commas between them.
 
     reactive, primitive: `trials` and `primitive_trials` with errors between `least_mm` and `most_mm`, ±3 mm of radius
-    and an unknown reflectance, each lifted and held for 1 s. exact: the primitive grasp without any error. hold:
-    `hold_trials` lifted, held for 5 s, shaken by 0.5 g at 2 Hz for 5 s, and touched on a finger's back with 5 N.
+    and an unknown reflectance, each lifted and held for 1 s. exact: the primitive grasp without any error. Pliers are
+    up to 10 mm off along their handles: `pliers_trials` reactive, and `equal_trials` with equal forces of the fingers.
+    hold: `hold_trials` lifted, held for 5 s, shaken by 0.5 g at 2 Hz for 5 s, and touched on a finger's back with 5 N.
     `picture`: where a reactive and a primitive grasp of the same ball are drawn.
     """
     wanted, things = [part.strip() for part in parts.split(",")], [one.strip() for one in objects.split(",")]
@@ -51,17 +58,22 @@ def run(
     if not 0 <= least_mm <= most_mm <= 20:
         raise InputError(f"errors between {least_mm:g} and {most_mm:g} mm: they must rise and lie within 0 to 20")
     within = (1e-3 * least_mm, 1e-3 * most_mm)
-    counts = {"reactive": trials, "primitive": primitive_trials, "exact": exact_trials, "hold": hold_trials}
+    counts = {"primitive": primitive_trials, "exact": exact_trials, "equal": equal_trials, "hold": hold_trials}
     figures: dict[str, Any] = {}
     began, simulated = time.process_time(), 0.0
     for name in things:
+        counts["reactive"] = pliers_trials if name == PLIERS else trials
         for part in wanted:
-            method: Method = "primitive" if part in ("primitive", "exact") else "reactive"
+            if part in WITHOUT[name]:
+                continue
+            method = METHODS.get(part, "reactive")
             found: list[dict[str, float]] = []
             for index in range(counts[part]):
                 tell_step(f"{part} grasp of the {name}: {index + 1} of {counts[part]}")
                 generator = np.random.default_rng([seed, index, OBJECTS.index(name)])
-                trial = Trial.drawn(generator, within) if part != "exact" else Trial()
+                trial = Trial()
+                if part != "exact":
+                    trial = Trial.drawn_along(generator) if name == PLIERS else Trial.drawn(generator, within)
                 long = part == "hold"
                 times = {"hold_s": 5.0, "shake_s": 5.0, "touch_n": 5.0} if long else SHORT
                 finger = TIPS_WITH_BACKS[index % len(TIPS_WITH_BACKS)]
@@ -69,7 +81,8 @@ def run(
                 measured, seconds = _one(plan, 1000 * seed + index)
                 found.append(measured)
                 simulated += seconds
-            figures |= _pooled(part, name, found)
+            if found:  # what was not tried has no figure
+                figures |= _pooled(part, name, found)
     figures["realtime_ratio"] = simulated / max(time.process_time() - began, 1e-9)
     if picture is not None:
         trial = Trial.drawn(np.random.default_rng([seed, 99]), (0.010, 0.010))
@@ -107,11 +120,23 @@ def _pooled(part: str, name: str, found: list[dict[str, float]]) -> dict[str, fl
         f"{label}_violations": float(values("limit_violations").sum()),
         f"{label}_stops": float((1 - values("running")).sum()),
     }
+    if name == PLIERS:
+        gap, turned = values("jaw_gap_mm"), values("turned_deg")
+        figures |= {
+            f"{label}_closed_and_straight": float(((gap < CLOSED_MM) & (turned < TURNED_DEG)).mean()),
+            f"{label}_below_{TURNED_FAR_DEG:g}_deg": float((turned < TURNED_FAR_DEG).mean()),
+            f"{label}_jaw_gap_mm": float(gap.max()),
+            f"{label}_turned_deg": float(np.median(turned)),
+            f"{label}_turned_most_deg": float(turned.max()),
+            f"{label}_hinge_error_mm": float(np.median(values("hinge_error_mm"))),
+        }
     if part == "hold":
         return figures | {
             f"{label}_slid_mm": float(values("slid_mm").max()),
             f"{label}_touch_gives_mm": float(values("touch_gives_mm").min()),
         }
+    if name == PLIERS:
+        return figures
     return figures | {
         f"{label}_undisturbed": float(values("undisturbed").mean()),
         f"{label}_moved_mm": float(np.median(values("moved_mm"))),

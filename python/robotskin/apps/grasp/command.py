@@ -11,10 +11,18 @@ from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 
 def command(
-    name: Annotated[str, typer.Option("--object", help="ball or cylinder.")] = "ball",
+    name: Annotated[str, typer.Option("--object", help="ball, cylinder or pliers.")] = "ball",
     primitive: Annotated[bool, typer.Option("--primitive", help="Close by belief alone: the baseline.")] = False,
+    equal: Annotated[
+        bool, typer.Option("--equal", help="Pliers: each finger presses alike, the other baseline.")
+    ] = False,
     error_mm: Annotated[
-        float, typer.Option(help="How far the thing is from where it is believed to be.", min=0, max=20)
+        float,
+        typer.Option(
+            help="How far the thing is from where it is believed to be; pliers: at most, along their handles.",
+            min=0,
+            max=20,
+        ),
     ] = 10.0,
     touch: Annotated[float, typer.Option(help="Newton on the back of a finger while it holds.", min=0, max=5)] = 5.0,
     headless: Headless = False,
@@ -29,14 +37,24 @@ def command(
     import numpy as np
     from rich.console import Console
 
-    from robotskin.apps.grasp.scene import Trial
+    from robotskin.apps.grasp.control import Method
+    from robotskin.apps.grasp.scene import PLIERS, Trial
     from robotskin.apps.grasp.script import Plan, bounds, run, session_of
+    from robotskin.errors import InputError
     from robotskin.figures import report
 
+    if name == PLIERS and primitive:
+        raise InputError("--primitive with pliers: it knows no handles; use --equal for a baseline")
+    if name != PLIERS and equal:
+        raise InputError(f"--equal with {name}: it belongs to the pliers; use --primitive for a baseline")
     console = Console()
+    method: Method = "primitive" if primitive else "equal" if equal else "reactive"
     generator = np.random.default_rng([seed, 13])
-    trial = Trial.drawn(generator, (1e-3 * error_mm, 1e-3 * error_mm)) if error_mm > 0 else Trial()
-    plan = Plan(name, "primitive" if primitive else "reactive", trial, touch_n=touch)
+    trial = Trial()
+    if error_mm > 0:
+        most = 1e-3 * error_mm
+        trial = Trial.drawn_along(generator, most) if name == PLIERS else Trial.drawn(generator, (most, most))
+    plan = Plan(name, method, trial, touch_n=touch)
     session = session_of(plan, seed)
     try:
         with console.status("booting the skin") as status:

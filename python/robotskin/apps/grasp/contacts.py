@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where four fingers touch a ball or a cylinder, and the paths on which they come: from the shape alone."""
+"""Where four fingers touch a ball, a cylinder or the handles of a tool, and the paths on which they come."""
 
 from __future__ import annotations
 
@@ -25,14 +25,20 @@ _REST = np.array([[-0.3, 0.2, 1.5, 0.1], [0.0, 0.2, 1.5, 0.1], [0.3, 0.2, 1.5, 0
 
 @dataclass(frozen=True)
 class Shape:
-    """What is to be grasped: a ball, or an upright cylinder. radius_m; length_m: of a cylinder, 0 for a ball."""
+    """What is to be grasped: a ball, an upright cylinder, or two upright handles, `flat` and on both sides of a gap.
+
+    radius_m: from the middle to the surface; length_m: of a cylinder or of handles, 0 for a ball.
+    """
 
     radius_m: float
     length_m: float = 0.0
+    flat: bool = False
 
     @property
     def seen(self) -> Array:
-        """(3,) the axes along which its surface is curved: 0 along the axis of a cylinder."""
+        """(3,) the axes along which its surface is curved: 0 along the axis of a cylinder, and of what is flat."""
+        if self.flat:
+            return np.zeros(3)
         return np.array([1.0, 1.0, 0.0 if self.length_m else 1.0])
 
     @property
@@ -95,6 +101,13 @@ _CYLINDER = _Grip(
     np.array([[-0.42, -0.91, 0.0], [-0.36, -0.93, 0.0], [-0.42, -0.91, 0.0], [0.30, 0.95, 0.0]]),
     np.array([0.045, 0.0, -0.045, 0.012]),
 )
+_CLOSING = np.array([np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20)), 0.0])
+"""From the fingers' handle to the thumb's: pads lie on both within 10 degrees."""
+_HANDLES = _Grip(
+    np.array([0.075, -0.030, 0.006]),
+    np.array([-_CLOSING, -_CLOSING, -_CLOSING, _CLOSING]),
+    np.array([0.045, 0.0, -0.045, 0.025]),
+)
 
 
 def find_contacts(hand: Hand, shape: Shape) -> Contacts:
@@ -102,7 +115,7 @@ def find_contacts(hand: Hand, shape: Shape) -> Contacts:
 
     Raises SessionError for a shape that the fingers cannot reach around.
     """
-    grip = _CYLINDER if shape.length_m else _BALL
+    grip = _HANDLES if shape.flat else _CYLINDER if shape.length_m else _BALL
     outward = grip.outward / np.linalg.norm(grip.outward, axis=1)[:, None]
     place = grip.centre + outward * shape.radius_m + np.outer(grip.height, [0.0, 0.0, 1.0])
     angles, error = _REST, np.ones(4)

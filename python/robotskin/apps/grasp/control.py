@@ -13,27 +13,42 @@ from robotskin.apps.grasp.carriage import Carriage
 from robotskin.apps.grasp.contacts import DEEPEST_M, Shape, find_contacts, plan_paths
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre
 from robotskin.apps.grasp.fingers import Hand
+from robotskin.apps.grasp.levers import MOST_N, Levers
+from robotskin.apps.grasp.scene import HINGE_M
 from robotskin.apps.grasp.shares import equilibrium_shares
 from robotskin.apps.grasp.states import Seen, State, following
-from robotskin.apps.grasp.tasks import use_grasp
+from robotskin.apps.grasp.tasks import grasp_gains, use_grasp
 from robotskin.session import PERIOD_S, Session
+from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M
 
 Array = NDArray[np.float64]
-Method = Literal["reactive", "primitive"]
+Method = Literal["reactive", "primitive", "equal"]
+"""equal: as reactive, and each finger presses alike; of what has handles alone."""
 
 PERIODS = 4
 """Of the session, between two looks: a cell samples every 4 ms."""
 LOOK_S = PERIODS * PERIOD_S
 OPEN_M, SURVEY_M, NEAR_M = 0.030, 0.012, 0.004
 SPEED_M_S, TOUCH_SPEED_M_S = 0.030, 0.003
+SURVEY_PER_S, SURVEY_M_S = 4.0, 0.020
+APPROACH_PER_S, APPROACH_M_S = 2.5, 0.012
+"""How fast a missing distance goes, and the most. A leaning pad meets a ball with its edge before its middle says so.
+Behind it is the rotors' inertia, some 1.5 kg: at 5 mm/s that is half a newton."""
 PRIMITIVE_DEPTH_M = 0.012
 """How far inside of the believed surface the primitive grasp closes."""
+DRAW_BACK_M_S = 0.012
+"""Of a finger that feels something too early."""
 GIVE_M_S_N = 0.006
 """How fast a finger moves for a newton that it lacks."""
+PRESS_PER_S, FOLLOW_PER_S = 4.0, 20.0
+"""How fast a lack of force is made up for, and how fast a finger's path follows its pad."""
 SLIP_GAIN, SLIP_MOST = 1.2, 2.0
 SLIP_SHARE, SLIP_LEAST_N, SLIP_LOOKS = 0.7, 0.5, 5
 """A slip: of half a newton or more less than this share is left after so many looks."""
 HELD_N = 0.1
+PUSHED_N = 0.5
+YIELD_PER_S, YIELD_M_S, YIELD_MOST_M = 4.0, 0.006, 0.004
+"""From which force on a finger's back on all fingers go along, and how fast and how far."""
 FARTHEST_SHIFT_M = 0.02
 
 
@@ -50,12 +65,15 @@ class GraspControl:
 
     def __init__(self, session: Session, shape: Shape, method: Method = "reactive", grip: Grip | None = None) -> None:
         self.session, self.shape, self.method = session, shape, method
-        self.grip = grip or Grip()
+        # With handles a share is a newton.
+        self.grip = grip or (Grip(force_n=1.0) if shape.flat else Grip())
         self.hand = Hand(session.robot, session.layout)
         self.contacts = find_contacts(self.hand, shape)
         self.centre = self.contacts.centre
         """(3,) metres, where the thing is believed to be, the carriage at 0."""
         self.paths = plan_paths(self.hand, shape, self.contacts)
+        self.levers: Levers | None = None
+        """Of what has handles."""
         self.shares = self._shares()
         self.state = State.OPENING
         self.since_s = 0.0
@@ -63,8 +81,13 @@ class GraspControl:
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
         """(4,) newton that each finger's front feels."""
+        self.back_n = 0.0
+        """Newton on the backs of all fingers."""
+        self._stretch, self._gave = np.zeros(4), np.zeros(4)
         self.near = np.full(4, np.inf)
         """(4,) metres from each pad, as its cell takes it."""
+        self.press = np.zeros(4)
+        """(4,) newton with which the fingers press beside their springs."""
         self.strength = 1.0
         """By which slips have made the squeeze stronger."""
         self.carriage = Carriage()
@@ -76,6 +99,7 @@ class GraspControl:
         self._from: Array | None = None
         angles = np.array(session.joints.position)
         self._reference = angles
+        self._stiffness = np.array(grasp_gains(self.hand, session.robot.joint_count).stiffness)[self.hand.joints]
         self.task = use_grasp(session, self.hand)
 
     def release(self) -> None:
@@ -86,6 +110,7 @@ class GraspControl:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
         self.state, self.since_s, self.strength = State.OPENING, 0.0, 1.0
+        self.press = np.zeros(4)
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)
         self.shares = self._shares()
@@ -112,12 +137,13 @@ class GraspControl:
     def _look(self) -> None:
         cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
         force = np.array([cells[front].sum() for front in self.hand.front])
+        self.back_n = float(sum(cells[back].sum() for back in self.hand.back))
         if self.state is State.OPENING:
             self._tare, self._tares = self._tare + force, self._tares + 1
             force = np.zeros(4)
         else:
             force = force - self._tare / max(self._tares, 1)
-        if self.state is State.HOLD and self.method == "reactive" and self._slips(force):
+        if self.state is State.HOLD and self.method != "primitive" and self._slips(force):
             self.strength = min(SLIP_GAIN * self.strength, SLIP_MOST)
         self.force = force
         self.near = np.asarray(self.session.skin.distance, dtype=float)[self.hand.tip]
@@ -139,13 +165,14 @@ class GraspControl:
         close = np.abs(self._scale.true(self.near) - NEAR_M) < 0.0015
         return Seen(
             since_s=self.since_s,
-            reactive=self.method == "reactive",
+            reactive=self.method != "primitive",
             open=bool((self.distance >= OPEN_M - 1e-6).all()),
             surveyed=bool((off | touches).all()),
             near=bool((close | (self.force >= 0.6 * self.grip.touch_n)).all()),
             touching=bool(touches.all()),
             closed=bool((self.distance <= -PRIMITIVE_DEPTH_M + 1e-6).all())
             and self.since_s > 0.3 + (OPEN_M + PRIMITIVE_DEPTH_M) / SPEED_M_S,
+            risen=self.levers is None or self._reached_forces(),
             held=bool((self.force > HELD_N).sum() >= 2),
             asked_to_release=self._asked_to_release,
         )
@@ -155,16 +182,21 @@ class GraspControl:
     def _enter(self) -> None:
         if self.state is State.MOVING:
             self._from = self._reference[self.hand.joints].copy()
+            if self.shape.flat:  # each finger finds its handle by itself
+                return
             self.centre = self._estimate()
             self.paths = plan_paths(self.hand, self.shape, self.contacts, self.centre)
             self.shares = self._shares()
             self.distance = np.full(4, SURVEY_M + 0.002)
+        if self.state is State.SQUEEZE and self.levers is not None:
+            self.levers.begin(self._closed(self._pressed()))
         if self.state in (State.APPROACH, State.CLOSING):
             self._from = None
 
     def _act(self) -> None:
         touch, state = self.grip.touch_n, self.state
         if state in (State.OPENING, State.RELEASE):
+            self.press = np.zeros(4)
             self._move(np.full(4, SPEED_M_S))
         elif state is State.CLOSING:
             self.distance = np.maximum(self.distance - SPEED_M_S * LOOK_S, -PRIMITIVE_DEPTH_M)
@@ -173,27 +205,73 @@ class GraspControl:
             if state is State.APPROACH:
                 self._scale.learn(self.distance, self.near)
                 seen = self._scale.true(self.near)
-            error = np.minimum(seen, 0.06) - (SURVEY_M if state is State.SURVEY else NEAR_M)
-            error = np.where(self.force < touch, error, -0.002)
-            self._move(-np.clip(6 * error, -SPEED_M_S, SPEED_M_S))
+            wanted, rate, most = SURVEY_M, SURVEY_PER_S, SURVEY_M_S
+            if state is State.APPROACH:
+                wanted, rate, most = NEAR_M, APPROACH_PER_S, APPROACH_M_S
+            speed = np.clip(rate * (np.minimum(seen, 0.06) - wanted), -most, most)
+            self._move(-np.where(self.force < touch, speed, -DRAW_BACK_M_S))
         elif state is State.TOUCHING:
             far = np.clip(self._scale.true(self.near), 0, 0.02)
             speed = TOUCH_SPEED_M_S * np.clip(far / max(float(far.mean()), 1e-4), 0.5, 1.5)
             self._move(np.where(self.force < touch, -speed, 0.0))
         elif state is State.SQUEEZE:
-            rise = min(1.0, self.since_s)
-            wanted = touch + (self.grip.force_n * self.shares - touch) * rise
-            self._move(-np.clip(GIVE_M_S_N * (wanted - self.force), -0.01, 0.01))
-        elif state is State.HOLD and self.method == "reactive":
-            wanted = self.strength * self.grip.force_n * self.shares
-            lacks = float((wanted - self.force).sum() / self.shares.sum())
+            self._squeeze()
+        elif state is State.HOLD and self.method != "primitive":
+            self._hold()
+
+    def _squeeze(self) -> None:
+        """Each finger's force rises to its share."""
+        touch = self.grip.touch_n
+        if self.levers is not None:
+            pressed = self._pressed()
+            height = pressed[:, 2] - self.centre[2]
+            if (self.force[:3] > 0.5 * touch).all():
+                self.levers.feel(height[:3], self._closed(pressed))
+            self.shares = self.levers.forces(height)
+        rise = min(1.0, self.since_s)
+        lacks = touch + (self.grip.force_n * self.shares - touch) * rise - self.force
+        if self.levers is None:
+            self._move(-np.clip(GIVE_M_S_N * lacks, -0.01, 0.01))
+        else:
+            self._press(lacks)
+
+    def _hold(self) -> None:
+        """The fingers close or open together; where a person pushes a finger from behind, all go along."""
+        stretch = self._away() - self.distance
+        if self.back_n < PUSHED_N:
+            self._stretch, self._gave = stretch, np.zeros(4)
+        else:
+            speed = np.clip(YIELD_PER_S * (stretch - self._stretch), -YIELD_M_S, YIELD_M_S)
+            gave = np.clip(self._gave + LOOK_S * speed, -YIELD_MOST_M, YIELD_MOST_M)
+            self._move((gave - self._gave) / LOOK_S)
+            self._gave = gave
+            return
+        wanted = self.strength * self.grip.force_n * self.shares
+        lacks = float((wanted - self.force).sum() / self.shares.sum())
+        if self.levers is None:
             self._move(np.full(4, -np.clip(GIVE_M_S_N * lacks, -0.005, 0.005)))
+        else:
+            self.press = self.press + LOOK_S * PRESS_PER_S * np.clip(lacks, -0.2, 0.2) * self.shares
 
     def _move(self, speed: Array) -> None:
         self.distance = np.clip(self.distance + LOOK_S * speed, DEEPEST_M + 0.001, OPEN_M)
 
+    def _press(self, lacks: Array) -> None:
+        """Forces straight along the paths: a finger whose path ends where its pad is presses in no other direction."""
+        self.press = np.clip(self.press + LOOK_S * PRESS_PER_S * lacks, 0.0, MOST_N)
+        self._move(np.clip(FOLLOW_PER_S * (self._away() - self.distance), -0.05, 0.05))
+
+    def _away(self) -> Array:
+        """(4,) metres of the pads from the surface along their paths, as it is believed."""
+        pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
+        return np.asarray(((pads.place - self.centre) * self.contacts.outward).sum(axis=1) - self.shape.radius_m)
+
     def _send(self) -> None:
         angles = self.paths.at(self.distance)
+        if self.press.any():
+            torque = np.einsum("fij,fi->fj", self.hand.pads(angles).moves, -self.contacts.outward)
+            angles = angles + torque * self.press[:, None] / self._stiffness
+            angles = np.clip(angles, self.hand.lower, self.hand.upper)
         if self.state is State.MOVING and self._from is not None:
             share = min(1.0, self.since_s / 0.5)
             share = share * share * (3 - 2 * share)
@@ -215,7 +293,23 @@ class GraspControl:
         shift = found - self.centre
         return np.asarray(self.centre + shift * min(1.0, FARTHEST_SHIFT_M / max(float(np.linalg.norm(shift)), 1e-9)))
 
+    def _pressed(self) -> Array:
+        """(4, 3) metres where the pads are pressed, the carriage at 0."""
+        pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
+        return pads.touched(np.asarray(self.session.skin.normal_force, dtype=float)[self.hand.tip])
+
+    def _closed(self, pressed: Array) -> Array:
+        """(3,) metres of the fingers' handle along the way in which it closes: the skin is pressed in on it."""
+        return np.asarray(pressed[:3] @ self.contacts.outward[3] - self.force[:3] / SKIN_STIFFNESS_N_PER_M)
+
+    def _reached_forces(self) -> bool:
+        wanted = self.grip.force_n * self.shares
+        return bool((np.abs(self.force - wanted) < np.maximum(0.1 * wanted, 0.15)).all())
+
     def _shares(self) -> Array:
+        if self.shape.flat:
+            self.levers = Levers(HINGE_M, self.shape.radius_m, even=self.method == "equal")
+            return self.levers.forces(self.contacts.height)
         # A flat pad presses along its own normal, where the surface is parallel to it.
         inward = self.contacts.facing
         place = self.centre - self.shape.radius_m * inward * self.shape.seen

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.firmware import FORCE_SENSOR_POINTS_M, HEXAGON_SIDE_M
 from robotskin.layout import Layout
 from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
@@ -29,13 +30,23 @@ _PALMAR = 0.4
 class Pads:
     """The pads of four fingers. place: (4, 3) metres; normal: (4, 3); along base axes, the carriage at 0.
 
-    moves: (4, 3, 4) metres per radian and turns: (4, 3, 4) of the normal, by the finger's four joints.
+    axes: (4, 3, 3) of the pads' cells; moves: (4, 3, 4) metres per radian and turns: (4, 3, 4) of the normal, by the
+    finger's four joints.
     """
 
     place: Array
     normal: Array
+    axes: Array
     moves: Array
     turns: Array
+
+    def touched(self, readings: Array) -> Array:
+        """(4, 3) metres where the pads are pressed, from the (4, 3) forces of their cells' sensors."""
+        share = readings / np.maximum(readings.sum(axis=1, keepdims=True), 1e-9)
+        points = np.asarray(FORCE_SENSOR_POINTS_M)
+        towards = points / np.linalg.norm(points, axis=1, keepdims=True)
+        aside = 2 * HEXAGON_SIDE_M * share @ towards
+        return np.asarray(self.place + np.einsum("fij,fj->fi", self.axes[:, :, :2], aside))
 
 
 class Hand:
@@ -109,7 +120,8 @@ class Hand:
             shift = shift + np.einsum("fij,fj->fi", rotation, moved)
             rotation = rotation @ turn
         place = np.einsum("fij,fj->fi", rotation, self._pad[:, :3, 3]) + shift
-        normal = np.einsum("fij,fj->fi", rotation, self._pad[:, :3, 2])
+        pad_axes = rotation @ self._pad[:, :3, :3]
+        normal = pad_axes[:, :, 2]
         moves = np.stack([np.cross(axis, place - point) for axis, point in zip(axes, points, strict=True)], axis=2)
         turns = np.stack([np.cross(axis, normal) for axis in axes], axis=2)
-        return Pads(place, normal, moves, turns)
+        return Pads(place, normal, pad_axes, moves, turns)

@@ -7,7 +7,7 @@ from rich.console import Console
 
 from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.fingers import NAMES
-from robotskin.apps.grasp.scene import believed_shape
+from robotskin.apps.grasp.scene import PLIERS, believed_shape
 from robotskin.apps.grasp.script import GRAVITY, LIFT_M, Plan
 from robotskin.live.live_session import LiveSession
 from robotskin.live.told_page import Orders, ToldPage
@@ -28,6 +28,9 @@ class GraspPage(ToldPage):
             "Let go": control.release,
             "Grasp again": control.restart,
         }
+        if control.levers is not None:
+            thing = control.session.world.thing(PLIERS)
+            orders = {"The holder lets go": thing.let_go, **orders}
         super().__init__(session, "Grasp", port, orders)
 
     def told(self, snapshot: Snapshot) -> str:
@@ -38,9 +41,10 @@ class GraspPage(ToldPage):
             f"<td>{control.shares[finger]:.2f}</td></tr>"
             for finger, name in enumerate(NAMES)
         )
+        share = "share" if control.levers is None else "wants, N"
         return (
             f'<div style="padding:0 12px;font-size:12px" data-grasp="{control.state.name.lower()}">'
-            f"<b>{control.state}</b><table><tr><td>finger</td><td>feels</td><td>near</td><td>share</td></tr>{rows}"
+            f"<b>{control.state}</b><table><tr><td>finger</td><td>feels</td><td>near</td><td>{share}</td></tr>{rows}"
             "</table></div>"
         )
 

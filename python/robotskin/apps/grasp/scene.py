@@ -15,8 +15,12 @@ from robotskin.errors import UnknownNameError
 from robotskin.world import SceneSpec, load_scene
 from robotskin.world.things import Cylinder, Sphere
 
-OBJECTS = ("ball", "cylinder")
+ROUND = ("ball", "cylinder")
+PLIERS = "pliers"
+OBJECTS = (*ROUND, PLIERS)
 TUBE = "tube"
+HINGE_M, HANDLE_M = 0.100, 0.022
+"""Of the pliers: their hinge above the middle of the grasp, and from the hinge's axis to the outer side of a handle."""
 _RIM_M, _EDGE_M = 0.008, 0.001
 
 
@@ -37,11 +41,20 @@ class Trial:
         radius = float(generator.uniform(-0.003, 0.003))
         return cls((float(error[0]), float(error[1]), float(error[2])), radius, float(generator.uniform(0.6, 1.2)))
 
+    @classmethod
+    def drawn_along(cls, generator: np.random.Generator, most_m: float = 0.010) -> Trial:
+        """Of pliers: up to `most_m` along the handles, ±3 mm across them, an unknown reflectance."""
+        across = generator.uniform(-0.003, 0.003, 2)
+        along = float(generator.uniform(-most_m, most_m))
+        return cls((float(across[0]), float(across[1]), along), 0.0, float(generator.uniform(0.6, 1.2)))
+
 
 def believed_shape(name: str) -> Shape:
     """What the hand believes of an object. Raises UnknownNameError."""
     if name not in OBJECTS:
         raise UnknownNameError("object to grasp", name, OBJECTS)
+    if name not in ROUND:
+        return Shape(HANDLE_M, 2 * HINGE_M, flat=True)
     shape = _file(name).thing(name).shape
     assert isinstance(shape, Sphere | Cylinder)
     return Shape(shape.radius_m, shape.length_m if isinstance(shape, Cylinder) else 0.0)
@@ -54,6 +67,9 @@ def scene_of(name: str, trial: Trial) -> SceneSpec:
     thing = scene.thing(name)
     radius = shape.radius_m + trial.radius_error_m
     place = np.add(thing.position_m, trial.error_m)
+    if shape.flat:
+        replaced = msgspec.structs.replace(thing, position_m=_three(place), reflectance=trial.reflectance)
+        return msgspec.structs.replace(scene, things=(replaced,))
     # The rim touches a ball beside its lowest point, and a cylinder on its flat end.
     below = shape.half_height_m + _EDGE_M if shape.length_m else float(np.sqrt((radius + _EDGE_M) ** 2 - _RIM_M**2))
     form: Sphere | Cylinder = Sphere(radius_m=radius)

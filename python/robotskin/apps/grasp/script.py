@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.grasp.control import GraspControl, Method
-from robotskin.apps.grasp.scene import Trial, believed_shape, scene_of
+from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape, scene_of
 from robotskin.apps.grasp.states import State
 from robotskin.figures import Bound
 from robotskin.layout import finished
@@ -25,7 +25,10 @@ LIFT_M = 0.15
 GRAVITY = 9.81
 LOST_M = 0.05
 """How far a held thing may come from where it was in the hand."""
-PATIENCE_S = 14.0
+PATIENCE_S = 20.0
+JAW_M = 0.035
+CLOSED_RAD = np.deg2rad(7.4)
+"""Of the pliers: the length of their jaws, and by how much their handles turn until these meet."""
 TIPS_WITH_BACKS = (0, 2, 3)
 """The middle finger has no cell on the back of its tip."""
 
@@ -44,14 +47,18 @@ class Plan:
     """On the back of a finger, for 1.5 s; 0: none."""
     touched_finger: int = 0
     """One of `TIPS_WITH_BACKS`."""
+    settle_s: float = 2.0
+    """After the holder of the pliers has let them go."""
 
 
 def bounds(plan: Plan) -> list[Bound]:
-    """What must hold of the reactive grasp; the primitive one is here to be compared."""
+    """What must hold of the reactive grasp; the others are here to be compared."""
     held = [Bound("held", 1, 1), Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
-    if plan.method == "primitive":
+    if plan.method != "reactive":
         return held[1:]
     touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n else []
+    if plan.name == PLIERS:
+        return [*held, Bound("jaw_gap_mm", most=1.0), Bound("turned_deg", most=3.0)]
     return [*held, Bound("moved_mm", most=1e3 * UNDISTURBED_M), Bound("force_before_grip_n", most=1.5), *touched]
 
 
@@ -67,6 +74,7 @@ class Watch:
     def __init__(self, session: Session, control: GraspControl, name: str) -> None:
         self.session, self.control, self.thing = session, control, session.world.thing(name)
         self.start = self.thing.position_m
+        self.start_turn = self.thing.world_from_thing[:3, :3]
         self.front = [session.world_cells[cells] for cells in control.hand.front]
         self.touched: NDArray[np.bool_] = np.zeros(4, dtype=bool)
         self.moved_m = float("nan")
@@ -114,7 +122,8 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     Figures: `moved_mm`, how far the thing had been pushed when the last finger touched it (`undisturbed`: less than
     5 mm); `force_before_grip_n`, the largest on a cell until then; `estimate_error_mm`; `force_unevenness`, the
     deviation of force over share across the fingers; `held` after lift, hold and shaking; `touch_gives_mm`, how far a
-    finger gave way to a touch of its back.
+    finger gave way to a touch of its back. Of pliers, once their holder has let go: `jaw_gap_mm` and `turned_deg`, the
+    largest until after the shaking, and `hinge_error_mm`, how far off the hand takes their hinge to be.
     """
     control = GraspControl(session, believed_shape(plan.name), plan.method)
     watch = Watch(session, control, plan.name)
@@ -135,6 +144,11 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
         "force_unevenness": float(forces.std() / max(float(forces.mean()), 1e-9)),
         "grasp_s": session.world.time_s - begun,
     }
+    if plan.name == PLIERS:
+        progress("is given the tool")
+        watch.thing.let_go()
+        watch.run(plan.settle_s)
+        figures |= tool_figures(watch)
     progress("lifts")
     held_at = watch.in_hand_m
     control.carriage.go(LIFT_M)
@@ -145,6 +159,8 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
         control.carriage.shake(plan.shake_g * GRAVITY, 2.0, plan.shake_s)
         watch.run(plan.shake_s + 0.2)
         away.append(float(np.linalg.norm(watch.in_hand_m - held_at)))
+    if plan.name == PLIERS:
+        figures |= {key: max(figures[key], now) for key, now in tool_figures(watch).items()}
     if plan.touch_n > 0:
         progress("touches the back of a finger")
         figures["touch_gives_mm"] = 1e3 * touch_gives_m(watch, plan.touch_n, plan.touched_finger)
@@ -155,6 +171,26 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
         "limit_violations": float(session.controller.report.violations),
         "running": float(watch.running),
     }
+
+
+def tool_figures(watch: Watch) -> dict[str, float]:
+    """How far the jaws are from each other at their ends, and by how much the tool has turned since the beginning."""
+    handle, other = (watch.thing.world_from_piece(number)[:3, :3] for number in range(2))
+    closed = _turn_rad(handle.T @ other)
+    return {
+        "jaw_gap_mm": 1e3 * JAW_M * max(CLOSED_RAD - closed, 0.0),
+        "turned_deg": float(np.rad2deg(_turn_rad(handle @ watch.start_turn.T))),
+        "hinge_error_mm": 1e3 * abs(_hinge_error_m(watch)),
+    }
+
+
+def _hinge_error_m(watch: Watch) -> float:
+    levers = watch.control.levers
+    return float("nan") if levers is None else float(watch.control.centre[2] + levers.hinge_m - watch.start[2])
+
+
+def _turn_rad(rotation: NDArray[np.float64]) -> float:
+    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
 
 
 def touch_gives_m(watch: Watch, force_n: float, finger: int) -> float:

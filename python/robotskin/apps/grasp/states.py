@@ -36,6 +36,7 @@ class Seen:
     near: bool
     touching: bool
     closed: bool
+    risen: bool
     held: bool
     asked_to_release: bool
 
@@ -49,7 +50,7 @@ TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.TOUCHING, lambda seen: seen.touching, State.SQUEEZE, "every finger touches", 0.0, 5.0),
     Row(State.CLOSING, lambda seen: seen.closed, State.HOLD, "at the end of its path"),
     Row(State.SQUEEZE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
-    Row(State.SQUEEZE, lambda seen: True, State.HOLD, "the force has risen", 1.6),
+    Row(State.SQUEEZE, lambda seen: seen.risen, State.HOLD, "the force has risen", 1.6, 8.0),
     Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.HOLD, lambda seen: not seen.held, State.LOST, "no finger feels anything", 0.3),
     Row(State.LOST, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
