@@ -77,6 +77,7 @@ PYTHON_ORDER = [
     "configuring",
     "record",
     "sharing",
+    "fleet",
     "foreign",
     "export",
     "viewer",

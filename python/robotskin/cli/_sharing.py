@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from robotskin.fleet.published import PublishedRobot
     from robotskin.record import Recorder
-    from robotskin.record.recorder import Recorded
+    from robotskin.record.facts import Recorded
     from robotskin.robots import Robot
     from robotskin.sharing.follower import Show
     from robotskin.sharing.ros2_bridge import Ros2Bridge
@@ -44,19 +45,36 @@ Ros2Commands = Annotated[
     bool,
     typer.Option("--ros2-commands", help="With --ros2 and the page: take goals and behaviours from there, too."),
 ]
+Fleet = Annotated[
+    Path | None,
+    typer.Option(
+        "--fleet",
+        metavar="FILE",
+        help="Join a fleet as the robot of this file (robotskin fleet keys): be seen, and be stopped.",
+        dir_okay=False,
+    ),
+]
 
 
 @dataclass
 class Sharing:
-    """What looks on. recorder: None where nothing is recorded or shown."""
+    """What looks on. recorder: None where nothing is recorded or shown; member: of a fleet."""
 
     recorder: Recorder | None
     bridge: Ros2Bridge | None
     commands: bool
     robot: Robot
+    member: PublishedRobot | None = None
 
     def heed(self, session: Commanded) -> contextlib.AbstractContextManager[object]:
-        """Let the session take what comes by ROS 2 while a `with` block lasts, where it was asked for."""
+        """Let the session take what comes by ROS 2 while a `with` block lasts, where it was asked for.
+
+        A fleet is told from now on what the session knows of itself.
+        """
+        if self.member is not None:
+            from robotskin.cli._in_fleet import told_by
+
+            self.member.look = told_by(session, self.member.look)
         if self.bridge is None or not self.commands:
             return contextlib.nullcontext()
         from robotskin.sharing.ros2_commands import BEHAVIOUR, GOAL, Ros2Commands
@@ -74,6 +92,7 @@ def shared(
     ros2: int | None = None,
     ros2_interface: str | None = None,
     ros2_commands: bool = False,
+    fleet: Path | None = None,
 ) -> Iterator[Sharing]:
     """The session recorded and shown where options ask for it, while a `with` block lasts."""
     from robotskin.sharing.shared import shared as shared_session
@@ -92,8 +111,15 @@ def shared(
         bridge = ros2_bridge(session, robot, ros2, ros2_interface)
         tell(bridge.told)
         shows.append(bridge)
-    with shared_session(session, shows, record, tell) as recorder:
-        yield Sharing(recorder, bridge, ros2_commands, robot)
+    member: PublishedRobot | None = None
+    if fleet is not None:
+        from robotskin.cli._in_fleet import member_of
+
+        member = member_of(fleet, session, tell)
+        shows.append(member)
+    also = [] if member is None else [member]
+    with shared_session(session, shows, record, tell, also) as recorder:
+        yield Sharing(recorder, bridge, ros2_commands, robot, member)
 
 
 def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | None) -> Ros2Bridge:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
+from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ def command(
     ros2: Ros2 = None,
     ros2_interface: Ros2Interface = None,
     ros2_commands: Ros2Commands = False,
+    fleet: Fleet = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
@@ -119,7 +120,7 @@ def command(
             )
             for line in session.seen:
                 console.print(f"robot: {line}")
-            with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands) as sharing:
+            with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands, fleet) as sharing:
                 status = run_headless(session, seconds, json_file) if headless else show(session, port, sharing)
         finally:
             moved.stop()

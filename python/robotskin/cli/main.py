@@ -49,6 +49,7 @@ ORDER = (
     "record",
     "replay",
     "export",
+    "fleet",
     "doctor",
     "bench",
     "reproduce",

@@ -10,7 +10,7 @@ import typer
 
 from robotskin.cli._cell_time import CellTime
 from robotskin.cli._ideal import Ideal
-from robotskin.cli._sharing import Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
+from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -100,6 +100,7 @@ def command(
     ros2: Ros2 = None,
     ros2_interface: Ros2Interface = None,
     ros2_commands: Ros2Commands = False,
+    fleet: Fleet = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
     cells_take_time: CellTime = False,
@@ -156,7 +157,7 @@ def command(
         )
         session.set_source(source)
     tell_made(console, ready)
-    with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands) as sharing:
+    with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands, fleet) as sharing:
         if headless:
             raise typer.Exit(run_script(session, seconds, target, json_file))
         from robotskin.cli.demo import show

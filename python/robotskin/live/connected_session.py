@@ -95,6 +95,7 @@ class ConnectedSession(LiveRobot):
 
     def _start_again(self) -> None:
         self.session.stop()
+        self.session.unlock()
         self._page_lost, self._restart = False, True
 
     def _work(self) -> None:

@@ -14,7 +14,7 @@ from robotskin.errors import InputError, UnknownNameError
 from robotskin.live.own_thread import OwnThread
 from robotskin.live.record_switch import RecordSwitch
 from robotskin.model import CommandMode
-from robotskin.record.recorder import Recorded
+from robotskin.record.facts import Recorded
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.skinned_robot import SkinnedRobot

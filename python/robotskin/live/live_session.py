@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -86,6 +87,11 @@ class LiveSession(LiveRobot):
             found.append(self._goal.told)
         return found
 
+    @property
+    def ill(self) -> dict[str, int]:
+        """How many cells are ill, by the names of their kinds."""
+        return dict(Counter(one.kind.name for one in self._health.findings))
+
     # ---- What a page asks ----
 
     def push(self, cell: int, force_n: float, duration_s: float | None = None) -> None:
@@ -148,6 +154,7 @@ class LiveSession(LiveRobot):
 
     def _go_home(self) -> None:
         self._end_touch()
+        self.session.unlock()
         self.session.controller.request_goal(self.session.home)
         if self.session.state is SafetyState.stopped:
             self.session.controller.request_run(False)
@@ -185,7 +192,7 @@ class LiveSession(LiveRobot):
         if self._touch_until_s is not None and self.session.world.time_s >= self._touch_until_s:
             self._end_touch()
         if self._restart and self.session.state is SafetyState.ready:
-            self.session.controller.request_run(True)
+            self.session.start()
             self._restart = False
 
     def _counts(self) -> dict[str, float]:

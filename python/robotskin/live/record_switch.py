@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robotskin.record import Recorder, RecordError
-from robotskin.record.recorder import Recorded, is_recorded
+from robotskin.record.facts import Recorded
+from robotskin.record.recorder import is_recorded
 
 __all__ = ["RecordSwitch"]
 

@@ -87,7 +87,9 @@ class Message:
                 raise InputError(
                     f"recording: {self.name}.{field.name} has {len(raw)} bytes, no multiple of its numbers"
                 )
-            found[field.name] = np.frombuffer(raw, dtype)
+            before, values = found[field.name], np.frombuffer(raw, dtype)
+            # Messages that were joined end to end: their numbers follow each other, as protobuf has it.
+            found[field.name] = np.concatenate([np.asarray(before), values]) if len(before) else values
         return found
 
     def descriptor(self) -> bytes:

@@ -8,7 +8,6 @@ of its own, so that a process that is killed loses no more than that and what is
 from __future__ import annotations
 
 import contextlib
-import json
 import struct
 import threading
 import time
@@ -20,18 +19,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-import robotskin
-from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
-from robotskin.layout import Layout
-from robotskin.loop import SkinLoop
+from robotskin.record.facts import Recorded, about_of, attachments_of
 from robotskin.record.felt import FeltSamples
 from robotskin.record.messages import TOPICS, Message
 from robotskin.record.tape import Entry
 from robotskin.record.tape import Recorder as Tapes
-from robotskin.skin import SkinReader
 
-FORMAT_VERSION = 1
 DRAIN_S = 0.02
 FOLLOWED_DRAIN_S = 0.002
 """While others look on: what they see is no older than this."""
@@ -46,34 +40,17 @@ class RecordError(RobotskinError):
     """A recording that cannot be written or read; the message names the file and what to do."""
 
 
-class Recorded(Protocol):
-    """What can be recorded: a running skin with its driver and reader, or one without, in a loop."""
-
-    @property
-    def layout(self) -> Layout:
-        """Of the skin."""
-
-    @property
-    def driver(self) -> Driver | None:
-        """None: another maker's skin."""
-
-    @property
-    def reader(self) -> SkinReader | None:
-        """None: another maker's skin."""
-
-    @property
-    def loop(self) -> SkinLoop | None:
-        """Whose joints and commands are recorded; None: no robot."""
-
-
 class Following(Protocol):
     """What looks on while a skin works. All but `close` is called in the recorder's thread, and must not wait."""
 
     def begin(self, ask_for_keyframe: Callable[[], None]) -> None:
         """Blocks will come, from the first keyframe on; more of them can be asked for."""
 
-    def take(self, driver: bytes, control: bytes) -> None:
-        """The next blocks of the two tapes; what is read in `control` needs what `driver` of the same call holds."""
+    def take(self, driver: bytes, control: bytes, samples: Mapping[str, bytes]) -> None:
+        """The next blocks of the two tapes; what is read in `control` needs what `driver` of the same call holds.
+
+        samples: what is in `driver`, decoded, by the fields of `SKIN_SAMPLES`.
+        """
 
     def close(self) -> None:
         """No more will come."""
@@ -114,8 +91,8 @@ class Recorder:
         self._file: _McapFile | None = None
         if self.path is not None:
             self._file = _McapFile(self.path)
-            self._file.attach_all(_attachments(session) | dict(attachments or {}))
-            self._file.metadata(_about(session) | {name: str(value) for name, value in (about or {}).items()})
+            self._file.attach_all(attachments_of(session) | dict(attachments or {}))
+            self._file.metadata(about_of(session) | {name: str(value) for name, value in (about or {}).items()})
             self._file.flush()
         for follower in self.followers:
             follower.begin(self._tapes.ask_for_keyframe)
@@ -216,10 +193,12 @@ class Recorder:
             control = self._tapes.drain_control()
             if control and self._file is not None:
                 self._write_control(self._file, control)
+            elif control:
+                self._keep_zero(control)
             driver, samples = self._tapes.drain_driver()
             if control or driver:
                 for follower in self.followers:
-                    follower.take(driver, control)
+                    follower.take(driver, control, samples)
             if self._file is not None:
                 self._write(self._file, driver, samples)
             if not driver and not control:
@@ -240,6 +219,12 @@ class Recorder:
         samples = self._felt.new_in(payload)
         if len(samples["key"]):
             file.log("/skin/samples", samples, time_ns)
+
+    def _keep_zero(self, block: bytes) -> None:
+        """Samples are told to followers with the same zero as to a file."""
+        for kind, _, payload in entries(block):
+            if kind == Entry.force_zero.value:
+                self._tapes.set_zero(payload)
 
     def _write_control(self, file: _McapFile, block: bytes) -> None:
         joints: list[tuple[int, bytes]] = []
@@ -359,35 +344,3 @@ def _schema(message: Message) -> Any:
     import foxglove
 
     return foxglove.Schema(name=message.schema_name, encoding="protobuf", data=message.descriptor())
-
-
-def _attachments(session: Recorded) -> dict[str, str]:
-    from robotskin.layout.json_file import to_text
-
-    found = {"layout.json": to_text(session.layout)}
-    if session.layout.calibration is not None:
-        found["calibration.json"] = session.layout.calibration.to_text()
-    robot = getattr(session, "robot", None)
-    if robot is not None:
-        found["robot.urdf"] = robot.urdf
-    return found
-
-
-def _about(session: Recorded) -> dict[str, str]:
-    facts = {
-        "format_version": str(FORMAT_VERSION),
-        "robotskin": robotskin.__version__,
-        "cells": str(len(session.layout)),
-        "robot": session.layout.robot,
-        "clock": "host, nanoseconds; of the simulated world where there is one",
-        "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-    for name in ("seed", "interface", "mode"):
-        if hasattr(session, name):
-            facts[name] = str(getattr(session, name))
-    if session.loop is not None:
-        facts["sensors"] = " ".join(session.loop.skin.sensors)
-    robot = getattr(session, "robot", None)
-    if robot is not None:
-        facts["joints"] = json.dumps(list(robot.joint_names))
-    return facts

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bisect
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -99,17 +99,10 @@ class Recording:
     @cached_property
     def layout(self) -> Layout:
         """The skin that was recorded, with the calibration that it had."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "layout.json"
-            path.write_bytes(self.attachments["layout.json"])
-            try:
-                layout = Layout.load(path)
-                if "calibration.json" in self.attachments:
-                    text = self.attachments["calibration.json"].decode()
-                    layout = Calibration.from_text(text, "calibration.json").applied(layout)
-            except DAMAGE as error:
-                raise RecordingFileError(f"{self.path}: its layout is damaged: {error}") from error
-            return layout
+        try:
+            return layout_of(self.attachments)
+        except DAMAGE as error:
+            raise RecordingFileError(f"{self.path}: its layout is damaged: {error}") from error
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -247,3 +240,14 @@ class Recording:
         if not isinstance(record, Chunk):
             raise ValueError("its index names a place where no chunk begins")
         return record
+
+
+def layout_of(attachments: Mapping[str, bytes]) -> Layout:
+    """The skin, with the calibration that it has, of a recording's attachments. Raises as `DAMAGE` for damaged ones."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "layout.json"
+        path.write_bytes(attachments["layout.json"])
+        layout = Layout.load(path)
+    if "calibration.json" in attachments:
+        layout = Calibration.from_text(attachments["calibration.json"].decode(), "calibration.json").applied(layout)
+    return layout

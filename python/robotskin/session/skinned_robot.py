@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -113,6 +114,9 @@ class SkinnedRobot:
         self.skin_on = True
         self.left_out: frozenset[int] = frozenset()
         """Cells that contribute nothing, by `leave_out`."""
+        self.locked = ""
+        """Why nothing but `unlock` lets it start; empty: it may."""
+        self._locking = threading.Lock()
         self.set_interface(interface)
 
     def __repr__(self) -> str:
@@ -147,14 +151,29 @@ class SkinnedRobot:
 
     def start(self) -> None:
         """Let the controller move the robot as soon as all its conditions hold (`why_not_running`)."""
-        self.loop.request_run(True)
+        with self._locking:
+            if not self.locked:
+                self.loop.request_run(True)
 
     def stop(self) -> None:
         """Stop smoothly, then hold."""
         self.loop.request_run(False)
 
+    def lock(self, why: str) -> None:
+        """Stop smoothly, and let nothing start the robot before `unlock`; any thread may."""
+        with self._locking:
+            self.locked = why
+            self.loop.request_run(False)
+
+    def unlock(self) -> None:
+        """Let `start` start it again: for those that stand beside the robot."""
+        with self._locking:
+            self.locked = ""
+
     def why_not_running(self) -> str:
         """What the controller waits for, or why it stopped; empty while it runs."""
+        if self.locked:
+            return self.locked
         if self.state in (SafetyState.running, SafetyState.degraded):
             return ""
         report = self.controller.report

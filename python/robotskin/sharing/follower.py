@@ -78,8 +78,8 @@ class Follower:
         """Blocks will come; `ask_for_keyframe` brings one from which it can go on."""
         self._ask = ask_for_keyframe
 
-    def take(self, driver: bytes, control: bytes) -> None:
-        """The next blocks of the two tapes, control first."""
+    def take(self, driver: bytes, control: bytes, samples: Mapping[str, bytes]) -> None:
+        """The next blocks of the two tapes, control first; the samples are in them."""
         if self.failure is not None:
             return
         if self._waiting_bytes() > BACKLOG_BYTES_MAX:
@@ -88,6 +88,11 @@ class Follower:
             return
         self._given_bytes += len(driver) + len(control)
         self._blocks.put((driver, control))
+
+    def miss(self) -> None:
+        """Blocks will never come: go on at the next keyframe."""
+        self.dropped += 1
+        self._lost = True
 
     # ---- Any thread ----
 

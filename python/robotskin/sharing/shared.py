@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from robotskin.record import Recorder
-from robotskin.record.recorder import Recorded
+from robotskin.record.facts import Recorded
+from robotskin.record.recorder import Following
 from robotskin.sharing.follower import Follower, Show
 
 
@@ -18,16 +19,18 @@ def shared(
     shows: Sequence[Show] = (),
     record: Path | None = None,
     tell: Callable[[str], None] = lambda text: None,
+    also: Sequence[Following] = (),
 ) -> Iterator[Recorder | None]:
     """Record a session into a file, and let `shows` see it, while a `with` block lasts; the shows are closed then.
 
-    `tell` hears why nothing was shown any more. Yields None where there is nothing to do. Raises RecordError.
+    `also`: what takes the recorder's tapes as they are. `tell` hears why nothing was shown any more. Yields None where
+    there is nothing to do. Raises RecordError.
     """
-    if record is None and not shows:
+    if record is None and not shows and not also:
         yield None
         return
     follower = Follower(session.layout, list(shows)) if shows else None
-    followers = [] if follower is None else [follower]
+    followers = [*also] if follower is None else [*also, follower]
     try:
         recorder = Recorder(record, session, followers=followers)
     except BaseException:

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session that a verb runs, as a robot of a fleet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robotskin.fleet.published import PublishedRobot, Told
+
+
+def member_of(file: Path, session: Any, tell: Callable[[str], None]) -> PublishedRobot:
+    """The session of a skinned robot as the robot of a file. Raises FleetError: no such file, or no extra."""
+    from robotskin.fleet import FleetError, Member, Role
+
+    try:
+        from robotskin.fleet.published import PublishedRobot, Told
+    except ImportError as error:
+        raise FleetError(f"--fleet: {error.name} is not installed: pip install 'robotskin[fleet]'") from error
+    member = Member.load(file, Role.robot)
+
+    def look() -> Told:
+        return Told(session.behaviour, session.state.name, session.locked)
+
+    return PublishedRobot(member, session, look, session.lock, tell)
+
+
+def told_by(live: Any, look: Callable[[], Told]) -> Callable[[], Told]:
+    """What a session says of itself once it runs by itself: why it stopped and which cells are ill, too."""
+    from dataclasses import replace
+
+    def told() -> Told:
+        said = look()
+        return replace(said, reason=said.reason or live.snapshot().stop_reason, ill=getattr(live, "ill", None))
+
+    return told
