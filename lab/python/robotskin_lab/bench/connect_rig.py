@@ -14,11 +14,12 @@ from robotskin.connecting import ConnectedRobot, SectionUnits
 from robotskin.cycle import GuardLimits
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout, finished
-from robotskin.model import RobotModel
+from robotskin.model import RobotModel, RobotPort
 from robotskin.ports import made_port
 from robotskin.rehearsal import Look, Process, skin
 from robotskin.robots import Robot, load
 from robotskin.robots.gains import GainSet, gains_of
+from robotskin.ur import UrPort
 from robotskin_lab.partial_skin import part_of
 
 PATIENT_NS = 1_000_000_000
@@ -26,6 +27,9 @@ PATIENT_NS = 1_000_000_000
 
 class PatientGains(GainSet):
     """The guard waits longer: other work on the machine that measures must not stop the robot."""
+
+    silent_s = PATIENT_NS * 1e-9
+    """Of the port."""
 
     def guard_limits(self, robot: RobotModel) -> GuardLimits:
         """As the file says, but for the patience."""
@@ -56,17 +60,29 @@ def stage(host: str, seed: int, arm: Process) -> Iterator[tuple[Process, Robot, 
             yield units, robot, worn, keys
 
 
+def _patient_port(name: str, robot: Robot, silent_s: float) -> RobotPort:
+    if name.startswith("ur:"):
+        return UrPort(robot.core, name.removeprefix("ur:"), "UR5", within_s=20.0, silent_s=silent_s)
+    port = made_port(name, robot)
+    port.silent_s = silent_s  # type: ignore[attr-defined]
+    return port
+
+
 @contextmanager
 def connected(
-    port_name: str, units: Process, robot: Robot, worn: Layout, keys: SkinKeys, interface: str
+    port_name: str,
+    units: Process,
+    robot: Robot,
+    worn: Layout,
+    keys: SkinKeys,
+    interface: str,
+    patient: type[PatientGains] = PatientGains,
 ) -> Iterator[ConnectedRobot]:
     """The loop over both, begun."""
     section_units = SectionUnits(worn, units.ask(Look(("addresses",)))[0], keys)
     try:
         section_units.await_skin(20.0)
-        port = made_port(port_name, robot)
-        if hasattr(port, "silent_s"):
-            port.silent_s = PATIENT_NS * 1e-9
+        port = _patient_port(port_name, robot, patient.silent_s)
         try:
             own = gains_of(robot)
             session = ConnectedRobot(
@@ -75,7 +91,7 @@ def connected(
                 port,
                 section_units,
                 interface=interface,
-                gains=PatientGains(own.robot, own.values),
+                gains=patient(own.robot, own.values),
                 speed_share=1.0,
             )
             session.begin(20.0)
