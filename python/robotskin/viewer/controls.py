@@ -58,10 +58,12 @@ class Controls:
         self, server: viser.ViserServer, snapshot: Snapshot, command: Callable[[Callable[[], None]], None]
     ) -> None:
         gui, session = server.gui, self.session
-        with gui.add_folder("Touch"):
-            self._hint = gui.add_html(_hint(PUSH))
+        real = isinstance(session, StoppedByHand)  # is touched by real hands
+        tool = LOOK if real else PUSH
+        with gui.add_folder("Touch", visible=not real):
+            self._hint = gui.add_html(_hint(tool))
             self._tool = gui.add_dropdown(
-                "A click", (PUSH, APPROACH, LOOK), initial_value=PUSH, hint="What a click on a cell of the skin does."
+                "A click", (PUSH, APPROACH, LOOK), initial_value=tool, hint="What a click on a cell of the skin does."
             )
             self.force = gui.add_slider(
                 "Force [N]",

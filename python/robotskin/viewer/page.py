@@ -20,7 +20,7 @@ from robotskin.viewer.network_scene import cell_colours as network_colours
 from robotskin.viewer.readouts import Readouts
 from robotskin.viewer.scene import Scene
 from robotskin.viewer.served_page import ServedPage
-from robotskin.viewer.session_view import SessionView, Snapshot
+from robotskin.viewer.session_view import SessionView, Snapshot, StoppedByHand
 from robotskin.viewer.solids import Solids
 
 __all__ = ["Page"]
@@ -52,7 +52,11 @@ class Page(ServedPage):
         self.wires, self.panel = self._network_parts()
         self.readouts = Readouts(self.server, session.robot, session.layout)
         self.scene.draw_tree(self._parent)
-        self.scene.hint("click a cell to push it")
+        self.scene.hint(
+            "touch the skin; click a cell to see its numbers"
+            if isinstance(session, StoppedByHand)
+            else "click a cell to push it"
+        )
         self.controls.turn.on_click(lambda _: self._turn())
         self.scene.on_cell_click = self._click
         self.scene.on_cell_drag = self._drag
