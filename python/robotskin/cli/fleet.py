@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from robotskin.cli._in_fleet import require_extra
+from robotskin.cli._lazy import VerbCommand
+from robotskin.cli._sharing import Foxglove, tell
 
 if TYPE_CHECKING:
     from robotskin.fleet.watch import FleetWatch
@@ -42,7 +47,7 @@ def keys(
 
     Called again it adds members; the router then needs its new file. Give each member its own file alone.
     """
-    _require_extra()
+    require_extra()
     from robotskin.fleet.authority import make_keys
 
     written = make_keys(folder, robot or [], monitor or [], follower or [], router, replace)
@@ -57,7 +62,7 @@ def router(
     ] = None,
 ) -> None:
     """Connect the members of a fleet until interrupted, and let each do what its certificate allows."""
-    _require_extra()
+    require_extra()
     from robotskin.fleet import Member, Role
     from robotskin.fleet.link import open_router
 
@@ -76,20 +81,30 @@ def router(
 def monitor(
     file: File,
     seconds: Annotated[float, typer.Option(help="Watch so long and print one table; 0: until interrupted.", min=0)] = 0,
+    page: Annotated[bool, typer.Option("--page", help="Show it in the browser, too, with buttons that stop.")] = False,
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
 ) -> None:
     """Watch all robots of a fleet: what they do, how whole their skins are, what touches them.
 
     In the terminal, type `stop NAME` or `stop all` and Enter. Exit status 1: nothing was seen.
     """
-    _require_extra()
+    require_extra()
     from rich.console import Console
 
     from robotskin.fleet import Member, Role
-    from robotskin.fleet.table import table
+    from robotskin.fleet.table import rows, stop_told, table
     from robotskin.fleet.watch import FleetWatch
 
     console = Console()
-    with FleetWatch(Member.load(file, Role.monitor, Role.follower)) as watch:
+    member = Member.load(file, Role.monitor, Role.follower)
+    with FleetWatch(member) as watch, contextlib.ExitStack() as stack:
+        if page:
+            from robotskin.viewer.fleet_page import FleetPage
+
+            stop = (lambda name: stop_told(watch, None if name is None else [name])) if watch.may_stop else None
+            shown = FleetPage(lambda: rows(watch.robots(), time.monotonic(), watch.connected), stop, "fleet", port)
+            stack.enter_context(shown)
+            console.print(f"open [bold]{shown.address}[/] (Ctrl-C ends)")
         if seconds > 0:
             time.sleep(seconds)
             console.print(table(watch.robots(), time.monotonic(), watch.connected))
@@ -110,7 +125,7 @@ def stop(
 
     Exit status 0: each has said that it obeyed.
     """
-    _require_extra()
+    require_extra()
     from robotskin.fleet import Member, Role
     from robotskin.fleet.watch import FleetWatch
 
@@ -120,12 +135,50 @@ def stop(
         raise typer.Exit(_stop(watch, robots or None, seconds))
 
 
+@app.command("follow", cls=VerbCommand)
+def follow(
+    file: File,
+    robot: Annotated[str, typer.Argument(help="Its name in the fleet.")],
+    port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    foxglove: Foxglove = None,
+) -> None:
+    """Show another robot's skin in the browser as it feels now, until interrupted.
+
+    Layout and robot come from there. It can only be looked at.
+    """
+    require_extra()
+    from robotskin.cli._waiting import waiting
+    from robotskin.fleet import Member, Role
+    from robotskin.fleet.followed import FollowedRobot
+    from robotskin.live.followed_skin import FollowedSkin
+    from robotskin.sharing.follower import Show
+    from robotskin.viewer.followed_page import FollowedPage
+
+    member = Member.load(file, Role.monitor, Role.follower)
+    with waiting(f"asking {robot} what it is"):
+        followed = FollowedRobot(member, robot)
+    with followed:
+        also: list[Show] = []
+        if foxglove is not None:
+            from robotskin.sharing.foxglove_server import FoxgloveServer
+
+            server = FoxgloveServer(followed.robot, followed.layout, foxglove)
+            tell(server.told)
+            also.append(server)
+        title = f"{robot}: {followed.robot.name}, {len(followed.layout)} cells"
+        with FollowedPage(FollowedSkin(followed, also), title, port) as page:
+            typer.echo(f"{title}: open {page.address} (Ctrl-C ends)")
+            try:
+                threading.Event().wait()
+            except KeyboardInterrupt:
+                typer.echo("closed")
+
+
 def _stop(watch: FleetWatch, robots: list[str] | None, seconds: float = 3.0) -> int:
+    from robotskin.fleet.table import stops_told
+
     took = watch.stop(robots, seconds)
-    for name, took_s in took.items():
-        typer.echo(f"{name}: " + (f"obeyed after {took_s * 1e3:.0f} ms" if took_s is not None else "DID NOT ANSWER"))
-    if not took:
-        typer.echo("no robot is in the fleet")
+    typer.echo("\n".join(stops_told(took)))
     return 0 if took and all(took_s is not None for took_s in took.values()) else 1
 
 
@@ -156,13 +209,3 @@ def _watch(watch: FleetWatch) -> None:
                 time.sleep(REFRESH_S)
     except KeyboardInterrupt:
         typer.echo("closed")
-
-
-def _require_extra() -> None:
-    from robotskin.fleet import FleetError
-
-    try:
-        import cryptography  # noqa: F401
-        import zenoh  # noqa: F401
-    except ImportError as error:
-        raise FleetError(f"fleet: {error.name} is not installed: pip install 'robotskin[fleet]'") from error

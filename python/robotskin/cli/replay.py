@@ -31,6 +31,12 @@ def command(
         bool, typer.Option("--page", help="Show it in the browser: play, pause, step, seek, until interrupted.")
     ] = False,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    fleet: Annotated[
+        Path | None,
+        typer.Option(
+            "--fleet", metavar="FILE", help="Play it in real time as the robot of this file in a fleet.", dir_okay=False
+        ),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
 ) -> None:
     """Play a recording through the shipping driver and skin reader, and tell what was felt.
@@ -47,6 +53,11 @@ def command(
     recording = Recording(file)
     if page:
         serve(recording, port)
+        return
+    if fleet is not None:
+        from robotskin.cli._in_fleet import play_in_fleet
+
+        play_in_fleet(recording, fleet)
         return
     until = float("inf") if end is None else end
     console = Console()

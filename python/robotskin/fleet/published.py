@@ -31,6 +31,8 @@ from robotskin.record.facts import Recorded, about_of, attachments_of
 from robotskin.sharing.contacts import contacts
 from robotskin.skin import Health
 
+SETTLE_S = 0.3
+"""Until those that listen have found the streams: then none of them misses the first messages."""
 STATE_S = 0.2
 """Between two states that are told."""
 BACKLOG_BYTES_MAX = 32 << 20
@@ -49,18 +51,32 @@ class Told:
     ill: Mapping[str, int] | None = None
 
 
+def published(
+    member: Member,
+    session: Recorded,
+    look: Callable[[], Told],
+    obey: Callable[[str], None],
+    tell: Callable[[str], None] = lambda text: None,
+) -> PublishedRobot:
+    """A session that runs, as `PublishedRobot`."""
+    return PublishedRobot(member, session.layout, about_of(session), attachments_of(session), look, obey, tell)
+
+
 class PublishedRobot:
     """A `Show` and a follower of the recorder at once, until `close`.
 
     Args:
-        member: of the role robot. session: what is recorded. look: what the robot does as of now, from any thread.
+        member: of the role robot. layout: of its skin. facts, attachments: as a recording holds them
+        (`robotskin.record.facts`). look: what the robot does as of now, from any thread.
         obey: stops the robot, from any thread; it hears why. tell: hears when the router is reached, or is not.
     """
 
     def __init__(
         self,
         member: Member,
-        session: Recorded,
+        layout: Layout,
+        facts: Mapping[str, str],
+        attachments: Mapping[str, str],
         look: Callable[[], Told],
         obey: Callable[[str], None],
         tell: Callable[[str], None] = lambda text: None,
@@ -72,8 +88,8 @@ class PublishedRobot:
         self.name = member.name
         self.run = secrets.randbits(63)
         self._member, self._obey, self._tell_user = member, obey, tell
-        self._layout: Layout = session.layout
-        self._about = packed(About(run=self.run, facts=about_of(session), attachments=attachments_of(session)))
+        self._layout = layout
+        self._about = packed(About(run=self.run, facts=dict(facts), attachments=dict(attachments)))
         self._ask: Callable[[], None] = lambda: None
         self._blocks: collections.deque[tuple[bytes, bytes, bytes]] = collections.deque()
         self._waiting_bytes = 0
@@ -180,6 +196,7 @@ class PublishedRobot:
             link.liveliness().declare_token(key(self.name, topics.ALIVE)),
         ]
         self._link = link
+        self._closing.wait(SETTLE_S)
         self._ask()
         told_dropped = 0
         while True:

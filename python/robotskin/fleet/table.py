@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rich.table import Table
 
 from robotskin.fleet.messages import State
-from robotskin.fleet.watch import Seen
+from robotskin.fleet.watch import FleetWatch, Seen
 
 HEADINGS = ("robot", "link", "state", "skin whole", "touched", "ill cells")
 TOUCHES_TOLD = 3
@@ -45,6 +45,20 @@ def table(robots: Mapping[str, Seen], now_s: float, connected: bool = True) -> T
     for row in rows(robots, now_s, connected):
         out.add_row(*row.cells, style="" if row.fresh else "dim")
     return out
+
+
+def stops_told(took: Mapping[str, float | None]) -> list[str]:
+    """How an order to stop went, a line a robot."""
+    told = [
+        f"{name}: " + (f"obeyed after {took_s * 1e3:.0f} ms" if took_s is not None else "DID NOT ANSWER")
+        for name, took_s in took.items()
+    ]
+    return told or ["no robot is in the fleet"]
+
+
+def stop_told(watch: FleetWatch, names: list[str] | None) -> str:
+    """Stop robots (None: all), and how it went."""
+    return "; ".join(stops_told(watch.stop(names)))
 
 
 def _row(seen: Seen, now_s: float, connected: bool) -> Row:

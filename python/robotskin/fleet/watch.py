@@ -70,14 +70,14 @@ class FleetWatch:
         self._link.close()
 
     @property
+    def may_stop(self) -> bool:
+        """Whether this member is a monitor."""
+        return self.member.role == Role.monitor.name
+
+    @property
     def connected(self) -> bool:
         """Whether the router is reached; if not, nothing that is known is fresh."""
         return bool(self._link.info.routers_zid())
-
-    @property
-    def link(self) -> zenoh.Session:
-        """The session of Zenoh, for further listeners."""
-        return self._link
 
     def robots(self) -> dict[str, Seen]:
         """All that were ever seen, by name, in the order of the alphabet."""
@@ -103,7 +103,7 @@ class FleetWatch:
 
         Raises FleetError: this member is no monitor. Raises UnknownNameError for a robot that was never seen.
         """
-        if self.member.role != Role.monitor.name:
+        if not self.may_stop:
             raise FleetError(f"fleet: {self.member.name} is a {self.member.role}; only a monitor may stop robots")
         seen = self.robots()
         wanted = list(seen) if names is None else list(names)

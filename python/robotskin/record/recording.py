@@ -182,6 +182,14 @@ class Recording:
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 
+    def written(self) -> Iterator[tuple[int, str, bytes]]:
+        """(host time in ns, topic, message) of all messages, in the file's order. Raises RecordingFileError."""
+        try:
+            for topic, message in self._messages(0):
+                yield message.log_time, topic, message.data
+        except DAMAGE as error:
+            raise RecordingFileError(f"{self.path}: {error}") from error
+
     def bytes_of(self, *topics: str) -> int:
         """How many bytes the messages of these topics hold, before the file's compression."""
         return sum(len(message.data) for topic, message in self._messages(0) if topic in topics)

@@ -10,19 +10,12 @@ import viser
 from numpy.typing import NDArray
 
 from robotskin.layout import Layout
-from robotskin.viewer.cell_card import place_rows
-from robotskin.viewer.colours import MODALITIES, cell_colours
-from robotskin.viewer.legend import PADDING, legend
-from robotskin.viewer.network import wired_tree
-from robotskin.viewer.scene import Scene
-from robotskin.viewer.served_page import ServedPage
+from robotskin.viewer.legend import PADDING
 from robotskin.viewer.session_view import Floats, RobotView, SkinReading
+from robotskin.viewer.skin_page import FRAMES_PER_S, SkinPage
 
-FRAMES_PER_S = 30
-FRAMES_PER_READOUT = 4
 SPEEDS = {"0.1 ×": 0.1, "0.5 ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0, "10 ×": 10.0}
 STRIP_HEIGHT = 34
-NOTHING_CHOSEN = f'<div style="{PADDING};font-size:12px;opacity:.65">Click a cell to see what it felt.</div>'
 
 
 class ReplayMoment(Protocol):
@@ -77,7 +70,7 @@ class ReplayView(Protocol):
         """Seconds of the recording for one of the wall clock."""
 
 
-class ReplayPage(ServedPage):
+class ReplayPage(SkinPage):
     """Serves a replay at `address` until `close`.
 
     Args:
@@ -85,15 +78,9 @@ class ReplayPage(ServedPage):
     """
 
     def __init__(self, replay: ReplayView, title: str, activity: NDArray[np.float64], port: int = 8080) -> None:
-        super().__init__(title, port)
+        super().__init__(replay.robot, replay.layout, replay.moment().joint_position, title, port)
         self.replay = replay
-        self.chosen: int | None = None
         self._activity = activity
-        moment = replay.moment()
-        self.scene = Scene(self.server, replay.robot, replay.layout, moment.joint_position)
-        self.scene.hint("click a cell")
-        self.scene.on_cell_click = self._click
-        self._cable, _ = wired_tree(replay.layout)
         gui = self.server.gui
         with gui.add_folder("Time line"):
             self.strip = gui.add_html("")
@@ -103,31 +90,19 @@ class ReplayPage(ServedPage):
             self.go = gui.add_button("Play")
             self.one = gui.add_button("Step", hint="One read of the skin further.")
             self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
-        with gui.add_folder("Colour"):
-            self.modality = gui.add_dropdown("Cells by", MODALITIES, initial_value=MODALITIES[0])
-            self._legend = gui.add_html("")
-        with gui.add_folder("Cell"):
-            self.card = gui.add_html(NOTHING_CHOSEN)
+        self._add_skin_folders()
         self.go.on_click(lambda _: self.command(self._run_or_pause))
         self.one.on_click(lambda _: self.command(replay.step))
         self.speed.on_update(lambda _: self.command(lambda: replay.set_speed(SPEEDS[self.speed.value])))
         self.time.on_update(self._sought)
-        self.modality.on_update(lambda _: self._show_legend())
-        self._show_legend()
-        self._drawn = 0
         self._shown_s = 0.0
         self._start("replay page")
 
     def draw(self, moment: ReplayMoment) -> None:
         """Send one moment to the browsers."""
         with self.server.atomic():
-            self.scene.move(moment.joint_position)
-            colours = cell_colours(self.modality.value, self.replay.layout, self._cable, moment.skin)
-            self.scene.colour(colours)
-            self.scene.mark(self.chosen, None)
-            if self._drawn % FRAMES_PER_READOUT == 0:
+            if self.draw_skin(moment.joint_position, moment.skin):
                 self._show(moment)
-        self._drawn += 1
 
     # ---- What a person does ----
 
@@ -142,10 +117,6 @@ class ReplayPage(ServedPage):
         if event.client is not None:
             value = min(float(self.time.value), self.replay.seconds)
             self.command(lambda: self.replay.seek(value))
-
-    def _click(self, cell: int) -> None:
-        self.chosen = cell
-        self.scene.hint("")
 
     # ---- What is shown ----
 
@@ -165,20 +136,6 @@ class ReplayPage(ServedPage):
         strip = activity_strip(self._activity, moment.time_s, self.replay.seconds)
         if self.strip.content != strip:
             self.strip.content = strip
-        if self.chosen is not None:
-            card = self._card(self.chosen, moment.skin)
-            if self.card.content != card:
-                self.card.content = card
-
-    def _show_legend(self) -> None:
-        self._legend.content = legend(self.modality.value, self.replay.layout, self._cable)
-
-    def _card(self, cell: int, skin: SkinReading) -> str:
-        rows = place_rows(cell, self.replay.layout, self._cable)
-        force, near = float(skin.normal_force[cell].sum()), float(skin.proximity[cell])
-        told = {"force": f"force {force:.2f} N", "proximity": f"proximity {near:.2f}"}
-        felt = f"<div>{', '.join(text for sensor, text in told.items() if sensor in skin.sensors)}</div>"
-        return f'<div style="{PADDING};font-size:12px"><b data-cell="{cell}">Cell {cell}</b>{felt}{rows}</div>'
 
 
 def activity_strip(activity: NDArray[np.float64], time_s: float, seconds: float) -> str:

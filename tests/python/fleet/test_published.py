@@ -19,7 +19,7 @@ from robotskin.cycle import SafetyState
 from robotskin.errors import UnknownNameError
 from robotskin.fleet import FleetError
 from robotskin.fleet.followed import FollowedRobot
-from robotskin.fleet.published import PublishedRobot, Told
+from robotskin.fleet.published import Told, published
 from robotskin.fleet.table import rows
 from robotskin.fleet.watch import FleetWatch
 from robotskin.record import Frame
@@ -77,7 +77,7 @@ class Running:
         def look() -> Told:
             return Told(session.behaviour, session.state.name, session.locked)
 
-        robot = PublishedRobot(fleet.member("left"), session, look, session.lock, self.tellings.append)
+        robot = published(fleet.member("left"), session, look, session.lock, self.tellings.append)
         with shared(session, [robot], also=[robot]):
             while not self._closing.wait(0.004):
                 session.step()
