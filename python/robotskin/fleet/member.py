@@ -73,6 +73,11 @@ class Member(msgspec.Struct, frozen=True, kw_only=True):
         if mode & 0o077:
             raise FleetError(f"fleet {path}: mode {mode:04o} lets others read it; run 'chmod 600 {path}'")
         member.check(f"fleet {path}")
+        # Not before here: those that only look at the help need no library of certificates.
+        from robotskin.fleet.soundness import require_sound
+
+        own = Listed(member.name, member.role)
+        require_sound(member.authority, member.certificate, member.key, own.common_name, f"fleet {path}")
         if roles and member.role not in {role.name for role in roles}:
             wanted = " or ".join(role.name for role in roles)
             raise FleetError(f"fleet {path}: {member.name} is a {member.role}; give the file of a {wanted}")

@@ -172,7 +172,7 @@ class PublishedRobot:
             return
         if self._orders.get(order.by) == order.number:
             return
-        self._obey(f"stopped by {order.by} of the fleet; it starts again from beside the robot alone")
+        self._obey(f"stopped by {order.by} of the fleet; only its own page or terminal starts it again")
         if len(self._orders) >= MONITORS_MAX:
             self._orders.clear()
         self._orders[order.by], self._obeyed_ns = order.number, time.monotonic_ns()

@@ -92,7 +92,7 @@ def _touched(state: State) -> str:
         for one in state.contacts[:TOUCHES_TOLD]
     ]
     more = len(state.contacts) - TOUCHES_TOLD
-    return ", ".join(told) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(told) + (f" and {more} more" if more > 0 else "") or "nothing"
 
 
 def _ill(state: State) -> str:

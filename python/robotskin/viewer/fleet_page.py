@@ -35,7 +35,6 @@ class FleetPage(ServedPage):
         super().__init__(title, port)
         self._rows, self._stop = rows, stop
         gui = self.server.gui
-        gui.configure_theme(control_width="large", dark_mode=True)
         self.table = gui.add_html("")
         if stop is not None:
             self.robot = gui.add_dropdown("Robot", (NONE,), initial_value=NONE)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files of a fleet's members: closed to others, never overwritten unasked, refused by name where they are damaged."""
 
-import contextlib
 import json
 import random
 import stat
@@ -10,6 +9,9 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("zenoh")
+
+from cryptography import x509
+from cryptography.hazmat.primitives import serialization
 
 from robotskin.fleet import FleetError, Member, Role
 from robotskin.fleet.authority import make_keys
@@ -76,17 +78,21 @@ def test_damaged_files_are_refused(tmp_path: Path, request: pytest.FixtureReques
     rng = random.Random(request.config.getoption("--seed"))
     make_keys(tmp_path, ["arm1"], ["desk"])
     path = tmp_path / "arm1.fleet"
-    whole = path.read_bytes()
+    whole, true, refused = path.read_bytes(), said_by(Member.load(path)), []
     for _ in range(60):
         damaged = bytearray(whole[: rng.randrange(len(whole))] if rng.random() < 0.5 else whole)
         for _ in range(rng.randrange(5)):
             if damaged:
                 damaged[rng.randrange(len(damaged))] = rng.randrange(256)
-        if bytes(damaged) == whole:
-            continue
         path.write_bytes(damaged)
-        with contextlib.suppress(FleetError):  # and nothing else; a changed letter of a key shows where it is used
-            Member.load(path)
+        try:
+            loaded = Member.load(path)
+        except FleetError as error:
+            refused.append(str(error))
+        else:
+            assert said_by(loaded) == true
+    assert len(refused) > 30
+    assert all(str(path) in one for one in refused)
     held = json.loads(whole)
     for change, told in (
         ({"format": "robotskin fleet 9"}, "reads 'robotskin fleet 1'"),
@@ -96,9 +102,14 @@ def test_damaged_files_are_refused(tmp_path: Path, request: pytest.FixtureReques
         ({"key": 7}, "is no file"),
     ):
         path.write_text(json.dumps(held | change))
-        with pytest.raises(FleetError, match=told) as refused:
+        with pytest.raises(FleetError, match=told) as error:
             Member.load(path)
-        assert str(path) in str(refused.value)
+        assert str(path) in str(error.value)
+    other = json.loads((tmp_path / "desk.fleet").read_bytes())
+    for change in ({"key": other["key"]}, {"certificate": other["certificate"], "key": other["key"]}, {"name": "arm2"}):
+        path.write_text(json.dumps(held | change))
+        with pytest.raises(FleetError, match=r"arm1\.fleet: damaged"):
+            Member.load(path)
     path.write_bytes(whole)
     path.chmod(0o644)
     with pytest.raises(FleetError, match="chmod 600"):
@@ -108,6 +119,13 @@ def test_damaged_files_are_refused(tmp_path: Path, request: pytest.FixtureReques
     (tmp_path / "authority.key").write_text("nothing")
     with pytest.raises(FleetError, match=r"authority\.key"):
         make_keys(tmp_path, ["arm9"])
+
+
+def said_by(member: Member) -> tuple[object, ...]:
+    """What its file says, however it is written: the last letter of a text in PEM has bits that mean nothing."""
+    key = serialization.load_pem_private_key(member.key.encode(), None)
+    certificates = [x509.load_pem_x509_certificate(text.encode()) for text in (member.authority, member.certificate)]
+    return member.name, member.role, key.public_key(), *certificates
 
 
 def test_addresses() -> None:
