@@ -113,6 +113,7 @@ class FleetWatch:
         self._number = max(time.time_ns(), self._number + 1)
         order, began = packed(Order(self._number, self.member.name)), time.monotonic()
         obeyed: dict[str, float | None] = dict.fromkeys(wanted)
+        due_s = began
         with self._changed:
             while True:
                 for name, took_s in obeyed.items():
@@ -122,11 +123,13 @@ class FleetWatch:
                 late = [name for name, took_s in obeyed.items() if took_s is None]
                 if not late or time.monotonic() - began > patience_s:
                     return obeyed
-                for name in late:
-                    self._link.put(
-                        topics.stop_of(name), order, express=True, priority=zenoh.Priority.REAL_TIME,
-                        congestion_control=zenoh.CongestionControl.BLOCK,
-                    )  # fmt: skip
+                if (now_s := time.monotonic()) >= due_s:
+                    due_s = now_s + REPEAT_S
+                    for name in late:
+                        self._link.put(
+                            topics.stop_of(name), order, express=True, priority=zenoh.Priority.REAL_TIME,
+                            congestion_control=zenoh.CongestionControl.BLOCK,
+                        )  # fmt: skip
                 self._changed.wait(REPEAT_S)
 
     # ---- Threads of Zenoh ----

@@ -154,9 +154,10 @@ class LiveSession(LiveRobot):
 
     def _go_home(self) -> None:
         self._end_touch()
+        was_locked = bool(self.session.locked)
         self.session.unlock()
         self.session.controller.request_goal(self.session.home)
-        if self.session.state is SafetyState.stopped:
+        if self.session.state is SafetyState.stopped or was_locked:
             self.session.controller.request_run(False)
             self._restart = True
 
@@ -245,7 +246,7 @@ class LiveSession(LiveRobot):
             goal=self._goal,
             held_back=self._held_back,
             controller_state=report.state.name,
-            stop_reason=report.text if stopped else "",
+            stop_reason=session.locked or (report.text if stopped else ""),
             touch=self._touch,
             hands=[
                 Ball(np.array(hand.position_m), hand.radius_m)
