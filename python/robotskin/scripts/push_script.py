@@ -31,18 +31,18 @@ MOST_FORCE_ERROR = 0.10
 (docs/imperfections.md)."""
 MOST_INTERVENTIONS = 0.01
 """Share of the ticks: gains that ask for more than that do not suit the robot."""
-UNFELT_M, UNFELT_GIVE = 0.005, 1.5
+UNFELT_M, UNFELT_GIVE = 0.005, 2.0
 """A push that is not felt moves a cell by at most so many metres, or so many times what the joints' own stiffness
-gives."""
+gives: a force that comes at once swings a spring to twice the way that it holds."""
 
 Progress = Callable[[str], None]
 
 
 def bounds(figures: dict[str, float], interfaces: Sequence[str] = INTERFACES) -> list[Bound]:
     """What must hold of the figures of a robot with these interfaces."""
-    unfelt_m = max(UNFELT_M, UNFELT_GIVE * figures["own_give_m"])
     found = [Bound("force_balance_error", most=MOST_FORCE_ERROR)]
     for interface in interfaces:
+        unfelt_m = max(UNFELT_M, UNFELT_GIVE * figures[f"{interface}_own_give_m"])
         found += [
             Bound(f"{interface}_displacement_error", most=0.10),
             Bound(f"{interface}_event_displacement_error", most=0.10),
@@ -85,7 +85,8 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
     figures["pushed_cell"] = cell
     # A finger is not pushed as hard as an arm.
     force_n = figures["push_n"] = min(FORCE_N, bearable_force(session, cell))
-    figures["own_give_m"] = own_give(session, cell, force_n)
+    for interface in session.interfaces:
+        figures[f"{interface}_own_give_m"] = own_give(session, cell, force_n, interface)
     errors = []
     for interface in session.interfaces:
         figures |= _interface_figures(session, interface, cell, force_n, seconds, progress)

@@ -97,13 +97,22 @@ def expected_displacement(session: Session, cell: int) -> float:
     return float(np.linalg.norm(jacobian[cell] @ turn))
 
 
-def own_give(session: Session, cell: int, force_n: float) -> float:
-    """Metres that a force of so many newton moves a cell where no skin adds to it, at rest: J K⁻¹ Jᵀ F, as the robot
-    stands now."""
+def own_give(session: Session, cell: int, force_n: float, interface: str = "position") -> float:
+    """Metres that a force of so many newton moves a cell where no skin adds to it, at rest, as the robot stands now.
+
+    J K⁻¹ Jᵀ F; by torque J K⁻¹ (M + I) M⁻¹ Jᵀ F: a force that is not felt meets the robot's own inertia M, while the
+    stiffness K is that of the robot with an added inertia I.
+    """
     now = np.array(session.joints.position)
     jacobian, lever = session.gains.levers(session.robot.core, session.layout.skin_model(), now)
-    turn = force_n * (lever[cell] @ session.gains.joint_compliance(session.robot.core, now))
-    return float(np.linalg.norm(jacobian[cell] @ turn))
+    pressed = force_n * lever[cell]
+    if interface == "torque":
+        dynamics = RobotDynamics(session.robot.core)
+        dynamics.update(now, np.zeros_like(now))
+        mass = np.array(dynamics.mass_matrix).reshape(len(now), len(now))
+        added = np.diag(np.broadcast_to(session.gains.values["virtual_robot"]["inertia"], now.shape))
+        pressed = (mass + added) @ np.linalg.solve(mass, pressed)
+    return float(np.linalg.norm(jacobian[cell] @ session.gains.joint_compliance(session.robot.core, now) @ pressed))
 
 
 def touch_torque(

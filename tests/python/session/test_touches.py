@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How far a push that is not felt moves a robot: more by torque the more inertia is added to its own."""
+
+import dataclasses
+
+import pytest
+
+from robotskin import layout, robots
+from robotskin.robots.gains import GainSet
+from robotskin.session import Session
+from robotskin.session.touches import own_give
+
+CELL, FORCE_N = 135, 15.0
+
+
+def give(added: float) -> dict[str, float]:
+    gains = GainSet.load("ur5")
+    robot = {**gains.values["virtual_robot"], "inertia": [added] * 6}
+    gains = dataclasses.replace(gains, values={**gains.values, "virtual_robot": robot})
+    session = Session(robots.load("ur5"), layout.finished("ur5"), gains=gains, link="in process")
+    try:
+        return {interface: own_give(session, CELL, FORCE_N, interface) for interface in ("position", "torque")}
+    finally:
+        session.shut_down()
+
+
+def test_added_inertia_makes_a_robot_that_takes_torques_softer_against_what_it_does_not_feel() -> None:
+    none, little, much = give(0.0), give(0.2), give(5.0)
+    assert none["torque"] == pytest.approx(none["position"])
+    assert none["position"] == pytest.approx(little["position"]) == pytest.approx(much["position"])
+    assert none["torque"] < little["torque"] < much["torque"]
+    # The share of the added inertia grows with it: (M + I) / M.
+    assert (much["torque"] / none["torque"] - 1) > 10 * (little["torque"] / none["torque"] - 1)
