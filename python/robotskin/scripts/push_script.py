@@ -15,6 +15,7 @@ from robotskin.session.touches import (
     bearable_force,
     edge_of_patch,
     flat_seam,
+    lean,
     own_give,
     press,
     push_and_release,
@@ -33,7 +34,7 @@ MOST_INTERVENTIONS = 0.01
 """Share of the ticks: gains that ask for more than that do not suit the robot."""
 UNFELT_M, UNFELT_GIVE = 0.005, 2.0
 """A push that is not felt moves a cell by at most so many metres, or so many times what the joints' own stiffness
-gives: a force that comes at once swings a spring to twice the way that it holds."""
+gives: a force that comes at once swings a spring to twice the way that it holds. A robot on feet leans besides."""
 
 Progress = Callable[[str], None]
 
@@ -42,7 +43,7 @@ def bounds(figures: dict[str, float], interfaces: Sequence[str] = INTERFACES) ->
     """What must hold of the figures of a robot with these interfaces."""
     found = [Bound("force_balance_error", most=MOST_FORCE_ERROR)]
     for interface in interfaces:
-        unfelt_m = max(UNFELT_M, UNFELT_GIVE * figures[f"{interface}_own_give_m"])
+        unfelt_m = max(UNFELT_M, UNFELT_GIVE * figures[f"{interface}_own_give_m"] + figures.get("lean_m", 0.0))
         found += [
             Bound(f"{interface}_displacement_error", most=0.10),
             Bound(f"{interface}_event_displacement_error", most=0.10),
@@ -87,6 +88,8 @@ def run(session: Session, link: str, seconds: float, progress: Progress = lambda
     force_n = figures["push_n"] = min(FORCE_N, bearable_force(session, cell))
     for interface in session.interfaces:
         figures[f"{interface}_own_give_m"] = own_give(session, cell, force_n, interface)
+    if leans_m := lean(session, cell, force_n):
+        figures["lean_m"] = leans_m
     errors = []
     for interface in session.interfaces:
         figures |= _interface_figures(session, interface, cell, force_n, seconds, progress)

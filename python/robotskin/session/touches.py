@@ -16,8 +16,9 @@ from robotskin.layout import Layout
 from robotskin.model import RobotDynamics, RobotModel
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
+from robotskin.robots.standing import feet_of
 from robotskin.session import PERIOD_S, Session, SessionError
-from robotskin.skin import SkinModel
+from robotskin.skin import STANDARD_GRAVITY_MPS2, SkinModel
 
 HAND_WAY_M, HAND_WIDTH_M = 0.14, 0.035
 """What a hand needs in front of a cell: its way, and its radius with a little room."""
@@ -113,6 +114,23 @@ def own_give(session: Session, cell: int, force_n: float, interface: str = "posi
         added = np.diag(np.broadcast_to(session.gains.values["virtual_robot"]["inertia"], now.shape))
         pressed = (mass + added) @ np.linalg.solve(mass, pressed)
     return float(np.linalg.norm(jacobian[cell] @ session.gains.joint_compliance(session.robot.core, now) @ pressed))
+
+
+def lean(session: Session, cell: int, force_n: float) -> float:
+    """Metres by which a robot on feet brings its weight against a level force on a cell, F h / (m g); else none.
+
+    Its feet feel such a force, whether or not the skin does.
+    """
+    feet = feet_of(session.robot.core)
+    if not feet:
+        return 0.0
+    now = np.array(session.joints.position)
+    dynamics = RobotDynamics(session.robot.core)
+    dynamics.update(now, np.zeros_like(now))
+    lowest = min(dynamics.base_from_link(session.robot.link_index(foot.link))[2, 3] for foot in feet)
+    link = session.robot.link_index(session.layout.links[session.layout.link[cell]])
+    height = (dynamics.base_from_link(link) @ session.layout.link_from_cell[cell])[2, 3] - lowest
+    return float(force_n * height / (dynamics.mass * STANDARD_GRAVITY_MPS2))
 
 
 def touch_torque(
