@@ -6,10 +6,11 @@ It stands in the product, not in its laboratory, since a robot is rehearsed with
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,6 +29,7 @@ STOPPED, PLAYING, PAUSED = 1, 2, 4
 SAFETY_BITS = {"normal": 0, "protective_stop": 2, "safeguard_stop": 4, "emergency_stop": 7, "fault": 9}
 SAFETY_MODE = {"normal": 1, "protective_stop": 3, "safeguard_stop": 5, "emergency_stop": 7, "fault": 9}
 PROTECTIVE_DECELERATION = 20.0
+REST_RAD_S = 0.01
 STEPS_BEHIND = 50
 """After which a controller on a busy machine does not catch up any more."""
 
@@ -75,6 +77,9 @@ class FakeController:
         self.host = host
         self.arm = UrArm(robot, posture, friction)
         self.safety, self.powered, self.steps = "normal", True, 0
+        self.steps_to_rest: int | None = 0
+        """From the last stop by the safety system until the arm was at rest; None: it is not yet."""
+        self._tripped_at = 0
         self.messages: list[str] = []
         """What scripts said, and why they ended."""
         self.inputs: dict[str, object] = {}
@@ -119,6 +124,20 @@ class FakeController:
         if safety not in SAFETY_BITS:
             raise InputError(f"safety {safety!r}: must be one of {', '.join(SAFETY_BITS)}")
         self.safety = safety
+        if safety != "normal":
+            self.steps_to_rest, self._tripped_at = None, self.steps
+
+    def corrupt(self, data: bytes) -> None:
+        """Every client of RTDE is sent these bytes, and loses its connection."""
+        for session in self._sessions:
+            with contextlib.suppress(OSError):
+                session.connection.send(data)
+        self.cut()
+
+    def update(self, version: tuple[int, int, int, int]) -> None:
+        """From now on it has another software version; its clients lose their connections."""
+        self.settings = replace(self.settings, version=version)
+        self.cut()
 
     def cut(self) -> None:
         """Every client of RTDE loses its connection."""
@@ -149,6 +168,8 @@ class FakeController:
         if np.abs(self.arm.velocity).max() > self.settings.joint_speed_limit and self.safety == "normal":
             self.safety = "protective_stop"
         self.steps += 1
+        if self.steps_to_rest is None and np.abs(self.arm.velocity).max() < REST_RAD_S:
+            self.steps_to_rest = self.steps - self._tripped_at
         values = self._values()
         for session in self._sessions:
             session.tell(self.steps, values)

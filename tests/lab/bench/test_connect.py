@@ -6,10 +6,10 @@ import os
 import numpy as np
 
 from robotskin.layout import finished
-from robotskin.rehearsal import controller
 from robotskin.robots import load
 from robotskin.session import Session
-from robotskin_lab.bench.connect import LIFE_S, SETTLE_S, _faults, _kills
+from robotskin_lab.bench.connect import SETTLE_S
+from robotskin_lab.bench.connect_faults import LIFE_S, faults_of, kills_of, side_by_side
 from robotskin_lab.bench.connect_rig import patch_of
 from robotskin_lab.bench.touch_answer import answer, asked_motion
 
@@ -17,15 +17,16 @@ HOST = f"127.91.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 
 
 def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
-    with controller("ur5", HOST) as arm:
-        figures = _faults(HOST, arm, np.random.default_rng(seed), 6)
-    assert figures["ur_hangs"] == 0
-    assert figures["ur_faults"] == 6
+    """Of every kind one, with some seed: the same calls as of thousands."""
+    figures = side_by_side(faults_of, [HOST], seed, 8)
+    assert figures["ur_hangs"] == figures["ur_moving_after_stop"] == figures["ur_version_taken"] == 0
+    assert figures["ur_faults"] == 8
     assert 0 < figures["ur_fastest_rad_s"] < 2 * figures["ur_speed_commanded_rad_s"]
 
 
 def test_a_killed_commander_leaves_a_robot_at_rest(seed: int) -> None:
-    figures = _kills(HOST, np.random.default_rng(seed), 1)
+    figures = side_by_side(kills_of, [HOST], seed, 1)
+    assert figures["kills"] == 1
     assert LIFE_S < figures["kill_rest_worst_s"] < 2.0
 
 

@@ -5,38 +5,41 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import signal
-import threading
 import time
+from collections.abc import Callable
 from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
 from robotskin import choices
 from robotskin.connecting import ConnectedRobot
+from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
-from robotskin.model import CommandMode, JointCommand, JointState
-from robotskin.rehearsal import Asked, Look, Process, controller
-from robotskin.rehearsal.ur_controller import SAFETY_BITS
+from robotskin.rehearsal import Asked, Process, controller
 from robotskin.robots import load
 from robotskin.session import Session
-from robotskin.ur import UrCondition, UrPort
+from robotskin.ur import UrPort
+from robotskin_lab.bench.connect_faults import faults_of, kills_of, side_by_side
 from robotskin_lab.bench.connect_rig import connected, patch_of, stage
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.touch_answer import TouchAnswer, answer
 
 MODES = choices.INTERFACES
 SETTLE_S = 3.0
-FAULTS = ("cut", "stall", *(name for name in SAFETY_BITS if name != "normal"))
-SPEED = 0.3
-REST = 0.01
-LIFE_S = 0.02
-BRAKE_S = SPEED / 10.0
-HANG_S = 10.0
-"""After which a port that has not come back hangs."""
+PARTS = "mujoco,ur,ros2,faults,kills"
 
 
-def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) -> dict[str, float]:
+def run(
+    *,
+    seed: int = 1,
+    touches: int = 2,
+    faults: int = 200,
+    kills: int = 10,
+    side: Annotated[int, typer.Option(help="Controllers side by side for faults and kills.", min=1)] = 4,
+    parts: Annotated[str, typer.Option(help=f"Some of {PARTS}.")] = PARTS,
+) -> dict[str, Any]:
     """Touches through the ports of MuJoCo, UR and ROS 2, times, faults and kills.
 
     `displacement_ratio` and `rise_ratio` are shares of what the gains say for the force and nearness felt.
@@ -46,16 +49,23 @@ def run(*, seed: int = 1, touches: int = 2, faults: int = 200, kills: int = 10) 
         touches: a mode and port.
         faults: injected into the UR port while it moves the robot.
         kills: of a process that moves the robot.
+        side: how many robots share faults and kills.
+        parts: what to measure.
     """
-    host = f"127.90.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
-    random = np.random.default_rng(seed)
+    first = os.getpid() % 200 + 1
+    hosts = [f"127.90.{os.getpid() // 200 % 200}.{first + index}" for index in range(min(side, 50))]
+    makers: dict[str, Callable[[], dict[str, float]]] = {
+        "mujoco": lambda: _touches_in_mujoco(np.random.default_rng(seed), touches),
+        "ur": lambda: _touches_on_ur(hosts[0], np.random.default_rng([seed, 1]), touches, seed),
+        "ros2": lambda: _touches_on_ros2(np.random.default_rng([seed, 2]), touches, seed),
+        "faults": lambda: side_by_side(faults_of, hosts, seed, faults),
+        "kills": lambda: side_by_side(kills_of, hosts, seed, kills),
+    }
     figures: dict[str, float] = {}
-    figures |= _touches_in_mujoco(random, touches)
-    figures |= _touches_on_ur(host, random, touches, seed)
-    figures |= _touches_on_ros2(random, touches, seed)
-    with controller("ur5", host) as arm:
-        figures |= _faults(host, arm, random, faults)
-    figures |= _kills(host, random, kills)
+    for part in parts.split(","):
+        if part not in makers:
+            raise UnknownNameError("part", part, list(makers))
+        figures |= makers[part]()
     figures["load_average"] = os.getloadavg()[0]
     return figures
 
@@ -143,107 +153,3 @@ def _worst(name: str, answers: list[TouchAnswer]) -> dict[str, float]:
         values = [getattr(one, figure) for one in answers]
         found |= {f"{name}_{figure}_ratio_least": min(values), f"{name}_{figure}_ratio_most": max(values)}
     return found
-
-
-class _Mover:
-    """Commands a speed of the first joint there and back, on a thread of its own, whenever the robot takes it."""
-
-    def __init__(self, port: UrPort) -> None:
-        self.port, self.ending, self.sent = port, threading.Event(), 0
-        self.thread = threading.Thread(target=self._run)
-        self.thread.start()
-
-    def _run(self) -> None:
-        state, command = JointState(6), JointCommand(CommandMode.velocity, 6)
-        while not self.ending.is_set():
-            self.port.read(state)
-            command.value = np.array([SPEED if time.monotonic() % 2 < 1 else -SPEED, 0, 0, 0, 0, 0])
-            self.sent += self.port.write(command).name == "ok"
-            time.sleep(0.002)
-
-    def close(self) -> None:
-        self.ending.set()
-        self.thread.join()
-
-
-def _faults(host: str, arm: Process, random: np.random.Generator, faults: int) -> dict[str, float]:
-    port = UrPort(load("ur5").core, host, "UR5", within_s=20.0)
-    mover = _Mover(port)
-    hangs, beyond, longest_back_s, fastest = 0, 0, 0.0, 0.0
-    try:
-        for number in range(faults):
-            if number % 20 == 0:
-                tell(f"fault {number} of {faults}")
-            time.sleep(random.uniform(0.02, 0.1))
-            fault = str(random.choice(FAULTS))
-            if fault == "stall":
-                os.kill(arm.pid, signal.SIGSTOP)
-                time.sleep(random.uniform(0.02, 0.3))
-                os.kill(arm.pid, signal.SIGCONT)
-            elif fault == "cut":
-                arm.ask(Asked("cut"))
-            else:
-                arm.ask(Asked("trip", (fault,)))
-                time.sleep(0.1)
-                moving = float(np.abs(arm.ask(Look(("arm.velocity",)))[0]).max())
-                beyond += moving > REST
-                arm.ask(Asked("trip", ("normal",)))
-            began, sent = time.monotonic(), mover.sent
-            while (port.condition is not UrCondition.ready or mover.sent == sent) and time.monotonic() < began + HANG_S:
-                time.sleep(0.005)
-            hangs += time.monotonic() - began >= HANG_S
-            longest_back_s = max(longest_back_s, time.monotonic() - began)
-            fastest = max(fastest, float(np.abs(arm.ask(Look(("arm.velocity",)))[0]).max()))
-        return {
-            "ur_faults": float(faults),
-            "ur_hangs": float(hangs),
-            "ur_moving_after_stop": float(beyond),
-            "ur_longest_back_s": longest_back_s,
-            "ur_fastest_rad_s": fastest,
-            "ur_speed_commanded_rad_s": SPEED,
-            "ur_connections": float(port.connections),
-        }
-    finally:
-        mover.close()
-        port.close()
-
-
-class Commander:
-    """Moves the robot at an address, in a process of its own."""
-
-    def __init__(self, host: str) -> None:
-        self._port = UrPort(load("ur5").core, host, "UR5", within_s=20.0)
-        self._state, self._command = JointState(6), JointCommand(CommandMode.velocity, 6)
-        self._command.value = np.array([SPEED, 0, 0, 0, 0, 0])
-
-    def run(self, seconds: float) -> None:
-        """Command for a time."""
-        ends = time.monotonic() + seconds
-        while time.monotonic() < ends:
-            self._port.read(self._state)
-            self._port.write(self._command)
-            time.sleep(0.002)
-
-    def close(self) -> None:
-        """Stop."""
-        self._port.close()
-
-
-def _kills(host: str, random: np.random.Generator, kills: int) -> dict[str, float]:
-    rest_s = []
-    with controller("ur5", host) as arm:
-        for number in range(kills):
-            tell(f"kill {number} of {kills}")
-            commander = Process(Commander, host=host)
-            time.sleep(0.2 + random.uniform(0.0, 0.1))
-            commander.kill()
-            killed = arm.ask(Look(("steps",)))[0]
-            while np.abs(arm.ask(Look(("arm.velocity",)))[0]).max() > REST:
-                time.sleep(0.001)
-            rest_s.append((arm.ask(Look(("steps",)))[0] - killed) * 0.002)
-    allowed = LIFE_S + BRAKE_S
-    return {
-        "kills": float(kills),
-        "kill_rest_worst_s": max(rest_s, default=0.0),
-        "kill_rest_beyond_stop_s": max(0.0, max(rest_s, default=0.0) - allowed),
-    }
