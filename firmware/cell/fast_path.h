@@ -11,6 +11,7 @@
 
 #include <string.h>
 
+#include "cell/time/tick_time.h"
 #include "cell/transmit.h"
 #include "cell/transport/arq_sender.h"
 #include "cell/transport/queues.h"
@@ -67,6 +68,7 @@ static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uin
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
   if (!of_own_wave(route, &tick) || !as_before(neighbour, &tick) || could_be_parent(route, neighbour)) return false;
+  if (tick.parent != 0U && !rs_arq_receiver_agrees(&neighbour->arq_receiver, tick.ack)) return false;
   const uint32_t time = rs_wave_time(&route->wave);
   const uint32_t ahead = (time - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
   if (ahead >> (RS_TICK_TIME_BITS - 1) != 0U || time != route->known_time || time != ~route->known_time_complement ||
@@ -75,10 +77,7 @@ static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uin
   }
   if (!checked && !rs_frame_intact(frame)) return false;
   neighbour->heard_us = now_us;
-  if (tick.parent != 0U && rs_arq_missed(cell, port, tick.ack)) {
-    cell->queues.beacon_due |= (uint8_t)(1U << port);
-    cell->queues.waiting |= (uint8_t)(1U << port);
-  }
+  if (tick.parent != 0U) rs_arq_receiver_agree(&neighbour->arq_receiver);
   if (!rs_waves_equal(&route->wave, &neighbour->wave)) {
     neighbour->turned_us = now_us;
     neighbour->stale = false;
@@ -105,28 +104,48 @@ RS_INLINE bool take_frame(rs_cell* cell, unsigned from, const uint8_t* frame, bo
   }
 }
 
-/* Events, reports and requests. */
-RS_INLINE bool goes_up(const uint8_t* frame) {
-  enum { UP = 1 << RS_TYPE_event | 1 << RS_TYPE_topology | 1 << RS_TYPE_reply | 1 << RS_TYPE_join };
-  return ((unsigned)UP >> rs_frame_type_of(frame) & 1U) != 0U;
+/* Whether a frame came from below, over a line that has been up. */
+RS_INLINE bool came_from_below(const rs_cell* cell, unsigned from, uint32_t now_us) {
+  if (from - 1U >= RS_PORTS || from == cell->queues.parent_port) return false;
+  const rs_neighbour* neighbour = &cell->route.neighbour[from - 1U];
+  return now_us - neighbour->heard_us < RS_LINK_DOWN_US && neighbour->up;
 }
 
-/* The same for these of the subtree, which join those that wait for the parent. */
+/* An event of the subtree joins those that wait for the parent, which may ask for it again. */
+static RS_NOINLINE RS_HOT bool take_event(rs_cell* cell, unsigned from, const uint8_t* frame, bool checked,
+                                          uint32_t now_us) {
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  if (!came_from_below(cell, from, now_us) || arq_sender->event.count >= RS_ARQ_EVENTS || !rs_sample_has_hop(frame) ||
+      rs_frame_is_retransmitted(frame) || (!checked && !rs_frame_intact(frame)))
+    return false;
+  rs_neighbour* neighbour = &cell->route.neighbour[from - 1U];
+  neighbour->heard_us = now_us;
+  rs_arq_receiver_count(&neighbour->arq_receiver);
+  const unsigned place = (arq_sender->event.first + arq_sender->event.count++) & (RS_ARQ_EVENTS - 1U);
+  const uint32_t age_us = cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U;
+  arq_sender->event_time[place] = rs_arq_coarse(now_us - age_us);
+  rs_sample_bring(arq_sender->event_frame[place], frame);
+  cell->queues.samples_next = false;
+  cell->queues.waiting |= cell->queues.parent_bit;
+  return true;
+}
+
+/* The same for any event, report or request of the subtree. */
 static RS_NOINLINE bool take_report(rs_cell* cell, unsigned from, const uint8_t* received, bool checked,
                                     uint32_t now_us) {
-  const unsigned port = from - 1U;
-  if (port >= RS_PORTS || from == cell->queues.parent_port) return false;
-  rs_neighbour* neighbour = &cell->route.neighbour[port];
-  if (now_us - neighbour->heard_us >= RS_LINK_DOWN_US || !neighbour->up) return false;
+  enum { UP = 1 << RS_TYPE_event | 1 << RS_TYPE_topology | 1 << RS_TYPE_reply | 1 << RS_TYPE_join };
+  const rs_frame_type type = rs_frame_type_of(received);
+  if (((unsigned)UP >> type & 1U) == 0U) return false;
+  if (type == RS_TYPE_event && take_event(cell, from, received, checked, now_us)) return true;
+  if (!came_from_below(cell, from, now_us)) return false;
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
-  memcpy(frame, received, RS_FRAME_BYTES);
+  rs_frame_copy(frame, (const uint8_t*)RS_AT_WORD(received));
   if ((!checked && !rs_frame_intact(frame)) || !rs_frame_take_hop(frame)) return false;
+  rs_neighbour* neighbour = &cell->route.neighbour[from - 1U];
   neighbour->heard_us = now_us;
-  if (rs_frame_type_of(frame) == RS_TYPE_event) rs_arq_receiver_count(&neighbour->arq_receiver);
+  if (type == RS_TYPE_event) rs_arq_receiver_count(&neighbour->arq_receiver);
   rs_queue_up(cell, frame, now_us);
-  if (rs_frame_type_of(frame) == RS_TYPE_event || cell->queues.passed_over >= RS_SLOW_SHARE) {
-    cell->queues.samples_next = false;
-  }
+  if (type == RS_TYPE_event || cell->queues.passed_over >= RS_SLOW_SHARE) cell->queues.samples_next = false;
   if (rs_cell_waiting(cell) > 0U) cell->queues.waiting |= cell->queues.parent_bit;
   return true;
 }
@@ -156,9 +175,36 @@ RS_INLINE unsigned send_sample(rs_queues* queues, uint32_t now_us, const uint8_t
   return port;
 }
 
+/* The next event goes out to the parent; 0: something else may wait, or it has been sent before, or is of no use. */
+static RS_NOINLINE unsigned send_event(rs_cell* cell, unsigned ready, uint32_t now_us) {
+  rs_queues* queues = &cell->queues;
+  rs_arq_sender* arq_sender = &cell->arq_sender;
+  rs_arq_ring* ring = &arq_sender->event;
+  if (ready != queues->parent_bit || ring->sent >= ring->count || (queues->beacon_due & ready) != 0U ||
+      (queues->status_due | queues->slow.count | queues->data.count | queues->data_again | queues->down.count) != 0U ||
+      !rs_arq_torques_rest(arq_sender, now_us))
+    return 0;
+  if (rs_arq_is_old(arq_sender, 0, now_us)) rs_arq_drop_old_events(cell, now_us);
+  const unsigned sent = ring->sent;
+  if (sent >= ring->count || sent < ring->tried || rs_arq_is_old(arq_sender, sent, now_us)) return 0;
+  const unsigned port = (queues->parent_port - 1U) % RS_PORTS;
+  rs_frame_copy(rs_sending_next(queues, port), arq_sender->event_frame[(ring->first + sent) & (RS_ARQ_EVENTS - 1U)]);
+  rs_sending_turn(queues, port);
+  ring->sent = ring->tried = (uint8_t)(sent + 1U);
+  arq_sender->number = (uint8_t)((arq_sender->number + 1U) & RS_NUMBER_MASK);
+  queues->data_passed_over = 0;
+  queues->busy |= (uint8_t)ready;
+  queues->started_us[port] = now_us;
+  queues->samples_next = sent + 1U >= ring->count;
+  queues->waiting = (uint8_t)(queues->beacon_due | (queues->samples_next ? 0U : ready));
+  return ready;
+}
+
 /* Whatever is next goes out on these ports; on which something does. */
 static RS_NOINLINE unsigned send_anything(rs_cell* cell, unsigned ready, uint32_t now_us) {
-  const unsigned started = rs_transmit_start(cell, ready, now_us);
+  unsigned started = send_event(cell, ready, now_us);
+  if (started != 0U) return started;
+  started = rs_transmit_start(cell, ready, now_us);
   cell->queues.waiting = (uint8_t)rs_transmit_wanted(cell);
   cell->queues.samples_next = rs_samples_next(cell);
   return started;

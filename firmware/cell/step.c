@@ -19,7 +19,7 @@ void rs_cell_step(rs_cell* cell, const rs_input* input, uint32_t now_us, rs_outp
     sent |= 1U << input->port >> 1;
   } else if (!is_calm || input->kind != RS_INPUT_FRAME ||
              !(take_frame(cell, input->port, input->frame, input->checked, now_us) ||
-               (goes_up(input->frame) && take_report(cell, input->port, input->frame, input->checked, now_us)))) {
+               take_report(cell, input->port, input->frame, input->checked, now_us))) {
     rs_step(cell, input, now_us, output);
     return;
   }

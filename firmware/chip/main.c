@@ -61,7 +61,7 @@ RS_INLINE void note_sent(void) {
 
 /* The long way of a frame, or the short one of what comes less often; `checked`: it is known to be right. */
 static RS_NOINLINE void take_the_long_way(unsigned port, const uint8_t* frame, bool checked, uint32_t now_us) {
-  if (goes_up(frame) && calm(&cell, now_us) && take_report(&cell, port + 1U, frame, checked, now_us)) {
+  if (calm(&cell, now_us) && take_report(&cell, port + 1U, frame, checked, now_us)) {
     const unsigned ready = ready_to_send(&cell.queues);
     if (ready != 0U) start_all(send_anything(&cell, ready, now_us));
     rs_board_wanted(cell.queues.waiting);

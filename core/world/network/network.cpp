@@ -192,7 +192,7 @@ void Network::finish(std::uint32_t index) {
       }
     }
     const auto to = static_cast<std::uint32_t>(wire.to);
-    const bool overrun = to < cells_end && !lost && !has_room(to);
+    const bool overrun = to < cells_end && !lost && !has_room(to, frame);
     if (overrun) ++counts_.frames_overrun;
     lost = lost || overrun ||
            (to < cells_end ? cells_[to / RS_PORTS].power != Cell::Power::on

@@ -156,8 +156,8 @@ class Network {
   void wake_cell(std::size_t cell, std::int64_t time_ns);
   // Boards and processors (processing.cpp); wires are those that lead out of the cell.
   bool takes_time() const { return options_.processor != Processor::none; }
-  bool idle(std::size_t cell) const;      // its processor
-  bool has_room(std::size_t wire) const;  // for a frame that comes
+  bool idle(std::size_t cell) const;                                 // its processor
+  bool has_room(std::size_t wire, const std::uint8_t* frame) const;  // for one that comes
   void arrive(std::size_t wire, const std::uint8_t* frame);
   bool takes_frame(std::size_t wire) const;  // that goes
   void send(std::size_t wire, const std::uint8_t* frame);

@@ -70,7 +70,7 @@ struct Network::Board {
   // Blocks for frames that come, which all ports share.
   class Blocks {
    public:
-    bool full() const { return count_ == board_frames_in; }
+    std::size_t count() const { return count_; }
     bool empty() const { return count_ == 0; }
     std::uint32_t ports() const;  // bit p: a frame of port p waits
     Frame& push(std::size_t port);

@@ -44,8 +44,13 @@ Network::Board::Frame Network::Board::Blocks::pop(std::size_t port) {
 
 // ---- Lines ----
 
-bool Network::has_room(std::size_t wire) const {
-  return !takes_time() || !boards_[wire / RS_PORTS].in.full();
+// What the subtree sends to the host leaves room for what keeps the tree together, and for orders.
+bool Network::has_room(std::size_t wire, const std::uint8_t* frame) const {
+  if (!takes_time()) return true;
+  const rs_frame_type type = rs_frame_type_of(frame);
+  const bool to_host = type == RS_TYPE_clock || type == RS_TYPE_event || type == RS_TYPE_further ||
+                       type == RS_TYPE_topology || type == RS_TYPE_join || type == RS_TYPE_reply;
+  return boards_[wire / RS_PORTS].in.count() < board_frames_in - (to_host ? board_frames_kept : 0);
 }
 
 void Network::arrive(std::size_t wire, const std::uint8_t* frame) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "robotskin/crc.h"
 #include "robotskin/operations.h"
 #include "robotskin/wire.h"
 #include "world/network/input_cycles.hpp"
@@ -59,6 +60,7 @@ InputKind kind_of(const rs_input& input, const BeforeInput& before, const rs_cel
       if (after.counts.frames_damaged != before.damaged) return InputKind::damaged;
       const InputKind kind = kind_of_frame(input.frame);
       if ((kind == InputKind::clock || kind == InputKind::event) && before.due) return InputKind::torque;
+      if (kind == InputKind::event && rs_frame_is_retransmitted(input.frame)) return InputKind::again;
       if (kind == InputKind::command && carries_out(after, input.frame)) return InputKind::order;
       if (kind != InputKind::tick) return kind;
       if (after.route.wave.sequence != before.sequence) return InputKind::wave;

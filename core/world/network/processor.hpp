@@ -19,20 +19,21 @@ inline constexpr std::array<std::string_view, 3> processor_names{"none", "zero_w
 
 inline constexpr std::int64_t processor_hz = 48'000'000;
 
-// The board around it (firmware/chip/board.h): so many frames wait for the processor, and of each port so many are out
-// or wait for the line.
-inline constexpr std::size_t board_frames_in = 32, board_frames_out = RS_FRAMES_OUT;
+// The board around it (firmware/chip/board.h): so many frames wait for the processor, in the last places none
+// that goes to the host, and of each port so many are out or wait for the line.
+inline constexpr std::size_t board_frames_in = 32, board_frames_kept = 8, board_frames_out = RS_FRAMES_OUT;
 
 // Kinds of inputs. A frame counts as its type, but for a tick that begins a new wave, and any frame that is damaged;
 // any input in which the cell computes its own torque of an epoch counts as `epoch`. The most frequent ones take a
 // short way unless something is due in the cell: `sent` and `tick` count as `..._due` then, samples and events as a
-// torque sum, which always goes the long way. A command that the cell passes on and need not look at counts as
+// torque sum, which always goes the long way. An event that is sent again is looked for among those that are kept:
+// `again`. A command that the cell passes on and need not look at counts as
 // `command`, one that it carries out as `order`.
 // clang-format off
 #define RS_WORLD_INPUT_KINDS(X)                                                                                 \
   X(boot)                                                                                                       \
   X(sample) X(timer) X(epoch) X(sent) X(damaged) X(wave) X(clock) X(event) X(tick) X(status) X(grant) X(joints) \
-      X(torque) X(topology) X(command) X(reply) X(join) X(sent_due) X(tick_due) X(order)
+      X(torque) X(topology) X(command) X(reply) X(join) X(sent_due) X(tick_due) X(order) X(again)
 // clang-format on
 #define RS_WORLD_INPUT_KIND(name) name,
 enum class InputKind : std::uint8_t { RS_WORLD_INPUT_KINDS(RS_WORLD_INPUT_KIND) };

@@ -78,7 +78,7 @@ void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
     if (!was_child) rs_subtree_forget(neighbour);
     rs_subtree_update(cell);
   }
-  rs_arq_sender_tick(cell, port, &tick, was_child, now_us);
+  rs_arq_sender_tick(cell, port, &tick, was_child, came_us, now_us);
 
   if (poison) {
     neighbour->hops = RS_HOPS_POISON;

@@ -4,24 +4,13 @@
 
 #include <string.h>
 
+#include "cell/memory/integrity.h"
 #include "cell/time/tick_time.h"
 #include "cell/wire/frame_copy.h"
 #include "robotskin/arq_sender.h"
 #include "robotskin/crc.h"
 
-enum {
-  EVENT_MASK = RS_ARQ_EVENTS - 1,
-  TORQUE_MASK = RS_ARQ_TORQUES - 1,
-  IDENTITY_MASK = (int)0xFFFFFFC0 /* of a frame's first word: type, source and sequence */
-};
-
-static uint16_t coarse(uint32_t now_us) {
-  return (uint16_t)(now_us >> 6);
-}
-
-static uint32_t age_us(uint16_t time, uint32_t now_us) {
-  return (uint32_t)(uint16_t)(coarse(now_us) - time) << 6;
-}
+enum { EVENT_MASK = RS_ARQ_EVENTS - 1, TORQUE_MASK = RS_ARQ_TORQUES - 1 };
 
 static void drop_first(rs_arq_ring* ring, unsigned mask) {
   ring->first = (uint8_t)((ring->first + 1U) & mask);
@@ -52,26 +41,41 @@ static void drop_first_torque(rs_arq_sender* arq_sender) {
 
 /* Drops what is too old: an event because the host could not tell its time any more, a torque sum because its epoch is
  * over or because a parent that rebooted could have forgotten that it had it. */
+void rs_arq_drop_old_events(rs_cell* cell, uint32_t now_us) {
+  const rs_arq_sender* arq_sender = &cell->arq_sender;
+  rs_cell_hold_indices(cell);
+  while (arq_sender->event.count > 0U && rs_arq_is_old(arq_sender, 0, now_us)) drop_first_event(cell);
+}
+
 static void prune(rs_cell* cell, uint32_t now_us) {
   rs_arq_sender* arq_sender = &cell->arq_sender;
-  while (arq_sender->event.count > 0U &&
-         age_us(arq_sender->event_time[arq_sender->event.first & EVENT_MASK], now_us) > RS_ARQ_KEEP_US) {
-    drop_first_event(cell);
-  }
+  if (arq_sender->event.count > 0U && rs_arq_is_old(arq_sender, 0, now_us)) rs_arq_drop_old_events(cell, now_us);
   while (arq_sender->torque.count > 0U) {
-    const uint32_t age = age_us(arq_sender->torque_time[arq_sender->torque.first & TORQUE_MASK], now_us);
+    const uint32_t age = rs_arq_age_us(arq_sender->torque_time[arq_sender->torque.first & TORQUE_MASK], now_us);
     if (age <= (arq_sender->torque.tried > 0U ? RS_TORQUE_RETRY_US : RS_TORQUE_LATE_US)) break;
     drop_first_torque(arq_sender);
   }
 }
 
-static bool is_here(const rs_arq_sender* arq_sender, const uint8_t* frame) {
-  const uint32_t identity = rs_load32(frame) & (uint32_t)IDENTITY_MASK;
-  for (unsigned i = 0; i < arq_sender->event.count; ++i) {
-    const uint8_t* kept = arq_sender->event_frame[(arq_sender->event.first + i) & EVENT_MASK];
-    if ((rs_load32(kept) & (uint32_t)IDENTITY_MASK) == identity) return true;
+/* Whether one of so many frames in a row is of the same cell and as old, the last ones first: they are what the lower
+ * end of a line sends again. All that a crowded cell hears may ask for this. */
+static bool is_among(const uint8_t (*frames)[RS_FRAME_BYTES], unsigned count, uint32_t first_word) {
+  enum { OTHER_BITS = 31 - RS_event_sequence_LAST };
+  const uint8_t (*frame)[RS_FRAME_BYTES] = frames + count;
+  while (frame != frames) {
+    --frame;
+    if ((rs_frame_word(*frame, 0) ^ first_word) >> OTHER_BITS == 0U) return true;
   }
   return false;
+}
+
+static bool is_here(const rs_arq_sender* arq_sender, const uint8_t* frame) {
+  const uint32_t first_word = rs_load32(frame);
+  const unsigned first = arq_sender->event.first & EVENT_MASK, to_end = RS_ARQ_EVENTS - first;
+  const unsigned count = arq_sender->event.count < RS_ARQ_EVENTS ? arq_sender->event.count : RS_ARQ_EVENTS;
+  const unsigned straight = count < to_end ? count : to_end;
+  return is_among(arq_sender->event_frame, count - straight, first_word) ||
+         is_among(arq_sender->event_frame + first, straight, first_word);
 }
 
 bool rs_arq_sender_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
@@ -82,7 +86,8 @@ bool rs_arq_sender_event(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
     drop_first_event(cell);
   }
   const unsigned place = (arq_sender->event.first + arq_sender->event.count++) & EVENT_MASK;
-  arq_sender->event_time[place] = coarse(now_us - (cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U));
+  arq_sender->event_time[place] =
+      rs_arq_coarse(now_us - (cell->route.timed ? rs_sample_age_us(cell, frame, now_us) : 0U));
   rs_frame_copy(arq_sender->event_frame[place], frame);
   return true;
 }
@@ -97,7 +102,7 @@ bool rs_arq_sender_torque(rs_cell* cell, const rs_torque* torque, uint32_t now_u
   rs_torque numbered = *torque;
   numbered.type = RS_TYPE_torque;
   numbered.serial = arq_sender->torque_serial++ & RS_SERIAL_MASK;
-  arq_sender->torque_time[place] = coarse(now_us);
+  arq_sender->torque_time[place] = rs_arq_coarse(now_us);
   rs_torque_pack(arq_sender->torque_frame[place], &numbered);
   rs_frame_seal(arq_sender->torque_frame[place]);
   return true;
@@ -130,7 +135,7 @@ bool rs_arq_sender_next_torque(rs_cell* cell, uint8_t* frame, uint32_t now_us) {
 }
 
 static bool is_of_use(const rs_arq_sender* arq_sender, unsigned at, bool again, uint32_t now_us) {
-  return age_us(arq_sender->event_time[at & EVENT_MASK], now_us) <= RS_ARQ_KEEP_US &&
+  return rs_arq_age_us(arq_sender->event_time[at & EVENT_MASK], now_us) <= RS_ARQ_KEEP_US &&
          (!again || rs_frame_intact(arq_sender->event_frame[at & EVENT_MASK]));
 }
 
@@ -229,25 +234,28 @@ void rs_arq_sender_check(rs_cell* cell, uint32_t now_us) {
   prune(cell, now_us);
 }
 
-bool rs_arq_missed(rs_cell* cell, unsigned port, uint32_t number) {
+bool rs_arq_missed(rs_cell* cell, unsigned port, uint32_t number, uint32_t late_us) {
   rs_arq_receiver* arq_receiver = &cell->route.neighbour[port].arq_receiver;
   const uint8_t next = arq_receiver->next;
   if (!rs_arq_receiver_compare(arq_receiver, number)) return false;
-  if (cell->arq_sender.event.count < RS_ARQ_CROWDED || cell->torque.reports[port] != 0U) return true;
+  /* Frames that the processor had no time for would find it no sooner if they came again, and take that of others. */
+  const bool crowded = cell->arq_sender.event.count >= RS_ARQ_CROWDED && cell->torque.reports[port] == 0U;
+  if (!crowded && late_us < RS_ARQ_LATE_US) return true;
   cell->counts.frames_dropped += (number - next) & RS_NUMBER_MASK;
   cell->sampling.dropped = true;
   rs_arq_receiver_give_up(arq_receiver, number);
   return false;
 }
 
-void rs_arq_sender_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t now_us) {
+void rs_arq_sender_tick(rs_cell* cell, unsigned port, const rs_tick* tick, bool was_child, uint32_t came_us,
+                        uint32_t now_us) {
   rs_arq_receiver* arq_receiver = &cell->route.neighbour[port].arq_receiver;
   if (tick->parent == 0U) {
     arq_receiver->kept = false;
     if (port + 1U == cell->route.parent_port) take_ack(cell, tick->ack, now_us);
   } else if (!was_child && !arq_receiver->kept) {
     rs_arq_receiver_start(arq_receiver, tick->ack);
-  } else if (rs_arq_missed(cell, port, tick->ack)) {
+  } else if (rs_arq_missed(cell, port, tick->ack, now_us - came_us)) {
     cell->queues.beacon_due |= (uint8_t)(1U << port);
   }
 }

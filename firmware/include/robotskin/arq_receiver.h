@@ -42,6 +42,14 @@ RS_INLINE void rs_arq_receiver_count(rs_arq_receiver* arq_receiver) {
   arq_receiver->next = (uint8_t)((arq_receiver->next + 1U) & RS_NUMBER_MASK);
 }
 
+/* Whether a tick of the lower end with this number shows that nothing is missing; which then is confirmed. */
+RS_INLINE bool rs_arq_receiver_agrees(const rs_arq_receiver* arq_receiver, uint32_t number) {
+  return !arq_receiver->missed && (number & RS_NUMBER_MASK) == arq_receiver->next;
+}
+RS_INLINE void rs_arq_receiver_agree(rs_arq_receiver* arq_receiver) {
+  arq_receiver->confirmed = arq_receiver->next;
+}
+
 /* A tick of the lower end has come; true if it shows for the first time that frames are missing. */
 bool rs_arq_receiver_compare(rs_arq_receiver* arq_receiver, uint32_t number);
 

@@ -56,6 +56,7 @@ enum {
   RS_REPEAT_US = 1000,           /* clock frames taken so long before a parent fell silent are sent to the new one, */
   RS_REPEAT_MOST_US = 7000,      /* but none older than this; so old ones again over a line that spoils frames, */
   RS_LOSSY_SILENT_US = 2000,     /* and since so long such a line counts as silent to a cell that leaves it */
+  RS_ARQ_LATE_US = 500,          /* where a tick has waited so long for the processor, events are missing for good */
   RS_ARQ_KEEP_US = 12000,        /* an event is kept so long after its sample: longer, its time could not be told */
   RS_TORQUE_RETRY_US = 3000,     /* a torque sum is sent again for so long: the parent cannot have forgotten it */
   RS_TORQUE_LATE_US = 8000,      /* one that found no parent is given up after this */

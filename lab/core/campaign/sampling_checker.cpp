@@ -24,7 +24,7 @@ SamplingChecker::SamplingChecker(const FaultCase& drawn, BreakLog& breaks)
     : breaks_(breaks),
       cells_(drawn.wiring.cell_count()),
       events_(drawn.workload.events),
-      waits_ns_(drawn.options.processor == world::Processor::none ? 0 : ms) {
+      takes_time_(drawn.options.processor != world::Processor::none) {
   const rs_settings settings = settings_in(drawn.workload);
   const std::uint32_t rate_hz = events_ ? settings.event_rate_hz : settings.clock_rate_hz;
   period_ns_ = 1000 * ms / rate_hz;
@@ -32,10 +32,12 @@ SamplingChecker::SamplingChecker(const FaultCase& drawn, BreakLog& breaks)
 }
 
 // Longest silence that its mode and divisor allow, a quarter of a period for the change of its phase, and what inputs
-// before it take.
-std::int64_t SamplingChecker::silence_ns(const Cell& cell) const {
-  if (events_) return (RS_REFRESH_US + RS_REFRESH_JITTER_US) * us + period_ns_ + waits_ns_;
-  return cell.largest * (1 + cell.changes) * period_ns_ + period_ns_ / 4 + waits_ns_;
+// before it take. The time by which it samples is less sure by the frames that a tick on its way may wait for.
+std::int64_t SamplingChecker::silence_ns(const Cell& cell, std::int32_t hops) const {
+  constexpr std::int64_t tick_waits_ns = 2 * RS_FRAME_US * us;
+  const std::int64_t waits_ns = takes_time_ ? ms + hops * tick_waits_ns : 0;
+  if (events_) return (RS_REFRESH_US + RS_REFRESH_JITTER_US) * us + period_ns_ + waits_ns;
+  return cell.largest * (1 + cell.changes) * period_ns_ + period_ns_ / 4 + waits_ns;
 }
 
 void SamplingChecker::note(Cell& cell, const rs_wave& wave) {
@@ -96,7 +98,7 @@ void SamplingChecker::poll(const world::Network& network, const GroundTruth& gro
       continue;
     }
     const std::int64_t silent_ns = now_ns - std::max({able_ns, cell.named_ns, cell.sent_ns});
-    const bool silent = silent_ns > silence_ns(cell);
+    const bool silent = silent_ns > silence_ns(cell, network.cell(index).route.hops);
     if (silent && !cell.told)
       breaks_.add(Invariant::sampled, now_ns, {index},
                   {{"us of silence", silent_ns / us},

@@ -41,12 +41,13 @@ class SamplingChecker {
   };
 
   static void note(Cell& cell, const rs_wave& wave);
-  std::int64_t silence_ns(const Cell& cell) const;
+  std::int64_t silence_ns(const Cell& cell, std::int32_t hops) const;
 
   BreakLog& breaks_;
   std::vector<Cell> cells_;
   bool events_;
-  std::int64_t waits_ns_, period_ns_;
+  bool takes_time_;  // cells' processors do
+  std::int64_t period_ns_ = 0;
   std::int32_t threshold_;
 };
 
