@@ -39,6 +39,8 @@ BACKLOG_BYTES_MAX = 32 << 20
 """Of blocks that wait for a router; beyond it they are dropped and counted."""
 MESSAGE_BYTES = 4 << 20
 MONITORS_MAX = 50
+ENDED = "ended"
+"""The state of one that leaves."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class PublishedRobot:
         self._ask: Callable[[], None] = lambda: None
         self._blocks: collections.deque[tuple[bytes, bytes, bytes]] = collections.deque()
         self._waiting_bytes = 0
-        self._lock = threading.Lock()
+        self._lock, self._telling = threading.Lock(), threading.RLock()
         self._state: State | None = None
         self._orders: dict[str, int] = {}
         self._obeyed_ns = 0
@@ -157,10 +159,13 @@ class PublishedRobot:
         self._thread.join()
 
     def _publish(self, state: State) -> None:
-        self._state = msgspec.structs.replace(state, orders=dict(self._orders), obeyed_ns=self._obeyed_ns)
-        link = self._link
-        if link is not None:
-            link.put(topics.of_robot(self.name, topics.STATE), packed(self._state), express=True)
+        with self._telling:
+            if self._state is not None and self._state.state == ENDED:
+                return
+            self._state = msgspec.structs.replace(state, orders=dict(self._orders), obeyed_ns=self._obeyed_ns)
+            link = self._link
+            if link is not None:
+                link.put(topics.of_robot(self.name, topics.STATE), packed(self._state), express=True)
 
     # ---- Threads of Zenoh ----
 
@@ -170,15 +175,16 @@ class PublishedRobot:
             order = unpacked(Order, sample.payload.to_bytes(), ORDER_BYTES_MAX)
         except FleetError:
             return
-        if self._orders.get(order.by) == order.number:
-            return
-        self._obey(f"stopped by {order.by} of the fleet; only its own page or terminal starts it again")
-        if len(self._orders) >= MONITORS_MAX:
-            self._orders.clear()
-        self._orders[order.by], self._obeyed_ns = order.number, time.monotonic_ns()
-        if self._state is not None:
-            told = self.look()
-            self._publish(msgspec.structs.replace(self._state, state=told.state, reason=told.reason))
+        with self._telling:
+            if self._orders.get(order.by) == order.number:
+                return
+            self._obey(f"stopped by {order.by} of the fleet; only its own page or terminal starts it again")
+            if len(self._orders) >= MONITORS_MAX:
+                self._orders.clear()
+            self._orders[order.by], self._obeyed_ns = order.number, time.monotonic_ns()
+            if self._state is not None:
+                told = self.look()
+                self._publish(msgspec.structs.replace(self._state, state=told.state, reason=told.reason))
 
     # ---- Its own thread ----
 
@@ -211,7 +217,7 @@ class PublishedRobot:
             if last:
                 break
         if self._state is not None:
-            self._publish(msgspec.structs.replace(self._state, state="ended", reason="", contacts=()))
+            self._publish(msgspec.structs.replace(self._state, state=ENDED, reason="", contacts=()))
         for one in ends:
             one.undeclare()
         tape.close()
