@@ -34,7 +34,7 @@ demo: build  ## a skinned UR5 in the browser
 	$(BIN)/robotskin demo
 
 test: build  ## every test
-	$(BIN)/python -m pytest -n $(BUILD_JOBS)
+	$(BIN)/python -m pytest -n $(BUILD_JOBS) --dist worksteal
 
 test-asan: $(VENV)/deps.stamp  ## the C and C++ checks under AddressSanitizer, UBSan and ThreadSanitizer
 	$(BIN)/python -m pytest tests/core/test_native.py

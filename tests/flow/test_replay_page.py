@@ -69,6 +69,14 @@ def test_a_moment_that_is_sought_is_the_one_of_the_recording(replay: Replay, rec
     assert replay.moment().time_s - before == pytest.approx(0.001, abs=1e-6)
 
 
+def test_the_end_is_the_last_read_where_a_recording_ends_with_something_else(
+    replay: Replay, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(replay, "seconds", replay.seconds + 0.3)
+    replay.seek(replay.seconds)
+    until(lambda: replay.moment().time_s > SECONDS - 0.2)
+
+
 def test_it_plays_to_its_end_and_then_from_its_beginning(replay: Replay) -> None:
     replay.set_speed(SPEED_MAX)
     replay.play()

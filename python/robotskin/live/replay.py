@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -18,6 +19,8 @@ from robotskin.viewer.session_view import Floats, SkinReading
 __all__ = ["Moment", "Replay"]
 
 SPEED_MAX = 10.0
+LOOKS_BACK_S = (0.1, 2.0)
+"""Where the last read is looked for before the whole recording is."""
 AWAKE_S = 0.02
 BUSY_S = 0.05
 """Played at once at most; a machine that cannot keep the speed plays slower, and stays obedient."""
@@ -147,9 +150,19 @@ class Replay(OwnThread):
     def _go_to(self, time_s: float) -> None:
         self._frames = self.recording.frames(time_s)
         frame = next(self._frames, None)
+        if frame is None:
+            frame = self._last_read(time_s)
         if frame is not None:
             self._keep(frame)
         self._restart_clock()
+
+    def _last_read(self, time_s: float) -> Frame | None:
+        """The skin's last read before a time after which there is none: a recording may end with something else."""
+        for back_s in (*LOOKS_BACK_S, time_s):
+            last = deque(self.recording.frames(max(0.0, time_s - back_s), time_s), maxlen=1)
+            if last:
+                return last[0]
+        return None
 
     def _restart_clock(self) -> None:
         self._began = (time.monotonic(), self._at_s)

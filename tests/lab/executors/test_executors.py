@@ -14,7 +14,7 @@ from robotskin_lab.campaign import run_seeds
 from robotskin_lab.executors import ExecutorNameError, Here, JobLostError, Processes, RayCluster, in_order, named
 from robotskin_lab.reproduce.measure import measure_seed
 
-SEEDS = 60
+SEEDS = 16
 
 
 def ideal_and(number: int) -> tuple[bool, int]:

@@ -93,7 +93,10 @@ def session(robot: str, seed: int, cells: int, *, short: bool = False) -> dict[s
 
 
 def placed_share(robot: Robot, worn: Layout, found: Layout) -> float:
-    """Of the cells on links in whose frame gravity turns, the share that were placed, on the right link."""
+    """Of the cells on links in whose frame gravity turns, the share that were placed, on the right link.
+
+    Links that are fixed to each other move as one, and motion cannot tell them apart: they count as the same.
+    """
     random = np.random.default_rng(0)
     up = np.array([robot.base_from_link(robot.random_posture(random))[:, 2, :3] for _ in range(POSTURES)])
     tells = {
@@ -105,8 +108,9 @@ def placed_share(robot: Robot, worn: Layout, found: Layout) -> float:
         (int(unit), int(cell)): found.links[link]
         for unit, cell, link in zip(found.group, found.id, found.link, strict=True)
     }
+    carrier = {name: int(robot.core.link_joints[robot.link_index(name)]) for name in {*worn.links, *found.links}}
     right = [
-        link_of.get((int(unit), int(cell))) == worn.links[link]
+        carrier.get(link_of.get((int(unit), int(cell)), "")) == carrier[worn.links[link]]
         for unit, cell, link in zip(worn.group, worn.id, worn.link, strict=True)
         if worn.links[link] in tells
     ]

@@ -232,7 +232,7 @@ def _screwed(pose: Array, direction: Array, amount: float, at: Array) -> Array:
 
 
 def segments(robot: Robot, moving: Collection[int], links: Sequence[str] | None = None) -> dict[int, tuple[str, ...]]:
-    """Links that move as one, by the moving joint nearest to them (-1: none moves them); those with a surface first.
+    """Links that move as one, by the moving joint nearest to them (-1: none moves them), the largest surface first.
 
     Args:
         robot: that carries them.
@@ -242,9 +242,7 @@ def segments(robot: Robot, moving: Collection[int], links: Sequence[str] | None 
     Raises:
         UnknownNameError: a link in `links` that the robot does not have.
     """
-    surfaces = set(robot.links_with("collision")) | set(robot.links_with("visual"))
     names = list(robot.link_names if links is None else links)
-    names.sort(key=lambda name: name not in surfaces)
     model = robot.model
     number = {model.getJointId(robot.joint_names[joint]): joint for joint in moving}
     found: dict[int, list[str]] = {}
@@ -253,7 +251,17 @@ def segments(robot: Robot, moving: Collection[int], links: Sequence[str] | None 
         path = [] if carrier < 0 else list(model.supports[model.getJointId(robot.joint_names[carrier])])
         nearest = next((number[joint] for joint in reversed(path) if joint in number), -1)
         found.setdefault(nearest, []).append(name)
+    for alike in found.values():
+        if len(alike) > 1:
+            alike.sort(key=lambda name: -_area(robot, name))
     return {joint: tuple(found[joint]) for joint in sorted(found)}
+
+
+def _area(robot: Robot, link: str) -> float:
+    """m² of a link's surface, 0 where it has none."""
+    if link in robot.links_with("collision"):
+        return float(robot.link_mesh(link).area)
+    return float(robot.link_mesh(link, "visual").area) if link in robot.links_with("visual") else 0.0
 
 
 def moving_joints(postures: Sequence[Array]) -> set[int]:
