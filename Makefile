@@ -6,6 +6,8 @@ BIN := $(VENV)/bin
 BUILD_JOBS ?= 2
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(BUILD_JOBS)
 export PATH := $(abspath $(BIN)):$(PATH)
+# Where compiled modules are not kept, each of the hundreds of programs that tests start compiles a thousand of them anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 SOURCES := $(shell find firmware core lab/core cmake CMakeLists.txt pyproject.toml -type f 2>/dev/null)
 C_FILES := $(shell find firmware core lab tests examples -name '*.[ch]' -o -name '*.[ch]pp')
