@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The view of every browser: fitted to its screen as long as its person has not turned it."""
 
+import threading
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -14,32 +16,66 @@ OTHER_SHAPE = 0.02
 TURNED_SHARE = 1e-3
 """Of the distance: farther than that from where it was put, the view is its person's."""
 UPWARDS = 0.35
+AGAIN_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""After so long each, a browser that has not told where it is is told again where to be."""
+NUDGE_M = 1e-3
 
 
 def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:
     """Give every browser, when it comes and when its screen changes its shape, the camera for its aspect."""
+    server.on_client_connect(lambda client: _Fitting(client, camera_at).begin())
 
-    @server.on_client_connect
-    def _(client: viser.ClientHandle) -> None:
-        # A slow browser still tells where it was before it was put elsewhere.
-        ours_m: list[Floats] = [np.array(client.camera.position, dtype=float)]
-        fitted: list[float] = []
 
-        def fit() -> None:
-            aspect = client.camera.aspect
-            if fitted:
-                here = client.camera.position
-                near = TURNED_SHARE * float(np.linalg.norm(here - client.camera.look_at))
-                turned = all(np.linalg.norm(here - place) > near for place in ours_m)
-                if turned or abs(aspect / fitted[-1] - 1) < OTHER_SHAPE:
-                    return
-            camera = camera_at(aspect)
-            fitted.append(aspect)
-            ours_m.append(np.asarray(camera.position_m, dtype=float))
-            _put(client, camera.position_m, camera.look_at_m)
+class _Fitting:
+    """Of one browser. A slow one still tells where it was before it was put elsewhere, may go back to where it opened,
+    and may lose what it is told while it opens: until it tells that it is where it was put, it is told again."""
 
-        client.camera.on_update(lambda _: fit())
-        fit()
+    def __init__(self, client: viser.ClientHandle, camera_at: Callable[[float], Camera]) -> None:
+        self.client, self.camera_at = client, camera_at
+        self.opening_m: Floats = np.array(client.camera.position, dtype=float)
+        self.put: list[tuple[float, Camera]] = []
+        self.arrived = False
+
+    def begin(self) -> None:
+        self.client.camera.on_update(lambda _: self.heard())
+        self.fit()
+        threading.Thread(target=self.insist, name="view of a browser", daemon=True).start()
+
+    def heard(self) -> None:
+        """The browser tells where it is, and what shape its screen has."""
+        aspect, camera = self.put[-1]
+        there = self.is_at(camera.position_m)
+        self.arrived = self.arrived or there
+        went_back = self.is_at(self.opening_m) and not there
+        other_shape = abs(self.client.camera.aspect / aspect - 1) >= OTHER_SHAPE
+        if (went_back or other_shape) and self.is_ours():
+            self.fit()
+
+    def is_at(self, place_m: Floats) -> bool:
+        here = self.client.camera.position
+        distance = float(np.linalg.norm(here - self.client.camera.look_at))
+        return float(np.linalg.norm(here - place_m)) <= TURNED_SHARE * distance
+
+    def is_ours(self) -> bool:
+        """Where it opened or was put: its person has not turned it."""
+        return self.is_at(self.opening_m) or any(self.is_at(camera.position_m) for _, camera in self.put)
+
+    def fit(self) -> None:
+        aspect = self.client.camera.aspect
+        camera = self.camera_at(aspect)
+        self.put = [*self.put[-1:], (aspect, camera)]
+        self.arrived = False
+        _put(self.client, camera.position_m, camera.look_at_m)
+
+    def insist(self) -> None:
+        for wait_s in AGAIN_S:
+            time.sleep(wait_s)
+            if self.arrived or not self.is_ours():
+                return
+            camera = self.put[-1][1]
+            # A place that is no other than the one before is not sent.
+            _put(self.client, camera.position_m + NUDGE_M, camera.look_at_m)
+            _put(self.client, camera.position_m, camera.look_at_m)
 
 
 def see_all(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The view fits the screen until its person turns it, however late the browser follows."""
 
+import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -9,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from robotskin.viewer import screens
 from robotskin.viewer.camera import Camera
-from robotskin.viewer.screens import fit_to_screens
 
 CORNERS_M = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 1.2]])
 WIDE, NARROW = 1.8, 1.2
@@ -21,42 +22,73 @@ class Browser:
 
     def __init__(self) -> None:
         self.updated: list[Callable[[Any], None]] = []
+        self.told: list[np.ndarray] = []
         opening = Camera.around(CORNERS_M)
-        self.camera = SimpleNamespace(
-            aspect=WIDE, position=opening.position_m, look_at=opening.look_at_m, on_update=self.updated.append
-        )
+        browser = self
+
+        class Place(SimpleNamespace):
+            def __setattr__(self, name: str, value: Any) -> None:
+                super().__setattr__(name, value)
+                if name == "position":
+                    browser.told.append(value)
+
+        self.camera = Place(aspect=WIDE, look_at=opening.look_at_m, on_update=self.updated.append)
+        self.camera.__dict__["position"] = opening.position_m
 
     def atomic(self) -> Any:
         return nullcontext()
 
     def tells(self, aspect: float, position: np.ndarray) -> None:
-        self.camera.aspect, self.camera.position = aspect, position
+        self.camera.aspect, self.camera.__dict__["position"] = aspect, position
         for heard in self.updated:
             heard(None)
 
 
-def fitted() -> Browser:
+@pytest.fixture
+def browser(monkeypatch: pytest.MonkeyPatch) -> Browser:
+    monkeypatch.setattr(screens, "AGAIN_S", (0.05, 0.05, 0.05))
     browser = Browser()
     server = SimpleNamespace(on_client_connect=lambda heard: heard(browser))
-    fit_to_screens(server, lambda aspect: Camera.around(CORNERS_M, aspect))  # type: ignore[arg-type]
+    screens.fit_to_screens(server, lambda aspect: Camera.around(CORNERS_M, aspect))  # type: ignore[arg-type]
     return browser
 
 
-def test_a_screen_is_fitted_again_when_its_shape_changes() -> None:
-    browser = fitted()
-    assert browser.camera.position == pytest.approx(Camera.around(CORNERS_M, WIDE).position_m)
+def place(aspect: float) -> np.ndarray:
+    return Camera.around(CORNERS_M, aspect).position_m
+
+
+OPENING_M = place(1.0)
+
+
+def test_a_screen_is_fitted_again_when_its_shape_changes(browser: Browser) -> None:
+    assert browser.camera.position == pytest.approx(place(WIDE))
     browser.tells(NARROW, browser.camera.position)
-    assert browser.camera.position == pytest.approx(Camera.around(CORNERS_M, NARROW).position_m)
+    assert browser.camera.position == pytest.approx(place(NARROW))
 
 
-def test_a_browser_that_follows_late_is_not_taken_for_a_turn_by_hand() -> None:
-    browser = fitted()
-    browser.tells(NARROW, Camera.around(CORNERS_M).position_m)  # it is still where it opened
-    assert browser.camera.position == pytest.approx(Camera.around(CORNERS_M, NARROW).position_m)
+def test_a_browser_that_follows_late_is_not_taken_for_a_person_that_turns(browser: Browser) -> None:
+    browser.tells(NARROW, OPENING_M)
+    assert browser.camera.position == pytest.approx(place(NARROW))
 
 
-def test_a_view_that_was_turned_stays() -> None:
-    browser = fitted()
-    turned = np.add(browser.camera.position, (0.3, 0.0, 0.0))
-    browser.tells(NARROW, turned)
-    assert browser.camera.position == pytest.approx(turned)
+def test_a_browser_that_goes_back_to_where_it_opened_is_put_there_again(browser: Browser) -> None:
+    browser.tells(WIDE, place(WIDE))
+    browser.tells(WIDE, OPENING_M)
+    assert browser.camera.position == pytest.approx(place(WIDE))
+
+
+def test_a_browser_that_lost_what_it_was_told_is_told_again_until_it_answers(browser: Browser) -> None:
+    before = len(browser.told)
+    time.sleep(0.3)
+    assert len(browser.told) > before
+    assert browser.told[-1] == pytest.approx(place(WIDE))
+
+
+@pytest.mark.parametrize("way_m", [0.0, 0.3])
+def test_a_browser_that_answers_and_a_view_that_was_turned_are_left_alone(browser: Browser, way_m: float) -> None:
+    browser.tells(WIDE, place(WIDE) + way_m)
+    before = len(browser.told)
+    time.sleep(0.3)
+    assert len(browser.told) == before
+    browser.tells(WIDE if way_m == 0 else NARROW, place(WIDE) + way_m)
+    assert len(browser.told) == before
