@@ -13,6 +13,7 @@ from robotskin.scripts.push_script import MOST_INTERVENTIONS
 from robotskin.session import PERIOD_S, Session
 from robotskin.session.goals import REACHED_M, REACHED_RAD, hand_pose, set_goal
 from robotskin.session.reasons import interventions_told, missed_goal_told
+from robotskin.session.touches import bearable_force
 from robotskin.tasks import CartesianTask, JointTask
 
 Progress = Callable[[str], None]
@@ -51,7 +52,10 @@ def run(
     while session.world.time_s < ends:
         cell = int(generator.integers(len(session.layout)))
         before = session.cell_position(cell)
-        session.world.push(session.in_world(cell), float(generator.uniform(2.0, 15.0)))
+        force_n = min(
+            float(generator.uniform(2.0, 15.0)), bearable_force(session, cell)
+        )  # a finger bears less than an arm
+        session.world.push(session.in_world(cell), force_n)
         for _ in range(round(1e3 * float(generator.uniform(0.5, 1.5)))):
             session.step()
             peak = max(peak, float(session.world.contact_normal_force().sum()))

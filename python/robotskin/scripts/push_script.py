@@ -160,8 +160,9 @@ def _force_errors(session: Session, cell: int, link: str, force_n: float) -> lis
 def _touch_at_random(session: Session, until_s: float) -> None:
     generator = np.random.default_rng([session.seed, round(1e3 * session.world.time_s)])
     while session.world.time_s < until_s - 1.5:
-        touched = session.in_world(int(generator.integers(len(session.layout))))
-        session.world.push(touched, float(generator.uniform(2.0, 20.0)))
+        cell = int(generator.integers(len(session.layout)))
+        force_n = min(float(generator.uniform(2.0, 20.0)), bearable_force(session, cell))
+        session.world.push(session.in_world(cell), force_n)
         session.run(min(float(generator.uniform(0.5, 1.5)), until_s - 1.5 - session.world.time_s))
         session.world.release()
         session.run(0.3)

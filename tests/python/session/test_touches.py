@@ -6,9 +6,10 @@ import dataclasses
 import pytest
 
 from robotskin import layout, robots
-from robotskin.robots.gains import GainSet
+from robotskin.robots.gains import GainSet, robot_with_gains
+from robotskin.scripts import behaviour_script
 from robotskin.session import Session
-from robotskin.session.touches import own_give
+from robotskin.session.touches import bearable_force, own_give
 
 CELL, FORCE_N = 135, 15.0
 
@@ -31,3 +32,23 @@ def test_added_inertia_makes_a_robot_that_takes_torques_softer_against_what_it_d
     assert none["torque"] < little["torque"] < much["torque"]
     # The share of the added inertia grows with it: (M + I) / M.
     assert (much["torque"] / none["torque"] - 1) > 10 * (little["torque"] / none["torque"] - 1)
+
+
+def test_a_finger_is_touched_no_harder_than_its_joints_bear(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    ready = robot_with_gains("allegro_right_hand")
+    skin = layout.finished("allegro_right_hand")
+    session = Session(ready.robot, skin, seed=seed, gains=ready.gains, link="in process")
+    bears_n: list[float] = []
+    given_n: list[float] = []
+    monkeypatch.setattr(
+        behaviour_script, "bearable_force", lambda *asked: bears_n.append(bearable_force(*asked)) or bears_n[-1]
+    )
+    push = session.world.push
+    monkeypatch.setattr(session.world, "push", lambda cell, force_n: given_n.append(force_n) or push(cell, force_n))
+    try:
+        behaviour_script.run(session, 2.0)
+    finally:
+        session.shut_down()
+    assert given_n
+    assert all(given <= bears for given, bears in zip(given_n, bears_n, strict=True))
+    assert min(bears_n) < 15.0, "no finger that bears less than a touch"
