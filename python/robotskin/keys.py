@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robotskin.errors import RobotskinError
-from robotskin.whole_file import whole_file
+from robotskin.whole_file import private_file
 
 SECRET_BYTES = 32
 FORMAT = "robotskin keys 1"
@@ -77,8 +77,7 @@ class SkinKeys:
                 f"keys {path}: there are some; cells that have them know no others. --replace makes new"
             )
         try:
-            with whole_file(path) as partial:
-                partial.touch(mode=0o600, exist_ok=False)
+            with private_file(path) as partial:
                 partial.write_text(json.dumps({"format": FORMAT, "secret": self.secret.hex()}), encoding="utf-8")
         except OSError as error:
             raise SkinKeysError(f"keys {path}: {error.strerror}") from None

@@ -20,3 +20,11 @@ def whole_file(path: Path) -> Iterator[Path]:
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def private_file(path: Path) -> Iterator[Path]:
+    """As `whole_file`, of a file that its owner alone may read (mode 0600), also while it is written."""
+    with whole_file(path) as partial:
+        partial.touch(mode=0o600, exist_ok=False)
+        yield partial

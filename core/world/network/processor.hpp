@@ -27,8 +27,8 @@ inline constexpr std::size_t board_frames_in = 32, board_frames_kept = 8, board_
 // any input in which the cell computes its own torque of an epoch counts as `epoch`. The most frequent ones take a
 // short way unless something is due in the cell: `sent` and `tick` count as `..._due` then, samples and events as a
 // torque sum, which always goes the long way. An event that is sent again is looked for among those that are kept:
-// `again`. A command that the cell passes on and need not look at counts as
-// `command`, one that it carries out as `order`.
+// `again`. A command that the cell passes on and need not look at counts as `command`, one that it carries out as
+// `order`.
 // clang-format off
 #define RS_WORLD_INPUT_KINDS(X)                                                                                 \
   X(boot)                                                                                                       \

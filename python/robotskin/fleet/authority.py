@@ -17,7 +17,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from robotskin.fleet.errors import FleetError
 from robotskin.fleet.member import SUFFIX, Listed, Member, Role, require_name
 from robotskin.fleet.router_address import router_address
-from robotskin.whole_file import whole_file
+from robotskin.whole_file import private_file
 
 YEARS = 10
 AUTHORITY, KEY = "authority.pem", "authority.key"
@@ -66,8 +66,7 @@ class Authority:
                 raise FleetError(f"fleet {there}: stands there without its other half; give a folder of its own")
         made = cls.fresh()
         for path, text in ((certificate, made.pem), (key, _pem(made._key))):
-            with whole_file(path) as partial:
-                partial.touch(mode=0o600, exist_ok=False)
+            with private_file(path) as partial:
                 partial.write_bytes(text)
         return made
 
@@ -135,9 +134,9 @@ def make_keys(
     listed = tuple(sorted((*kept, *wanted), key=lambda one: (one.role, one.name)))
     moved = before is None or before.router != address
     own = authority.member(ROUTER, Role.router, address) if moved or before is None else before
-    msgspec.structs.replace(own, members=listed).save(router_file, replace=True)
+    msgspec.structs.replace(own, members=listed).save(router_file)
     for path, one in files.items():
-        authority.member(one.name, Role[one.role], address).save(path, replace=True)
+        authority.member(one.name, Role[one.role], address).save(path)
     return [router_file, *files]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from robotskin.fleet.errors import FleetError
-from robotskin.whole_file import whole_file
+from robotskin.whole_file import private_file
 
 FORMAT = "robotskin fleet 1"
 NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,31}")
@@ -94,13 +94,10 @@ class Member(msgspec.Struct, frozen=True, kw_only=True):
             if not (text.startswith("-----BEGIN ") and text.endswith("-----")):
                 raise FleetError(f"{what}: damaged: its {field} is no text in PEM")
 
-    def save(self, path: Path, *, replace: bool = False) -> None:
-        """Write a file that its owner alone may read (mode 0600). Raises FleetError if there is one already."""
-        if path.exists() and not replace:
-            raise FleetError(f"fleet {path}: is there already; --replace makes it anew, and ends the old one")
+    def save(self, path: Path) -> None:
+        """Write a file that its owner alone may read (mode 0600), in place of any before. Raises FleetError."""
         try:
-            with whole_file(path) as partial:
-                partial.touch(mode=0o600, exist_ok=False)
+            with private_file(path) as partial:
                 partial.write_bytes(msgspec.json.format(msgspec.json.encode(self)))
         except OSError as error:
             raise FleetError(f"fleet {path}: {error.strerror}") from None

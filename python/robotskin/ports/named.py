@@ -50,11 +50,10 @@ def made_port(name: str, robot: Robot | None = None) -> RobotPort:
 def _ros2(name: str, robot: Robot) -> RobotPort:
     named = joints_name(name, robot.joint_names)
     try:
-        joints_port = importlib.import_module("robotskin.ros2.joints_port")
+        from robotskin.ros2.joints_port import Ros2Port
     except ImportError as error:
         raise Ros2Error(f"port {name}: {error.name} is not installed: pip install 'robotskin[ros2]'") from error
-    port: RobotPort = joints_port.Ros2Port(robot, named)
-    return port
+    return Ros2Port(robot, named)
 
 
 def _ur_model(robot: Robot) -> str:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import socket
 import struct
 from typing import Protocol
@@ -35,9 +34,11 @@ def watched(controller: str, robot: Robot) -> Watch:
     """
     if not controller.startswith("ros2:"):
         return JointWatch(controller)
-    needs_ros2 = importlib.import_module("robotskin.rehearsal.ros2_joint_watch")
-    watch: Watch = needs_ros2.Ros2JointWatch(int(controller.removeprefix("ros2:")), robot)
-    return watch
+    try:
+        from robotskin.rehearsal.ros2_joint_watch import Ros2JointWatch
+    except ImportError as error:
+        raise RehearsalError(f"{controller}: {error.name} is not installed: pip install 'robotskin[ros2]'") from error
+    return Ros2JointWatch(int(controller.removeprefix("ros2:")), robot)
 
 
 class JointWatch:

@@ -108,9 +108,7 @@ def own_give(session: Session, cell: int, force_n: float, interface: str = "posi
     jacobian, lever = session.gains.levers(session.robot.core, session.layout.skin_model(), now)
     pressed = force_n * lever[cell]
     if interface == "torque":
-        dynamics = RobotDynamics(session.robot.core)
-        dynamics.update(now, np.zeros_like(now))
-        mass = np.array(dynamics.mass_matrix).reshape(len(now), len(now))
+        mass = np.array(_dynamics_now(session).mass_matrix).reshape(len(now), len(now))
         added = np.diag(np.broadcast_to(session.gains.values["virtual_robot"]["inertia"], now.shape))
         pressed = (mass + added) @ np.linalg.solve(mass, pressed)
     return float(np.linalg.norm(jacobian[cell] @ session.gains.joint_compliance(session.robot.core, now) @ pressed))
@@ -124,9 +122,7 @@ def lean(session: Session, cell: int, force_n: float) -> float:
     feet = feet_of(session.robot.core)
     if not feet:
         return 0.0
-    now = np.array(session.joints.position)
-    dynamics = RobotDynamics(session.robot.core)
-    dynamics.update(now, np.zeros_like(now))
+    dynamics = _dynamics_now(session)
     lowest = min(dynamics.base_from_link(session.robot.link_index(foot.link))[2, 3] for foot in feet)
     link = session.robot.link_index(session.layout.links[session.layout.link[cell]])
     height = (dynamics.base_from_link(link) @ session.layout.link_from_cell[cell])[2, 3] - lowest
@@ -259,8 +255,7 @@ def bearable_force(session: Session, cell: int, share: float = 0.5) -> float:
     effort."""
     robot = session.robot.core
     now = np.array(session.joints.position)
-    dynamics = RobotDynamics(robot)
-    dynamics.update(now, np.zeros(len(now)))
+    dynamics = _dynamics_now(session)
     jacobian, _ = session.gains.levers(robot, session.layout.skin_model(), now)
     normal = session.world.base_from_cell()[session.in_world(cell), :3, 2]
     effort = np.asarray(robot.effort_limit)
@@ -268,6 +263,14 @@ def bearable_force(session: Session, cell: int, share: float = 0.5) -> float:
     lever = np.abs(normal @ jacobian[cell])[driven]
     spare = (effort - np.abs(np.array(dynamics.nonlinear_effects)))[driven]
     return float(np.min(share * np.maximum(spare, 0.0) / np.maximum(lever, 1e-9)))
+
+
+def _dynamics_now(session: Session) -> RobotDynamics:
+    """Of the robot where it stands, at rest."""
+    now = np.array(session.joints.position)
+    dynamics = RobotDynamics(session.robot.core)
+    dynamics.update(now, np.zeros_like(now))
+    return dynamics
 
 
 def _reached_now(session: Session, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:

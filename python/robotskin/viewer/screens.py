@@ -19,6 +19,7 @@ UPWARDS = 0.35
 AGAIN_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """After so long each, a browser that has not told where it is is told again where to be."""
 NUDGE_M = 1e-3
+"""Less than counts as turned."""
 
 
 def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:
@@ -27,8 +28,11 @@ def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camer
 
 
 class _Fitting:
-    """Of one browser. A slow one still tells where it was before it was put elsewhere, may go back to where it opened,
-    and may lose what it is told while it opens: until it tells that it is where it was put, it is told again."""
+    """Fits the view of one browser.
+
+    A slow one still tells where it was before it was put elsewhere, may go back to where it opened, and may lose what
+    it is told while it opens. It is told again until it says that it is where it was put.
+    """
 
     def __init__(self, client: viser.ClientHandle, camera_at: Callable[[float], Camera]) -> None:
         self.client, self.camera_at = client, camera_at

@@ -19,7 +19,7 @@ import numpy as np
 from robotskin import layout, robots
 from robotskin.cycle import SafetyState
 from robotskin.fleet import Member
-from robotskin.fleet.played import blocks
+from robotskin.fleet.played import blocks, play_once, texts_of
 from robotskin.fleet.published import PublishedRobot, Told
 from robotskin.fleet.router_address import router_address
 from robotskin.fleet.tape import events_in
@@ -128,7 +128,7 @@ def serve_recorded(pipe: Connection, folder: Path, names: Sequence[str], path: P
     """Robots that play one recording again and again, until the pipe says `end`."""
     sys.setswitchinterval(SWITCH_S)
     recording = Recording(path)
-    attachments = {name: data.decode(errors="replace") for name, data in recording.attachments.items()}
+    attachments = texts_of(recording)
     pieces = list(blocks(recording))
     going, ending = threading.Event(), threading.Event()
     made = []
@@ -149,13 +149,8 @@ def _play(
 ) -> None:
     going.wait()
     while not ending.is_set():
-        follower, began = Follower(recording.layout, [robot]), time.monotonic()
-        for time_ns, driver, control, samples in pieces:
-            if ending.wait(max((time_ns - pieces[0][0]) * 1e-9 - (time.monotonic() - began), 0.0)):
-                break
-            robot.take(driver, control, samples)
-            if driver or control:
-                follower.take(driver, control, samples)
+        follower = Follower(recording.layout, [robot])
+        play_once(pieces, robot, follower, ending)
         follower.close()
 
 

@@ -13,11 +13,12 @@ CLOSING_NM = 0.3
 """What the spring of the pliers takes where their jaws meet."""
 MARGIN = 1.4
 """By which the hand presses more than that: pads rub along the handles as these turn."""
-HINGE_M = 0.010
-"""Standard deviations: of where the hinge is believed to be along the handles,"""
-POINT_M = 0.0004
-"""of a contact point across them, where a handle has moved at least so far:"""
+HINGE_SIGMA_M = 0.010
+"""Standard deviation of where the hinge is believed to be along the handles."""
+POINT_SIGMA_M = 0.0004
+"""Of a contact point across them."""
 LEAST_TURN_RAD = 0.03
+"""A handle that has turned less tells nothing of the hinge."""
 LEAST_N, MOST_N = 0.3, 10.0
 """Of a finger, and of the thumb."""
 MOMENT_WEIGHT = 100.0
@@ -56,8 +57,8 @@ class Levers:
         found = (rest - offset) / slope
         middle = float(height_m.mean())
         spread = 1 / len(height_m) + (found - middle) ** 2 / float(((height_m - middle) ** 2).sum())
-        variance = (POINT_M / turn) ** 2 * (spread + 1 / len(height_m))
-        weight = HINGE_M**2 / (HINGE_M**2 + variance)
+        variance = (POINT_SIGMA_M / turn) ** 2 * (spread + 1 / len(height_m))
+        weight = HINGE_SIGMA_M**2 / (HINGE_SIGMA_M**2 + variance)
         self.hinge_m = float(self.believed_m + weight * np.clip(found - self.believed_m, -0.03, 0.03))
 
     def forces(self, height_m: Array) -> Array:

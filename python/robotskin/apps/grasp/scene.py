@@ -13,7 +13,7 @@ import numpy as np
 from robotskin.apps.grasp.contacts import Shape
 from robotskin.errors import UnknownNameError
 from robotskin.world import SceneSpec, load_scene
-from robotskin.world.things import Cylinder, Sphere
+from robotskin.world.things import Box, Cylinder, Hinge, Sphere
 
 ROUND = ("ball", "cylinder")
 PLIERS = "pliers"
@@ -82,6 +82,16 @@ def scene_of(name: str, trial: Trial) -> SceneSpec:
     return msgspec.structs.replace(
         scene, things=tuple(msgspec.structs.replace(one, **moved[one.name]) for one in scene.things)
     )
+
+
+def jaws() -> tuple[float, float]:
+    """Of the pliers: metres of the jaws' length, and rad by which the handles turn until these meet."""
+    parts = {part.name: part for part in _file(PLIERS).thing(PLIERS).parts}
+    jaw, joint = parts["finger_jaw"].shape, parts["finger_handle"].joint
+    assert isinstance(jaw, Box)
+    assert isinstance(joint, Hinge)
+    assert joint.upper_deg is not None
+    return jaw.lengths_m[2], float(np.deg2rad(joint.upper_deg))
 
 
 def _file(name: str) -> SceneSpec:

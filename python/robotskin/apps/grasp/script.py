@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.grasp.control import GraspControl, Method
-from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape, scene_of
+from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape, jaws, scene_of
 from robotskin.apps.grasp.states import State
 from robotskin.figures import Bound
 from robotskin.layout import finished
@@ -26,9 +26,6 @@ GRAVITY = 9.81
 LOST_M = 0.05
 """How far a held thing may come from where it was in the hand."""
 PATIENCE_S = 20.0
-JAW_M = 0.035
-CLOSED_RAD = np.deg2rad(7.4)
-"""Of the pliers: the length of their jaws, and by how much their handles turn until these meet."""
 TIPS_WITH_BACKS = (0, 2, 3)
 """The middle finger has no cell on the back of its tip."""
 
@@ -176,9 +173,9 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
 def tool_figures(watch: Watch) -> dict[str, float]:
     """How far the jaws are from each other at their ends, and by how much the tool has turned since the beginning."""
     handle, other = (watch.thing.world_from_piece(number)[:3, :3] for number in range(2))
-    closed = _turn_rad(handle.T @ other)
+    jaw_m, closed_rad = jaws()
     return {
-        "jaw_gap_mm": 1e3 * JAW_M * max(CLOSED_RAD - closed, 0.0),
+        "jaw_gap_mm": 1e3 * jaw_m * max(closed_rad - _turn_rad(handle.T @ other), 0.0),
         "turned_deg": float(np.rad2deg(_turn_rad(handle @ watch.start_turn.T))),
         "hinge_error_mm": 1e3 * abs(_hinge_error_m(watch)),
     }
