@@ -116,6 +116,8 @@ class Program:
             yield from self._block(function.body, scope)
         except _Return as answer:
             return answer.value
+        except (_Break, _Continue):
+            raise ScriptError(f"{function.name}: break or continue outside of a loop") from None
         return None
 
     def _block(self, nodes: list[ast.stmt], scope: dict[str, Any]) -> Steps:

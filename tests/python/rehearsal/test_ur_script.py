@@ -4,7 +4,7 @@
 import contextlib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from robotskin.rehearsal.ur_script import Program, ScriptError, as_python
@@ -72,6 +72,8 @@ def test_what_is_no_program_is_told(text: str, told: str) -> None:
 
 
 @settings(max_examples=300, deadline=None)
+@example(["def f():", "break", "end"])
+@example(["def f():", "continue", "end"])
 @given(
     st.lists(
         st.sampled_from(
