@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,13 +21,36 @@ RECORD_BYTES_MAX = 256 << 20
 CHUNK_BYTES_MAX = 256 << 20
 DAMAGE = (
     McapError, RobotskinError, ValueError, struct.error, EOFError, MemoryError, OverflowError, KeyError, RuntimeError,
-    zstandard.ZstdError,
+    OSError, zstandard.ZstdError,
 )  # fmt: skip
 """What readers raise on damaged bytes: their own errors, and what numbers that lie lead to."""
 
 
 class RecordingFileError(RobotskinError):
     """A file that is no recording, or a damaged one; the message names the file, the place and what to do."""
+
+
+class BoundedFile(io.BufferedReader):
+    """A file for readers that believe sizes: what would pass its end, or a record's bound, is a ValueError.
+
+    Raises OSError where it cannot be opened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path))
+        self._size = os.fstat(self.fileno()).st_size
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """At most what a record may hold, and never more memory than the file has bytes left."""
+        if size is None or size < 0 or size > RECORD_BYTES_MAX:
+            raise ValueError(f"{size} bytes are said to follow, at most {RECORD_BYTES_MAX} are read")
+        return super().read(min(size, max(self._size - self.tell(), 0)))
+
+    def seek(self, target: int, whence: int = os.SEEK_SET, /) -> int:
+        """Within the file."""
+        if whence == os.SEEK_SET and not 0 <= target <= self._size:
+            raise ValueError(f"an index names byte {target} of {self._size}")
+        return super().seek(target, whence)
 
 
 def unpacked(chunk: Chunk) -> list[McapRecord]:
@@ -58,7 +83,7 @@ def records(path: Path) -> Iterator[McapRecord]:
         RecordingFileError: the file cannot be opened, or does not begin as MCAP does.
     """
     try:
-        file = path.open("rb")
+        file = BoundedFile(path)
     except OSError as error:
         raise RecordingFileError(f"{path}: {error.strerror}") from error
     with file:
@@ -96,4 +121,4 @@ def is_whole(path: Path) -> bool:
         return file.read(8) == MAGIC
 
 
-__all__ = ["RecordingFileError", "is_mcap", "is_whole", "records", "unpacked"]
+__all__ = ["BoundedFile", "RecordingFileError", "is_mcap", "is_whole", "records", "unpacked"]

@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 from robotskin import firmware
 from robotskin.calibration import Calibration
 from robotskin.layout import Layout
-from robotskin.record.mcap_file import DAMAGE, RECORD_BYTES_MAX, RecordingFileError, is_mcap, is_whole, unpacked
+from robotskin.record.mcap_file import (
+    DAMAGE,
+    RECORD_BYTES_MAX,
+    BoundedFile,
+    RecordingFileError,
+    is_mcap,
+    is_whole,
+    unpacked,
+)
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
 from robotskin.record.recorder import KEYFRAME_S
 from robotskin.record.tape import Player
@@ -33,6 +41,8 @@ if TYPE_CHECKING:
 FORMAT_VERSIONS = (1,)
 WIDTHS = {column: channels for _, column, channels, _, _ in firmware.SENSORS if channels > 1}
 """Channels of each sensor that has several, by its column."""
+TIME_END_NS = 1 << 62
+"""Times are before it: differences of two fit a number of 64 bits."""
 
 
 @dataclass
@@ -67,7 +77,7 @@ class Recording:
             raise RecordingFileError(f"{self.path}: no MCAP file; robotskin record FILE.mcap makes a recording")
         if not is_whole(self.path):
             raise RecordingFileError(f"{self.path}: it was cut: mend it by `robotskin record --repair {self.path}`")
-        self._file = self.path.open("rb")
+        self._file = BoundedFile(self.path)
         try:
             reader = SeekingReader(self._file, record_size_limit=RECORD_BYTES_MAX)
             summary = reader.get_summary()
@@ -89,6 +99,8 @@ class Recording:
             raise RecordingFileError(f"{self.path}: its layout is missing: no skin state can be made of it")
         self._topics = {id: channel.topic for id, channel in summary.channels.items()}
         self._chunks = sorted(summary.chunk_indexes, key=lambda one: one.chunk_start_offset)
+        if self.end_ns >= TIME_END_NS:
+            raise RecordingFileError(f"{self.path}: damaged: its index tells a time of {self.end_ns} ns")
 
     def __repr__(self) -> str:
         about = self.about
@@ -163,6 +175,10 @@ class Recording:
             for name, values in message.items():
                 columns[name].append(values)
         joined = {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in columns.items()}
+        count = len(joined["key"])
+        for name, values in joined.items():
+            if len(values) not in (0, count * WIDTHS.get(name, 1)):
+                raise RecordingFileError(f"{self.path}: damaged: {count} samples have {len(values)} numbers of {name}")
         return {name: values.reshape(-1, WIDTHS[name]) if name in WIDTHS else values for name, values in joined.items()}
 
     def messages(
@@ -214,7 +230,7 @@ class Recording:
         """(bins) newton: the largest force that a cell felt in each share of the time."""
         found = np.zeros(bins)
         samples = self.samples()
-        if len(samples["stamp_ns"]) and self.end_ns > self.start_ns:
+        if samples["stamp_ns"].size and samples["normal_force"].size and self.end_ns > self.start_ns:
             at = (samples["stamp_ns"] - self.start_ns) * bins // (self.end_ns - self.start_ns + 1)
             np.maximum.at(found, np.clip(at, 0, bins - 1), samples["normal_force"].sum(axis=1))
         return found

@@ -2,6 +2,7 @@
 """A recording holds what was felt, survives a cut at any byte, and is read by stock readers."""
 
 import random
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from mcap.records import Attachment, Message
 from robotskin import firmware, layout, robots
 from robotskin.keys import SkinKeys
 from robotskin.record import Recorder, Recording, RecordingFileError, repair
-from robotskin.record.mcap_file import records
+from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.session import Session
 from robotskin.skin import SkinState
@@ -155,3 +156,30 @@ def test_a_recording_holds_no_key(tmp_path: Path) -> None:
     held = b"".join(record.data for record in records(path) if isinstance(record, Message | Attachment))
     for key in (keys.secret, keys.datagram_key, keys.cell_key):
         assert key not in held
+
+
+def test_a_record_that_lies_about_a_size_takes_no_memory(made: Made, tmp_path: Path) -> None:
+    """Sizes beyond a file, indices beyond it and times beyond all clocks stood in damaged files once."""
+    path = tmp_path / "lying.mcap"
+    whole = made.path.read_bytes()
+    (summary,) = struct.unpack_from("<Q", whole, len(whole) - 28)
+    schema = whole.index(b"\x03", summary)
+    for at, lie in ((schema + 9 + 2, b"\xff\xff\xff\xff"), (summary + 1, b"\xff" * 7 + b"\x7f")):
+        path.write_bytes(whole[:at] + lie + whole[at + len(lie) :])
+        with pytest.raises(RecordingFileError, match="lying.mcap: damaged"):
+            Recording(path)
+    with BoundedFile(made.path) as file:
+        with pytest.raises(ValueError, match="are said to follow"):
+            file.read(1 << 40)
+        with pytest.raises(ValueError, match="an index names byte"):
+            file.seek(len(whole) + 1)
+        file.seek(-8, 2)
+        assert file.read(1 << 20) == whole[-8:]
+
+
+def test_samples_whose_columns_disagree_are_refused(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    recording = Recording(made.path)
+    columns = next(iter(recording.messages("/skin/samples")))[1] | {"stamp_ns": np.zeros(3, np.int64)}
+    monkeypatch.setattr(recording, "messages", lambda *_: [(0, columns)])
+    with pytest.raises(RecordingFileError, match="3 numbers of stamp_ns"):
+        recording.activity()

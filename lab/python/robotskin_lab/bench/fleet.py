@@ -64,10 +64,8 @@ def run(
 def _measured(
     place: Path, stack: contextlib.ExitStack, names: list[str], seed: int, seconds: float, processes: bool
 ) -> Figures:
-    from robotskin.fleet import Member, topics
+    from robotskin.fleet import Member
     from robotskin.fleet.authority import make_keys
-    from robotskin.fleet.link import open_link
-    from robotskin.fleet.streams import Heard
     from robotskin.fleet.watch import FleetWatch
     from robotskin_lab.bench import fleet_rig
 
@@ -83,20 +81,7 @@ def _measured(
     pipes |= {tuple(group): serve(fleet_rig.serve_recorded, folder, group, path) for group in groups}
     member = Member.load(folder / "desk.fleet")
     watch = stack.enter_context(FleetWatch(member))
-    link = stack.enter_context(open_link(member))
-    tallies = {name: fleet_rig.Tally() for name in names}
-    forged = [0]
-
-    def heard(name: str, payload: bytes) -> None:
-        try:
-            tallies[name].add(payload)
-        except RobotskinError:
-            forged[0] += 1
-
-    def listener(name: str) -> Heard:
-        return Heard(link, topics.of_robot(name, topics.EVENTS), lambda _, payload: heard(name, payload))
-
-    listeners = [listener(name) for name in names]
+    ears = serve(fleet_rig.serve_ears, folder, names)
     until(lambda: sum(seen.alive for seen in watch.robots().values()) == len(names), "not all are in the fleet")
     time.sleep(SETTLE_S)
     for pipe in pipes.values():
@@ -125,14 +110,13 @@ def _measured(
     for pipe in pipes.values():
         pipe.send(("end",))
         told |= pipe.recv()
-    ends = time.monotonic() + HEARD_WITHIN_S
-    while any(tallies[name].events < told[name][0] for name in names) and time.monotonic() < ends:
-        time.sleep(0.1)
+    ears.send(({name: told[name][0] for name in names}, HEARD_WITHIN_S))
+    heard, missed, refused = ears.recv()
     for pipe in pipes.values():
         pipe.send("bye")
     tell("")
-    lost = [max(told[name][0] - tallies[name].events, 0) for name in names]
-    differing = sum((tallies[name].events, tallies[name].sum_ns) != told[name][:2] for name in names)
+    lost = [max(told[name][0] - heard[name][0], 0) for name in names]
+    differing = sum(heard[name] != told[name][:2] for name in names)
     guard_ms = [ms for name in live for ms in told[name][4]]
     return {
         "fleet_robots": len(names),
@@ -141,7 +125,7 @@ def _measured(
         "fleet_events": sum(told[name][0] for name in names),
         "fleet_events_lost": sum(lost),
         "fleet_robots_differing": differing,
-        "fleet_messages_missed": sum(one.missed for one in listeners),
+        "fleet_messages_missed": missed,
         "fleet_blocks_dropped": sum(told[name][2] for name in names),
         "fleet_dead_peer_s": max(dead_s),
         "fleet_stops": len(stops_ms),
@@ -149,8 +133,7 @@ def _measured(
         "fleet_stop_p99_ms": float(np.percentile(stops_ms, 99, axis=0)[0]),
         "fleet_stop_told_p99_ms": float(np.percentile(stops_ms, 99, axis=0)[1]),
         "fleet_stop_guard_ms": max(guard_ms, default=float("nan")),
-        "stranger_frames_accepted": accepted + forged[0] + sum(one.refused for one in listeners) + watch.refused
-        + sum(told[name][3] for name in names),
+        "stranger_frames_accepted": accepted + refused + watch.refused + sum(told[name][3] for name in names),
     }  # fmt: skip
 
 

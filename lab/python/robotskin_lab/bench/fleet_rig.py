@@ -18,10 +18,13 @@ import numpy as np
 
 from robotskin import layout, robots
 from robotskin.cycle import SafetyState
-from robotskin.fleet import Member
+from robotskin.errors import RobotskinError
+from robotskin.fleet import Member, topics
+from robotskin.fleet.link import open_link
 from robotskin.fleet.played import blocks, play_once, texts_of
 from robotskin.fleet.published import PublishedRobot, Told
 from robotskin.fleet.router_address import router_address
+from robotskin.fleet.streams import Heard
 from robotskin.fleet.tape import events_in
 from robotskin.record import Recorder, Recording
 from robotskin.record.facts import about_of, attachments_of
@@ -198,6 +201,31 @@ def serve_live(pipe: Connection, folder: Path, names: Sequence[str], seed: int) 
     thread.start()
     _obey(pipe, [robot], going, ending)
     thread.join()
+
+
+def serve_ears(pipe: Connection, folder: Path, names: Sequence[str]) -> None:
+    """Hears the events of all robots; told how many there were and how long to wait, it says what it heard."""
+    sys.setswitchinterval(SWITCH_S)
+    tallies, forged = {name: Tally() for name in names}, [0]
+
+    def heard(name: str, payload: bytes) -> None:
+        try:
+            tallies[name].add(payload)
+        except RobotskinError:
+            forged[0] += 1
+
+    with open_link(Member.load(folder / "desk.fleet")) as link:
+        ears = [
+            Heard(link, topics.of_robot(name, topics.EVENTS), lambda _, payload, name=name: heard(name, payload))
+            for name in names
+        ]
+        pipe.send("ready")
+        sent, patience_s = pipe.recv()
+        ends = time.monotonic() + patience_s
+        while any(tallies[name].events < sent[name] for name in names) and time.monotonic() < ends:
+            time.sleep(0.1)
+        counted = {name: (one.events, one.sum_ns) for name, one in tallies.items()}
+        pipe.send((counted, sum(one.missed for one in ears), forged[0] + sum(one.refused for one in ears)))
 
 
 def _obey(pipe: Connection, made: Sequence[Robot], going: threading.Event, ending: threading.Event) -> None:
