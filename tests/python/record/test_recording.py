@@ -166,7 +166,7 @@ def test_a_record_that_lies_about_a_size_takes_no_memory(made: Made, tmp_path: P
     schema = whole.index(b"\x03", summary)
     for at, lie in ((schema + 9 + 2, b"\xff\xff\xff\xff"), (summary + 1, b"\xff" * 7 + b"\x7f")):
         path.write_bytes(whole[:at] + lie + whole[at + len(lie) :])
-        with pytest.raises(RecordingFileError, match="lying.mcap: damaged"):
+        with pytest.raises(RecordingFileError, match=r"lying\.mcap: damaged"):
             Recording(path)
     with BoundedFile(made.path) as file:
         with pytest.raises(ValueError, match="are said to follow"):
