@@ -208,17 +208,17 @@ def serve_ears(pipe: Connection, folder: Path, names: Sequence[str]) -> None:
     sys.setswitchinterval(SWITCH_S)
     tallies, forged = {name: Tally() for name in names}, [0]
 
-    def heard(name: str, payload: bytes) -> None:
-        try:
-            tallies[name].add(payload)
-        except RobotskinError:
-            forged[0] += 1
+    def heard(name: str) -> Callable[[int, bytes], None]:
+        def take(_: int, payload: bytes) -> None:
+            try:
+                tallies[name].add(payload)
+            except RobotskinError:
+                forged[0] += 1
+
+        return take
 
     with open_link(Member.load(folder / "desk.fleet")) as link:
-        ears = [
-            Heard(link, topics.of_robot(name, topics.EVENTS), lambda _, payload, name=name: heard(name, payload))
-            for name in names
-        ]
+        ears = [Heard(link, topics.of_robot(name, topics.EVENTS), heard(name)) for name in names]
         pipe.send("ready")
         sent, patience_s = pipe.recv()
         ends = time.monotonic() + patience_s
