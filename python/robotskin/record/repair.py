@@ -40,7 +40,7 @@ def repair(path: str | Path) -> Repaired:
             channels: dict[int, int] = {}
             started = False
             for record in records(path):
-                if isinstance(record, Header):
+                if isinstance(record, Header) and not started:
                     writer.start(record.profile, library="robotskin")
                     started = True
                 elif not started:

@@ -10,11 +10,14 @@ from html import escape
 from robotskin.errors import RobotskinError
 from robotskin.fleet.table import HEADINGS, Row
 from robotskin.viewer.legend import PADDING
+from robotskin.viewer.own_page import NO_SCENE
 from robotskin.viewer.served_page import ServedPage
 
 REFRESH_S = 0.2
 NONE = "no robot yet"
-LEFT = "opacity:.65;padding-right:8px;white-space:nowrap"
+GRID = "display:grid;grid-template-columns:repeat(auto-fill,minmax(19em,1fr));gap:10px"
+CARD = "border:1px solid #444;border-radius:4px;padding:6px 10px"
+LEFT = "opacity:.65;padding-right:8px;white-space:nowrap;vertical-align:top"
 
 
 class FleetPage(ServedPage):
@@ -32,17 +35,17 @@ class FleetPage(ServedPage):
         title: str,
         port: int = 8080,
     ) -> None:
-        super().__init__(title, port)
+        super().__init__(title, port, NO_SCENE)
         self._rows, self._stop = rows, stop
         gui = self.server.gui
-        self.table = gui.add_html("")
-        if stop is not None:
+        if stop is not None:  # before all that grows, so that it is never out of sight
+            self.all = gui.add_button("STOP ALL", color="red")
             self.robot = gui.add_dropdown("Robot", (NONE,), initial_value=NONE)
             self.one = gui.add_button("Stop this robot", color="orange")
-            self.all = gui.add_button("STOP ALL", color="red")
             self.answer = gui.add_html("")
             self.one.on_click(lambda _: self._stopped(self.robot.value))
             self.all.on_click(lambda _: self._stopped(None))
+        self.table = gui.add_html("")
         self._start("fleet page")
 
     def _stopped(self, name: str | None) -> None:
@@ -82,7 +85,7 @@ def rows_html(rows: Sequence[Row]) -> str:
         )
         faded = "" if row.fresh else "opacity:.55;"
         parts.append(
-            f'<div style="{faded}margin-bottom:8px" data-robot="{escape(row.name)}" data-fresh="{row.fresh}">'
+            f'<div style="{faded}{CARD}" data-robot="{escape(row.name)}" data-fresh="{row.fresh}">'
             f"<b>{escape(row.name)}</b><table>{lines}</table></div>"
         )
-    return f'<div style="{PADDING};font-size:13px">{"".join(parts)}</div>'
+    return f'<div style="{PADDING};font-size:13px;{GRID}">{"".join(parts)}</div>'

@@ -26,12 +26,22 @@ STYLE = """
 }
 """
 
+NO_SCENE = """
+canvas { display: none !important; }
+[style*="bottom: 0px; right: 0px; width:"], [style*="flex-direction: row; position: relative; width:"] {
+  width: 100% !important;
+}
+[style*="max-height: 60%"] { max-height: 100% !important; top: 0; }
+.mantine-Notifications-root { top: auto !important; bottom: 16px !important; }
+"""
+"""Of a page that shows nothing but controls: they take all of it."""
+
 Answer = Callable[[Any, Any], Response | None]
 
 
-def with_own_head(answer: Answer, title: str) -> Answer:
+def with_own_head(answer: Answer, title: str, style: str = "") -> Answer:
     """What answers requests, changed so that pages bear this title and this style; all else stays as it is."""
-    head = f"<title>{escape(title)} · robotskin</title><style>{STYLE}</style>".encode()
+    head = f"<title>{escape(title)} · robotskin</title><style>{STYLE}{style}</style>".encode()
     made: dict[bytes, bytes] = {}
 
     def own(connection: Any, request: Any) -> Response | None:

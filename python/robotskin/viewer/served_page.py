@@ -19,8 +19,8 @@ class ServedPage:
     `port` is the first one tried; where it is taken the next free one is used, so read `address`.
     """
 
-    def __init__(self, title: str, port: int) -> None:
-        self.server = open_server(title, port)
+    def __init__(self, title: str, port: int, style: str = "") -> None:
+        self.server = open_server(title, port, style)
         self.address = address(self.server)
         self._closing = threading.Event()
 

@@ -20,10 +20,13 @@ PANEL_WIDTH = 288
 _starting = threading.Lock()
 
 
-def open_server(title: str, port: int) -> viser.ViserServer:
-    """Serve an empty page; `port` is the first one tried, the next free one is used where it is taken."""
+def open_server(title: str, port: int, style: str = "") -> viser.ViserServer:
+    """Serve an empty page; `port` is the first one tried, the next free one is used where it is taken.
+
+    style: what its CSS has beyond that of all pages.
+    """
     # The address is the caller's to print.
-    with _for_own_pages_only(title), contextlib.redirect_stdout(io.StringIO()):
+    with _for_own_pages_only(title, style), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False, brand_color=(64, 150, 220))
     server.gui.main_panel.dock_right()
@@ -32,7 +35,7 @@ def open_server(title: str, port: int) -> viser.ViserServer:
 
 
 @contextlib.contextmanager
-def _for_own_pages_only(title: str) -> Iterator[None]:
+def _for_own_pages_only(title: str, style: str) -> Iterator[None]:
     """Servers that start in this block refuse WebSockets of pages that this machine did not serve, and name their page.
 
     A browser lets any page of the web open a WebSocket to this machine and tells only its origin; viser asks for none.
@@ -42,7 +45,7 @@ def _for_own_pages_only(title: str) -> Iterator[None]:
         serve = websockets.asyncio.server.serve
 
         def checked(*arguments: Any, process_request: Any = None, **options: Any) -> Any:
-            answer = None if process_request is None else with_own_head(process_request, title)
+            answer = None if process_request is None else with_own_head(process_request, title, style)
             return serve(*arguments, origins=(OWN_ORIGIN, None), process_request=answer, **options)
 
         websockets.asyncio.server.serve = checked  # type: ignore[assignment, misc]

@@ -122,6 +122,18 @@ def test_a_file_cut_at_any_byte_is_mended(made: Made, seed: int, round_: int, tm
     assert sum(1 for _ in make_reader(cut.open("rb")).iter_messages()) == found.messages
 
 
+def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> None:
+    from mcap.stream_reader import StreamReader
+
+    whole = made.path.read_bytes()
+    (size,) = struct.unpack_from("<Q", whole, 9)
+    path = tmp_path / "twice.mcap"
+    path.write_bytes(whole[: 17 + size] + whole[8:-8])
+    found = repair(path)
+    with path.open("rb") as file:
+        assert sum(isinstance(one, Message) for one in StreamReader(file).records) == found.messages > 0
+
+
 def test_a_whole_file_is_left_alone(made: Made) -> None:
     before = made.path.read_bytes()
     assert repair(made.path).was_whole
