@@ -152,8 +152,13 @@ void bind_resolver(nb::module_& module) {
   nb::class_<TorqueResolver>(module, "TorqueResolver", "One fused torque in, a command for any of the interfaces out.")
       .def(nb::init<const RobotModel&, control::ResolverGains>(), "robot"_a, "gains"_a)
       .def("reset", &TorqueResolver::reset, "joints"_a, "Forgets the past: the virtual robot is at this JointState.")
-      .def("begin", &TorqueResolver::begin, "joints"_a, "mode"_a,
-           "Goes on through this CommandMode, from this JointState.")
+      .def(
+          "begin",
+          [](TorqueResolver& self, const JointState& joints, const std::vector<CommandMode>& modes) {
+            require(modes.size() == self.position().size(), "there must be one mode a joint");
+            self.begin(joints, modes);
+          },
+          "joints"_a, "modes"_a, "Goes on through these CommandModes (n), from this JointState.")
       .def_prop_ro(
           "position", [](const TorqueResolver& self) { return copy_of(self.position()); }, nb::rv_policy::move,
           "(n) rad, of the virtual robot")

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Binds the loop.
+#include <nanobind/stl/vector.h>
+
 #include <string>
 
 #include "bindings/bindings.hpp"
@@ -63,6 +65,10 @@ void bind_loop(nb::module_ module) {
           "raised or answered amiss; the robot was told to stop before.")
       .def("request_run", &SkinLoop::request_run, "run"_a, "To run, or to stop smoothly. Ends a latched stop.")
       .def("request_mode", &SkinLoop::request_mode, "mode"_a, "Raises LoopError for one that the port does not offer.")
+      .def(
+          "request_modes", [](SkinLoop& self, const std::vector<CommandMode>& modes) { self.request_modes(modes); },
+          "modes"_a,
+          "(n) of each joint. Raises LoopError for another number of them, and for what the port does not offer.")
       .def_prop_ro("report", &SkinLoop::report, nb::rv_policy::reference_internal, "LoopReport of the last tick")
       .def_prop_ro("guard", &SkinLoop::guard, nb::rv_policy::reference_internal, "GuardReport of the last tick")
       .def_prop_ro("skin", &SkinLoop::skin, nb::rv_policy::reference_internal, "SkinState of the last tick")

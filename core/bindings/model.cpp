@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
@@ -90,7 +91,18 @@ void bind_states(nb::module_& module) {
   auto command = nb::class_<JointCommand>(module, "JointCommand", "What the joints are told for one cycle.")
                      .def(nb::init<CommandMode, std::size_t>(), "mode"_a, "joint_count"_a)
                      .def_prop_ro("joint_count", &JointCommand::joint_count, "n of `value`")
-                     .def_rw("mode", &JointCommand::mode, "the CommandMode that `value` is for");
+                     .def_prop_rw(
+                         "mode", [](const JointCommand& self) { return self.common_mode(); },
+                         [](JointCommand& self, CommandMode mode) { std::ranges::fill(self.mode, mode); },
+                         "the CommandMode that `value` is for; None where joints have their own")
+                     .def_prop_rw(
+                         "modes", [](const JointCommand& self) { return self.mode; },
+                         [](JointCommand& self, std::vector<CommandMode> modes) {
+                           if (modes.size() != self.joint_count())
+                             throw std::invalid_argument("there must be one mode a joint");
+                           self.mode = std::move(modes);
+                         },
+                         "(n) the CommandMode of each joint");
   bind_vector<&JointCommand::value>(command, "value", "(n) rad, rad/s or Nm by mode");
 
   nb::enum_<PortStatus>(module, "PortStatus", "How a robot answered a read or a write.")
@@ -165,12 +177,18 @@ Override `read(state) -> PortStatus`: fill `position`, `velocity`, `effort` and 
 `write(command) -> PortStatus`: give the JointCommand to the robot, which holds it for 20 ms at most; `stop()`: bring the
 robot to rest and keep it there against gravity, whatever was commanded before; and, with `sensors`,
 `read_sensors(readings) -> PortStatus`. A port that raises counts as disconnected: the robot is told to stop.)")
-      .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors>(), "joint_count"_a, "modes"_a,
-           "sensors"_a = PortSensors{}, "modes: the interfaces that the robot offers.")
+      .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors, bool>(), "joint_count"_a, "modes"_a,
+           "sensors"_a = PortSensors{}, "by_joint"_a = false,
+           "modes: the interfaces that the robot offers; by_joint: each joint may have its own.")
       .def_prop_ro("sensors", &RobotPort::sensors, "which sensors the robot has beside its joints")
       .def("read_sensors", &RobotPort::read_sensors, "readings"_a, "Fills what is new; `no_new_state`: nothing is.")
       .def_prop_ro("joint_count", &RobotPort::joint_count, "n of its states and commands")
-      .def("offers", &RobotPort::offers, "mode"_a, "Whether commands may go through this interface.")
+      .def(
+          "offers", [](const RobotPort& self, std::optional<CommandMode> mode) { return mode && self.offers(*mode); },
+          "mode"_a.none(),
+          "Whether commands of all joints may go through this interface; None: of each its own, never.")
+      .def_prop_ro("offers_by_joint", &RobotPort::offers_by_joint,
+                   "whether each joint may be commanded through an interface of its own")
       .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")
       .def("write", &RobotPort::write, "command"_a, "Holds until the next write or stop.")
       .def_prop_ro("period_s", &RobotPort::period_s,

@@ -14,11 +14,12 @@ class PythonPort final : public RobotPort, public PythonPart {
  public:
   NB_TRAMPOLINE(RobotPort);
 
-  PythonPort(std::size_t joint_count, std::vector<CommandMode> modes, PortSensors sensors)
-      : joint_count_(joint_count), modes_(std::move(modes)), sensors_(std::move(sensors)) {}
+  PythonPort(std::size_t joint_count, std::vector<CommandMode> modes, PortSensors sensors, bool by_joint)
+      : joint_count_(joint_count), modes_(std::move(modes)), sensors_(std::move(sensors)), by_joint_(by_joint) {}
 
   std::size_t joint_count() const noexcept override { return joint_count_; }
   bool offers(CommandMode mode) const noexcept override { return std::ranges::find(modes_, mode) != modes_.end(); }
+  bool offers_by_joint() const noexcept override { return by_joint_; }
   PortSensors sensors() const override { return sensors_; }
 
   PortStatus read(JointState& state) noexcept override {
@@ -54,6 +55,7 @@ class PythonPort final : public RobotPort, public PythonPart {
   std::size_t joint_count_;
   std::vector<CommandMode> modes_;
   PortSensors sensors_;
+  bool by_joint_;
 };
 
 }  // namespace robotskin::bindings

@@ -37,7 +37,8 @@ struct Recorder final : loop::LoopWitness {
     const JointState& joints = loop.joints();
     if (joints.stamp_ns != never_ns) control.joints(joints.stamp_ns, joints.position, joints.velocity, joints.effort);
     if (loop.report().write != PortStatus::ok) return;
-    control.command(now_ns, static_cast<std::uint64_t>(loop.command().mode), loop.command().value);
+    const std::optional<CommandMode> mode = loop.command().common_mode();
+    control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, loop.command().value);
   }
 
   record::DriverTape driver;

@@ -30,7 +30,8 @@ using robot::TaskCycle;
 using robot::TaskCycleGains;
 
 void require_joints(std::size_t joints, const JointState& state, const JointCommand& command) {
-  if (state.position.size() != joints || state.velocity.size() != joints || command.value.size() != joints)
+  if (state.position.size() != joints || state.velocity.size() != joints || command.value.size() != joints ||
+      command.mode.size() != joints)
     throw std::invalid_argument("joint state and command must have one entry a joint");
 }
 
@@ -39,17 +40,18 @@ nb::dict log_of(const TaskCycle& self) {
   const std::size_t ticks = log.count(), joints = log.joint_count();
   std::vector<double> values(ticks * StateLog::width * joints);
   std::vector<std::int64_t> times(ticks);
-  std::vector<std::uint8_t> states(ticks), modes(ticks);
+  std::vector<std::uint8_t> states(ticks), modes(ticks * joints);
   for (std::size_t i = 0; i < ticks; ++i) {
     times[i] = log.tick(i).time_ns;
     states[i] = static_cast<std::uint8_t>(log.tick(i).state);
-    modes[i] = static_cast<std::uint8_t>(log.tick(i).mode);
+    std::ranges::transform(log.modes(i), modes.begin() + static_cast<std::ptrdiff_t>(i * joints),
+                           [](CommandMode mode) { return static_cast<std::uint8_t>(mode); });
     std::ranges::copy(log.values(i), values.begin() + static_cast<std::ptrdiff_t>(i * StateLog::width * joints));
   }
   nb::dict result;
   result["time_ns"] = copy_of(std::span<const std::int64_t>(times));
   result["state"] = copy_of(std::span<const std::uint8_t>(states));
-  result["mode"] = copy_of(std::span<const std::uint8_t>(modes));
+  result["mode"] = copy_of(std::span<const std::uint8_t>(modes), {ticks, joints});
   result["values"] = copy_of(std::span<const double>(values), {ticks, StateLog::width, joints});
   return result;
 }
@@ -138,7 +140,15 @@ void bind_task_cycle(nb::module_& module) {
           "states "
           "in turn.")
       .def("request_run", &TaskCycle::request_run, "run"_a, "To run, or to stop smoothly.")
-      .def("request_mode", &TaskCycle::request_mode, "mode"_a, "The interface from the next period on.")
+      .def("request_mode", nb::overload_cast<CommandMode>(&TaskCycle::request_mode), "mode"_a,
+           "The interface of all joints from the next period on.")
+      .def(
+          "request_modes",
+          [](TaskCycle& self, const std::vector<CommandMode>& modes) {
+            if (!self.request_mode(std::span<const CommandMode>(modes)))
+              throw std::invalid_argument("there must be one mode a joint");
+          },
+          "modes"_a, "(n) the interface of each joint from the next period on.")
       .def(
           "request_speed_cap",
           [](TaskCycle& self, double share) {

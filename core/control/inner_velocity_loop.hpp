@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <span>
 #include <vector>
 
 namespace robotskin::control {
@@ -26,7 +25,7 @@ struct InnerLoopGains {
 class VelocityEstimator {
  public:
   explicit VelocityEstimator(std::size_t joint_count) : difference_(joint_count) {}
-  void reset() noexcept { std::ranges::fill(difference_, 0.0); }
+  void reset(std::size_t joint) noexcept { difference_[joint] = 0; }
   double step(std::size_t joint, double virtual_velocity, double real_velocity, double bandwidth_hz,
               double period_s) noexcept {
     const double share = 1 - std::exp(-2 * M_PI * bandwidth_hz * period_s);
@@ -43,25 +42,21 @@ class InnerVelocityLoop {
   InnerVelocityLoop(InnerLoopGains gains, std::size_t joint_count)
       : gains_(std::move(gains)), estimator_(joint_count), bias_(joint_count) {}
 
-  void reset() noexcept {
-    estimator_.reset();
-    std::ranges::fill(bias_, 0.0);
+  void reset(std::size_t joint) noexcept {
+    estimator_.reset(joint);
+    bias_[joint] = 0;
   }
 
-  // commanded (n) rad/s = virtual velocity + P e + I int(e) + D (virtual velocity - E), e = virtual - real position.
-  void step(std::span<const double> virtual_position, std::span<const double> virtual_velocity,
-            std::span<const double> real_position, std::span<const double> real_velocity, double period_s,
-            std::span<double> commanded) noexcept {
-    for (std::size_t i = 0; i < commanded.size(); ++i) {
-      const double error = virtual_position[i] - real_position[i];
-      const double estimate = estimator_.step(i, virtual_velocity[i], real_velocity[i], gains_.estimator_hz, period_s);
-      double velocity_error = virtual_velocity[i] - estimate;
-      if (std::abs(velocity_error) < gains_.dead_zone_rad_s) velocity_error = 0;
-      bias_[i] =
-          std::clamp(bias_[i] + gains_.integral[i] * error * period_s, -gains_.largest_bias, gains_.largest_bias);
-      commanded[i] =
-          virtual_velocity[i] + gains_.proportional[i] * error + bias_[i] + gains_.derivative[i] * velocity_error;
-    }
+  // Commanded rad/s = virtual velocity + P e + I int(e) + D (virtual velocity - E), e = virtual - real position.
+  double step(std::size_t joint, double error, double virtual_velocity, double real_velocity,
+              double period_s) noexcept {
+    const double estimate = estimator_.step(joint, virtual_velocity, real_velocity, gains_.estimator_hz, period_s);
+    double velocity_error = virtual_velocity - estimate;
+    if (std::abs(velocity_error) < gains_.dead_zone_rad_s) velocity_error = 0;
+    bias_[joint] =
+        std::clamp(bias_[joint] + gains_.integral[joint] * error * period_s, -gains_.largest_bias, gains_.largest_bias);
+    return virtual_velocity + gains_.proportional[joint] * error + bias_[joint] +
+           gains_.derivative[joint] * velocity_error;
   }
 
   const InnerLoopGains& gains() const noexcept { return gains_; }

@@ -34,8 +34,8 @@ struct ResolverGains {
 
 // All three interfaces obey the same equation, (M + I) a + C v + B v + g = fused + touch: a virtual robot with the
 // position and velocity interfaces, which cannot feel the hand mechanically and so receives the measured touch; the
-// real one with the torque interface. One period is begin, update of the dynamics at position() and velocity(), the
-// tasks, resolve.
+// real one with the torque interface. Each joint may have an interface of its own. One period is begin, update of the
+// dynamics at position() and velocity(), the tasks, resolve.
 class TorqueResolver {
  public:
   // Throws ControlError for gains of the wrong count or that are not finite.
@@ -44,10 +44,10 @@ class TorqueResolver {
   // Puts the virtual robot where the real one is, at rest.
   void reset(const JointState& joints) noexcept;
 
-  // Chooses the state on which the tasks act: the virtual robot's with the position and velocity interfaces, the real
-  // one's with the torque interface. A change of mode goes on from the state of the mode before, so that the command
-  // of a frozen robot does not jump.
-  void begin(const JointState& joints, CommandMode mode) noexcept;
+  // Chooses the state on which the tasks act: the virtual robot's for joints with the position or velocity interface,
+  // the real one's for those with the torque interface. A change of mode (n) goes on from the state of the mode before,
+  // so that the command of a frozen robot does not jump.
+  void begin(const JointState& joints, std::span<const CommandMode> mode) noexcept;
   std::span<const double> position() const noexcept { return position_; }  // (n) rad
   std::span<const double> velocity() const noexcept { return velocity_; }  // (n) rad/s
 
@@ -59,8 +59,9 @@ class TorqueResolver {
   const ResolverGains& gains() const noexcept { return gains_; }
 
  private:
-  void integrate(const JointState& joints) noexcept;
-  void torque_command(const RobotDynamics& dynamics, std::span<const double> touch, JointCommand& command) noexcept;
+  void integrate(std::size_t joint, double measured_position) noexcept;
+  void reset_joint(std::size_t joint, const JointState& joints) noexcept;
+  double torque_command(const RobotDynamics& dynamics, std::size_t joint, double touch) const noexcept;
   void learn_torque_bias(const RobotDynamics& dynamics, const JointState& joints) noexcept;
 
   ResolverGains gains_;
@@ -75,10 +76,10 @@ class TorqueResolver {
   std::vector<double> position_bias_;                        // (n) rad
   std::vector<double> torque_bias_;                          // (n) Nm
   std::vector<double> measured_velocity_, surprise_;         // (n) rad/s of the period before; (n) rad/s
-  bool accelerated_ = false;                                 // the period before gave a torque for acceleration_
+  std::vector<bool> accelerated_;                            // (n) the period before gave a torque for acceleration_
   std::vector<double> torque_, acceleration_;                // (n)
   Fade lead_fade_;
-  CommandMode mode_ = CommandMode::position;
+  std::vector<CommandMode> mode_;  // (n)
 };
 
 }  // namespace robotskin::control

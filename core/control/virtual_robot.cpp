@@ -38,8 +38,8 @@ VirtualRobot::VirtualRobot(VirtualRobot&&) noexcept = default;
 VirtualRobot& VirtualRobot::operator=(VirtualRobot&&) noexcept = default;
 
 bool VirtualRobot::acceleration(const RobotDynamics& dynamics, std::span<const double> velocity,
-                                std::span<const double> torque, double period_s,
-                                std::span<double> acceleration) noexcept {
+                                std::span<const double> torque, double period_s, std::span<double> acceleration,
+                                std::span<const CommandMode> mode) noexcept {
   const auto joints = solver_->matrix.rows();
   const auto vector = [joints](std::span<const double> values) { return ConstVector(values.data(), joints); };
   solver_->matrix = Eigen::Map<const Matrix>(dynamics.mass_matrix().data(), joints, joints);
@@ -48,6 +48,14 @@ bool VirtualRobot::acceleration(const RobotDynamics& dynamics, std::span<const d
   Eigen::Map<Eigen::VectorXd> result(acceleration.data(), joints);
   result =
       vector(torque) - vector(dynamics.nonlinear_effects()) - vector(gains_.friction).cwiseProduct(vector(velocity));
+  for (std::size_t i = 0; i < mode.size(); ++i) {
+    if (mode[i] == CommandMode::torque) continue;
+    const auto joint = static_cast<Eigen::Index>(i);
+    solver_->matrix.row(joint).setZero();
+    solver_->matrix.col(joint).setZero();
+    solver_->matrix(joint, joint) = 1;
+    result[joint] = 0;
+  }
   const Eigen::LLT<Eigen::Ref<Matrix>> factor(solver_->matrix);
   if (factor.info() != Eigen::Success) return false;
   factor.solveInPlace(result);

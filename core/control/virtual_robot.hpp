@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "model/joint_command.hpp"
 #include "model/robot_dynamics.hpp"
 
 namespace robotskin::control {
@@ -27,10 +28,11 @@ class VirtualRobot {
   VirtualRobot& operator=(VirtualRobot&&) noexcept;
 
   // acceleration (n) rad/s^2 of (M + I + B dt) a = torque - C v - g - B v at the last update of dynamics, which was
-  // made with `velocity` (n). False if the matrix cannot be inverted or the result is not finite.
+  // made with `velocity` (n). With `mode` (n), joints that take no torques keep their speed, and their part of `torque`
+  // is not looked at. False if the matrix cannot be inverted or the result is not finite.
   [[nodiscard]] bool acceleration(const RobotDynamics& dynamics, std::span<const double> velocity,
-                                  std::span<const double> torque, double period_s,
-                                  std::span<double> acceleration) noexcept;
+                                  std::span<const double> torque, double period_s, std::span<double> acceleration,
+                                  std::span<const CommandMode> mode = {}) noexcept;
 
   const VirtualRobotGains& gains() const noexcept { return gains_; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loop/skin_loop.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -23,17 +24,29 @@ SkinLoop::SkinLoop(RobotPort& port, skin::SkinInput& input, robot::TaskCycle& cy
   command_ = JointCommand(CommandMode::position, cycle.joint_count());
 }
 
+void SkinLoop::require_offered(CommandMode mode) const {
+  if (port_.offers(mode)) return;
+  std::string offered;
+  for (const auto& [one, name] :
+       {std::pair{CommandMode::position, "position"}, std::pair{CommandMode::velocity, "velocity"},
+        std::pair{CommandMode::torque, "torque"}})
+    if (port_.offers(one)) offered += (offered.empty() ? "" : ", ") + std::string(name);
+  throw LoopError("loop: the robot port does not offer this interface; it offers " +
+                  (offered.empty() ? std::string("none") : offered));
+}
+
 void SkinLoop::request_mode(CommandMode mode) {
-  if (!port_.offers(mode)) {
-    std::string offered;
-    for (const auto& [one, name] :
-         {std::pair{CommandMode::position, "position"}, std::pair{CommandMode::velocity, "velocity"},
-          std::pair{CommandMode::torque, "torque"}})
-      if (port_.offers(one)) offered += (offered.empty() ? "" : ", ") + std::string(name);
-    throw LoopError("loop: the robot port does not offer this interface; it offers " +
-                    (offered.empty() ? std::string("none") : offered));
-  }
+  require_offered(mode);
   cycle_.request_mode(mode);
+}
+
+void SkinLoop::request_modes(std::span<const CommandMode> modes) {
+  for (const CommandMode mode : modes) require_offered(mode);
+  if (!port_.offers_by_joint() && std::ranges::any_of(modes, [&](CommandMode mode) { return mode != modes.front(); }))
+    throw LoopError("loop: the robot port takes all joints through one interface");
+  if (!cycle_.request_mode(modes))
+    throw LoopError("loop: " + std::to_string(modes.size()) + " interfaces for " +
+                    std::to_string(cycle_.joint_count()) + " joints");
 }
 
 const LoopReport& SkinLoop::step(std::int64_t now_ns) noexcept {

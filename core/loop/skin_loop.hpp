@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "loop/loop_witness.hpp"
 #include "model/robot_port.hpp"
@@ -39,6 +40,8 @@ class SkinLoop {
   void request_run(bool run) noexcept { cycle_.request_run(run); }
   // Throws LoopError for a mode that the port does not offer.
   void request_mode(CommandMode mode);
+  // Of each joint (n). Throws LoopError for another number of them, and for what the port does not offer.
+  void request_modes(std::span<const CommandMode> modes);
 
   // Lets `witness` look on from the next tick on, or none (null). It must outlive the loop. From the loop's thread.
   void set_witness(LoopWitness* witness) noexcept { witness_ = witness; }
@@ -54,6 +57,8 @@ class SkinLoop {
   robot::TaskCycle& cycle() noexcept { return cycle_; }
 
  private:
+  void require_offered(CommandMode mode) const;
+
   RobotPort& port_;
   skin::SkinInput& input_;
   robot::TaskCycle& cycle_;

@@ -30,6 +30,8 @@ class RobotPort {
 
   virtual std::size_t joint_count() const noexcept = 0;
   virtual bool offers(CommandMode mode) const noexcept = 0;
+  // Whether each joint may be commanded through an interface of its own, of those that are offered.
+  virtual bool offers_by_joint() const noexcept { return false; }
 
   // What the robot measures beside its joints; asked once, before the first read, so it may allocate and throw.
   virtual PortSensors sensors() const { return {}; }

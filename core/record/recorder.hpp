@@ -17,6 +17,9 @@
 
 namespace robotskin::record {
 
+// In place of a command mode: joints have their own.
+inline constexpr std::uint64_t modes_differ = 3;
+
 class DriverTape final : public driver::Witness {
  public:
   explicit DriverTape(std::size_t capacity_bytes) : tape_(capacity_bytes) {}
@@ -59,7 +62,7 @@ class ControlTape final : public skin::ReadWitness {
   // (n) rad or m, rad/s or m/s, Nm or N, of the robot at `stamp_ns`.
   void joints(std::int64_t stamp_ns, std::span<const double> position, std::span<const double> velocity,
               std::span<const double> effort) noexcept;
-  // What was sent to the robot at `now_ns`: a command mode by its number, and its n values.
+  // What was sent to the robot at `now_ns`: a command mode by its number, or `modes_differ`, and its n values.
   void command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values) noexcept;
 
   Tape& tape() { return tape_; }

@@ -27,7 +27,7 @@ namespace robotskin::record {
   X(tare, 7, "i64: duration in ns of a tare that was asked for")                                            \
   X(reader_keyframe, 8, "all that the skin reader knows, as of the read after it")                          \
   X(joints, 9, "joint state: 3 n f64 position, velocity, effort; time: its stamp")                          \
-  X(command, 10, "u64 mode, n f64 values; time: of the tick")                                               \
+  X(command, 10, "u64 mode, n f64 values; time: of the tick; mode 3: joints have their own")                \
   X(force_zero, 11, "3 n f32 newton: what the skin reader subtracts from each force from now on")           \
   X(felt, 12, "the skin state of a tick, of a skin without our driver (felt_state.hpp); time: of the tick") \
   X(nothing_felt, 13, "nothing: a tick in which such a skin had nothing new; time: of the tick")

@@ -39,16 +39,14 @@ double slowing_up(double was, double speed, double fastest, double share) noexce
   return std::clamp(speed, -bound(-1), bound(1));
 }
 
-// torque (n) = M acceleration + C v + g.
-void inverse_dynamics(const RobotDynamics& dynamics, std::span<const double> acceleration,
-                      std::span<double> torque) noexcept {
-  const std::size_t joints = torque.size();
-  for (std::size_t row = 0; row < joints; ++row) {
-    double sum = dynamics.nonlinear_effects()[row];
-    for (std::size_t column = 0; column < joints; ++column)
-      sum += dynamics.mass_matrix()[row * joints + column] * acceleration[column];
-    torque[row] = sum;
-  }
+// Of a joint, M acceleration + C v + g.
+double inverse_dynamics(const RobotDynamics& dynamics, std::span<const double> acceleration,
+                        std::size_t joint) noexcept {
+  const std::size_t joints = acceleration.size();
+  double torque = dynamics.nonlinear_effects()[joint];
+  for (std::size_t column = 0; column < joints; ++column)
+    torque += dynamics.mass_matrix()[joint * joints + column] * acceleration[column];
+  return torque;
 }
 
 }  // namespace
@@ -101,6 +99,7 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
     values->resize(joints);
   intervention_counts_.resize(limit_count * joints);
   last_limit_.resize(joints, Limit::acceleration);
+  last_mode_.resize(joints, CommandMode::position);
 }
 
 const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
@@ -134,7 +133,7 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
     case SafetyState::stopped:
       // SAFETY: from here the controller's command is not used; the robot comes to rest and is held, by the robot
       // itself if nothing is known of its joints.
-      if (!joints_known_ || command.value.size() != lower_.size()) {
+      if (!joints_known_ || command.value.size() != lower_.size() || command.mode.size() != lower_.size()) {
         report_.send = false;
         report_.stop_port = true;
         has_last_ = false;
@@ -189,7 +188,8 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
   if (standing == nullptr || standing->support.inside_by(standing->capture_point()) >= -limits_.capture_margin_m)
     found |= balanced;
 
-  if (command.value.size() == count && all_finite(command.value)) found |= command_finite;
+  const bool whole = command.value.size() == count && command.mode.size() == count;
+  if (whole && all_finite(command.value)) found |= command_finite;
   if (last_cycle_ns_ == never_ns || now_ns - last_cycle_ns_ <= limits_.largest_cycle_ns) found |= on_time;
   last_cycle_ns_ = now_ns;
   if (run_wanted) found |= wanted;
@@ -216,68 +216,80 @@ void Guard::count(Limit limit, std::size_t joint) noexcept {
   report_.limited_joint = static_cast<std::int32_t>(joint);
 }
 
+bool Guard::goes_on(std::size_t joint, const JointCommand& command) const noexcept {
+  return has_last_ && last_mode_[joint] == command.mode[joint];
+}
+
 bool Guard::limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
                   JointCommand& command) noexcept {
-  if (command.mode == CommandMode::torque) return limit_torque(dynamics, joints, speed_share, command.value);
-  const bool goes_on = has_last_ && last_mode_ == command.mode;
-  const double period = limits_.period_s;
-  bool changed = false;
+  bool changed = false, takes_torques = false;
   for (std::size_t i = 0; i < command.value.size(); ++i) {
-    if (!actuated_[i]) continue;  // nothing drives it, and nothing reads its command
-    const double was = has_last_ ? last_velocity_[i] : joints.velocity[i];
-    double from = joints.position[i];
-    if (command.mode == CommandMode::position) {
-      if (goes_on)
-        from = last_position_[i];
-      else if (std::abs(command.value[i] - from) <= limits_.largest_switch_step)
-        from = command.value[i] - was * period;
-    }
-    double asked = command.value[i];
-    double aim = asked;
-    if (command.mode == CommandMode::position) {
-      asked = (command.value[i] - from) / period;
-      // A robot held back catches up no faster than it can end beside the controller's command, which goes on.
-      const double own = goes_on ? (command.value[i] - asked_position_[i]) / period : asked;
-      const double lag = command.value[i] - from - own * period;
-      const double catch_up =
-          std::min(std::abs(lag) / period, std::sqrt(2 * catch_up_share * limits_.acceleration[i] * std::abs(lag)));
-      aim = own + std::copysign(catch_up, lag);
-      asked_position_[i] = command.value[i];
-    }
-    const double reached = towards(was, aim, limits_.acceleration[i] * period);
-    const double allowed =
-        slowing_up(was, reached, speed_share * velocity_limit_[i], std::min(1.0, period / horizon_s));
-    // A joint may be only as fast as it can brake before its limit.
-    const double margin = control::kept_margin(limits_.position_margin, lower_[i], upper_[i]);
-    const double up = std::max(0.0, upper_[i] - margin - from);
-    const double down = std::max(0.0, from - lower_[i] - margin);
-    const double brake_up = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * up), up / period);
-    const double brake_down = std::min(std::sqrt(2 * limits_.stop_deceleration[i] * down), down / period);
-    const double speed = std::clamp(allowed, -brake_down, brake_up);
-    // Rounding of (command - from) / period is no intervention.
-    if (std::abs(speed - asked) > 1e-9) {
-      changed = true;
-      // A command that only catches up is still held back by what held it back before.
-      count(speed != allowed     ? Limit::position
-            : allowed != reached ? Limit::velocity
-            : reached != aim     ? Limit::acceleration
-                                 : last_limit_[i],
-            i);
-      command.value[i] = command.mode == CommandMode::position ? from + speed * period : speed;
-    }
+    if (command.mode[i] == CommandMode::torque)
+      takes_torques = true;
+    else if (actuated_[i])  // else nothing drives it, and nothing reads its command
+      changed |= limit_motion(i, joints, speed_share, command);
   }
+  if (takes_torques) changed |= limit_torques(dynamics, joints, speed_share, command);
   return changed;
+}
+
+bool Guard::limit_motion(std::size_t joint, const JointState& joints, double speed_share,
+                         JointCommand& command) noexcept {
+  const bool by_position = command.mode[joint] == CommandMode::position;
+  const double period = limits_.period_s;
+  double& value = command.value[joint];
+  const double was = has_last_ ? last_velocity_[joint] : joints.velocity[joint];
+  double from = joints.position[joint];
+  double asked = value;
+  double aim = asked;
+  if (by_position) {
+    if (goes_on(joint, command))
+      from = last_position_[joint];
+    else if (std::abs(value - from) <= limits_.largest_switch_step)
+      from = value - was * period;
+    asked = (value - from) / period;
+    // A robot held back catches up no faster than it can end beside the controller's command, which goes on.
+    const double own = goes_on(joint, command) ? (value - asked_position_[joint]) / period : asked;
+    const double lag = value - from - own * period;
+    const double catch_up =
+        std::min(std::abs(lag) / period, std::sqrt(2 * catch_up_share * limits_.acceleration[joint] * std::abs(lag)));
+    aim = own + std::copysign(catch_up, lag);
+    asked_position_[joint] = value;
+  }
+  const double reached = towards(was, aim, limits_.acceleration[joint] * period);
+  const double allowed =
+      slowing_up(was, reached, speed_share * velocity_limit_[joint], std::min(1.0, period / horizon_s));
+  // A joint may be only as fast as it can brake before its limit.
+  const double margin = control::kept_margin(limits_.position_margin, lower_[joint], upper_[joint]);
+  const double up = std::max(0.0, upper_[joint] - margin - from);
+  const double down = std::max(0.0, from - lower_[joint] - margin);
+  const double brake_up = std::min(std::sqrt(2 * limits_.stop_deceleration[joint] * up), up / period);
+  const double brake_down = std::min(std::sqrt(2 * limits_.stop_deceleration[joint] * down), down / period);
+  const double speed = std::clamp(allowed, -brake_down, brake_up);
+  // Rounding of (command - from) / period is no intervention.
+  if (std::abs(speed - asked) <= 1e-9) return false;
+  // A command that only catches up is still held back by what held it back before.
+  count(speed != allowed     ? Limit::position
+        : allowed != reached ? Limit::velocity
+        : reached != aim     ? Limit::acceleration
+                             : last_limit_[joint],
+        joint);
+  value = by_position ? from + speed * period : speed;
+  return true;
 }
 
 // Position and velocity limits at acceleration level, since a bound on the torque itself would forbid holding gravity.
 // The acceleration is the mean one over the horizon: damped joints of little inertia, as a hand's, end it at a speed
 // that their damping alone decides.
-bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
-                         std::vector<double>& torque) noexcept {
+bool Guard::limit_torques(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+                          JointCommand& command) noexcept {
+  std::vector<double>& torque = command.value;
+  const auto takes_torque = [&](std::size_t joint) { return command.mode[joint] == CommandMode::torque; };
   bool changed = false;
-  if (damped_.acceleration(dynamics, joints.velocity, torque, horizon_s, acceleration_)) {
+  if (damped_.acceleration(dynamics, joints.velocity, torque, horizon_s, acceleration_, command.mode)) {
     bool bounded = false;
     for (std::size_t i = 0; i < torque.size(); ++i) {
+      if (!takes_torque(i)) continue;
       const double fastest = speed_share * velocity_limit_[i];
       const double margin = control::kept_margin(limits_.position_margin, lower_[i], upper_[i]);
       const double up = std::max(0.0, upper_[i] - margin - joints.position[i]);
@@ -297,16 +309,17 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
       }
     }
     if (bounded) {
-      inverse_dynamics(dynamics, acceleration_, torque);
       for (std::size_t i = 0; i < torque.size(); ++i)
-        torque[i] += damped_.gains().friction[i] * (joints.velocity[i] + horizon_s * acceleration_[i]);
+        if (takes_torque(i))
+          torque[i] = inverse_dynamics(dynamics, acceleration_, i) +
+                      damped_.gains().friction[i] * (joints.velocity[i] + horizon_s * acceleration_[i]);
       changed = true;
     }
   }
-  const bool goes_on = has_last_ && last_mode_ == CommandMode::torque;
   for (std::size_t i = 0; i < torque.size(); ++i) {
+    if (!takes_torque(i)) continue;
     double value = torque[i];
-    if (goes_on) value = towards(last_torque_[i], value, limits_.torque_rate[i] * limits_.period_s);
+    if (goes_on(i, command)) value = towards(last_torque_[i], value, limits_.torque_rate[i] * limits_.period_s);
     const double slowed = value;
     value = std::clamp(value, -effort_limit_[i], effort_limit_[i]);
     if (value != torque[i]) {
@@ -318,38 +331,36 @@ bool Guard::limit_torque(const RobotDynamics& dynamics, const JointState& joints
   return changed;
 }
 
+double Guard::braking_acceleration(std::size_t joint, const JointState& joints) const noexcept {
+  const double most = limits_.stop_deceleration[joint];
+  if (!at_rest_) return std::clamp(-joints.velocity[joint] / horizon_s, -most, most);
+  const double hold =
+      hold_rad_s * hold_rad_s * (hold_[joint] - joints.position[joint]) - 2 * hold_rad_s * joints.velocity[joint];
+  return std::clamp(hold, -most, most);
+}
+
 void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept {
   const std::size_t count = lower_.size();
   const double period = limits_.period_s;
-  const bool goes_on = has_last_ && last_mode_ == command.mode;
-
-  if (command.mode == CommandMode::torque) {
-    if (!at_rest_) {
-      std::ranges::copy(joints.position, hold_.begin());
-      at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const double brake =
-          std::clamp(-joints.velocity[i] / horizon_s, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]);
-      const double hold =
-          hold_rad_s * hold_rad_s * (hold_[i] - joints.position[i]) - 2 * hold_rad_s * joints.velocity[i];
-      acceleration_[i] =
-          at_rest_ ? std::clamp(hold, -limits_.stop_deceleration[i], limits_.stop_deceleration[i]) : brake;
-    }
-    inverse_dynamics(dynamics, acceleration_, command.value);
-    for (std::size_t i = 0; i < count; ++i)
-      command.value[i] = std::clamp(command.value[i], -effort_limit_[i], effort_limit_[i]);
-    return;
+  if (!at_rest_ && std::ranges::find(command.mode, CommandMode::torque) != command.mode.end()) {
+    std::ranges::copy(joints.position, hold_.begin());
+    at_rest_ = std::ranges::all_of(joints.velocity, [&](double v) { return std::abs(v) <= limits_.rest_speed; });
   }
+  for (std::size_t i = 0; i < count; ++i)
+    acceleration_[i] = command.mode[i] == CommandMode::torque ? braking_acceleration(i, joints) : 0.0;
 
   for (std::size_t i = 0; i < count; ++i) {
+    if (command.mode[i] == CommandMode::torque) {
+      command.value[i] = std::clamp(inverse_dynamics(dynamics, acceleration_, i), -effort_limit_[i], effort_limit_[i]);
+      continue;
+    }
     const double speed =
         towards(has_last_ ? last_velocity_[i] : joints.velocity[i], 0.0, limits_.stop_deceleration[i] * period);
-    if (command.mode == CommandMode::velocity) {
+    if (command.mode[i] == CommandMode::velocity) {
       command.value[i] = speed;
       continue;
     }
-    const double from = goes_on ? last_position_[i] : joints.position[i];
+    const double from = goes_on(i, command) ? last_position_[i] : joints.position[i];
     command.value[i] = std::clamp(from + speed * period, std::min(lower_[i], from), std::max(upper_[i], from));
     asked_position_[i] = command.value[i];
   }
@@ -357,10 +368,9 @@ void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, Joint
 
 void Guard::remember(const JointState& joints, const JointCommand& command) noexcept {
   for (std::size_t i = 0; i < command.value.size(); ++i) {
-    switch (command.mode) {
+    switch (command.mode[i]) {
       case CommandMode::position: {
-        const bool goes_on = has_last_ && last_mode_ == CommandMode::position;
-        const double from = goes_on ? last_position_[i] : joints.position[i];
+        const double from = goes_on(i, command) ? last_position_[i] : joints.position[i];
         last_velocity_[i] = (command.value[i] - from) / limits_.period_s;
         last_position_[i] = command.value[i];
         break;
@@ -373,8 +383,8 @@ void Guard::remember(const JointState& joints, const JointCommand& command) noex
         last_torque_[i] = command.value[i];
         break;
     }
+    last_mode_[i] = command.mode[i];
   }
-  last_mode_ = command.mode;
   has_last_ = true;
 }
 

@@ -79,7 +79,7 @@ class Guard {
   // Decides on this cycle's command, which `finite` says the controller could compute, and rewrites it where it has
   // to: within limits while running, a hold while ready, a controlled stop while stopped. Of a robot that stands
   // (`standing`) the command is within limits in these states, too, since one that holds still falls. `dynamics` was
-  // updated in this cycle, with the measured state if the mode is torque. Never allocates or throws.
+  // updated in this cycle, with the measured state of joints that take torques. Never allocates or throws.
   const GuardReport& check(const RobotDynamics& dynamics, const JointState& joints, const skin::SkinState& skin,
                            std::int64_t now_ns, bool run_wanted, bool finite, JointCommand& command,
                            const control::StandingState* standing = nullptr) noexcept;
@@ -98,10 +98,13 @@ class Guard {
   void count_violations(const JointState& joints) noexcept;
   bool limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
              JointCommand& command) noexcept;
-  bool limit_torque(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
-                    std::vector<double>& torque) noexcept;
+  bool limit_motion(std::size_t joint, const JointState& joints, double speed_share, JointCommand& command) noexcept;
+  bool limit_torques(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
+                     JointCommand& command) noexcept;
   void count(Limit limit, std::size_t joint) noexcept;
   void brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept;
+  double braking_acceleration(std::size_t joint, const JointState& joints) const noexcept;
+  bool goes_on(std::size_t joint, const JointCommand& command) const noexcept;
   void remember(const JointState& joints, const JointCommand& command) noexcept;
 
   std::span<const std::uint8_t> left_out_;
@@ -115,13 +118,13 @@ class Guard {
   GuardReport report_;
   std::vector<std::uint64_t> intervention_counts_;  // (limit_count, n)
   std::vector<Limit> last_limit_;                   // (n) that held a joint's command back last
-  CommandMode last_mode_ = CommandMode::position;
   double speed_cap_ = 1;
-  bool has_last_ = false;      // something was sent in last_mode_
+  bool has_last_ = false;      // something was sent, in last_mode_
   bool joints_known_ = false;  // the joint state of this cycle can be used
   bool at_rest_ = false;       // a stop has come to rest, hold_ is where
   std::int64_t last_cycle_ns_ = never_ns;
   std::int64_t last_joints_ns_ = never_ns;
+  std::vector<CommandMode> last_mode_;                               // (n)
   std::vector<double> last_position_, last_velocity_, last_torque_;  // (n) as commanded
   std::vector<double> asked_position_;                               // (n) of the last cycle, before it was limited
   std::vector<double> hold_;                                         // (n) rad

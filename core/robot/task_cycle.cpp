@@ -33,7 +33,8 @@ TaskCycle::TaskCycle(const RobotModel& robot, const skin::SkinModel& skin, TaskC
       share_(skin.size(), 1.0F),
       fused_torque_(robot.joint_count()),
       mass_(robot.joint_count() * robot.joint_count()),
-      bias_(robot.joint_count()) {
+      bias_(robot.joint_count()),
+      mode_(robot.joint_count()) {
   guard_.leave_out(mask_.left_out());
   if (!gains_.feet.empty()) standing_.emplace(robot, gains_.feet);
   if (stack_.stack().joint_count() != robot.joint_count())
@@ -69,13 +70,14 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
   balances_ = stands;
   ran_ = runs;
 
-  bool valid = fits(joints.position) && fits(joints.velocity) && command.value.size() == count;
+  bool valid =
+      fits(joints.position) && fits(joints.velocity) && command.value.size() == count && command.mode.size() == count;
   if (valid) {
     if (!moves) {  // a robot that holds still starts again from where it is, at rest
       resolver_.reset(joints);
       touch_filter_.reset();
     }
-    command.mode = mode_.load(std::memory_order_relaxed);
+    for (std::size_t i = 0; i < count; ++i) command.mode[i] = mode_[i].load(std::memory_order_relaxed);
     resolver_.begin(joints, command.mode);
     valid = dynamics_.update(resolver_.position(), resolver_.velocity());
   }

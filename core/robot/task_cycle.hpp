@@ -71,7 +71,15 @@ class TaskCycle {
 
   void request_run(bool run) noexcept { run_.store(run, std::memory_order_relaxed); }
   bool run_requested() const noexcept { return run_.load(std::memory_order_relaxed); }
-  void request_mode(CommandMode mode) noexcept { mode_.store(mode, std::memory_order_relaxed); }
+  void request_mode(CommandMode mode) noexcept {
+    for (auto& one : mode_) one.store(mode, std::memory_order_relaxed);
+  }
+  // Of each joint (n). False if there are not as many.
+  [[nodiscard]] bool request_mode(std::span<const CommandMode> mode) noexcept {
+    if (mode.size() != mode_.size()) return false;
+    for (std::size_t i = 0; i < mode.size(); ++i) mode_[i].store(mode[i], std::memory_order_relaxed);
+    return true;
+  }
   // Share of the velocity limits that commands may use, above 0 to 1; of a robot that is not trusted yet.
   void request_speed_cap(double share) noexcept { speed_cap_.store(share, std::memory_order_relaxed); }
   double speed_cap() const noexcept { return speed_cap_.load(std::memory_order_relaxed); }
@@ -123,7 +131,7 @@ class TaskCycle {
   std::atomic<bool> run_{false}, skin_on_{true};
   std::atomic<control::SkinSource> source_{control::SkinSource::host};
   std::atomic<double> speed_cap_{1};
-  std::atomic<CommandMode> mode_{CommandMode::position};
+  std::vector<std::atomic<CommandMode>> mode_;  // (n)
 };
 
 }  // namespace robotskin::robot

@@ -127,7 +127,8 @@ PortStatus UrPort::read(JointState& state) noexcept {
 }
 
 PortStatus UrPort::write(const JointCommand& command) noexcept {
-  if (!offers(command.mode) || command.value.size() != ur::joint_count) return PortStatus::refused;
+  const std::optional<CommandMode> mode = command.common_mode();
+  if (!mode || !offers(*mode) || command.value.size() != ur::joint_count) return PortStatus::refused;
   if (!std::ranges::all_of(command.value, [](double value) { return std::isfinite(value); }))
     return PortStatus::refused;
   const UrCondition now = condition();
@@ -135,9 +136,9 @@ PortStatus UrPort::write(const JointCommand& command) noexcept {
     return now == UrCondition::disconnected ? PortStatus::disconnected : PortStatus::refused;
   Told told;
   std::ranges::copy(command.value, told.value.begin());
-  told.mode = command.mode == CommandMode::position   ? Mode::position
-              : command.mode == CommandMode::velocity ? Mode::velocity
-                                                      : Mode::torque;
+  told.mode = *mode == CommandMode::position   ? Mode::position
+              : *mode == CommandMode::velocity ? Mode::velocity
+                                               : Mode::torque;
   if (told.mode == Mode::torque) {
     // The controller carries the arm's own weight and adds it to what it is told.
     if (!dynamics_.update(read_position_, read_velocity_)) return PortStatus::refused;

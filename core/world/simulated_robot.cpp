@@ -76,25 +76,26 @@ PortStatus SimulatedRobot::read_sensors(SensorReadings& readings) noexcept {
 }
 
 PortStatus SimulatedRobot::write(const JointCommand& command) noexcept {
-  if (!offers(command.mode) || command.value.size() != joint_count()) return PortStatus::refused;
-  for (const double value : command.value)
-    if (!std::isfinite(value)) return PortStatus::refused;
-  if (command.mode != command_.mode) {
+  if (command.value.size() != joint_count() || command.mode.size() != joint_count()) return PortStatus::refused;
+  for (std::size_t i = 0; i < joint_count(); ++i)
+    if (!offers(command.mode[i]) || !std::isfinite(command.value[i])) return PortStatus::refused;
+  for (std::size_t i = 0; i < joint_count(); ++i) {
+    if (command.mode[i] == command_.mode[i]) continue;
     // A new interface starts from where the robot is.
-    std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
-    std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
+    goal_[i] = measured_.position[i];
+    error_sum_[i] = 0;
   }
   braking_s_ = 0;
   command_left_s_ = command_life_s;
-  command_.mode = command.mode;
-  std::copy(command.value.begin(), command.value.end(), command_.value.begin());
+  std::ranges::copy(command.mode, command_.mode.begin());
+  std::ranges::copy(command.value, command_.value.begin());
   return PortStatus::ok;
 }
 
 void SimulatedRobot::stop() noexcept {
   command_left_s_ = -1;
   braking_s_ = brake_max_s;
-  command_.mode = CommandMode::velocity;
+  std::ranges::fill(command_.mode, CommandMode::velocity);
   std::fill(command_.value.begin(), command_.value.end(), 0.0);
   std::copy(measured_.position.begin(), measured_.position.end(), goal_.begin());
   std::fill(error_sum_.begin(), error_sum_.end(), 0.0);
@@ -112,31 +113,33 @@ void SimulatedRobot::brake(const mjData& data, double step_s) noexcept {
 void SimulatedRobot::drive(const mjModel& model, mjData& data) noexcept {
   const std::size_t n = joint_count();
   if (command_left_s_ >= 0 && (command_left_s_ -= model.opt.timestep) < 0) stop();
-  if (command_.mode == CommandMode::torque) {
-    for (std::size_t i = 0; i < n; ++i) torque_[velocity_address_[i]] = command_.value[i];
-  } else {
-    const double step_s = model.opt.timestep;
-    if (braking_s_ > 0) brake(data, step_s);
-    for (std::size_t i = base_joints_; i < n; ++i) {  // the base's part of `wanted_` stays 0
-      const double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
-      double goal_velocity = 0;
-      if (command_.mode == CommandMode::velocity) {
-        goal_velocity = command_.value[i];
-        goal_[i] = std::clamp(goal_[i] + goal_velocity * step_s, position - lead_max, position + lead_max);
-      } else {
-        goal_[i] = command_.value[i];
-      }
-      const double error = goal_[i] - position;
-      error_sum_[i] = std::clamp(error_sum_[i] + error * step_s, -error_sum_max, error_sum_max);
-      wanted_[velocity_address_[i]] =
-          gains_.stiffness * error + gains_.damping * (goal_velocity - velocity) + gains_.integral * error_sum_[i];
+  const double step_s = model.opt.timestep;
+  if (braking_s_ > 0) brake(data, step_s);
+  bool follows = false;
+  for (std::size_t i = base_joints_; i < n; ++i) {  // the base's part of `wanted_` stays 0
+    double& wanted = wanted_[velocity_address_[i]];
+    wanted = 0;
+    if (command_.mode[i] == CommandMode::torque) continue;
+    follows = true;
+    const double position = data.qpos[position_address_[i]], velocity = data.qvel[velocity_address_[i]];
+    double goal_velocity = 0;
+    if (command_.mode[i] == CommandMode::velocity) {
+      goal_velocity = command_.value[i];
+      goal_[i] = std::clamp(goal_[i] + goal_velocity * step_s, position - lead_max, position + lead_max);
+    } else {
+      goal_[i] = command_.value[i];
     }
-    mj_mulM(&model, &data, torque_.data(), wanted_.data());
-    for (std::size_t i = 0; i < n; ++i) {
-      const int dof = velocity_address_[i];
-      const double damping = model.dof_damping[dof];
-      torque_[dof] += data.qfrc_bias[dof] + damping * (data.qvel[dof] + damped_share_s * wanted_[dof]);
-    }
+    const double error = goal_[i] - position;
+    error_sum_[i] = std::clamp(error_sum_[i] + error * step_s, -error_sum_max, error_sum_max);
+    wanted = gains_.stiffness * error + gains_.damping * (goal_velocity - velocity) + gains_.integral * error_sum_[i];
+  }
+  if (follows) mj_mulM(&model, &data, torque_.data(), wanted_.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    const int dof = velocity_address_[i];
+    if (command_.mode[i] == CommandMode::torque)
+      torque_[dof] = command_.value[i];
+    else
+      torque_[dof] += data.qfrc_bias[dof] + model.dof_damping[dof] * (data.qvel[dof] + damped_share_s * wanted_[dof]);
   }
   for (std::size_t i = 0; i < n; ++i) {
     const double limited = std::clamp(torque_[velocity_address_[i]], -effort_limit_[i], effort_limit_[i]);

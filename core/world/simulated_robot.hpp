@@ -34,6 +34,7 @@ class SimulatedRobot : public RobotPort {
 
   std::size_t joint_count() const noexcept override { return position_address_.size(); }
   bool offers(CommandMode mode) const noexcept override;
+  bool offers_by_joint() const noexcept override { return base_joints_ == 0; }
   PortSensors sensors() const override { return sensors_.places(); }
   [[nodiscard]] PortStatus read(JointState& state) noexcept override;
   [[nodiscard]] PortStatus read_sensors(SensorReadings& readings) noexcept override;

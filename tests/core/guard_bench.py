@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A guard on a robot with everything in order, for tests to bring out of order."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robotskin.cycle import Guard, GuardLimits, SafetyState
@@ -26,17 +28,25 @@ class Bench:
         self.command = JointCommand(CommandMode.position, count)
         self.now_ns, self.joints_age_ns, self.skin_age_ns = 10**9, 0, 0
 
-    def check(self, mode: CommandMode, value: np.ndarray, wanted: bool = True, finite: bool = True):
+    def check(
+        self, mode: CommandMode | Sequence[CommandMode], value: np.ndarray, wanted: bool = True, finite: bool = True
+    ):
         self.now_ns += PERIOD_NS
         self.joints.stamp_ns = self.now_ns - self.joints_age_ns
         self.skin.time_ns = self.now_ns - self.skin_age_ns
         if np.isfinite(self.joints.position).all() and np.isfinite(self.joints.velocity).all():
             self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
-        self.command.mode = mode
+        if isinstance(mode, CommandMode):
+            self.command.mode = mode
+        else:
+            self.command.modes = list(mode)
         self.command.value = np.asarray(value, dtype=float)
         return self.guard.check(self.dynamics, self.joints, self.skin, self.now_ns, wanted, finite, self.command)
 
-    def neutral(self, mode: CommandMode) -> np.ndarray:
+    def neutral(self, mode: CommandMode | Sequence[CommandMode]) -> np.ndarray:
+        if not isinstance(mode, CommandMode):
+            each = {one: self.neutral(one) for one in CommandMode}
+            return np.array([each[one][joint] for joint, one in enumerate(mode)])
         if mode == CommandMode.position:
             return self.joints.position.copy()
         if mode == CommandMode.velocity:
@@ -44,7 +54,7 @@ class Bench:
         self.dynamics.update(self.joints.position.copy(), self.joints.velocity.copy())
         return self.dynamics.gravity_torque
 
-    def started(self, mode: CommandMode) -> "Bench":
+    def started(self, mode: CommandMode | Sequence[CommandMode]) -> "Bench":
         for _ in range(3):
             report = self.check(mode, self.neutral(mode))
         assert report.state == SafetyState.running

@@ -307,8 +307,8 @@ class TorqueResolver:
     def reset(self, joints: robotskin.model.JointState) -> None:
         """Forgets the past: the virtual robot is at this JointState."""
 
-    def begin(self, joints: robotskin.model.JointState, mode: robotskin.model.CommandMode) -> None:
-        """Goes on through this CommandMode, from this JointState."""
+    def begin(self, joints: robotskin.model.JointState, modes: Sequence[robotskin.model.CommandMode]) -> None:
+        """Goes on through these CommandModes (n), from this JointState."""
 
     @property
     def position(self) -> NDArray[numpy.float64]:

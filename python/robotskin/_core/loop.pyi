@@ -1,5 +1,7 @@
 """The loop that runs on a robot, from samples to command."""
 
+from collections.abc import Sequence
+
 import robotskin.cycle
 import robotskin.errors
 import robotskin.model
@@ -67,6 +69,11 @@ class SkinLoop:
 
     def request_mode(self, mode: robotskin.model.CommandMode) -> None:
         """Raises LoopError for one that the port does not offer."""
+
+    def request_modes(self, modes: Sequence[robotskin.model.CommandMode]) -> None:
+        """
+        (n) of each joint. Raises LoopError for another number of them, and for what the port does not offer.
+        """
 
     @property
     def report(self) -> LoopReport:

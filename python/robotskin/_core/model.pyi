@@ -69,11 +69,17 @@ class JointCommand:
         """n of `value`"""
 
     @property
-    def mode(self) -> CommandMode:
-        """the CommandMode that `value` is for"""
+    def mode(self) -> CommandMode | None:
+        """the CommandMode that `value` is for; None where joints have their own"""
 
     @mode.setter
     def mode(self, arg: CommandMode, /) -> None: ...
+    @property
+    def modes(self) -> list[CommandMode]:
+        """(n) the CommandMode of each joint"""
+
+    @modes.setter
+    def modes(self, arg: Sequence[CommandMode], /) -> None: ...
     @property
     def value(self) -> NDArray[numpy.float64]:
         """(n) rad, rad/s or Nm by mode"""
@@ -201,8 +207,12 @@ class RobotPort:
     `read_sensors(readings) -> PortStatus`. A port that raises counts as disconnected: the robot is told to stop.
     """
 
-    def __init__(self, joint_count: int, modes: Sequence[CommandMode], sensors: PortSensors = ...) -> None:
-        """modes: the interfaces that the robot offers."""
+    def __init__(
+        self, joint_count: int, modes: Sequence[CommandMode], sensors: PortSensors = ..., by_joint: bool = False
+    ) -> None:
+        """
+        modes: the interfaces that the robot offers; by_joint: each joint may have its own.
+        """
 
     @property
     def sensors(self) -> PortSensors:
@@ -215,8 +225,14 @@ class RobotPort:
     def joint_count(self) -> int:
         """n of its states and commands"""
 
-    def offers(self, mode: CommandMode) -> bool:
-        """Whether commands may go through this interface."""
+    def offers(self, mode: CommandMode | None) -> bool:
+        """
+        Whether commands of all joints may go through this interface; None: of each its own, never.
+        """
+
+    @property
+    def offers_by_joint(self) -> bool:
+        """whether each joint may be commanded through an interface of its own"""
 
     def read(self, state: JointState) -> PortStatus:
         """Fills the state; `no_new_state` leaves it as it was."""

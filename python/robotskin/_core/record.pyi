@@ -45,7 +45,9 @@ class Entry(enum.Enum):
     """joint state: 3 n f64 position, velocity, effort; time: its stamp"""
 
     command = 10
-    """u64 mode, n f64 values; time: of the tick"""
+    """
+    u64 mode, n f64 values; time: of the tick; mode 3: joints have their own
+    """
 
     force_zero = 11
     """

@@ -434,7 +434,10 @@ class TaskCycle:
         """To run, or to stop smoothly."""
 
     def request_mode(self, mode: robotskin.model.CommandMode) -> None:
-        """The interface from the next period on."""
+        """The interface of all joints from the next period on."""
+
+    def request_modes(self, modes: Sequence[robotskin.model.CommandMode]) -> None:
+        """(n) the interface of each joint from the next period on."""
 
     def request_speed_cap(self, share: float) -> None:
         """

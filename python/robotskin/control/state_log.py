@@ -24,6 +24,7 @@ QUANTITIES = ("position", "velocity", "torque", "command")
 
 def write_state_log(path: str | Path, log: Mapping[str, NDArray], joint_names: Sequence[str], reason: str) -> None:
     """Write what `TaskCycle.log` holds as CSV: a line a tick, `time_s` counted back from the last.
+    `mode` is that of all joints, or one a joint with semicolons between.
 
     Lines before the header begin with # and say why the robot stopped and what the units are. The file appears whole
     or not at all.
@@ -37,9 +38,15 @@ def write_state_log(path: str | Path, log: Mapping[str, NDArray], joint_names: S
     ]
     times = log["time_ns"]
     for tick in range(len(times)):
-        state, mode = SafetyState(int(log["state"][tick])).name, CommandMode(int(log["mode"][tick])).name
+        state = SafetyState(int(log["state"][tick])).name
+        mode = "; ".join(CommandMode(int(one)).name for one in _alike(log["mode"][tick]))
         values = (f"{value:.9g}" for value in log["values"][tick].ravel())
         seconds = (int(times[tick]) - int(times[-1])) * 1e-9
         lines.append(",".join([f"{seconds:.6f}", str(int(times[tick])), state, mode, *values]))
     with whole_file(Path(path)) as partial:
         partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _alike(modes: NDArray) -> NDArray:
+    """Modes of all joints, or the one that they share."""
+    return modes[:1] if (modes == modes[0]).all() else modes

@@ -58,11 +58,11 @@ class LiveRobot(OwnThread):
 
     def set_interface(self, interface: CommandMode | str) -> None:
         """Command the robot through another interface. Raises SessionError for one that it does not offer."""
-        chosen = member("interface", CommandMode, interface)
-        if not self._moved.port.offers(chosen):
+        name = interface if interface in self._moved.interfaces else member("interface", CommandMode, interface).name
+        if name not in self._moved.interfaces:
             offered = ", ".join(self._moved.interfaces)
-            raise SessionError(f"interface {chosen.name}: this robot does not offer it; choose from {offered}")
-        self._ask(lambda: self._moved.set_interface(chosen))
+            raise SessionError(f"interface {name}: this robot does not offer it; choose from {offered}")
+        self._ask(lambda: self._moved.set_interface(name))
 
     @property
     def behaviours(self) -> dict[str, str]:

@@ -111,8 +111,12 @@ class _Check:
     def _read(self) -> PortStatus | None:
         return self._timed(lambda: self.port.read(self.state))
 
-    def _write(self, mode: CommandMode, values: Floats) -> PortStatus | None:
-        command = JointCommand(mode, len(values))
+    def _write(self, mode: CommandMode | list[CommandMode], values: Floats) -> PortStatus | None:
+        command = JointCommand(self.modes[0], len(values))
+        if isinstance(mode, list):
+            command.modes = mode
+        else:
+            command.mode = mode
         command.value = np.ascontiguousarray(values, dtype=float)
         return self._timed(lambda: self.port.write(command))
 
@@ -210,12 +214,14 @@ class _Check:
         _demand(moved < 0.005, f"it moved by {moved:.4f} rad without a command")
         return f"moved by {moved:.5f} rad in 0.2 s"
 
-    def _bad_commands(self) -> Iterator[tuple[str, CommandMode, Floats]]:
+    def _bad_commands(self) -> Iterator[tuple[str, CommandMode | list[CommandMode], Floats]]:
         here = np.array(self.state.position)
         for mode in CommandMode:
             if mode not in self.modes:
                 yield f"{mode.name}, which is not offered", mode, here
         good = self.modes[0]
+        if len(self.modes) > 1 and self.n > 1 and not self.port.offers_by_joint:
+            yield "joints with interfaces of their own", [self.modes[1], *[good] * (self.n - 1)], here
         yield "one value too many", good, np.zeros(self.n + 1)
         for name, value in (("NaN", np.nan), ("infinity", np.inf)):
             wrong = here.copy()

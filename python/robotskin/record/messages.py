@@ -143,7 +143,7 @@ COMMANDS = Message(
     "what was sent to the robot, T times, n joints each",
     (
         Field("time_ns", "sfixed64", "(T) host clock of the tick"),
-        Field("mode", "fixed32", "(T) 0 position, 1 velocity, 2 torque"),
+        Field("mode", "fixed32", "(T) 0 position, 1 velocity, 2 torque, 3 joints have their own"),
         Field("value", "double", "(T, n) rad, rad/s or Nm; m, m/s or N for prismatic joints"),
     ),
 )

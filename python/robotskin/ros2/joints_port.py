@@ -97,17 +97,18 @@ class Ros2Port(RobotPort):
 
     def write(self, command: JointCommand) -> PortStatus:
         """As any port."""
-        value = np.asarray(command.value)
+        value, mode = np.asarray(command.value), command.mode
         newest = self._states.newest
         assert newest is not None
-        if not self.offers(command.mode) or len(value) != self.joint_count or not np.isfinite(value).all():
+        wrong = len(value) != self.joint_count or not np.isfinite(value).all()
+        if mode is None or not self.offers(mode) or wrong:
             return PortStatus.refused
         if self._closing.is_set() or self._silent(newest):
             return PortStatus.disconnected
         with self._lock:
-            self._mode, self._value, self._written_ns = command.mode, value.copy(), time.monotonic_ns()
+            self._mode, self._value, self._written_ns = mode, value.copy(), time.monotonic_ns()
             self._stopped_in = None
-            return PortStatus.ok if self._send(command.mode, value, newest) else PortStatus.disconnected
+            return PortStatus.ok if self._send(mode, value, newest) else PortStatus.disconnected
 
     def stop(self) -> None:
         """As any port."""

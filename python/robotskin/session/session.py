@@ -25,6 +25,7 @@ from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin.session.interfaces import ByLimb
 from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot, require_robot_and_layout
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
@@ -54,7 +55,7 @@ class Session(SkinnedRobot):
         link: how datagrams go from the section units to the driver: real UDP on loopback, or in process.
         keys: of datagrams and cells. By default the cells' come from the seed; the datagrams' do so in process, and are
             drawn fresh where they go through a socket.
-        interface, mode: by member or name.
+        interface, mode: by member or name; the interface also of each limb or joint (`interfaces.py`).
         estimated_layout: the layout that driver, skin and controller take for true, such as a self-configured
             one; cells are told apart by their keys, and those it lacks are not listened to. By default the worn one.
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
@@ -83,7 +84,7 @@ class Session(SkinnedRobot):
         seed: int = 1,
         link: Link = "udp",
         keys: SkinKeys | None = None,
-        interface: CommandMode | str = CommandMode.position,
+        interface: CommandMode | str | ByLimb = CommandMode.position,
         mode: CellMode | str = CellMode.clock,
         estimated_layout: Layout | None = None,
         control: Robot | None = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.fault_file import FaultFile
+from robotskin.session.interfaces import ByLimb, modes_by_joint, told
 from robotskin.skin import Health, SkinInput, SkinState
 from robotskin.tasks import Fusion
 
@@ -55,7 +56,7 @@ class SkinnedRobot:
         port: what moves the robot: n joints. Derive from `RobotPort` for a robot of your own.
         skin: where the N cells' samples come from. Derive from `SkinInput` for a skin of your own.
         behaviour: to begin with, by name or made by hand.
-        interface: one that the port offers; by member or name.
+        interface: one that the port offers, by member or name; or of each limb or joint (`interfaces.py`).
         control: the robot as the controller takes it to be, such as with identified masses; by default as it is.
         gains: of this robot; by default those of its name that come with the project, else made.
         fusion: how tasks are fused, instead of the behaviours' own way.
@@ -78,7 +79,7 @@ class SkinnedRobot:
         skin: SkinInput,
         behaviour: str | Behaviour = "skin_compliance",
         *,
-        interface: CommandMode | str = CommandMode.position,
+        interface: CommandMode | str | ByLimb = CommandMode.position,
         control: Robot | None = None,
         gains: GainSet | None = None,
         fusion: Fusion | None = None,
@@ -108,7 +109,8 @@ class SkinnedRobot:
         )
         self.loop = SkinLoop(port, skin, self.controller.cycle)
         self.interface = ""
-        """How the robot is commanded, by name."""
+        """How the robot is commanded, in words: a name of `interfaces`."""
+        self._by_limb: dict[str, list[CommandMode]] = {}
         self.source = "host"
         """Which side sums the torque of touch, by name."""
         self.skin_on = True
@@ -186,19 +188,29 @@ class SkinnedRobot:
 
     # ---- What may be asked of it ----
 
-    def set_interface(self, interface: CommandMode | str) -> None:
-        """Command the robot by position, velocity or torque from the next step on.
+    def set_interface(self, interface: CommandMode | str | ByLimb) -> None:
+        """Command the robot by position, velocity or torque from the next step on, or each limb by its own.
 
-        Raises UnknownNameError, and LoopError for one that the port does not offer.
+        Raises UnknownNameError, LoopError for one that the port does not offer, and InputError where by limb a joint is
+        left out.
         """
+        if isinstance(interface, Mapping):
+            modes = modes_by_joint(self.robot.core, interface)
+            self._by_limb = {told(self.robot.core, modes): modes}
+            interface = next(iter(self._by_limb))
+        if interface in self._by_limb:
+            self.loop.request_modes(self._by_limb[str(interface)])
+            self.interface = str(interface)
+            return
         chosen = member("interface", CommandMode, interface)
         self.loop.request_mode(chosen)
         self.interface = str(chosen.name)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Names of the interfaces that the robot offers."""
-        return tuple(name for name in INTERFACES if self.port.offers(CommandMode[name]))
+        """Names of the interfaces that the robot offers, and of the last one by limb."""
+        offered = tuple(name for name in INTERFACES if self.port.offers(CommandMode[name]))
+        return offered + tuple(name for name in self._by_limb if name not in offered)
 
     def set_source(self, source: SkinSource | str) -> None:
         """Let the host or the skin itself compute the torque of the skin task, from the next step on.

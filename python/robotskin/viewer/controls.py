@@ -116,7 +116,7 @@ class Controls:
         with gui.add_folder("Inside", expand_by_default=False):
             self.interface = gui.add_dropdown(
                 "Motors obey",
-                INTERFACES,
+                INTERFACES if snapshot.interface in INTERFACES else (*INTERFACES, snapshot.interface),
                 initial_value=snapshot.interface,
                 hint="What the motors are told: where to be, how fast to turn, or with what torque.",
             )

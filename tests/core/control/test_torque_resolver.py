@@ -46,12 +46,32 @@ class Loop:
         self.command = JointCommand(POSITION, 6)
 
     def command_for(self, mode: CommandMode, stiffness: np.ndarray, extra: np.ndarray, touch: np.ndarray) -> np.ndarray:
-        self.resolver.begin(self.joints, mode)
+        return self.commands_for([mode] * 6, stiffness, extra, touch)
+
+    def commands_for(self, modes: list, stiffness: np.ndarray, extra: np.ndarray, touch: np.ndarray) -> np.ndarray:
+        self.resolver.begin(self.joints, modes)
         q, v = self.resolver.position, self.resolver.velocity
         self.dynamics.update(q, v)
         fused = stiffness * (HOME - q) + self.dynamics.gravity_torque + extra
         self.resolver.resolve(self.dynamics, fused, touch, self.joints, self.command)
         return self.command.value.copy()
+
+    def step_mixed(self, modes: list, stiffness=STIFFNESS, extra=None, touch=None) -> np.ndarray:
+        """Joints by position or velocity go as they are told; the others answer to torques, theirs and the coupling."""
+        extra = np.zeros(6) if extra is None else extra
+        touch = np.zeros(6) if touch is None else touch
+        value = self.commands_for(modes, stiffness, extra, touch)
+        q, v = self.joints.position.copy(), self.joints.velocity.copy()
+        by = {mode: np.array([one == mode for one in modes]) for mode in CommandMode}
+        led, free = ~by[TORQUE], by[TORQUE]
+        after = np.where(by[POSITION], (value - q) / DT, value)
+        self.plant.update(q, v)
+        mass = np.array(self.plant.mass_matrix)
+        pull = value + touch - np.array(self.plant.nonlinear_effects) - mass[:, led] @ (after - v)[led] / DT
+        after[free] = v[free] + DT * np.linalg.solve(mass[np.ix_(free, free)], pull[free])
+        self.joints.position = np.where(by[POSITION], value, q + DT * after)
+        self.joints.velocity = after
+        return value
 
     def rubbed(self, v: np.ndarray) -> np.ndarray:
         """The velocity (6) that friction leaves of v: it stops a joint, or brakes with all it has."""
@@ -145,6 +165,40 @@ def test_the_interfaces_move_alike(ur5, rng) -> None:
         ways.append(way)
     spread = np.ptp(np.array(ways), axis=0)
     assert spread.max() < 0.03 * np.abs(ways[0]).max()
+
+
+def drawn_modes(rng) -> list:
+    """One an interface at least, the others as it comes."""
+    return [*rng.permutation([POSITION, VELOCITY, TORQUE, *rng.choice([POSITION, VELOCITY, TORQUE], 3)])]
+
+
+def test_joints_with_interfaces_of_their_own_move_as_one_robot(ur5, rng) -> None:
+    """A hand by torque on an arm by velocity: the same equation, and so the same way, with any interface a joint."""
+    extra, touch = rng.uniform(-20, 20, 6), rng.uniform(-5, 5, 6)
+    ways = []
+    for modes in ([TORQUE] * 6, drawn_modes(rng)):
+        loop = Loop(ur5, gains())
+        way = []
+        for _ in range(4000):
+            loop.step_mixed(modes, extra=extra, touch=touch)
+            way.append(loop.joints.position - HOME)
+        ways.append(np.array(way))
+    np.testing.assert_allclose(ways[1][-1], (extra + touch) / STIFFNESS, rtol=5e-3, atol=5e-5)
+    assert np.abs(ways[1] - ways[0]).max() < 0.05 * np.abs(ways[0]).max()
+
+
+def test_a_joint_that_changes_its_interface_leaves_the_others_alone(ur5, rng) -> None:
+    """Of a frozen robot no command of a joint whose interface stays jumps, whatever the others change to."""
+    loop = Loop(ur5, gains())
+    extra, touch = rng.uniform(-5, 5, 6), np.zeros(6)
+    modes = drawn_modes(rng)
+    for _ in range(200):
+        before = loop.step_mixed(modes, extra=extra)
+    others = drawn_modes(rng)
+    after = loop.commands_for(others, STIFFNESS, extra, touch)
+    same = np.array([one == other for one, other in zip(modes, others, strict=True)])
+    led = same & np.array([one != TORQUE for one in modes])
+    np.testing.assert_allclose(after[led], before[led], atol=2e-3)
 
 
 @pytest.mark.parametrize("bias_per_s", [20.0, 0.0])

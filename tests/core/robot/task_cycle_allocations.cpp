@@ -111,6 +111,8 @@ int main(int argument_count, char** arguments) {
   std::vector<double> goal(n);
   std::uint64_t visited = 0;
   long allocations = 0, switches = 0, running = 0;
+  std::vector<CommandMode> mixed(n);
+  for (std::size_t k = 0; k < n; ++k) mixed[k] = static_cast<CommandMode>(k % 3);
   for (int i = 0; i < cycles; ++i) {
     const std::int64_t now_ns = 1'000'000'000 + i * std::int64_t{1'000'000};
     joints.stamp_ns = skin.time_ns = now_ns;
@@ -129,6 +131,7 @@ int main(int argument_count, char** arguments) {
     allocations += allocations_of([&] {
       cycle.request_run(i % 1000 < 950);
       cycle.request_mode(static_cast<CommandMode>(i / 700 % 3));
+      if (i % 700 > 500) (void)cycle.request_mode(mixed);
       cycle.request_skin(i % 900 < 600);
       (void)cycle.request_patch_mask(i % 3, i % 500 < 250);
       const robot::SafetyState state = cycle.step(joints, skin, now_ns, command).state;
@@ -136,7 +139,8 @@ int main(int argument_count, char** arguments) {
       visited |= std::uint64_t{1} << static_cast<int>(state);
     });
     if (i == 4777) joints.position[0] = 0;
-    if (command.mode == CommandMode::position) joints.position = command.value;
+    for (std::size_t k = 0; k < n; ++k)
+      if (command.mode[k] == CommandMode::position) joints.position[k] = command.value[k];
     for (std::size_t k = 0; k < n; ++k)
       joints.position[k] = std::clamp(joints.position[k], robot.lower()[k], robot.upper()[k]);
   }

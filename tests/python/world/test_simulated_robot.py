@@ -150,3 +150,26 @@ def test_a_robot_that_is_commanded_no_more_comes_to_rest(make_body, mode):
     rest = world.joint_positions()
     world.step(0.2)
     np.testing.assert_allclose(world.joint_positions(), rest, atol=1e-5)
+
+
+def test_joints_may_have_interfaces_of_their_own(make_body):
+    """The shoulder keeps its speed while the wrist hangs on torques; the one that is told no torque falls."""
+    world = make_body()
+    assert world.port.offers_by_joint
+    modes = [CommandMode.velocity] * 3 + [CommandMode.torque] * 3
+    start, told = world.joint_positions(), JointCommand(CommandMode.velocity, 6)
+    told.modes = modes
+    assert told.mode is None
+    for k in range(600):
+        told.value = gravity(world, state_of(world))
+        told.value[:3] = [min(1e-3 * k, 0.2), 0, 0]
+        assert world.port.write(told) == PortStatus.ok
+        world.step(0.001)
+    moved = world.joint_positions() - start
+    np.testing.assert_allclose(moved[:3], [0.1, 0, 0], atol=5e-3)
+    hung = abs(moved[3])  # the others turn about an upright axis, and so stay behind the shoulder
+    told.value = np.zeros(6)
+    drive(world, told, 0.3)
+    fell = np.abs(world.joint_positions() - start)
+    np.testing.assert_allclose(fell[:3], [0.1, 0, 0], atol=8e-3)
+    assert fell[3] > 10 * hung

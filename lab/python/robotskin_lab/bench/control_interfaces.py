@@ -68,7 +68,7 @@ def _take_compensation_away(rig: ControlRig) -> None:
         controller._entries(),
         controller.fusion,
     )
-    controller.request_mode(rig.command.mode)
+    controller.cycle.request_modes(rig.command.modes)
     controller.request_run(True)
     dofs = rig.world.scene.model.jnt_dofadr[rig.world.scene.robot_joints]
     rig.world.scene.model.dof_frictionloss[dofs] = 0.02 * np.asarray(rig.robot.effort_limit)

@@ -13,7 +13,7 @@ import numpy as np
 import typer
 
 from robotskin import choices, layout, robots
-from robotskin.model import JointCommand, JointState
+from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.record import Recorder, Recording
 from robotskin.session import PERIOD_S, Session
 from robotskin_lab.bench.progress import tell
@@ -111,7 +111,7 @@ def _ticks(folder: Path, seconds: float, seed: int) -> dict[str, Any]:
 def _speed_with_tasks(path: Path, session: Session) -> float:
     """Times real time, with the recorded joints and skin through the controller's tasks, fusion and guard."""
     count = session.robot.joint_count
-    joints, command = JointState(count), JointCommand(session.command.mode, count)
+    joints, command = JointState(count), JointCommand(CommandMode.position, count)
     controller, reads = session.controller, 0
     controller.cycle.request_run(True)
     started = time.process_time()

@@ -19,6 +19,8 @@ from robotskin.session import PERIOD_S, SafetyState, Session
 
 Progress = Callable[[str], None]
 ROBOT = "allegro_grasp"
+BY_LIMB = {"carriage": "velocity"} | dict.fromkeys(("index", "middle", "ring", "thumb"), "torque")
+"""A hand by torque, on what carries it by velocity."""
 UNDISTURBED_M = 0.005
 TRUE_TOUCH_N = 0.02
 LIFT_M = 0.15
@@ -62,7 +64,7 @@ def bounds(plan: Plan) -> list[Bound]:
 def session_of(plan: Plan, seed: int) -> Session:
     """A session with the plan's scene, not booted. Raises UnknownNameError and SceneError."""
     scene = scene_of(plan.name, plan.trial)
-    return Session(load(ROBOT), finished(ROBOT), seed=seed, interface="torque", link="in process", scene=scene)
+    return Session(load(ROBOT), finished(ROBOT), seed=seed, interface=BY_LIMB, link="in process", scene=scene)
 
 
 class Watch:

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Command interfaces by limb: a hand may take torques on an arm that takes velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from robotskin.choices import member
+from robotskin.errors import InputError, UnknownNameError
+from robotskin.model import CommandMode, RobotModel
+from robotskin.robots.limbs import limbs_of
+
+ByLimb = Mapping[str, CommandMode | str]
+
+
+def modes_by_joint(robot: RobotModel, by_limb: ByLimb) -> list[CommandMode]:
+    """(n) the interface of each joint.
+
+    Args:
+        robot: n joints.
+        by_limb: interfaces of its limbs (`limbs_of`) and joints, by name; a joint's own wins over its limb's.
+
+    Raises:
+        UnknownNameError: a name that is neither, or no such interface. InputError: a joint without any.
+    """
+    limbs = {limb.name: limb.joints for limb in limbs_of(robot)}
+    names = list(robot.joint_names)
+    found: dict[str, CommandMode] = {}
+    for whole in (True, False):
+        for name, interface in by_limb.items():
+            if name not in limbs and name not in names:
+                raise UnknownNameError("limb or joint", name, [*limbs, *names])
+            if (name in names) is whole:
+                continue
+            mode = member("interface", CommandMode, interface)
+            found |= dict.fromkeys([name] if name in names else limbs[name], mode)
+    left = [name for name in names if name not in found]
+    if left:
+        raise InputError(f"interface by limb: none for {', '.join(left)}; limbs are {', '.join(limbs)}")
+    return [found[name] for name in names]
+
+
+def told(robot: RobotModel, modes: Sequence[CommandMode]) -> str:
+    """In words, such as `carriage by velocity, others by torque`."""
+    most = max(dict.fromkeys(reversed(modes)), key=list(modes).count)
+    names = list(robot.joint_names)
+    parts = []
+    for limb in limbs_of(robot):
+        its = {modes[names.index(joint)] for joint in limb.joints}
+        own = [limb.name] if len(its) == 1 else limb.joints
+        for name in own:
+            mode = modes[names.index(name if name in names else limb.joints[0])]
+            if mode is not most:
+                parts.append(f"{name} by {mode.name}")
+    return ", ".join([*parts, f"others by {most.name}"] if parts else [str(most.name)])
