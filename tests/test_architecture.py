@@ -62,6 +62,7 @@ PYTHON_ORDER = [
     "choices",
     "robots",
     "ros2",
+    "franka",
     "ports",
     "layout",
     "selfconfig",

@@ -7,6 +7,7 @@
 namespace robotskin::bindings {
 
 void bind_model(nanobind::module_ module);
+void bind_shared_mailbox(nanobind::module_& module);
 void bind_firmware(nanobind::module_ module);
 void bind_driver(nanobind::module_ module);
 void bind_skin(nanobind::module_ module);

@@ -353,6 +353,7 @@ void bind_model(nb::module_ module) {
   bind_robot_port(module);
   bind_robot_model(module);
   bind_robot_dynamics(module);
+  bind_shared_mailbox(module);
 }
 
 }  // namespace robotskin::bindings

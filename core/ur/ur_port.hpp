@@ -9,11 +9,11 @@
 #include <string>
 #include <thread>
 
+#include "model/mailbox.hpp"
 #include "model/robot_dynamics.hpp"
 #include "model/robot_model.hpp"
 #include "model/robot_port.hpp"
 #include "ur/latency_counts.hpp"
-#include "ur/mailbox.hpp"
 #include "ur/ur_connection.hpp"
 
 namespace robotskin::ur {

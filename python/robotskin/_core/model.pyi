@@ -433,3 +433,32 @@ class RobotDynamics:
         """
         (6, n) velocity of the link's origin, then angular velocity, along the axes of the base.
         """
+
+MAILBOX_BYTES: int = 1544
+
+class SharedMailbox:
+    """
+    The newest numbers from one process to another: one writes, one reads, neither ever waits.
+
+    Both make one over the same shared memory; the first of them with `fresh`.
+    """
+
+    def __init__(
+        self,
+        memory: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")],
+        count: int,
+        fresh: bool = False,
+    ) -> None:
+        """
+        memory: (MAILBOX_BYTES or more,) uint8, shared and writable. count: of the numbers in a message, at most 64. Raises ValueError where it does not fit.
+        """
+
+    def put(
+        self, values: Annotated[NDArray[numpy.float64], dict(shape=(None,), order="C", device="cpu", writable=False)]
+    ) -> None:
+        """(count,); what was not taken yet is replaced."""
+
+    def take(self) -> NDArray[numpy.float64] | None:
+        """
+        The newest (count,) numbers, or None if there are none since the last call.
+        """

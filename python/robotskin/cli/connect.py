@@ -21,7 +21,9 @@ def command(
     robot: Annotated[str, typer.Argument(help="A robot by name (robotskin robots lists them), or its URDF.")],
     robot_port: Annotated[
         str,
-        typer.Option(help="ur:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS of your own (docs/robot_port.md)."),
+        typer.Option(
+            help="ur:ADDRESS, franka:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS (docs/robot_port.md)."
+        ),
     ],
     units: Annotated[list[str] | None, typer.Option(help="HOST:PORT of a section unit; once for each.")] = None,
     key: Annotated[Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", dir_okay=False)] = None,
@@ -82,21 +84,21 @@ def command(
     """
     from rich.console import Console
 
-    from robotskin import control, robots
+    from robotskin import control
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
     from robotskin.connecting import ConnectedRobot
     from robotskin.outputs import require_writable
     from robotskin.ports import made_port
-    from robotskin.robots.gains import GainSet, gains_of
+    from robotskin.robots.gains import robot_with_gains
 
     require_writable("--json", json_file, (".json",))
     control.behaviour(behaviour)
     open_skin = way_to_skin(units or [], key, skin, bind)
     console = Console()
     with waiting(f"loading {robot}"):
-        model = robots.load(robot)
-        chosen = gains_of(model) if gains is None else GainSet.load(str(gains))
+        ready = robot_with_gains(robot, gains)
+        model, chosen = ready.robot, ready.gains
         worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
         if calibration is not None:
             worn = Calibration.load(calibration).applied(worn)
@@ -167,7 +169,7 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
     moved = 0.0
     try:
         session.begin()
-        console.print(f"running {session.behaviour}, {told_speed(session)}")
+        console.print(f"running {session.behaviour}, {session.speed.told}")
         home = list(session.joints.position)
         ends = seconds if seconds > 0 else float("inf")
         gone = 0.0
@@ -211,7 +213,7 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
     with ConnectedSession(session) as live, Page(live, port) as page, sharing.heed(live):
         live.watch_page(lambda: len(page.server.get_clients()))
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
-        console.print(f"{told_speed(session)}; here: c confirms full speed, s stops, g goes on, each with Enter")
+        console.print(f"{session.speed.told}; here: c confirms full speed, s stops, g goes on, each with Enter")
         try:
             while sys.stdin.isatty():
                 said = sys.stdin.readline().strip()
@@ -221,9 +223,3 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
         except KeyboardInterrupt:
             console.print("bringing the robot to rest")
     return 1 if session.fault or live.failure is not None else 0
-
-
-def told_speed(session: ConnectedRobot) -> str:
-    """How fast it may be."""
-    share = session.controller.cycle.speed_cap
-    return "full speed" if session.confirmed else f"at most {share:.0%} of its speed until confirmed"

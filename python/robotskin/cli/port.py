@@ -17,7 +17,9 @@ def command() -> None:
 
 @app.command("check")
 def check(
-    port: Annotated[str, typer.Argument(help="ur:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS of your own.")],
+    port: Annotated[
+        str, typer.Argument(help="ur:ADDRESS, franka:ADDRESS, ros2:DOMAIN[,KEY=VALUE]…, or MODULE:CLASS of your own.")
+    ],
     robot: Annotated[str | None, typer.Option(help="The robot that it moves, by name or URDF.")] = None,
     move: Annotated[
         bool, typer.Option("--move", help="The robot may move: its last joint turns by some 0.1 rad.")
@@ -27,11 +29,11 @@ def check(
 
     Without --move nothing moves, and the laws that need motion are not tested. Exit status 0: no law is broken.
     """
-    from robotskin import robots
     from robotskin.ports import Verdict, made_port
     from robotskin.ports import check as look
+    from robotskin.robots.gains import robot_with_gains
 
-    moved = None if robot is None else robots.load(robot)
+    moved = None if robot is None else robot_with_gains(robot).robot
     checked = made_port(port, moved)
     findings = look(checked, robot=moved, moves=move)
     if hasattr(checked, "close"):

@@ -10,7 +10,9 @@ import typer
 
 
 def command(
-    robot: Annotated[str, typer.Argument(help="A UR by name, or the path of its URDF; any robot with --ros2.")] = "ur5",
+    robot: Annotated[
+        str, typer.Argument(help="A UR by name, or its URDF; panda with --franka; any robot with --ros2.")
+    ] = "ur5",
     key: Annotated[
         Path | None, typer.Option(help="The skin's keys (robotskin keys FILE).", exists=True, dir_okay=False)
     ] = None,
@@ -29,6 +31,9 @@ def command(
         int | None,
         typer.Option(help="Instead of a UR controller: forward controllers of ros2_control in this domain.", min=0),
     ] = None,
+    franka: Annotated[
+        bool, typer.Option("--franka", help="Instead of a UR controller: a Franka (franky-sim).")
+    ] = False,
     touch: Annotated[bool, typer.Option("--touch", help="A hand pushes cells, drawn from the seed.")] = False,
     seconds: Annotated[float, typer.Option(help="For how long; 0: until Ctrl-C.", min=0)] = 0.0,
     seed: Annotated[int, typer.Option(help="Of the skin and the touches.")] = 1,
@@ -42,8 +47,10 @@ def command(
     from contextlib import ExitStack
 
     from robotskin.errors import InputError
-    from robotskin.rehearsal import Asked, ControllerSettings, Look, controller, serial_skin, skin
+    from robotskin.rehearsal import Asked, ControllerSettings, Look, controller, franka_controller, serial_skin, skin
 
+    if franka and ros2 is not None:
+        raise InputError("--franka, --ros2: one controller at a time")
     parts = version.split(".")
     if not 2 <= len(parts) <= 4 or not all(part.isdigit() for part in parts):
         raise InputError(f"--version {version}: give it as 5.23.0")
@@ -52,14 +59,17 @@ def command(
     keyed = f"--key {key}" if key else "--key FILE (make one with robotskin keys, and give it here, too)"
     worn = f" --layout {layout}" if layout else ""
     with ExitStack() as held:
-        port = f"ur:{host}" if ros2 is None else f"ros2:{ros2}"
-        if ros2 is None:
-            held.enter_context(controller(robot, host, settings))
-        else:
+        if ros2 is not None:
             from robotskin.rehearsal.ros2_process import forward_controllers
 
+            port = followed = f"ros2:{ros2}"
             held.enter_context(forward_controllers(robot, ros2))
-        followed = host if ros2 is None else port
+        elif franka:
+            port = followed = f"franka:{host}"
+            held.enter_context(franka_controller(robot, host))
+        else:
+            port, followed = f"ur:{host}", host
+            held.enter_context(controller(robot, host, settings))
         if serial is None:
             made = skin(robot, followed, layout=layout, key=key, host=host, first_port=units_port, seed=seed)
         else:

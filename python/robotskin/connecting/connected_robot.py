@@ -15,8 +15,10 @@ from robotskin.choices import member
 from robotskin.connecting.connected_skin import ConnectedSkin
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
+from robotskin.connecting.speed_cap import UNTRUSTED_SPEED, SpeedCap
 from robotskin.cycle import SafetyState
 from robotskin.firmware import CellMode
+from robotskin.franka import FrankaPort
 from robotskin.layout import Layout
 from robotskin.loop import PacedLoop
 from robotskin.model import RobotPort
@@ -29,8 +31,6 @@ from robotskin.ur import UrPort, told
 SLICE_S = 0.02
 """Of the loop between two looks from outside."""
 TARE_S = 0.5
-UNTRUSTED_SPEED = 0.2
-"""Share of the velocity limits until `confirm`."""
 STOP_S = 2.0
 """In which a robot that is asked to stop must be at rest, before its port is told to stop it."""
 
@@ -69,7 +69,9 @@ class ConnectedRobot(SkinnedRobot):
         super().__init__(robot, layout, port, skin.input, behaviour, gains=own, fault_file=fault_file, **options)
         self.paced = PacedLoop(self.loop, self.period_s)
         self.mode = "clock"
-        self.controller.cycle.request_speed_cap(speed_share)
+        self.speed = SpeedCap(speed_share)
+        """How fast it may be commanded."""
+        self._follow_slider(0.0)
 
     # ---- Time ----
 
@@ -78,6 +80,7 @@ class ConnectedRobot(SkinnedRobot):
         ends = time.monotonic() + seconds
         while (left := ends - time.monotonic()) > 0:
             self.paced.run(min(left, SLICE_S))
+            self._follow_slider(SLICE_S)
             self.fault_file.watch(self.loop.guard, self.controller.task_error)
             self.fault_file.write_at_rest(self.loop.guard, self.controller.cycle, self.robot.joint_names)
 
@@ -119,12 +122,21 @@ class ConnectedRobot(SkinnedRobot):
 
     def confirm(self) -> None:
         """The robot does what it should: let it use its full speed."""
-        self.controller.cycle.request_speed_cap(1.0)
+        self.speed.trusted = 1.0
 
     @property
     def confirmed(self) -> bool:
         """Whether the full speed is allowed."""
-        return self.controller.cycle.speed_cap >= 1.0
+        return self.speed.trusted >= 1.0
+
+    def recover(self) -> None:
+        """A person starts it anew: what the robot's own safety holds by a reflex is let go. Nothing moves."""
+        if isinstance(self.port, FrankaPort):
+            self.port.recover()
+
+    def _follow_slider(self, seconds: float) -> None:
+        slider = self.port.speed_fraction if isinstance(self.port, UrPort) else 1.0
+        self.controller.cycle.request_speed_cap(self.speed.pass_time(seconds, slider, self.interface))
 
     def set_mode(self, mode: CellMode | str) -> None:
         """Let the cells send at the clock rate, or when something changes. Raises ConnectError where they cannot."""
@@ -140,6 +152,8 @@ class ConnectedRobot(SkinnedRobot):
     @property
     def held_by(self) -> str:
         """Why the robot's own safety takes no commands; empty where it does, or where the port cannot tell."""
+        if isinstance(self.port, FrankaPort):
+            return self.port.condition_told
         if not isinstance(self.port, UrPort) or self.port.condition.name == "ready":
             return ""
         return told(self.port.condition)

@@ -96,6 +96,7 @@ class ConnectedSession(LiveRobot):
     def _start_again(self) -> None:
         self.session.stop()
         self.session.unlock()
+        self.session.recover()
         self._page_lost, self._restart = False, True
 
     def _work(self) -> None:
@@ -144,10 +145,11 @@ class ConnectedSession(LiveRobot):
         session = self.session
         found = interventions_told(session.controller.intervention_counts, session.robot.joint_names)
         slow = "" if session.confirmed else "slow until confirmed: type c in the terminal"
+        slider = "" if session.speed.slider >= 1.0 else f"the robot's speed slider is at {session.speed.slider:.0%}"
         latency = session.latency()
         command = latency.get("command_p99_s")
         timed = "" if command is None else f"state to command {command * 1e3:.1f} ms (p99)"
-        return "; ".join(part for part in (slow, timed, found) if part)
+        return "; ".join(part for part in (slow, slider, timed, found) if part)
 
     def _take(self) -> Snapshot:
         session = self.session

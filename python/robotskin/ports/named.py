@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Robot ports by name: `ur:ADDRESS`, `ros2:DOMAIN…` under ros2_control, `MODULE:CLASS` of your own in Python."""
+"""Robot ports by name: `ur:ADDRESS`, `franka:ADDRESS`, `ros2:DOMAIN…` of ros2_control, `MODULE:CLASS` of your own."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import sys
 from collections.abc import Callable
 
 from robotskin.errors import RobotskinError
+from robotskin.franka import FrankaPort
 from robotskin.model import RobotPort
 from robotskin.robots import Robot
 from robotskin.ros2 import Ros2Error
 from robotskin.ros2.joints_name import joints_name
 from robotskin.ur import UrPort
 
-BUILT_IN = ("ur", "ros2")
+BUILT_IN = ("ur", "franka", "ros2")
+REALTIME = ",realtime"
 
 
 class PortError(RobotskinError):
@@ -27,20 +29,22 @@ def made_port(name: str, robot: Robot | None = None) -> RobotPort:
     """The port of that name, ready to be read.
 
     Args:
-        name: "ur:ADDRESS", "ros2:DOMAIN[,KEY[=VALUE]]…" (`robotskin.ros2.joints_name`), or "MODULE:CLASS" (or "MODULE"
-            where it holds one class of ports) of a class that is made without arguments; modules are looked for in the
-            folder in which one works, too.
+        name: "ur:ADDRESS", "franka:ADDRESS[,realtime]", "ros2:DOMAIN[,KEY[=VALUE]]…" (`robotskin.ros2.joints_name`), or
+            "MODULE:CLASS" (or "MODULE" where it holds one class of ports) of a class that is made without arguments;
+            modules are looked for in the folder in which one works, too.
         robot: what it is to move; a UR's gravity comes from it, and its name says which robot must answer.
 
     Raises:
         PortError: no such module or class, a class that cannot be made, another count of joints than the robot's.
-        UrError: what stands against a UR at that address; Ros2Error: the same for topics of ROS 2.
+        UrError: what stands against a UR at that address; FrankaError, Ros2Error: the same for these.
     """
     kind, _, rest = name.partition(":")
     if kind in BUILT_IN:
         if robot is None:
             raise PortError(f"port {name}: which robot is it? Give --robot, such as --robot ur5")
-        return _ros2(name, robot) if kind == "ros2" else UrPort(robot.core, rest, expected=_ur_model(robot))
+        if kind == "ur":
+            return UrPort(robot.core, rest, expected=_ur_model(robot))
+        return _ros2(name, robot) if kind == "ros2" else _franka(rest, robot)
     port = _own(name, kind, rest)
     if robot is not None and port.joint_count != robot.joint_count:
         raise PortError(f"port {name}: found {port.joint_count} joints, {robot.name} has {robot.joint_count}")
@@ -56,6 +60,10 @@ def _ros2(name: str, robot: Robot) -> RobotPort:
     return Ros2Port(robot, named)
 
 
+def _franka(rest: str, robot: Robot) -> RobotPort:
+    return FrankaPort(robot, rest.removesuffix(REALTIME), realtime=rest.endswith(REALTIME))
+
+
 def _ur_model(robot: Robot) -> str:
     """What the dashboard of this robot must say: UR5 for ur5 and ur5_robot; empty for a robot of another name."""
     letters = robot.name.lower()
@@ -69,7 +77,9 @@ def _own(name: str, module: str, wanted: str) -> RobotPort:
     try:
         found = importlib.import_module(module)
     except ImportError as error:
-        raise PortError(f"port {name}: {error}; give ur:ADDRESS, ros2:DOMAIN, or MODULE:CLASS of your own") from None
+        raise PortError(
+            f"port {name}: {error}; give ur:ADDRESS, franka:ADDRESS, ros2:DOMAIN, or MODULE:CLASS of your own"
+        ) from None
     classes: dict[str, Callable[[], RobotPort]] = {
         key: one
         for key, one in vars(found).items()

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.rehearsal.franka_process import FrankaJointWatch
 from robotskin.rehearsal.process import RehearsalError
 from robotskin.robots import Robot
 from robotskin.ur import RTDE_PORT
@@ -28,10 +29,12 @@ class Watch(Protocol):
 
 
 def watched(controller: str, robot: Robot) -> Watch:
-    """The joints behind the UR controller at an address, or told in a domain of ROS 2 (ros2:DOMAIN).
+    """The joints behind a UR controller at an address, a rehearsed Franka (franka:ADDRESS), or in ROS 2 (ros2:DOMAIN).
 
     Raises RehearsalError if nothing tells them.
     """
+    if controller.startswith("franka:"):
+        return FrankaJointWatch(controller.removeprefix("franka:"))
     if not controller.startswith("ros2:"):
         return JointWatch(controller)
     try:

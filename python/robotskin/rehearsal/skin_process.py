@@ -11,6 +11,7 @@ from robotskin.keys import SkinKeys
 from robotskin.rehearsal.process import Process
 from robotskin.rehearsal.serial_skin import SerialSkin
 from robotskin.rehearsal.skin_units import SkinUnits
+from robotskin.robots.gains import robot_with_gains
 
 
 def make(
@@ -28,7 +29,7 @@ def make_serial(
 
 
 def _worn(robot: str, layout: str | None, key: str | None, seed: int) -> tuple[robots.Robot, layouts.Layout, SkinKeys]:
-    model = robots.load(robot)
+    model = robot_with_gains(robot).robot
     worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
     return model, worn, SkinKeys.of_seed(seed) if key is None else SkinKeys.load(key)
 

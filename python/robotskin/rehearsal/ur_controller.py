@@ -127,6 +127,10 @@ class FakeController:
         if safety != "normal":
             self.steps_to_rest, self._tripped_at = None, self.steps
 
+    def slide(self, fraction: float) -> None:
+        """A hand at the teach pendant puts the speed slider there, 0 to 1."""
+        self.arm.speed_fraction = fraction
+
     def corrupt(self, data: bytes) -> None:
         """Every client of RTDE is sent these bytes, and loses its connection."""
         for session in self._sessions:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`robotskin bench connect`: the ports of UR and ROS 2 and the whole loop, against rehearsed controllers."""
+"""`robotskin bench connect`: the ports of UR, Franka and ROS 2 and the whole loop, against rehearsed controllers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from robotskin import choices
 from robotskin.connecting import ConnectedRobot
 from robotskin.errors import UnknownNameError
 from robotskin.layout import Layout
-from robotskin.rehearsal import Asked, Process, controller
+from robotskin.rehearsal import Asked, Look, Process, controller, franka_controller
+from robotskin.rehearsal.franka_process import STEP_S as FRANKA_STEP_S
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin.ur import UrPort
@@ -28,7 +29,8 @@ from robotskin_lab.bench.touch_answer import TouchAnswer, answer
 
 MODES = choices.INTERFACES
 SETTLE_S = 3.0
-PARTS = "mujoco,ur,ros2,faults,kills"
+PARTS = "mujoco,ur,franka,ros2,faults,kills"
+FRANKA_LINK = "panda_link4"
 
 
 def run(
@@ -40,7 +42,7 @@ def run(
     side: Annotated[int, typer.Option(help="Controllers side by side for faults and kills.", min=1)] = 4,
     parts: Annotated[str, typer.Option(help=f"Some of {PARTS}.")] = PARTS,
 ) -> dict[str, Any]:
-    """Touches through the ports of MuJoCo, UR and ROS 2, times, faults and kills.
+    """Touches through the ports of MuJoCo, UR, Franka and ROS 2, times, faults and kills.
 
     `displacement_ratio` and `rise_ratio` are shares of what the gains say for the force and nearness felt.
 
@@ -57,6 +59,7 @@ def run(
     makers: dict[str, Callable[[], dict[str, float]]] = {
         "mujoco": lambda: _touches_in_mujoco(np.random.default_rng(seed), touches),
         "ur": lambda: _touches_on_ur(hosts[0], np.random.default_rng([seed, 1]), touches, seed),
+        "franka": lambda: _touches_on_franka(hosts[0], np.random.default_rng([seed, 3]), touches, seed),
         "ros2": lambda: _touches_on_ros2(np.random.default_rng([seed, 2]), touches, seed),
         "faults": lambda: side_by_side(faults_of, hosts, seed, faults),
         "kills": lambda: side_by_side(kills_of, hosts, seed, kills),
@@ -130,6 +133,30 @@ def _touches_on_ros2(random: np.random.Generator, touches: int, seed: int) -> di
                 figures[f"ros2_{mode}_limit_violations"] = float(session.controller.report.violations)
             figures |= _worst(f"ros2_{mode}", answers)
             figures[f"ros2_{mode}_touches"] = float(len(answers))
+    return figures
+
+
+def _touches_on_franka(host: str, random: np.random.Generator, touches: int, seed: int) -> dict[str, float]:
+    missing = [name for name in ("pylibfranka", "franky_sim") if importlib.util.find_spec(name) is None]
+    if missing:
+        tell(f"Franka port: {' and '.join(missing)} not installed")
+        return {}
+    figures: dict[str, float] = {}
+    arm = franka_controller("panda", host)
+    with stage(f"franka:{host}", seed, arm, "panda", FRANKA_LINK) as (units, robot, worn, keys):
+        for mode in MODES:
+            tell(f"Franka port, {mode}")
+            answers = []
+            with connected(f"franka:{host}", units, robot, worn, keys, mode) as session:
+                began, steps = time.monotonic(), arm.ask(Look(("steps",)))[0]
+                for _ in range(touches):
+                    answers += _touch(session, units, worn, random)
+                figures[f"franka_{mode}_limit_violations"] = float(session.controller.report.violations)
+                # Below 1 the machine is too busy for the rehearsed robot, and rises look slow.
+                gone_s = (arm.ask(Look(("steps",)))[0] - steps) * FRANKA_STEP_S
+                figures[f"franka_{mode}_time_ratio"] = gone_s / (time.monotonic() - began)
+            figures |= _worst(f"franka_{mode}", answers)
+            figures[f"franka_{mode}_touches"] = float(len(answers))
     return figures
 
 

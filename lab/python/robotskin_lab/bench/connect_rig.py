@@ -17,8 +17,8 @@ from robotskin.layout import Layout, finished
 from robotskin.model import RobotModel, RobotPort
 from robotskin.ports import made_port
 from robotskin.rehearsal import Look, Process, skin
-from robotskin.robots import Robot, load
-from robotskin.robots.gains import GainSet, gains_of
+from robotskin.robots import Robot
+from robotskin.robots.gains import GainSet, gains_of, robot_with_gains
 from robotskin.ur import UrPort
 from robotskin_lab.partial_skin import part_of
 
@@ -47,16 +47,18 @@ def patch_of(whole: Layout, link: str) -> Layout:
 
 
 @contextmanager
-def stage(host: str, seed: int, arm: Process) -> Iterator[tuple[Process, Robot, Layout, SkinKeys]]:
-    """A controller `arm` (at an address, or ros2:DOMAIN) and a skin, running; skin, robot, layout and keys."""
-    robot = load("ur5")
-    worn = patch_of(finished("ur5"), "forearm_link")
+def stage(
+    host: str, seed: int, arm: Process, name: str = "ur5", link: str = "forearm_link"
+) -> Iterator[tuple[Process, Robot, Layout, SkinKeys]]:
+    """A controller `arm` (an address, franka:ADDRESS, ros2:DOMAIN) and a skin, running; skin, robot, layout, keys."""
+    robot = robot_with_gains(name).robot
+    worn = patch_of(finished(name), link)
     keys = SkinKeys.fresh()
     with tempfile.TemporaryDirectory() as folder:
         layout, key = Path(folder) / "skin.json", Path(folder) / "skin.key"
         worn.save(layout)
         keys.save(key)
-        with arm, skin("ur5", host, layout=layout, key=key, seed=seed) as units:
+        with arm, skin(name, host, layout=layout, key=key, seed=seed) as units:
             yield units, robot, worn, keys
 
 

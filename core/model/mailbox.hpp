@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest value from one thread to another: neither side ever waits for the other.
+// The newest value from one thread to another, or from one process to another through memory that both share: neither
+// side ever waits for the other.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstdint>
 
-namespace robotskin::ur {
+namespace robotskin {
 
 // Three places: one is written, one is read, one is between. `Value` must be copied without allocation.
 template <typename Value>
@@ -32,4 +33,4 @@ class Mailbox {
   std::atomic<std::uint8_t> between_{2};
 };
 
-}  // namespace robotskin::ur
+}  // namespace robotskin
