@@ -9,9 +9,9 @@ own time; `meta/cells.parquet` where each cell is.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,19 +72,23 @@ def export_lerobot(
     features = _features(recording, window, joints)
     statistics = _Statistics()
     schema = _schema(features)
-    with pyarrow.parquet.ParquetWriter(root / DATA, schema, compression="snappy", use_dictionary=False) as file:
+    with (
+        pyarrow.parquet.ParquetWriter(
+            root / DATA, schema, compression="snappy", use_dictionary=False, write_statistics=False
+        ) as file,
+        _Events(recording, root / EVENTS, fps) as events,
+    ):
         done = 0
-        for frames in blocks(recording, fps, window, BLOCK_FRAMES):
+        for frames in blocks(recording, fps, window, BLOCK_FRAMES, events.add):
             known = _columns(frames, done, fps, joints)
             columns = {name: values for name, values in known.items() if name in features}
             statistics.add(columns)
             file.write_table(_table(columns, schema))
             done += len(frames.force)
             tell(done / count)
-    events = _write_events(recording, root / EVENTS, fps)
     _write_cells(recording, root / CELLS)
     _write_meta(root, recording, features, statistics.told(), count, fps, task)
-    return {"frames": count, "events": events, "cells": len(recording.layout)}
+    return {"frames": count, "events": events.count, "cells": len(recording.layout)}
 
 
 # ---- Frames ----
@@ -211,45 +215,55 @@ class _Statistics:
 # ---- Beside the frames ----
 
 
-def _event_columns(recording: Recording, fps: int) -> Iterator[dict[str, NDArray]]:
-    keys = (np.asarray(recording.layout.group, np.int64) << 16) | np.asarray(recording.layout.id, np.int64)
-    order = np.argsort(keys)
-    for _, fields in recording.messages("/skin/samples"):
-        row = np.minimum(np.searchsorted(keys[order], fields["key"]), len(keys) - 1)
-        chosen = (keys[order][row] == fields["key"]) & ((fields["flags"] & EVENT) != 0)
+class _Events:
+    """The events' own table, many at a time."""
+
+    def __init__(self, recording: Recording, path: Path, fps: int) -> None:
+        import pyarrow
+        from pyarrow import parquet
+
+        fields = [pyarrow.field("stamp_ns", pyarrow.int64()), pyarrow.field("timestamp", pyarrow.float64())]
+        fields += [pyarrow.field(name, pyarrow.int64()) for name in ("frame_index", "cell", "flags")]
+        fields += [
+            pyarrow.field(name, pyarrow.list_(pyarrow.float32(), WIDTHS[name]) if name in WIDTHS else pyarrow.float32())
+            for sensor, name, _, _, further in firmware.SENSORS
+            if not further and sensor in recording.sensors
+        ]
+        self.count = 0
+        self._schema = pyarrow.schema(fields)
+        self._file = parquet.ParquetWriter(
+            path, self._schema, compression="snappy", use_dictionary=False, write_statistics=False
+        )
+        keys = (np.asarray(recording.layout.group, np.int64) << 16) | np.asarray(recording.layout.id, np.int64)
+        self._order = np.argsort(keys)
+        self._keys = keys[self._order]
+        self._start_ns, self._fps = recording.start_ns, fps
+
+    def add(self, fields: Mapping[str, NDArray]) -> None:
+        """Those among some samples."""
+        row = np.minimum(np.searchsorted(self._keys, fields["key"]), len(self._keys) - 1)
+        chosen = (self._keys[row] == fields["key"]) & ((fields["flags"] & EVENT) != 0)
         if not chosen.any():
-            continue
-        seconds = (fields["stamp_ns"][chosen] - recording.start_ns) / 1e9
+            return
+        seconds = (fields["stamp_ns"][chosen] - self._start_ns) / 1e9
         out = {
             "stamp_ns": fields["stamp_ns"][chosen],
             "timestamp": seconds,
-            "frame_index": np.ceil(seconds * fps).astype(np.int64) - 1,
-            "cell": order[row[chosen]],
+            "frame_index": np.ceil(seconds * self._fps).astype(np.int64) - 1,
+            "cell": self._order[row[chosen]],
             "flags": fields["flags"][chosen].astype(np.int64),
         }
         for name, values in fields.items():
             if name not in ("key", "stamp_ns", "flags") and len(values):
                 out[name] = values.reshape(len(fields["key"]), -1)[chosen] if name in WIDTHS else values[chosen]
-        yield out
+        self._file.write_table(_table(out, self._schema))
+        self.count += len(out["cell"])
 
+    def __enter__(self) -> Self:
+        return self
 
-def _write_events(recording: Recording, path: Path, fps: int) -> int:
-    import pyarrow
-    from pyarrow import parquet
-
-    fields = [pyarrow.field("stamp_ns", pyarrow.int64()), pyarrow.field("timestamp", pyarrow.float64())]
-    fields += [pyarrow.field(name, pyarrow.int64()) for name in ("frame_index", "cell", "flags")]
-    fields += [
-        pyarrow.field(name, pyarrow.list_(pyarrow.float32(), WIDTHS[name]) if name in WIDTHS else pyarrow.float32())
-        for sensor, name, _, _, further in firmware.SENSORS
-        if not further and sensor in recording.sensors
-    ]
-    schema, count = pyarrow.schema(fields), 0
-    with parquet.ParquetWriter(path, schema, compression="snappy") as file:
-        for columns in _event_columns(recording, fps):
-            file.write_table(_table(columns, schema))
-            count += len(columns["cell"])
-    return count
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
 
 
 def _write_cells(recording: Recording, path: Path) -> None:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,8 +38,13 @@ class Frames:
     """(F, n) what the robot was commanded, in the unit of its interface."""
 
 
-def blocks(recording: Recording, fps: int, instants: int, block: int) -> Iterator[Frames]:
-    """The frames, at most `block` at a time; the first one is 1 / fps after the recording's begin."""
+def blocks(
+    recording: Recording, fps: int, instants: int, block: int, hear: Callable[[Mapping[str, NDArray]], None]
+) -> Iterator[Frames]:
+    """The frames, at most `block` at a time; the first one is 1 / fps after the recording's begin.
+
+    hear: hears all samples on the way, as `Recording.messages` gives them, in the order of the file.
+    """
     count = int(recording.seconds * fps)
     cells, links = len(recording.layout), len(recording.layout.links)
     ticks = recording.start_ns + np.arange(1, count * instants + 1) * (1e9 / (fps * instants))
@@ -46,7 +52,7 @@ def blocks(recording: Recording, fps: int, instants: int, block: int) -> Iterato
     action = _held(recording, "/robot/commands", "time_ns", "value", ticks[instants - 1 :: instants])
     on_link = np.zeros((cells, links), np.float32)
     on_link[np.arange(cells), np.asarray(recording.layout.link)] = 1.0
-    held = _Held(recording)
+    held = _Held(recording, hear)
     for first in range(0, count, block):
         frames = range(first, min(first + block, count))
         size = len(frames)
@@ -66,12 +72,13 @@ def blocks(recording: Recording, fps: int, instants: int, block: int) -> Iterato
             out.force[row], out.proximity[row], out.acceleration[row] = held.force, held.proximity, held.acceleration
         out.contact[:] = out.force @ on_link
         yield out
+    held.end()
 
 
 class _Held:
     """The last value of every cell, as time goes on."""
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, hear: Callable[[Mapping[str, NDArray]], None]) -> None:
         layout = recording.layout
         cells = len(layout)
         keys = (np.asarray(layout.group, np.int64) << 16) | np.asarray(layout.id, np.int64)
@@ -79,7 +86,8 @@ class _Held:
         self._keys = keys[self._order]
         self._messages = recording.messages("/skin/samples")
         self._stamp, self._cell, self._values = np.empty(0, np.int64), np.empty(0, int), np.empty((0, 5), np.float32)
-        self._at, self._known_ns, self._ended = 0, -1, False
+        self._hear = hear
+        self._at, self._known_ns = 0, -1
         self._state = np.zeros((cells, 5), np.float32)
 
     @property
@@ -99,19 +107,28 @@ class _Held:
 
     def advance(self, time_ns: float) -> None:
         """Take in every sample up to a time."""
-        while not self._ended and self._known_ns < time_ns + LATE_NS:
-            self._read()
+        if self._known_ns < time_ns + LATE_NS:
+            self._read(time_ns + LATE_NS + AHEAD_NS)
         end = self._at + int(np.searchsorted(self._stamp[self._at :], time_ns, side="right"))
         # Of several samples of a cell the last one stays.
         self._state[self._cell[self._at : end]] = self._values[self._at : end]
         self._at = end
 
-    def _read(self) -> None:
-        found = next(self._messages, None)
-        if found is None:
-            self._ended = True
+    def end(self) -> None:
+        """Read what is behind the last frame."""
+        self._read(math.inf)
+
+    def _read(self, until_ns: float) -> None:
+        """Many messages at once: each sorting and joining costs as much for a few samples as for many."""
+        taken: list[dict[str, NDArray]] = []
+        newest_ns = float(self._known_ns)
+        while newest_ns < until_ns and (found := next(self._messages, None)) is not None:
+            taken.append(found[1])
+            newest_ns = max(newest_ns, float(found[1]["stamp_ns"].max(initial=-1)))
+        if not taken:
             return
-        _, fields = found
+        fields = {name: np.concatenate([one[name] for one in taken]) for name in taken[0]}
+        self._hear(fields)
         key = fields["key"].astype(np.int64)
         row = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
         own = self._keys[row] == key
@@ -128,12 +145,12 @@ class _Held:
         self._cell = np.concatenate([self._cell[self._at :], self._order[row[own]]])[order]
         self._values = np.concatenate([self._values[self._at :], values]).astype(np.float32)[order]
         self._at = 0
-        if len(self._stamp):
-            self._known_ns = int(self._stamp[-1])
+        self._known_ns = int(newest_ns)
 
 
 LATE_NS = 300_000_000
 """How much later than another's a sample may stand in the file."""
+AHEAD_NS = 1_000_000_000
 
 
 def _held(recording: Recording, topic: str, time: str, field: str, ticks: NDArray) -> Floats:

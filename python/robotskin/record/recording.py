@@ -190,6 +190,8 @@ class Recording:
         """
         begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
         kind = TOPICS[topic]
+        if topic not in self._topics.values():
+            return
         try:
             for name, message in self._messages(0, begin_ns, end_ns):
                 if name == topic and begin_ns <= message.log_time <= end_ns:

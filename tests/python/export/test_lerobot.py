@@ -81,6 +81,18 @@ def test_a_foreign_doctor_finds_nothing_broken(made: tuple[Recording, Path]) -> 
     assert "FAIL" not in said
 
 
+def test_hugging_face_opens_it(made: tuple[Recording, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
+    datasets = pytest.importorskip("datasets", reason="Hugging Face datasets is not installed")
+    recording, folder = made
+    file = str(folder / "data/chunk-000/file-000.parquet")
+    read = datasets.load_dataset("parquet", data_files=file, split="train", cache_dir=str(tmp_path))
+    features = json.loads((folder / "meta/info.json").read_text())["features"]
+    assert set(read.features) == set(features)
+    assert read.num_rows == int(recording.seconds * FPS)
+    assert np.shape(read[0]["observation.tactile.window"]) == (WINDOW, len(recording.layout))
+
+
 def test_an_existing_folder_is_left_alone(made: tuple[Recording, Path], tmp_path: Path) -> None:
     with pytest.raises(ExportFormatError, match="choose another folder"):
         export_lerobot(made[0], tmp_path)

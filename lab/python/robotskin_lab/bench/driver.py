@@ -146,13 +146,16 @@ def measure(
     )
 
 
-def connected(cells: int, seed: int) -> tuple[Driver, Traffic, int]:
-    """Return a driver and the traffic that answers it, both with a key and without a socket, and the time it is."""
+def connected(cells: int, seed: int, **of_traffic: Any) -> tuple[Driver, Traffic, int]:
+    """Return a driver and the traffic that answers it, both with a key and without a socket, and the time it is.
+
+    of_traffic: what `Traffic` takes.
+    """
     from robotskin.driver import Driver
     from robotskin_lab._lab.traffic import Traffic
 
     key = random.Random(seed).randbytes(32)
-    traffic = Traffic(cells, key=key, seed=seed)
+    traffic = Traffic(cells, key=key, seed=seed, **of_traffic)
     driver = Driver(traffic.keys(), key, session_seed=seed)
     now_ns = 10**12
     while not traffic.connected:

@@ -53,7 +53,7 @@ def run(
     memory_mb = 0.0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        parts = Parts.of(_recorded(folder / "whole.mcap", seed))
+        parts = Parts.of(touched_hand(folder / "whole.mcap", seed))
         began, number = time.monotonic(), 0
         while time.monotonic() - began < seconds:
             first = number
@@ -109,14 +109,14 @@ def _answer(pipe: Connection, child: int) -> dict[str, Any]:
     return said
 
 
-def _recorded(path: Path, seed: int) -> Path:
+def touched_hand(path: Path, seed: int, seconds: float = 0.3) -> Path:
     """A hand that is touched, in event mode, with a word of its operator."""
     session = Session(robots.load(ROBOT), layout.finished(ROBOT), seed=seed, mode="event", link="in process")
     session.boot()
     with Recorder(path, session) as recorder:
         recorder.note("push")
         session.world.push(40, 6.0)
-        session.run(0.3)
+        session.run(seconds)
     session.shut_down()
     return path
 

@@ -17,12 +17,15 @@ from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.record import Recorder, Recording
 from robotskin.session import PERIOD_S, Session
 from robotskin_lab.bench.progress import tell
+from robotskin_lab.bench.record_kills import ROBOT as KILLED
 from robotskin_lab.bench.record_kills import cut_files, killed_writers
 from robotskin_lab.bench.record_load import digest, loaded
 
 STRETCH_TICKS = 500
 """Ticks between switching the recorder on and off."""
 TOUCH_S, EVERY_S = 2.0, 10.0
+WHOLE_S = 2.0
+"""Of the recording that is cut."""
 
 
 def run(
@@ -46,7 +49,9 @@ def run(
         figures |= _ticks(folder, 2.0 if short else 10.0, seed)
         tell("record: kills and cuts")
         lost = killed_writers(folder, kills, seed)
-        lost.add(cut_files(folder, folder / "load.mcap", cuts, seed))
+        # Of a small skin: a large one would be copied and mended for hours.
+        loaded(folder / "whole.mcap", WHOLE_S, seed, KILLED)
+        lost.add(cut_files(folder, folder / "whole.mcap", cuts, seed))
         figures |= lost.figures()
         tell("record: events against the clock")
         figures |= _events(folder, touch_seconds, seed)

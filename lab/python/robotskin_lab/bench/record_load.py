@@ -8,6 +8,7 @@ import hashlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,10 +47,13 @@ class Rig:
     loop: SkinLoop | None = None
 
     @classmethod
-    def of(cls, robot: str, seed: int) -> Rig:
-        """Connected; the cells are those of a robot's finished skin, under the keys of the traffic."""
+    def of(cls, robot: str, seed: int, **of_traffic: Any) -> Rig:
+        """Connected; the cells are those of a robot's finished skin, under the keys of the traffic.
+
+        of_traffic: what `Traffic` takes.
+        """
         worn = layout.finished(robot)
-        driver, traffic, now_ns = connected(len(worn), seed)
+        driver, traffic, now_ns = connected(len(worn), seed, **of_traffic)
         keys = np.array(traffic.keys(), np.int64)
         worn = dataclasses.replace(worn, group=(keys >> 16).astype(np.uint16), id=(keys & 0xFFFF).astype(np.uint16))
         return cls(driver, traffic, SkinReader(driver, worn.skin_model()), worn, now_ns)
