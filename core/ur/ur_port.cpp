@@ -192,23 +192,30 @@ void UrPort::receive(std::int64_t now_ns) noexcept {
   const UrState& state = connection_->state();
   measured_.put({state.position, state.velocity, state.moment, now_ns});
   speed_fraction_.store(state.speed_fraction, std::memory_order_relaxed);
+  const bool took = condition() == UrCondition::ready;
   condition_.store(seen(), std::memory_order_release);
   raise_event(state_event_);
+  // SAFETY: a script that goes on after a stop of the controller must not find a command from before it.
+  if (took && condition() != UrCondition::ready) return send({});
   thread_seconds_.store(static_cast<double>(clock_ns(CLOCK_THREAD_CPUTIME_ID)) * 1e-9, std::memory_order_relaxed);
 }
 
 void UrPort::send_newest() noexcept {
   const Told* told = commands_.take();
-  if (told == nullptr) return;
-  told_ = *told;
+  if (told == nullptr || !connection_) return;
+  if (told->mode != Mode::stop && condition() != UrCondition::ready) return;
+  send(*told);
   if (!connection_) return;
-  sequence_ = sequence_ == 0x7FFFFFFF ? 1 : sequence_ + 1;
-  if (!connection_->send(sequence_, told_.mode, told_.value)) return drop();
   // The first command after a state is its answer.
-  if (told_.answers_ns != timed_ns_ && told_.answers_ns != never_ns) {
-    timed_ns_ = told_.answers_ns;
-    latency_.add(clock_ns(CLOCK_MONOTONIC) - told_.answers_ns);
+  if (told->answers_ns != timed_ns_ && told->answers_ns != never_ns) {
+    timed_ns_ = told->answers_ns;
+    latency_.add(clock_ns(CLOCK_MONOTONIC) - told->answers_ns);
   }
+}
+
+void UrPort::send(const Told& told) noexcept {
+  sequence_ = sequence_ == 0x7FFFFFFF ? 1 : sequence_ + 1;
+  if (!connection_->send(sequence_, told.mode, told.value)) drop();
 }
 
 void UrPort::tend(std::int64_t now_ns) noexcept {

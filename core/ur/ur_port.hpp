@@ -82,6 +82,7 @@ class UrPort final : public RobotPort {
   void reconnect(std::int64_t now_ns) noexcept;
   void receive(std::int64_t now_ns) noexcept;
   void send_newest() noexcept;
+  void send(const Told& told) noexcept;
   void drop() noexcept;
   UrCondition seen() const noexcept;
   void tell(const Told& told) noexcept;
@@ -89,7 +90,6 @@ class UrPort final : public RobotPort {
   UrOptions options_;
   RobotDynamics dynamics_;  // of the cycle's thread
   Joints read_position_{}, read_velocity_{};
-  Told told_;
   std::int64_t read_ns_ = never_ns;
 
   std::unique_ptr<UrConnection> connection_;  // of the port's thread, once it runs

@@ -15,7 +15,7 @@ std::string script_text(const ScriptSettings& settings, std::int32_t program) {
        << "  textmsg(\"robotskin: holding still until commands come\")\n"
        << "  write_output_integer_register(" << mode_register << ", " << program << ")\n"
        << "  local seen = read_input_integer_register(" << sequence_register << ")\n"
-       << "  local quiet = " << settings.life_cycles + 1 << "\n"
+       << "  local quiet = " << settings.life_cycles << "\n"
        << "  local was = 1\n"
        << "  while True:\n"
        << "    local newest = read_input_integer_register(" << sequence_register << ")\n"
@@ -27,7 +27,7 @@ std::string script_text(const ScriptSettings& settings, std::int32_t program) {
        << "      seen = newest\n"
        << "    end\n"
        << "    write_output_integer_register(" << sequence_register << ", seen)\n"
-       << "    if quiet > " << settings.life_cycles << ":\n"
+       << "    if quiet >= " << settings.life_cycles << ":\n"
        << "      mode = 0\n"
        << "    end\n"
        << "    if mode == 1:\n"
@@ -41,7 +41,10 @@ std::string script_text(const ScriptSettings& settings, std::int32_t program) {
          << "      direct_torque(" << values.str() << ", friction_comp=False)\n";
   text << "    else:\n"
        << "      if was > 0:\n"
-       << "        stopj(" << settings.stop_deceleration << ")\n"
+       << "        stopj(" << settings.stop_deceleration
+       << ")\n"
+       // What came while it braked may be old by now.
+       << "        seen = read_input_integer_register(" << sequence_register << ")\n"
        << "      end\n"
        << "      sync()\n"
        << "    end\n"

@@ -20,8 +20,8 @@ from robotskin.viewer.session_view import SkinReading, Snapshot, Solid
 __all__ = ["ConnectedSession"]
 
 SLICE_S = 0.016
-PAGE_LOST_S = 1.0
-"""Without a browser, after the first one came, until the robot stops."""
+PAGE_LOST_S = 0.05
+"""Without a browser, after the first one came, until the robot stops: a page that is loaded anew stops it, too."""
 TOUCH_IT = "there is no simulated hand: touch the skin itself"
 
 
@@ -49,7 +49,7 @@ class ConnectedSession(LiveRobot):
         self._begin()
 
     def watch_page(self, lookers: Callable[[], int]) -> None:
-        """Stop the robot where all browsers that looked are gone for a second; `lookers` counts them."""
+        """Stop the robot where all browsers that looked are gone; `lookers` counts them."""
         self._lookers = lookers
 
     # ---- What a page or the terminal asks ----

@@ -30,6 +30,8 @@ SAFETY_BITS = {"normal": 0, "protective_stop": 2, "safeguard_stop": 4, "emergenc
 SAFETY_MODE = {"normal": 1, "protective_stop": 3, "safeguard_stop": 5, "emergency_stop": 7, "fault": 9}
 PROTECTIVE_DECELERATION = 20.0
 REST_RAD_S = 0.01
+SEQUENCE = "input_int_register_24"
+"""In which the port counts its commands."""
 STEPS_BEHIND = 50
 """After which a controller on a busy machine does not catch up any more."""
 
@@ -79,7 +81,12 @@ class FakeController:
         self.safety, self.powered, self.steps = "normal", True, 0
         self.steps_to_rest: int | None = 0
         """From the last stop by the safety system until the arm was at rest; None: it is not yet."""
-        self._tripped_at = 0
+        self.cycles_to_stop = self.cycles_to_rest = 0
+        """Worst of all times: from the last command, or a stop by the safety system, until a motion was told to stop;
+        and from the last command until the arm was at rest after it."""
+        self._tripped_at = self._heard_at = 0
+        self._heard: object = None
+        self._told_to_move = self._moved = False
         self.messages: list[str] = []
         """What scripts said, and why they ended."""
         self.inputs: dict[str, object] = {}
@@ -167,6 +174,7 @@ class FakeController:
             session.receive()
         self._serve_lines()
         self._take_scripts()
+        self._note_command()
         self._run_program()
         self.arm.step(self.settings.step_s)
         if np.abs(self.arm.velocity).max() > self.settings.joint_speed_limit and self.safety == "normal":
@@ -174,6 +182,7 @@ class FakeController:
         self.steps += 1
         if self.steps_to_rest is None and np.abs(self.arm.velocity).max() < REST_RAD_S:
             self.steps_to_rest = self.steps - self._tripped_at
+        self._note_rest()
         values = self._values()
         for session in self._sessions:
             session.tell(self.steps, values)
@@ -181,8 +190,25 @@ class FakeController:
             session.connection.close()
             self._sessions.remove(session)
 
+    def _note_command(self) -> None:
+        newest = self.inputs.get(SEQUENCE)
+        if newest != self._heard:
+            self._heard, self._heard_at = newest, self.steps
+
+    def _note_stop(self, since: int) -> None:
+        if self._told_to_move:
+            self._told_to_move = False
+            self.cycles_to_stop = max(self.cycles_to_stop, self.steps - since)
+
+    def _note_rest(self) -> None:
+        moving = bool(np.abs(self.arm.velocity).max() > REST_RAD_S)
+        if self._moved and not moving and not self._told_to_move:
+            self.cycles_to_rest = max(self.cycles_to_rest, self.steps - self._heard_at)
+        self._moved = moving
+
     def _run_program(self) -> None:
         if self.safety != "normal" or not self.powered:
+            self._note_stop(self._tripped_at)
             self.arm.stop(PROTECTIVE_DECELERATION)
             return
         if self._program is None:
@@ -279,20 +305,24 @@ class FakeController:
             yield
 
         def servoj(q: list[float], a: float, v: float, t: float, lookahead_time: float, gain: float) -> Iterator[None]:
+            self._told_to_move = True
             self.arm.servo(np.array(q), lookahead_time)
             yield
 
         def speedj(qd: list[float], a: float, t: float) -> Iterator[None]:
+            self._told_to_move = True
             self.arm.speed(np.array(qd), a)
             yield
 
         def stopj(a: float) -> Iterator[None]:
+            self._note_stop(self._heard_at)
             self.arm.stop(a)
             yield
             while not self.arm.at_rest:
                 yield
 
         def direct_torque(torque: list[float], friction_comp: bool = True) -> Iterator[None]:
+            self._told_to_move = True
             self.arm.torque(np.array(torque))
             yield
 

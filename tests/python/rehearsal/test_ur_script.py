@@ -108,3 +108,40 @@ def test_the_script_of_the_port_is_one() -> None:
     assert "direct_torque" in script()
     assert "direct_torque" not in script(takes_torque=False)
     compile(as_python(script()), "script", "exec")
+
+
+def test_the_ports_program_stops_after_ten_cycles_and_takes_no_command_from_before_it_was_at_rest() -> None:
+    """A command that comes once, while it brakes, and none after it, moves nothing; the next one that comes does."""
+    sequence, mode, brake_cycles = 24, 25, 5
+    integers = {sequence: 0, mode: 2}
+    did: list[str] = []
+
+    def taking(name: str, cycles: int):
+        def call(*_: object, **__: object):
+            for _ in range(cycles):
+                did.append(name)
+                yield
+
+        return call
+
+    program = Program(script(), {
+        "speedj": taking("move", 1), "stopj": taking("brake", brake_cycles), "sync": taking("rest", 1),
+        "servoj": taking("move", 1), "direct_torque": taking("move", 1), "textmsg": lambda *_: None,
+        "write_output_integer_register": lambda *_: None, "read_input_float_register": lambda _: 0.1,
+        "read_input_integer_register": lambda n: integers[n],
+    }).steps()  # fmt: skip
+
+    def run(cycles: int) -> list[str]:
+        did.clear()
+        for _ in range(cycles):
+            next(program)
+        return list(did)
+
+    assert set(run(20)) == {"brake", "rest"}
+    integers[sequence] += 1
+    assert run(10) == ["move"] * 10
+    assert run(1) == ["brake"]
+    integers[sequence] += 1
+    assert "move" not in run(20)
+    integers[sequence] += 1
+    assert run(1) == ["move"]
