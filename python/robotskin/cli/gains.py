@@ -132,7 +132,7 @@ def list_gains(console: object) -> None:
     assert isinstance(console, Console)
     table = Table(title="robots with gains of their own")
     for name in ("robot", "joints", "locked", "hand"):
-        table.add_column(name, justify="right" if name in ("joints", "locked") else "left")
+        table.add_column(name, justify="right" if name in ("joints", "locked") else "left", no_wrap=name == "robot")
     for robot in robots_with_gains():
         gains = GainSet.load(robot)
         table.add_row(robot, str(len(gains.home)), str(len(gains.locked)), str(gains.values["cartesian"]["link"]))

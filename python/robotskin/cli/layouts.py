@@ -14,7 +14,8 @@ def command() -> None:
 
     table = Table(title="finished layouts")
     for heading in ("name", "robot", "cells", "patches", "section units", "links"):
-        table.add_column(heading, justify="left" if heading in ("name", "robot") else "right")
+        named = heading in ("name", "robot")  # is typed again, so it stands there whole
+        table.add_column(heading, justify="left" if named else "right", no_wrap=named)
     for name in finished_names():
         skin = finished(name)
         units = len(set(skin.group.tolist()))

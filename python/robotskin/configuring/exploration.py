@@ -213,9 +213,9 @@ class Exploration:
         begin_ns = self.world.now_ns
         steps = round((swing.duration_s + 0.1) / PERIOD_S)
         time_s, stamps, felt, posture = [], [], [], []
-        for step in range(1, steps + 1):
-            at = np.array([min(step * PERIOD_S, swing.duration_s)])
-            self._step(swing.posture(at)[0])
+        asked = swing.posture(np.minimum(np.arange(1, steps + 1) * PERIOD_S, swing.duration_s))
+        for step, posture_asked in enumerate(asked, 1):
+            self._step(posture_asked)
             if step % round(SAMPLE_PERIOD_S / PERIOD_S / 2) == 0:
                 now = self.driver.samples()
                 stamps.append(now["stamp_ns"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The list of robots: it fits a usual terminal, and says what to install where the named ones are missing."""
+"""The lists of robots and layouts: they fit a usual terminal, and say what to install where robots are missing."""
 
 import pytest
 from typer.testing import CliRunner
@@ -10,8 +10,8 @@ from robotskin.layout.finished_layouts import finished_names
 from robotskin.robots import catalog, errors
 
 
-def listed() -> list[str]:
-    answer = CliRunner().invoke(app, ["robots"], env={"COLUMNS": "80"})
+def listed(command: str = "robots") -> list[str]:
+    answer = CliRunner().invoke(app, [command], env={"COLUMNS": "80"})
     assert answer.exit_code == 0, answer.output
     return answer.output.splitlines()
 
@@ -23,6 +23,13 @@ def test_every_robot_has_one_line_and_those_with_skin_come_first() -> None:
     assert sorted(names) == sorted(robots.robot_names())
     ready = set(finished_names()) & set(names)
     assert set(names[: len(ready)]) == ready
+
+
+def test_finished_layouts_are_named_whole() -> None:
+    lines = listed("layouts")
+    assert max(map(len, lines)) <= 80
+    names = [line.split()[1] for line in lines if line.startswith("│")]
+    assert names == list(finished_names())
 
 
 def test_without_the_named_robots_it_says_which_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
