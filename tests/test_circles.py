@@ -120,6 +120,17 @@ def test_no_python_module_imports_itself_round_about() -> None:
     assert not circle_in(graph)
 
 
+def test_no_test_page_or_example_imports_itself_round_about() -> None:
+    """What stands beside the packages is imported by its file's name alone."""
+    files = {path.stem: path for room in ("tests", "docs", "examples") for path in sorted((ROOT / room).rglob("*.py"))}
+    graph = {
+        name: set().union(*(imported(node, files) for node in ast.walk(ast.parse(path.read_text())))) - {name}
+        for name, path in files.items()
+    }
+    assert sum(map(len, graph.values())) > 50, "imports are seen"
+    assert not circle_in(graph)
+
+
 def test_imports_inside_functions_get_fewer() -> None:
     known, lazy = modules(), 0
     for name, path in known.items():

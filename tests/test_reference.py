@@ -3,6 +3,8 @@
 
 import enum
 import importlib
+import inspect
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -45,6 +47,39 @@ def public_things(module: str) -> Iterator[tuple[str, object]]:
 @pytest.mark.parametrize("module", sorted({*pages.MODULES, *COMPILED}))
 def test_public_names_have_docstrings(module: str) -> None:
     assert not [name for name, thing in public_things(module) if not says_something(thing)]
+
+
+ARRAY = re.compile(r"NDArray|ArrayLike|ndarray|\bArray\b")
+SHAPE = re.compile(r"\(\s*\w+\s*(,|\))|\(\d\w*(, ?\w+)*\)")
+"""Such as (n), (N, 3) or (4, 4)."""
+
+
+def takes_or_gives_arrays(thing: object) -> bool:
+    """Whether types that are written in Python name an array: of a call, or of a class's fields."""
+    function = thing.fget if isinstance(thing, property) else thing
+    if hasattr(function, "__nb_signature__") or not callable(function):
+        return False
+    if isinstance(function, type):
+        types = [*inspect.get_annotations(function).values(), *inspect.get_annotations(function.__init__).values()]
+    else:
+        types = list(inspect.get_annotations(function).values())
+    return any(ARRAY.search(str(one)) for one in types)
+
+
+@pytest.mark.parametrize("module", sorted(pages.MODULES))
+def test_docstrings_tell_the_shapes_of_arrays(module: str) -> None:
+    """What the core binds tells its shapes by types or words of its own."""
+    lacking = [
+        name
+        for name, thing in public_things(module)
+        if takes_or_gives_arrays(thing) and not SHAPE.search(thing.__doc__ or "")
+    ]
+    assert not lacking
+
+
+def test_shapes_are_seen() -> None:
+    assert all(SHAPE.search(said) for said in ("(N, 3) newton", "a goal (n) rad", "the hand's (3) m"))
+    assert not SHAPE.search("Indices of the cells on a link (none: empty).")
 
 
 def test_the_reference_has_a_page_of_every_home() -> None:

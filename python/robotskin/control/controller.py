@@ -196,7 +196,7 @@ class Controller:
         return self.cycle.request_patch_mask(patch, masked)
 
     def request_goal(self, goal: NDArray[np.float64]) -> None:
-        """Move the joints there if the behaviour has a reference for them, else change to one that has."""
+        """Move the joints to (n) rad or m; a behaviour without a reference for them is changed to one that has."""
         if any(isinstance(task, JointTask) for task in self.tasks.values()):
             self.set_reference(goal)
         else:

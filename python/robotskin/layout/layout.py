@@ -188,7 +188,7 @@ class Layout:
         return hinge_gaps(self.link_from_cell, *self.hinge_edges().T)
 
     def cells_on(self, link: str) -> NDArray[np.int64]:
-        """Indices of the cells on a link."""
+        """(C,) indices of the cells on a link. Raises LayoutError for a link without cells."""
         if link not in self.links:
             raise LayoutError(f"no link {link!r} in this layout; it has {', '.join(self.links)}")
         return np.flatnonzero(self.link == self.links.index(link))

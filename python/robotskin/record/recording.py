@@ -47,7 +47,11 @@ TIME_END_NS = 1 << 62
 
 @dataclass
 class Frame:
-    """One read of the skin, as the controller saw it; arrays are valid until the next frame is taken."""
+    """One read of the skin, as the controller saw it; arrays are valid until the next frame is taken.
+
+    position, velocity, effort: (n) rad, rad/s, Nm (or m, m/s, N), as the robot told them; command: (n) in the unit of
+    `command_mode`.
+    """
 
     time_ns: int
     skin: SkinState
@@ -184,9 +188,9 @@ class Recording:
     def messages(
         self, topic: str, start_s: float = 0.0, end_s: float = float("inf")
     ) -> Iterator[tuple[int, dict[str, NDArray]]]:
-        """(host time in ns, fields as flat arrays) of each message of a topic between two times, in the file's order.
+        """(host time in ns, fields as flat arrays (K,)) of each message of a topic, in the file's order.
 
-        Only chunks of that time are read. Raises RecordingFileError for damaged bytes.
+        Only chunks between the two times, in s from the start, are read. Raises RecordingFileError for damaged bytes.
         """
         begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
         kind = TOPICS[topic]

@@ -154,7 +154,10 @@ def _require_reach(session: SkinnedRobot, point_m: Array) -> None:
 
 
 class GoalWatch:
-    """How far a session is from the goal that it was given last, and why, looked at a few times a second."""
+    """How far a session is from the goal that it was given last, and why, looked at a few times a second.
+
+    Goals are (n) rad or m of the joints, or (3) m of the hand in the base frame.
+    """
 
     def __init__(self, session: SkinnedRobot, goal: Array | None = None) -> None:
         self.session = session
@@ -168,7 +171,7 @@ class GoalWatch:
         self.goal = np.array(goal, dtype=float)
 
     def look(self) -> tuple[GoalKind, Array | None, float, str]:
-        """Kind, goal, how far it is still (rad or m), and why it is not reached; empty where it is."""
+        """Kind, goal (n) or (3), how far it is still (rad or m), and why it is not reached; empty where it is."""
         session = self.session
         kind = goal_kind(session)
         if session.behaviour != self._behaviour:

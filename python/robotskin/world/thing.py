@@ -114,7 +114,7 @@ class Thing:
             self._world.body.carrier_follow(carrier, bodies.waypoints(path), path.smooth, path.repeats, begins_s)
 
     def put(self, position_m: ArrayLike, rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-        """Put a free thing elsewhere, at rest. Raises WorldError for one that is not `free`."""
+        """Put a free thing at (3) m in the world's frame, at rest. Raises WorldError for one that is not `free`."""
         from robotskin.world.world import WorldError
 
         if self.spec.moves != "free":
