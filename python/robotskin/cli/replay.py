@@ -11,7 +11,11 @@ import typer
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from robotskin.record import Recording
+
+UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "torque": "Nm or N"}
 
 
 def command(
@@ -31,6 +35,12 @@ def command(
         bool, typer.Option("--page", help="Show it in the browser: play, pause, step, seek, until interrupted.")
     ] = False,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    behaviour: Annotated[
+        str | None,
+        typer.Option(
+            help="Step this behaviour's tasks with the recorded joints and skin, too, and tell how its commands differ."
+        ),
+    ] = None,
     fleet: Annotated[
         Path | None,
         typer.Option(
@@ -85,6 +95,8 @@ def command(
     if found.gaps:
         console.print(f"{found.gaps} entries were dropped while it was recorded: the replay passes over that time")
     console.print(f"{found.frames} skin states, {found.speed:.1f} x real time", highlight=False)
+    if behaviour is not None:
+        compare(recording, behaviour, start, until, console)
     if csv is not None:
         recording.to_pandas(start, until).to_csv(csv, index=False)
         console.print(f"samples written to {csv}", highlight=False, soft_wrap=True)
@@ -104,6 +116,27 @@ def command(
         console.print(f"scene written to {html}: open it in a browser", highlight=False, soft_wrap=True)
     if json_file is not None:
         write_figures(json_file, int(about.get("seed", 0)), found.figures())
+
+
+def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, console: Console) -> None:
+    """Print what a behaviour would have commanded beside what was commanded."""
+    from rich.table import Table
+
+    from robotskin.record.open_loop import open_loop
+
+    with waiting("tasks") as tell:
+        found = open_loop(
+            recording, behaviour, start_s, end_s, progress=lambda done: tell("tasks", done / recording.seconds)
+        )
+    table = Table(f"joint ({found.mode.name})", "recorded commands vary by", f"{behaviour} differs by")
+    for name, moved, difference in zip(found.joint_names, found.moved, found.difference, strict=True):
+        table.add_row(name, f"{moved:.4f}", f"{difference:.4f}")
+    console.print(table)
+    console.print(
+        f"{UNITS[found.mode.name]}, root mean square of {len(found.recorded)} ticks; {found.speed:.1f} x real "
+        "time. The joints are where they were, whatever is commanded.",
+        highlight=False,
+    )
 
 
 def serve(recording: Recording, port: int) -> None:

@@ -10,10 +10,13 @@ import pytest
 from mcap.records import Attachment, Message
 
 from robotskin import firmware, layout, robots
+from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
+from robotskin.model import CommandMode
 from robotskin.record import Recorder, Recording, RecordingFileError, repair
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
+from robotskin.record.open_loop import open_loop
 from robotskin.session import Session
 from robotskin.skin import SkinState
 
@@ -80,6 +83,17 @@ def test_joints_come_back(made: Made) -> None:
     frames = list(Recording(made.path).frames())
     last = frames[-1]
     assert last.position == pytest.approx(made.positions[last.time_ns - 1_000_000])
+
+
+def test_a_controller_is_compared_with_what_was_done(made: Made) -> None:
+    """The behaviour that was recorded commands what it commanded then; another does not."""
+    recording = Recording(made.path)
+    same, other = (open_loop(recording, name) for name in ("skin_compliance", "kinesthetic_joint"))
+    assert same.mode is CommandMode.position
+    assert same.commanded.shape == same.recorded.shape == (STEPS - 2, 16)
+    assert np.linalg.norm(same.difference) < 0.25 * np.linalg.norm(other.difference)
+    with pytest.raises(UnknownNameError, match="skin_compliance"):
+        open_loop(recording, "none")
 
 
 def test_samples_are_in_newton(made: Made) -> None:
