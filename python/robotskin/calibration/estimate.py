@@ -35,9 +35,10 @@ class Known:
     gain, cross, offset_n: of new sensors, half the width of their range. rest_n: of the mean of readings at
     rest, in which preload has crept; reading_n: of one reading.
     force_share: hysteresis and creep of a reading, share of it; gain_share: of them, what all readings of a sensor have
-    in common; creep_n: what creep adds to all of them. place_m: of a press on the cell's face, the same for all presses
-    of a cell. probe_share: of the probe. torque_nm: noise of a joint's torque; before_nm: of the torque before a touch,
-    which is taken off. friction_nm: (n) what is not known of a joint's friction. lever_share: of the levers.
+    in common; creep_n: what creep and the slow wave of a zero add to all of them. place_m: of a press on the cell's
+    face, the same for all presses of a cell. probe_share: of the probe. torque_nm: noise of a joint's torque;
+    before_nm: of the torque before a touch, which is taken off. friction_nm: (n) what is not known of a joint's
+    friction. lever_share: of the levers.
     """
 
     gain: float = 0.2
@@ -45,9 +46,9 @@ class Known:
     offset_n: float = 0.2
     rest_n: float = 0.015
     reading_n: float = 0.01
-    force_share: float = 0.01
+    force_share: float = 0.02
     gain_share: float = 0.005
-    creep_n: float = 0.01
+    creep_n: float = 0.017
     place_m: float = 0.001
     probe_share: float = 0.01
     torque_nm: float = 0.2
@@ -171,7 +172,8 @@ def _torque(one: Presses, known: Known, kept: float, scale_error: float) -> Mome
     crept = np.sqrt(3) * known.creep_n * lever.T.ravel()
     torques += np.outer(common, common) + np.outer(crept, crept)
     moved = known.place_m * (force[:, None, None] * slopes[:, :2]).reshape(-1, 2)
-    split = np.diag(np.repeat(known.reading_n**2 + (known.force_share * force) ** 2, 2)) + moved @ moved.T
+    own_noise = known.reading_n**2 + (known.force_share * reading[:, :2]) ** 2
+    split = np.diag(own_noise.ravel()) + moved @ moved.T
     for sensor in range(3):  # what one sensor shows too much makes it seem to have a larger share
         wrong = ((np.arange(3) == sensor) - share)[:, :2]
         crept, own = known.creep_n * wrong, known.gain_share * reading[:, sensor, None] * wrong

@@ -14,9 +14,11 @@ from robotskin.cli._waiting import waiting
 if TYPE_CHECKING:
     from robotskin.calibration import Calibration, Presses
     from robotskin.layout import Layout
+    from robotskin.robots import Robot
     from robotskin.robots.gains import RobotWithGains
 
 POSTURE = "skin_compliance"
+FRICTION = 0.006
 LOOK_NS, NEAR_M = 1_000_000_000, 0.05
 
 
@@ -41,7 +43,7 @@ def command(
     ] = None,
     friction: Annotated[
         float, typer.Option(help="What is not known of a joint's friction, share of its effort limit.", min=0)
-    ] = 0.006,
+    ] = FRICTION,
     cells: Annotated[int, typer.Option(help="How many cells the simulated probe presses; 0: all.", min=0)] = 20,
     layout: Annotated[
         Path | None,
@@ -72,8 +74,7 @@ def command(
             raise CalibrationError("--follow needs --calibration: the zeros of a recording are followed from one")
         made = followed(follow, calibration)
     else:
-        limits = ready.robot.effort_limit
-        known = Known(friction_nm=tuple(float(friction * limit) if limit < 1e6 else 0.0 for limit in limits))
+        known = Known(friction_nm=friction_of(ready.robot, friction))
         if presses is not None:
             pressed, method = read_presses(presses, ready.robot, worn), f"presses of {presses.name}"
         else:
@@ -83,6 +84,11 @@ def command(
     made.save(file)
     console.print(told(made), highlight=False)
     console.print(f"written to {file}", highlight=False, soft_wrap=True)
+
+
+def friction_of(robot: Robot, share: float) -> tuple[float, ...]:
+    """Nm of each joint, this share of its effort limit; 0 of one that has none."""
+    return tuple(float(share * limit) if limit < 1e6 else 0.0 for limit in robot.effort_limit)
 
 
 def told(made: Calibration) -> str:

@@ -21,6 +21,15 @@ def command(
     what: Annotated[str, typer.Argument(help="A robot by name, which then works for a while, or a recording (MCAP).")],
     seconds: Annotated[float, typer.Option(help="How long a robot works, simulated seconds.", min=5)] = 60.0,
     ill: Annotated[int, typer.Option(help="Let so many cells of the simulated skin fall ill, to see them found.")] = 0,
+    presses: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead of work, a table of touches of known force or with joint torques (CSV, docs/calibration.md): "
+            "judges the gains of the force sensors.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the robot with its ill cells here (PNG).", dir_okay=False)
@@ -40,13 +49,20 @@ def command(
 
     require_writable("--json", json_file, (".json",))
     require_writable("--picture", picture, (".png",))
-    is_file = Path(what).suffix == ".mcap"
-    layout, robot, findings, watched_s = recorded(Path(what)) if is_file else worked(what, seconds, ill, seed)
     console = Console()
+    layout: Layout
+    robot: Robot | None
+    if presses is not None:
+        layout, robot, findings, count = touched(what, presses)
+        watched_s, from_what = 0.0, f"the gains of the force sensors of {count} touched cells are well"
+    else:
+        is_file = Path(what).suffix == ".mcap"
+        layout, robot, findings, watched_s = recorded(Path(what)) if is_file else worked(what, seconds, ill, seed)
+        from_what = f"all {len(layout)} cells are well, as far as {watched_s:.0f} s tell"
     if findings:
         console.print(report.table(layout, findings))
     else:
-        console.print(f"all {len(layout)} cells are well, as far as {watched_s:.0f} s tell", highlight=False)
+        console.print(from_what, highlight=False)
     if picture is not None and robot is not None:
         report.save_picture(layout, robot, findings, picture)
         console.print(f"picture written to {picture}", highlight=False, soft_wrap=True)
@@ -71,6 +87,23 @@ def recorded(file: Path) -> tuple[Layout, Robot | None, list[Finding], float]:
             if watch.tick(frame.time_ns, frame.skin, position, velocity, frame.measured_force):
                 tell("replay", watch.seconds / max(recording.seconds, 1e-9))
     return recording.layout, robot, watch.findings, recording.seconds
+
+
+def touched(name: str, presses: Path) -> tuple[Layout, Robot, list[Finding], int]:
+    """What touches of known force or with joint torques show, and how many cells were touched."""
+    from robotskin import layout as layouts
+    from robotskin.calibration import Known
+    from robotskin.calibration.press_files import read_presses
+    from robotskin.calibration.wrong_gains import wrong_gains
+    from robotskin.cli.calibrate import FRICTION, friction_of
+    from robotskin.robots.gains import robot_with_gains
+
+    with waiting(f"loading {name}"):
+        robot = robot_with_gains(name, None).robot
+        layout = layouts.finished(robot.name)
+        read = read_presses(presses, robot, layout)
+        findings = wrong_gains(read, Known(friction_nm=friction_of(robot, FRICTION)))
+    return layout, robot, findings, len(read)
 
 
 def worked(name: str, seconds: float, ill: int, seed: int) -> tuple[Layout, Robot, list[Finding], float]:

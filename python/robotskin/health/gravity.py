@@ -53,20 +53,25 @@ class GravityJudge:
         self._kept_side = np.zeros((cells, 12))
         self._doubtful = np.zeros(cells, int)
         self._windows: list[tuple[NDArray, NDArray, NDArray]] = []
+        self._sums = {
+            horizon: (np.zeros((cells, 12, 12)), np.zeros((cells, 12)), np.zeros(cells)) for horizon in HORIZONS
+        }
+        """Of each horizon, the normal equations of its windows."""
 
     def judged(self, others_ill: NDArray[np.bool_]) -> Iterator[Finding]:
         """After every window. `others_ill` (N): cells that another judge names, whose accelerations say nothing."""
         expected, felt, weight = self._newest(others_ill)
         self._windows.append((expected, felt, weight))
-        if len(self._windows) > HORIZONS[-1]:
-            self._keep(*self._windows.pop(0))
+        self._sum_up()
         found: dict[int, Finding] = {}
         suspect = np.zeros(self._evidence.cells, bool)
-        for horizon in HORIZONS:
-            if len(self._windows) < horizon:
-                break
-            for finding in self._look(self._windows[-horizon:], suspect):
-                found.setdefault(finding.cell, finding)
+        if len(self._windows) >= HORIZONS[0]:
+            mean, covariance = self._known()
+            for horizon in HORIZONS:
+                if len(self._windows) < horizon:
+                    break
+                for finding in self._look(horizon, mean, covariance, suspect):
+                    found.setdefault(finding.cell, finding)
         self._doubtful = np.where(suspect, self._doubtful + 1, 0)
         yield from found.values()
 
@@ -90,32 +95,44 @@ class GravityJudge:
                 expected[here] += np.einsum("nji,j->ni", evidence.link_from_cell[here], common)
         return expected, felt, known.astype(float)
 
-    def _keep(self, expected: NDArray, felt: NDArray, weight: NDArray) -> None:
-        weight = np.where(self._doubtful == 0, weight, 0.0)
-        square, side, _ = model.normal(expected[None], felt[None], KEPT_WEIGHT * weight[None])
-        fade = np.where(weight > 0, 1 - 1 / KEPT_WINDOWS, 1.0)
-        self._kept_square = self._kept_square * fade[:, None, None] + square
-        self._kept_side = self._kept_side * fade[:, None] + side
+    def _sum_up(self) -> None:
+        """Adds the newest window to the sums, takes off what has left a horizon, and keeps what has left them all."""
+        count = len(self._windows)
+        newest = _normal(self._windows[-1])
+        for horizon in HORIZONS:
+            left = _normal(self._windows[-horizon - 1]) if count > horizon else None
+            for part, total in enumerate(self._sums[horizon]):
+                total += newest[part]
+                if left is not None:
+                    total -= left[part]
+            if left is not None and horizon == HORIZONS[-1]:
+                self._keep(self._windows.pop(0)[2], left)
 
-    def _known(self, cells: NDArray) -> tuple[NDArray, NDArray]:
-        """(M, 12) and (M, 12, 12): the numbers of each cell, as they were before."""
-        after = np.linalg.inv(self._kept_square[cells] + np.diag(model.PRIOR**-2.0))
-        mean = (after @ self._kept_side[cells][..., None])[..., 0]
+    def _keep(self, weight: NDArray, window: tuple[NDArray, NDArray, NDArray]) -> None:
+        taken = KEPT_WEIGHT * (self._doubtful == 0)
+        fade = np.where(taken * weight > 0, 1 - 1 / KEPT_WINDOWS, 1.0)
+        self._kept_square = self._kept_square * fade[:, None, None] + taken[:, None, None] * window[0]
+        self._kept_side = self._kept_side * fade[:, None] + taken[:, None] * window[1]
+
+    def _known(self) -> tuple[NDArray, NDArray]:
+        """(N, 12) and (N, 12, 12): the numbers of each cell, as they were before."""
+        after = np.linalg.inv(self._kept_square + np.diag(model.PRIOR**-2.0))
+        mean = (after @ self._kept_side[..., None])[..., 0]
         return mean, after + np.diag(model.SETTLED**2)
 
     # ---- Explanations ----
 
-    def _look(self, windows: list[tuple[NDArray, NDArray, NDArray]], suspect: NDArray[np.bool_]) -> Iterator[Finding]:
-        expected, felt, weight = (np.stack(part) for part in zip(*windows, strict=True))
-        everything = np.arange(self._evidence.cells)
-        mean, covariance = self._known(everything)
-        square, side, total = model.normal(expected, felt, weight)
+    def _look(self, horizon: int, mean: NDArray, covariance: NDArray, suspect: NDArray[np.bool_]) -> Iterator[Finding]:
+        windows = self._windows[-horizon:]
+        square, side, total = self._sums[horizon]
         healthy, _, _ = model.cost(square, side, total, mean, covariance)
+        weight = np.stack([one[2] for one in windows])
         enough = weight.sum(axis=0) >= 0.7 * len(windows)
         cells = np.flatnonzero(enough & (healthy > BETTER))
         if len(cells) == 0:
             return
         suspect[cells] = True
+        expected, felt = (np.stack([one[part] for one in windows]) for part in (0, 1))
         data = (square[cells], side[cells], total[cells])
         tried = self._tried(data, mean[cells], covariance[cells])
         tried.append(self._loose(expected[:, cells], felt[:, cells], weight[:, cells], mean[cells], covariance[cells]))
@@ -206,6 +223,11 @@ class GravityJudge:
             size, unit = 1 + size, "times"
         channels = () if best.kind is Kind.loose else tuple(CHANNELS[ACCELERATIONS.start + axis] for axis in best.axes)
         return Finding(cell, best.kind, channels, size=size, unit=unit, or_kind=other)
+
+
+def _normal(window: tuple[NDArray, NDArray, NDArray]) -> tuple[NDArray, NDArray, NDArray]:
+    expected, felt, weight = window
+    return model.normal(expected[None], felt[None], weight[None])
 
 
 def _without_turn(numbers: NDArray) -> NDArray:

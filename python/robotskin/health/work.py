@@ -39,7 +39,7 @@ def watched(
     for tick in range(round(seconds / PERIOD_S)):
         time_s = tick * PERIOD_S
         if time_s >= next_goal_s:
-            session.controller.set_reference(_posture(session, space, draw))
+            session.controller.set_reference(posture(session, space, draw))
             next_goal_s += STAY_S
         if time_s >= next_touch_s:
             cell = int(draw.integers(len(session.layout)))
@@ -65,7 +65,7 @@ def look(watch: HealthWatch, session: Session) -> bool:
     )
 
 
-def _posture(session: Session, space: FreeSpace, draw: np.random.Generator) -> NDArray[np.float64]:
+def posture(session: Session, space: FreeSpace, draw: np.random.Generator) -> NDArray[np.float64]:
     """(n) a free posture not too far from home."""
     robot, home = session.robot, np.asarray(session.home)
     low, high = np.maximum(robot.lower + 0.1, home - AWAY_RAD), np.minimum(robot.upper - 0.1, home + AWAY_RAD)

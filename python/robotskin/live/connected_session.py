@@ -12,6 +12,7 @@ from robotskin.choices import member
 from robotskin.connecting import ConnectedRobot
 from robotskin.cycle import SafetyState
 from robotskin.firmware import CellMode
+from robotskin.live.health_beside import HealthBeside
 from robotskin.live.live_robot import RATE_WINDOW_S, LiveRobot
 from robotskin.session import SessionError
 from robotskin.session.reasons import interventions_told
@@ -45,6 +46,7 @@ class ConnectedSession(LiveRobot):
         self._rates: dict[str, float] = {}
         self._counted = (self._began_s, session.connected_skin.statistics())
         self._held_back = self._tell_what_holds_back()
+        self._health = HealthBeside(session, session.reader)
         self._snapshot = self._take()
         self._begin()
 
@@ -108,11 +110,15 @@ class ConnectedSession(LiveRobot):
                     self.session.start()
                     self._restart = False
                 self.session.run(SLICE_S)
+                self._health.stepped(time.monotonic_ns())
                 self._look_for_page()
                 self._measure_rates()
                 self._snapshot = self._take()
         finally:
-            self.session.end()
+            try:
+                self.session.end()
+            finally:
+                self._health.close()
 
     def _look_for_page(self) -> None:
         if self._lookers is None:
@@ -157,7 +163,7 @@ class ConnectedSession(LiveRobot):
         return Snapshot(
             time_s=time.monotonic() - self._began_s,
             joint_position=np.array(session.joints.position),
-            skin=SkinReading.of(session.skin, time.monotonic_ns()),
+            skin=SkinReading.of(session.skin, time.monotonic_ns(), self._health.told()),
             behaviour=session.behaviour,
             interface=session.interface,
             mode=session.mode,

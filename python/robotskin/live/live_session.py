@@ -73,7 +73,7 @@ class LiveSession(LiveRobot):
         self._counted = self._counts()
         self._held_back = ""
         self._parent = grown_tree(self.layout, session.driver.topology())
-        self._health = HealthBeside(session)
+        self._health = HealthBeside(session, session.reader)
         self._snapshot = self._take()
         self._begin()
 
@@ -175,7 +175,7 @@ class LiveSession(LiveRobot):
             self._obey_all()
             self.session.step()
             self._after_step()
-            self._health.stepped()
+            self._health.stepped(self.session.world.now_ns)
             period += 1
             if period % NETWORK_PERIODS == 0:
                 self.network.look()

@@ -30,10 +30,12 @@ from robotskin.rehearsal import Asked, Look, Process, controller, skin
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch
+from robotskin.simulator import SensorFaultKind
 from robotskin_lab.partial_skin import part_of
 
 HOST = f"127.80.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 ROBOT = robots.load("ur5")
+ILL_CELL = 5
 PATIENT_NS = 1_000_000_000
 
 
@@ -222,6 +224,13 @@ def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatc
             assert len(seen.skin.health) == len(stage.layout)
             assert np.isfinite(seen.skin.age_s).all()
             assert "slow until confirmed" in seen.held_back
+            stage.units.ask(Asked("world.body.set_sensor_fault", (ILL_CELL, SensorFaultKind.end_of_range, [4], 1.0)))
+            ends = time.monotonic() + 180.0
+            while ILL_CELL not in session.left_out and time.monotonic() < ends:
+                time.sleep(0.02)
+            assert "end of range" in live.snapshot().skin.ill[ILL_CELL]
+            assert session.left_out == {ILL_CELL}
+            stage.units.ask(Asked("world.body.set_sensor_fault", (ILL_CELL, SensorFaultKind.none)))
             with pytest.raises(SessionError, match="touch the skin itself"):
                 live.push(0, 5.0)
             with pytest.raises(SessionError, match="no simulated hand"):

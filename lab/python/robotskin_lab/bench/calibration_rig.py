@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,22 +41,29 @@ class Rig:
 
     layout: Layout
     seed: int
+    world: Imperfections = field(default_factory=raw)
 
     def __post_init__(self) -> None:
         self.draw = np.random.default_rng([self.seed, 53])
         self.cells = len(self.layout)
-        self.sensors = SensorModels(self.cells, raw(), self.seed)
-        self.soft = raw().force_crosstalk
+        self.sensors = SensorModels(self.cells, self.world, self.seed)
+        self.soft = self.world.force_crosstalk
         self.beside = [[int(cell) for cell in row if cell >= 0] for row in self.layout.neighbours[:, :, 0]]
         self.time_s = 0.0
-        nothing = np.zeros((self.cells, 3))
-        self.rest_n = np.mean([self.read(nothing, STEP_S) for _ in range(round(REST_S / STEP_S))], axis=0)
-        """(N, 3) what is shown untouched, newton."""
+        self.rest_n = self.at_rest()
+        """(N, 3) what was shown untouched when it was looked at last, newton."""
+        self.mounted_s = 0.0
+        """Of all presses against the post."""
 
     def read(self, force_n: Array, passed_s: float) -> Array:
         """(N, 3) newton that the sensors show once so much time has passed under forces (N, 3)."""
         self.time_s += passed_s
         return _read(self.sensors, self.time_s, force_n)
+
+    def at_rest(self) -> Array:
+        """(N, 3) newton, the mean of a second in which nothing touches the skin."""
+        nothing = np.zeros((self.cells, 3))
+        return np.mean([self.read(nothing, STEP_S) for _ in range(round(REST_S / STEP_S))], axis=0)
 
     def pressed(self, cell: int, force_n: float, place_m: Array) -> Array:
         """(N, 3) what each sensor feels: the soft layer carries some over to the neighbours."""
@@ -90,26 +97,42 @@ class Rig:
     def by_probe(self, cell: int) -> Presses:
         """A probe of known force goes to four places of the cell, in and out."""
         errors = self.draw.normal(0, PLACE_ERROR_M, 2), 1 + self.draw.normal(0, PROBE_ERROR)
+        self.rest_n = self.at_rest()
         moments = list(self._moments(cell, *errors))
-        return self._presses(cell, moments, force_n=np.array([force for _, force, *_ in moments]))
+        return self.presses_of(cell, moments, force_n=np.array([force for _, force, *_ in moments]))
 
-    def by_torques(self, at: AtPost, robot: Robot, friction_nm: Array, torque_noise_nm: float) -> Presses:
+    def by_torques(
+        self, at: AtPost, robot: Robot, friction_nm: Array, torque_noise_nm: float, rounds: int = 1
+    ) -> Presses:
         """The robot presses the cell against the post, in and out; its joints' torques are read.
 
         friction_nm: (n,) what is not known of each joint's friction. It is against the motion, which turns round.
+        rounds: all is done so many times, and the mean of each moment is taken.
         """
-        errors = self.draw.normal(0, PLACE_ERROR_M, 2), 1.0
-        moments = list(self._moments(at.cell, *errors))
+        errors, begun_s = (self.draw.normal(0, PLACE_ERROR_M, 2), 1.0), self.time_s
+        self.rest_n = self.at_rest()
+        done = [list(self._moments(at.cell, *errors)) for _ in range(rounds)]
+        moments = [
+            (place, force, np.mean([one[k][2] for one in done], axis=0), way, truly)
+            for k, (place, force, _, way, truly) in enumerate(done[0])
+        ]
+        self.mounted_s += self.time_s - begun_s
+        return self.with_torques(at, moments, friction_nm, torque_noise_nm, rounds)
+
+    def with_torques(
+        self, at: AtPost, moments: list, friction_nm: Array, torque_noise_nm: float, rounds: int = 1
+    ) -> Presses:
+        """What the joints' torques tell of moments at the post, each the mean of some rounds."""
         true_lever = at.lever_nm_per_n * (1 + self.draw.normal(0, LEVER_ERROR))
         moving = -np.sign(at.lever_nm_per_n)  # into the post: against what the post does to the joint
         direction = np.array([way * moving for _, _, _, way, _ in moments])
         force = np.array([force for _, force, *_ in moments])
-        noise = self.draw.normal(0, torque_noise_nm, direction.shape)
+        noise = self.draw.normal(0, torque_noise_nm, (rounds, *direction.shape)).mean(axis=0)
         # Of the torque before the touch, the mean of a second, which is taken off.
-        free = self.draw.normal(0, torque_noise_nm * np.sqrt(STEP_S / REST_S), len(friction_nm))
+        free = self.draw.normal(0, torque_noise_nm * np.sqrt(STEP_S / REST_S), (rounds, len(friction_nm))).mean(axis=0)
         torque = true_lever * force[:, None] + direction * friction_nm + noise - free
         lever = np.tile(at.lever_nm_per_n, (len(moments), 1))
-        return self._presses(at.cell, moments, torque_nm=torque, lever_nm_per_n=lever, direction=direction)
+        return self.presses_of(at.cell, moments, torque_nm=torque, lever_nm_per_n=lever, direction=direction)
 
     def _moments(self, cell: int, place_error_m: Array, force_error: float):  # type: ignore[no-untyped-def]
         """(place as planned, force as known, readings (N, 3), 1 in or -1 out) of each moment."""
@@ -121,7 +144,8 @@ class Rig:
             for _ in range(6):
                 self.read(np.zeros((self.cells, 3)), STEP_S)
 
-    def _presses(self, cell: int, moments: list, **reference: Array) -> Presses:
+    def presses_of(self, cell: int, moments: list, **reference: Array) -> Presses:
+        """Moments of a cell with what is known of their forces."""
         beside = self.beside[cell]
         tell = self.rest_n[beside] > 0.05
         carried = []

@@ -139,10 +139,8 @@ class Rig:
         """(N, 3) newton of each sensor and (N) metres to what is in front, by place."""
         cells = len(self.layout)
         force, distance = np.zeros((cells, 3)), np.full(cells, np.inf)
-        for touch in self.touches:
+        for touch in (one for one in self.touches if one.begin_s < time_s < one.end_s):
             newton = touch.at(time_s)
-            if newton <= 0:
-                continue
             plugged = self.plugged[touch.cell]
             force[touch.cell] += newton * (1 - CROSSTALK * len(plugged)) * touch.shares
             distance[touch.cell] = 0.0

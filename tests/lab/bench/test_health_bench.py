@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench of health: what is drawn, what is counted as right, and force gains found from touches."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from robotskin.health import Finding, Kind
+from robotskin_lab.bench.health_faults import FELT_G, Fault, drawn_kinds, drawn_parts
+from robotskin_lab.bench.health_gain import gain_figures
+from robotskin_lab.bench.health_score import Names, Score
+
+
+def test_every_kind_is_drawn_and_swapped_cells_come_in_pairs_of_a_unit(seed: int) -> None:
+    group = np.arange(2000) // 100
+    drawn = list(drawn_kinds(np.random.default_rng(seed), group, 0.3))
+    assert len({cell for cell, _, _ in drawn}) == len(drawn) == pytest.approx(600, abs=1)
+    many = Counter(kind for _, kind, _ in drawn)
+    assert set(many) == set(Kind)
+    assert min(many.values()) > 20
+    partner = {cell: other for cell, kind, other in drawn if kind is Kind.swapped}
+    assert all(partner[other] == cell and group[cell] == group[other] for cell, other in partner.items())
+
+
+def test_no_scale_is_wrong_where_nothing_would_show_it(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    for _ in range(50):
+        more = drawn_parts(draw, Kind.mis_scaled, np.array([0.0, 2 * FELT_G, 0.0]))
+        assert 5 in more["channels"]
+
+
+def test_a_wrong_name_a_late_one_and_a_healthy_cell_are_counted() -> None:
+    names = Names()
+    names.look([Finding(1, Kind.stuck), Finding(2, Kind.offset, or_kind=Kind.loose), Finding(9, Kind.noisy)], 70.0)
+    names.look([Finding(1, Kind.noisy), Finding(2, Kind.offset, or_kind=Kind.loose)], 90.0)
+    faults = [Fault(1, Kind.stuck, 60.0, {}), Fault(2, Kind.loose, 62.0, {}), Fault(3, Kind.dead, 60.0, {})]
+    score, other = Score(), Score()
+    score.take(faults, names.named, 13, 600.0)
+    assert (score.cases, score.recall, score.shared, score.seconds) == (3, pytest.approx(1 / 3), 1, [8.0])
+    assert score.false_share == pytest.approx(0.1)
+    other.add(score)
+    other.add(score)
+    assert (other.cases, other.recall, other.false_share) == (6, score.recall, score.false_share)
+    assert other.wrong == {"stuck as noisy": 2, "dead as nothing": 2}
+
+
+def test_a_force_gain_that_is_off_is_found_by_twenty_touches_of_known_force(seed: int) -> None:
+    figures = gain_figures("allegro_right_hand", seed, cells=20, draws=100, robots_torques=False)
+    assert figures["force_gain_cases"] > 0
+    assert figures["force_gain_recall"] >= 0.8
+    assert figures["force_gain_false_share"] <= 0.1
