@@ -26,7 +26,7 @@ ANYTHING = 0.5
 BETTER = 15.0
 LEAST = 0.12
 CELLS_AT_LEAST = 5
-EXPLANATIONS = ((0,), (1,), (2,), (0, 1, 2))
+EXPLANATIONS: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (0, 1, 2))
 
 
 @one_thread
@@ -96,7 +96,7 @@ def _judged(one: Presses, known: Known, kept: float, common: float) -> Finding |
 def _cost(square: Array, side: Array, before: Array) -> tuple[float, Array]:
     """The least sum of squares but for a constant, and the numbers (3): inverse gains less 1."""
     numbers = np.linalg.solve(square + np.linalg.inv(before), side)
-    return -float(side @ numbers), numbers
+    return -float(side @ numbers), numbers.astype(np.float64)
 
 
 def _noise(one: Presses, known: Known, gauge: int) -> Array:

@@ -50,7 +50,7 @@ def gain_figures(robot: str, seed: int, cells: int, draws: int, robots_torques: 
 
 def _fall_ill(rig: Rig, seed: int) -> dict[int, tuple[int, ...]]:
     draw = np.random.default_rng([seed, 71])
-    ill = {}
+    ill: dict[int, tuple[int, ...]] = {}
     for cell in draw.permutation(rig.cells)[: round(ILL_SHARE * rig.cells)]:
         channels = FORCES if draw.random() < 0.5 else (int(draw.choice(FORCES)),)
         size = 1 + OFF * float(draw.choice([-1.0, 1.0]))
