@@ -69,13 +69,15 @@ class BinaryFrames:
 
     def whole(self, frame: bytes) -> Counts | None:
         """The counts of one frame; None, and counted, for bytes that are none."""
-        body = frame[: len(frame) - self._check_bytes]
+        body = memoryview(frame)[: len(frame) - self._check_bytes]
         if len(frame) != self.size or not frame.startswith(self._source.start) or not self._checks(frame, body):
             self._tally.bad += 1
             return None
         self._follow(int.from_bytes(frame[len(self._source.start) : self._head], self._order))
         self._tally.frames += 1
         numbers = np.frombuffer(body, self._dtype, offset=self._head).reshape(self._shape)
+        if self._dtype.kind != "f":
+            return numbers.astype(np.float64)
         with np.errstate(invalid="ignore"):  # bytes that are no number stay none
             return numbers.astype(np.float64)
 
@@ -83,7 +85,7 @@ class BinaryFrames:
     def _order(self) -> Literal["little", "big"]:
         return "little" if self._source.byte_order == "little" else "big"
 
-    def _checks(self, frame: bytes, body: bytes) -> bool:
+    def _checks(self, frame: bytes, body: memoryview) -> bool:
         told = int.from_bytes(frame[len(body) :], self._order)
         if self._source.check == "sum8":
             return sum(body) & 0xFF == told

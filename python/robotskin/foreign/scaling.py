@@ -37,7 +37,8 @@ class Scaling:
         for index, channel in ordered:
             for place in range(SENSORS[channel.sensor]):
                 columns.append(int(starts[index]) + min(place, channel.values - 1))
-        self._columns = np.array(columns)
+        self._columns = columns
+        self._taken = np.empty((len(self._slots), int(starts[-1])))
         """Of a sample, which column of a frame each is; the others are of the frame's columns."""
         told = [channel for channel in declared.channels for _ in range(channel.values)]
         one_force = [channel.sensor == "force" and channel.values == 1 for channel in told]
@@ -49,21 +50,36 @@ class Scaling:
         self._highest = np.array([channel.highest for channel in told])
         # Below nothing is noise; forces keep theirs until their zero is taken.
         self._floor = np.array([0.0 if channel.sensor == "proximity" else -np.inf for channel in told])
+        self._has_floor = bool(np.isfinite(self._floor).any())
 
     def samples(self, counts: Counts) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.bool_]]:
         """Cells (M), values (M, V) in SI units, saturated (M). A cell without any value is left out; a count beyond its
         range is no number, and its cell is then not believed."""
-        taken = counts[self._slots]
-        there = _any_of_row(np.isfinite(taken))
+        taken = counts.take(self._slots, axis=0, out=self._taken, mode="clip")  # slots are within
         cells = self.cells
-        if not there.all():
+        least, most = taken.min(axis=0), taken.max(axis=0)
+        if not (np.isfinite(least).all() and np.isfinite(most).all()):
+            there = _any_of_row(np.isfinite(taken))
             taken, cells = taken[there], cells[there]
-        values = (taken - self._zero) * self._scale
-        np.maximum(values, self._floor, out=values)
-        values[(taken < self._lowest) | (taken > self._highest)] = np.nan
-        saturated = ((taken == self._lowest) & (self._scale < 0)) | ((taken == self._highest) & (self._scale > 0))
-        spread = np.ascontiguousarray(values.astype(np.float32).take(self._columns, axis=1))
-        return cells, spread, _any_of_row(saturated)
+        # Frames in which no count is at the end of its range are the rule: the looks at each cell are left out.
+        beyond = not (least >= self._lowest).all() or not (most <= self._highest).all()
+        inside = bool((least > self._lowest).all() and (most < self._highest).all())
+        saturated = np.zeros(len(cells), dtype=bool) if inside else self._saturated(taken)
+        outside = (taken < self._lowest) | (taken > self._highest) if beyond else None
+        taken -= self._zero
+        taken *= self._scale
+        if self._has_floor:
+            np.maximum(taken, self._floor, out=taken)
+        if outside is not None:
+            taken[outside] = np.nan
+        spread = np.empty((len(cells), len(self._columns)), dtype=np.float32)
+        for place, column in enumerate(self._columns):
+            spread[:, place] = taken[:, column]
+        return cells, spread, saturated
+
+    def _saturated(self, taken: Counts) -> NDArray[np.bool_]:
+        at_end = ((taken == self._lowest) & (self._scale < 0)) | ((taken == self._highest) & (self._scale > 0))
+        return _any_of_row(at_end)
 
 
 def _any_of_row(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
