@@ -39,9 +39,9 @@ class FrankaPort(RobotPort):
         self, robot: Robot, address: str, *, within_s: float = 5.0, silent_s: float = 0.1, realtime: bool = False
     ) -> None:
         if robot.joint_count != JOINTS:
+            hand = ": lock the joints of its hand" if robot.joint_count > JOINTS else ": is it this robot?"
             raise FrankaError(
-                f"robot {address}: a Franka has {JOINTS} joints, found {robot.joint_count} of {robot.name}: "
-                "lock the joints of its hand"
+                f"robot {address}: a Franka has {JOINTS} joints, found {robot.joint_count} of {robot.name}{hand}"
             )
         super().__init__(JOINTS, [CommandMode.position, CommandMode.velocity, CommandMode.torque])
         self.address, self.silent_s = address, silent_s
