@@ -113,6 +113,7 @@ def _noisy(evidence: Evidence) -> Iterator[Finding]:
     noise = np.where(white.sum(axis=0) >= NOISE_AT_LEAST, told[1], 0.0)
     usual = np.stack([_by_link(evidence, noise[:, c], known) for c in range(noise.shape[1])], axis=1)
     usual = np.maximum(usual, healthy.noise)
+    usual[:, ACCELERATIONS] = np.maximum(usual[:, ACCELERATIONS], _shaken(evidence, noise, known)[:, None])
     noisy = (noise > healthy.noise_ratio * usual) & known[:, None]
     noise[:, SURFACE], usual[:, SURFACE] = _thermometers(evidence)
     noisy[:, SURFACE] = noise[:, SURFACE] > THERMOMETER_RATIO * usual[:, SURFACE]
@@ -120,6 +121,16 @@ def _noisy(evidence: Evidence) -> Iterator[Finding]:
     for cell in np.flatnonzero(noisy.any(axis=1)):
         loudest = float((noise[cell] / np.maximum(usual[cell], 1e-12))[noisy[cell]].max())
         yield Finding(int(cell), Kind.noisy, _names(noisy[cell]), size=loudest, unit="times")
+
+
+def _shaken(evidence: Evidence, noise: NDArray, known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(N) m/s²: noise of an axis that points the way in which the cell's link shakes, of the noise (N, 9) of all.
+
+    Cells of a link lie in many directions, so the median of an axis does not tell; that of all three together does.
+    """
+    floor = evidence.healthy.noise[ACCELERATIONS]
+    power = _by_link(evidence, (noise[:, ACCELERATIONS] ** 2).sum(axis=1), known)
+    return np.sqrt((floor**2).mean() + np.maximum(power - (floor**2).sum(), 0.0))
 
 
 def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -75,6 +75,15 @@ def test_a_lasting_touch_is_no_offset(body: Robot, seed: int) -> None:
     assert np.asarray(rig.state.normal_force)[cell].sum() < 1.5
 
 
+def test_a_link_that_shakes_makes_no_cell_noisy(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 14.0)
+    still, link = rig.specific_force, np.asarray(rig.skin.link)
+    way = np.einsum("nji,j->ni", np.asarray(rig.skin.link_from_cell)[:, :3, :3], [0.0, 1.0, 0.0])
+    shakes = rig.draw.normal(0, 1.5, (len(rig.times), len(rig.skin.link_names)))
+    rig.specific_force = lambda step: still(step) + shakes[step, link, None] * way  # type: ignore[method-assign]
+    assert watched(rig).findings == []
+
+
 def test_a_mended_cell_is_well_again(body: Robot, seed: int) -> None:
     rig = rig_of(body, seed, 85.0)
     rig.faults = [Fault(3, Kind.dead, 5.0, {})]
