@@ -84,7 +84,7 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
             "force_full_n": Field("1", usual=0.9),
             "proximity_silent": _zero("1", usual=0.02),
             "proximity_full": Field("1", usual=0.05),
-            "bandwidth_hz": _zero("1", usual=50.0),
+            "bandwidth_hz": _zero("1", usual=20.0),
             "fade_s": Field("1", usual=0.25),
         },
     ),
