@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from robotskin.health.kinds import CHANNELS, Finding, Kind
 NOISE_WINDOWS, NOISE_AT_LEAST = 8, 4
 WHITE = 8.0
 """Times its standard deviation, within which a second of white noise stays."""
+CALM = 4.0
+"""Times the power of a sensor's noise, which the median cell of a link shows at most while it does not shake."""
 THERMOMETER_WINDOWS, THERMOMETER_RATIO = 30, 3.2
 
 
@@ -104,33 +106,35 @@ def _noisy(evidence: Evidence) -> Iterator[Finding]:
     last = evidence.last(NOISE_WINDOWS)
     if len(last["time"]) < NOISE_WINDOWS:
         return
-    healthy = evidence.healthy
     known = np.asarray((last["samples"] >= 3).all(axis=0))
-    # A jump, such as a touch, goes much further than noise that is as loud: its window tells nothing. Of the others
-    # the quiet ones tell.
-    white = last["most"] - last["least"] < WHITE * last["noise"] + 2.5 * STEP
-    told = np.sort(np.where(white, last["noise"], np.inf), axis=0)
-    noise = np.where(white.sum(axis=0) >= NOISE_AT_LEAST, told[1], 0.0)
-    usual = np.stack([_by_link(evidence, noise[:, c], known) for c in range(noise.shape[1])], axis=1)
-    usual = np.maximum(usual, healthy.noise)
-    usual[:, ACCELERATIONS] = np.maximum(usual[:, ACCELERATIONS], _shaken(evidence, noise, known)[:, None])
-    noisy = (noise > healthy.noise_ratio * usual) & known[:, None]
-    noise[:, SURFACE], usual[:, SURFACE] = _thermometers(evidence)
-    noisy[:, SURFACE] = noise[:, SURFACE] > THERMOMETER_RATIO * usual[:, SURFACE]
+    loud = _loudness(evidence, last, known)
+    noisy = (loud > evidence.healthy.noise_ratio) & known[:, None]
+    thermometer, usual = _thermometers(evidence)
+    loud[:, SURFACE] = thermometer / usual
+    noisy[:, SURFACE] = loud[:, SURFACE] > THERMOMETER_RATIO
     noisy[:, BOARD] = False  # its steps are larger than its noise
     for cell in np.flatnonzero(noisy.any(axis=1)):
-        loudest = float((noise[cell] / np.maximum(usual[cell], 1e-12))[noisy[cell]].max())
-        yield Finding(int(cell), Kind.noisy, _names(noisy[cell]), size=loudest, unit="times")
+        yield Finding(
+            int(cell), Kind.noisy, _names(noisy[cell]), size=float(loud[cell][noisy[cell]].max()), unit="times"
+        )
 
 
-def _shaken(evidence: Evidence, noise: NDArray, known: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(N) m/s²: noise of an axis that points the way in which the cell's link shakes, of the noise (N, 9) of all.
+def _loudness(evidence: Evidence, last: Mapping[str, NDArray], known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(N, 9) noise of each channel over what is usual; 0 where no window tells.
 
-    Cells of a link lie in many directions, so the median of an axis does not tell; that of all three together does.
+    A jump, such as a touch, goes much further than noise that is as loud: its window tells nothing. Nor does one in
+    which the cell's link shakes, since its far end shakes more than its near one. Of the others the quiet ones tell.
     """
+    noise = last["noise"].astype(float)
+    tells = last["most"] - last["least"] < WHITE * last["noise"] + 2.5 * STEP
+    usual = np.maximum(_by_link(evidence, noise, known), evidence.healthy.noise)
     floor = evidence.healthy.noise[ACCELERATIONS]
-    power = _by_link(evidence, (noise[:, ACCELERATIONS] ** 2).sum(axis=1), known)
-    return np.sqrt((floor**2).mean() + np.maximum(power - (floor**2).sum(), 0.0))
+    power = _by_link(evidence, (noise[:, :, ACCELERATIONS] ** 2).sum(axis=2), known)
+    # Cells of a link lie in many directions, so the median of an axis does not tell how it shakes; that of all three
+    # together does.
+    tells[:, :, ACCELERATIONS] &= (power < CALM * (floor**2).sum())[:, :, None]
+    ratio = np.sort(np.where(tells, noise / np.maximum(usual, 1e-12), np.inf), axis=0)
+    return np.where(tells.sum(axis=0) >= NOISE_AT_LEAST, ratio[1], 0.0)
 
 
 def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -148,14 +152,17 @@ def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.f
 
 
 def _by_link(evidence: Evidence, values: NDArray, known: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(N) the median of the cells of each cell's link, or of all where a link has few."""
-    everywhere = float(np.median(values[known])) if known.any() else 0.0
-    medians = np.full(evidence.links, everywhere)
+    """(N) or (K, N, …): the median of the cells of each cell's link, or of all where a link has few."""
+    single = values.ndim == 1
+    rows = values[None] if single else values
+    medians = np.zeros_like(rows)
+    if known.any():
+        medians[:] = np.median(rows[:, known], axis=1, keepdims=True)
     for link in range(evidence.links):
-        on = known & (evidence.link == link)
-        if on.sum() >= 5:
-            medians[link] = np.median(values[on])
-    return medians[evidence.link]
+        on = evidence.link == link
+        if (known & on).sum() >= 5:
+            medians[:, on] = np.median(rows[:, known & on], axis=1, keepdims=True)
+    return medians[0] if single else medians
 
 
 def _names(mask: NDArray[np.bool_]) -> tuple[str, ...]:

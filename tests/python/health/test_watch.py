@@ -75,13 +75,29 @@ def test_a_lasting_touch_is_no_offset(body: Robot, seed: int) -> None:
     assert np.asarray(rig.state.normal_force)[cell].sum() < 1.5
 
 
-def test_a_link_that_shakes_makes_no_cell_noisy(body: Robot, seed: int) -> None:
-    rig = rig_of(body, seed, 14.0)
+def shaken(rig: Rig, seconds_of_eight: float) -> None:
+    """The links shake for a while of every eight seconds, their far ends much more than their near ones."""
     still, link = rig.specific_force, np.asarray(rig.skin.link)
     way = np.einsum("nji,j->ni", np.asarray(rig.skin.link_from_cell)[:, :3, :3], [0.0, 1.0, 0.0])
+    far = rig.draw.uniform(0.2, 4.0, (len(link), 1))
     shakes = rig.draw.normal(0, 1.5, (len(rig.times), len(rig.skin.link_names)))
-    rig.specific_force = lambda step: still(step) + shakes[step, link, None] * way  # type: ignore[method-assign]
+    shakes[np.asarray(rig.times) % 8.0 >= seconds_of_eight] = 0.0
+    rig.specific_force = lambda step: still(step) + shakes[step, link, None] * way * far  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("seconds_of_eight", [8.0, 3.0])
+def test_a_link_that_shakes_makes_no_cell_noisy(body: Robot, seed: int, seconds_of_eight: float) -> None:
+    rig = rig_of(body, seed, 14.0)
+    shaken(rig, seconds_of_eight)
     assert watched(rig).findings == []
+
+
+def test_a_noisy_cell_of_a_link_that_shakes_now_and_then_is_named(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 14.0)
+    shaken(rig, 3.0)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    Fault(cell, Kind.noisy, 0.0, {"channels": [5], "size": 6.0}).set_on(rig.sensors.set_fault)
+    assert {(one.cell, one.kind) for one in watched(rig).findings} == {(cell, Kind.noisy)}
 
 
 def test_a_mended_cell_is_well_again(body: Robot, seed: int) -> None:
