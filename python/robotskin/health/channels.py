@@ -40,10 +40,9 @@ def _at_end(evidence: Evidence) -> Iterator[Finding]:
     long[:, BOARD:] = False  # that is heat
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
-    pressed = _pressed(evidence)
     beside = np.append(now["most"][:, PROXIMITY], 0.0)[evidence.neighbours].max(axis=1, initial=0.0)
     long[:, FORCES] &= ~near[:, None]
-    long[:, PROXIMITY] &= ~pressed & (beside < evidence.healthy.untouched_share)
+    long[:, PROXIMITY] &= ~evidence.pressed & (beside < evidence.healthy.untouched_share)
     for cell in np.flatnonzero(long.any(axis=1)):
         yield Finding(int(cell), Kind.end_of_range, _names(long[cell]))
 
@@ -66,27 +65,11 @@ def _stuck(evidence: Evidence) -> Iterator[Finding]:
     found[:, FORCES] |= at_zero
     found[:, SURFACE] = seconds[:, SURFACE] >= healthy.temperature_stuck_s
     found[:, SURFACE] &= count[:, SURFACE] >= healthy.stuck_samples
-    found[:, PROXIMITY] |= _blind(evidence)
+    found[:, PROXIMITY] |= evidence.blind
     found &= (now["samples"] > 0)[:, None] & (now["at_end"] < 0.5)
     told = evidence.stuck_s >= 1.0
     for cell in np.flatnonzero(found.any(axis=1) | told):
         yield Finding(int(cell), Kind.stuck, _names(found[cell]))
-
-
-def _blind(evidence: Evidence) -> NDArray[np.bool_]:
-    """(N) cells that are pressed and see nothing: their proximity has not moved from zero."""
-    now, healthy = evidence.now, evidence.healthy
-    pressed = _pressed(evidence)
-    unseen = now["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
-    beside = np.append(now["most"][:, PROXIMITY], 0.0)[evidence.neighbours].max(axis=1, initial=0.0)
-    return pressed & unseen & (beside > healthy.free_share)
-
-
-def _pressed(evidence: Evidence) -> NDArray[np.bool_]:
-    """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
-    now, healthy = evidence.now, evidence.healthy
-    swing = (now["most"] - now["least"])[:, FORCES].sum(axis=1)
-    return (now["mean"][:, FORCES].sum(axis=1) > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
 
 
 def _hot(evidence: Evidence) -> Iterator[Finding]:

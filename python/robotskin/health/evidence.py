@@ -45,6 +45,10 @@ class Evidence:
         """(N) seconds for which each cell has been silent."""
         self.stuck_s = np.zeros(cells)
         """(N) seconds for which its reader has called it stuck."""
+        self.pressed = np.zeros(cells, bool)
+        """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
+        self.blind = np.zeros(cells, bool)
+        """(N) cells that were pressed and saw nothing of it, and whose proximity has not moved since."""
         self.at_end_s = np.zeros((cells, 9))
         """(N, 9) seconds for which a channel has been at the end of its range."""
         self.crept_n = np.zeros((cells, 3))
@@ -73,6 +77,7 @@ class Evidence:
         self._expected[row] = window["expected"]
         self._samples[row] = window["samples"]
         self._touched[row] = self._touched_now(window)
+        self._look_at_presses(window)
         self.count += 1
         quiet = window["silent"] > 0.9 * ticks
         self.silent_s = np.where(quiet, self.silent_s + seconds, 0.0)
@@ -104,6 +109,15 @@ class Evidence:
         near = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         beside = np.append(near, False)[self.neighbours].any(axis=1)
         return near | beside
+
+    def _look_at_presses(self, window: Mapping[str, Any]) -> None:
+        """A touch lasts a second or two, too short to be judged often: which cells it found blind is kept."""
+        healthy = self.healthy
+        swing = (window["most"] - window["least"])[:, FORCES].sum(axis=1)
+        self.pressed = (window["mean"][:, FORCES].sum(axis=1) > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
+        unmoved = window["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
+        beside = np.append(window["most"][:, PROXIMITY], 0.0)[self.neighbours].max(axis=1, initial=0.0)
+        self.blind = (self.blind | (self.pressed & (beside > healthy.free_share))) & unmoved
 
 
 def _neighbours(skin: SkinModel, cells: int) -> list[list[int]]:
