@@ -44,7 +44,8 @@ void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* st
                               .size = (uint16_t)status->candidate_size,
                               .delta = (uint8_t)status->candidate_delta,
                               .root = (uint8_t)status->candidate_root,
-                              .round = (uint8_t)status->candidate_round};
+                              .round = (uint8_t)status->candidate_round,
+                              .whole = (uint8_t)status->candidate_whole};
 }
 
 static void forget_beside(rs_section_unit* unit) {
@@ -81,6 +82,7 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
                           .round = balance->round,
                           .cell = offer->cell,
                           .target_root = offer->cell == RS_ID_NONE ? 0U : offer->root,
+                          .whole = offer->cell == RS_ID_NONE ? 0U : offer->whole,
                           .last_resort = balance->last_resort,
                           .demand_1_root = balance->demand_root[0],
                           .demand_1_size = balance->demand_size[0],

@@ -118,7 +118,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(nonce, 0, 8, "drawn at the sender's boot")                         \
   X(parent, 0, 1, "the receiver is the sender's parent")               \
   X(heard, 0, 1, "the sender hears the receiver")                      \
-  X(draining, 0, 1, "children that can shall take another parent")     \
+  X(draining, 0, 1, "the sender is about to change its parent")        \
   X(forming, 0, 1, "the network is being formed")                      \
   X(depth_cap, 0, 8, "deepest hops a granted move may reach")          \
   X(rate_divisor, 0, 4, "cells send every n-th sample")                \
@@ -132,17 +132,20 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(type, 0, 4, "frame type")                                         \
   X(sender, 0, 14, "id")                                              \
   X(size, 0, 16, "cells in the subtree")                              \
+  X(captive_size, 0, 16, "those without another parent in reach")     \
   X(height, 0, 8, "hops to the deepest cell")                         \
+  X(alternative, 0, 1, "another parent of the same tree is in reach") \
   X(candidate, 0, 14, "cell that offers to move, 0: none")            \
   X(candidate_size, 0, 16, "cells that would move")                   \
   X(candidate_delta, 0, 4, "hops the move costs")                     \
   X(candidate_root, 0, 8, "where to")                                 \
   X(candidate_round, 0, 3, "of the wants it answers")                 \
+  X(candidate_whole, 0, 1, "with its whole subtree")                  \
   X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
   X(foreign_2, 0, 8, "another one")                                   \
   X(foreign_3, 0, 8, "another one")                                   \
   X(ack, 0, 8, "sequence of the last event heard on this link")       \
-  X(spare, 0, 25, "")
+  X(spare, 0, 7, "")
 
 #define RS_GRANT_FIELDS(X)                                       \
   X(type, 0, 4, "frame type")                                    \
@@ -157,7 +160,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(demand_2_size, 0, 11, "how many at once")                    \
   X(demand_3_root, 0, 8, "another one")                          \
   X(demand_3_size, 0, 11, "how many at once")                    \
-  X(spare, 0, 1, "")                                             \
+  X(whole, 0, 1, "it takes its whole subtree along")             \
   X(last_resort, 0, 1, "small moves have not been offered")      \
   X(tag, 0, 32, "of all before it and the second")
 

@@ -36,3 +36,6 @@ campaign_mutant(without_detour cell/routing/moves.c
 campaign_mutant(without_round_about section_unit/demands.c
   "const bool desperate = balance->failed >= RS_FAILED_ROUNDS && lead->stalled < 4U * RS_STALLED_ROUNDS"
   "const bool desperate = false")
+campaign_mutant(without_lean_moves cell/routing/offers.c
+  "lean = route->demands.last_resort && captive_size <= wanted"
+  "lean = false")

@@ -35,6 +35,7 @@ MECHANISMS = {
     "wider_wants": "a tree that gets no offer asks for all that levels",
     "smallest_first": "in rounds of last resort, the smallest subtree goes first",
     "round_about": "a tree that gets no offer gives to one that only passes cells on",
+    "lean_moves": "in rounds of last resort, a cell may leave children behind that have another parent",
 }
 
 Job = tuple[str, int, int]
