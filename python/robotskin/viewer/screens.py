@@ -19,7 +19,7 @@ UPWARDS = 0.35
 AGAIN_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """After so long each, a browser that has not told where it is is told again where to be."""
 NUDGE_M = 1e-3
-"""Less than counts as turned."""
+"""Less than counts as turned, and yet another place."""
 
 
 def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:
@@ -43,7 +43,6 @@ class _Fitting:
     def begin(self) -> None:
         self.client.camera.on_update(lambda _: self.heard())
         self.fit()
-        threading.Thread(target=self.insist, name="view of a browser", daemon=True).start()
 
     def heard(self) -> None:
         """The browser tells where it is, and what shape its screen has."""
@@ -70,13 +69,14 @@ class _Fitting:
         self.put = [*self.put[-1:], (aspect, camera)]
         self.arrived = False
         _put(self.client, camera.position_m, camera.look_at_m)
+        threading.Thread(target=self.insist, args=(camera,), name="view of a browser", daemon=True).start()
 
-    def insist(self) -> None:
+    def insist(self, camera: Camera) -> None:
+        """Tell the browser again, as long as this is the view that it is to have."""
         for wait_s in AGAIN_S:
             time.sleep(wait_s)
-            if self.arrived or not self.is_ours():
+            if self.arrived or camera is not self.put[-1][1] or not self.is_ours():
                 return
-            camera = self.put[-1][1]
             # A place that is no other than the one before is not sent.
             _put(self.client, camera.position_m + NUDGE_M, camera.look_at_m)
             _put(self.client, camera.position_m, camera.look_at_m)

@@ -84,6 +84,17 @@ def test_a_browser_that_lost_what_it_was_told_is_told_again_until_it_answers(bro
     assert browser.told[-1] == pytest.approx(place(WIDE))
 
 
+def test_a_browser_whose_screen_changes_is_told_again_until_it_answers(browser: Browser) -> None:
+    """The panels of a slow page come late, and with them another shape, once the first view has been reached."""
+    browser.tells(WIDE, place(WIDE))
+    time.sleep(0.2)
+    browser.tells(NARROW, place(WIDE))
+    before = len(browser.told)
+    time.sleep(0.3)
+    assert len(browser.told) > before
+    assert browser.told[-1] == pytest.approx(place(NARROW))
+
+
 @pytest.mark.parametrize("way_m", [0.0, 0.3])
 def test_a_browser_that_answers_and_a_view_that_was_turned_are_left_alone(browser: Browser, way_m: float) -> None:
     browser.tells(WIDE, place(WIDE) + way_m)
