@@ -6,11 +6,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
+from mcap.records import Channel, Header, Message, Schema
 from mcap.writer import CompressionType, Writer
 
 from robotskin.record.mcap_file import RecordingFileError, is_whole, records
+from robotskin.record.record_copy import RecordCopy
 
 CHUNK_BYTES = 1 << 20
 
@@ -36,34 +38,18 @@ def repair(path: str | Path) -> Repaired:
     try:
         with partial.open("wb") as file:
             writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
-            schemas: dict[int, int] = {}
-            channels: dict[int, int] = {}
+            copy = RecordCopy(writer)
             started = False
             for record in records(path):
                 if isinstance(record, Header) and not started:
                     writer.start(record.profile, library="robotskin")
                     started = True
-                elif not started:
+                if not started or _is_known(record, copy):
                     continue
-                elif isinstance(record, Schema) and record.id not in schemas:
-                    schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-                elif isinstance(record, Channel) and record.id not in channels:
-                    schema = schemas.get(record.schema_id, 0)
-                    channels[record.id] = writer.register_channel(
-                        record.topic, record.message_encoding, schema, record.metadata
-                    )
-                elif isinstance(record, Message) and record.channel_id in channels:
-                    writer.add_message(
-                        channels[record.channel_id], record.log_time, record.data, record.publish_time, record.sequence
-                    )
+                copy.put(record)
+                if isinstance(record, Message) and record.channel_id in copy.channels:
                     messages += 1
                     newest_ns = max(newest_ns, record.log_time)
-                elif isinstance(record, Attachment):
-                    writer.add_attachment(
-                        record.create_time, record.log_time, record.name, record.media_type, record.data
-                    )
-                elif isinstance(record, Metadata):
-                    writer.add_metadata(record.name, record.metadata)
             if not started:
                 raise RecordingFileError(f"{path}: nothing but its first bytes is there: it cannot be mended")
             writer.finish()
@@ -77,3 +63,9 @@ def repair(path: str | Path) -> Repaired:
     finally:
         partial.unlink(missing_ok=True)
     return Repaired(messages, newest_ns, whole)
+
+
+def _is_known(record: Any, copy: RecordCopy) -> bool:
+    """The summary at a file's end repeats schemas and channels."""
+    known = copy.schemas if isinstance(record, Schema) else copy.channels if isinstance(record, Channel) else {}
+    return bool(known) and record.id in known

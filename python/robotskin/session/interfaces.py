@@ -25,15 +25,13 @@ def modes_by_joint(robot: RobotModel, by_limb: ByLimb) -> list[CommandMode]:
     """
     limbs = {limb.name: limb.joints for limb in limbs_of(robot)}
     names = list(robot.joint_names)
+    for name in by_limb:
+        if name not in limbs and name not in names:
+            raise UnknownNameError("limb or joint", name, [*limbs, *names])
     found: dict[str, CommandMode] = {}
-    for whole in (True, False):
-        for name, interface in by_limb.items():
-            if name not in limbs and name not in names:
-                raise UnknownNameError("limb or joint", name, [*limbs, *names])
-            if (name in names) is whole:
-                continue
-            mode = member("interface", CommandMode, interface)
-            found |= dict.fromkeys([name] if name in names else limbs[name], mode)
+    for name in sorted(by_limb, key=lambda one: one in names):  # limbs first: a joint's own wins
+        mode = member("interface", CommandMode, by_limb[name])
+        found |= dict.fromkeys([name] if name in names else limbs[name], mode)
     left = [name for name in names if name not in found]
     if left:
         raise InputError(f"interface by limb: none for {', '.join(left)}; limbs are {', '.join(limbs)}")

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.writer import CompressionType, IndexType, Writer
 
 from robotskin.record.mcap_file import MAGIC, records
+from robotskin.record.record_copy import RecordCopy
 
 LIES = (0, 1, 7, 8, 16, 255, 2**16, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63 - 1, 2**63, 2**64 - 1)
 OPCODES = range(0x01, 0x10)
@@ -141,27 +142,10 @@ def _json_lies(data: bytes, draw: random.Random) -> bytes:
 def _written(kept: Any, compression: CompressionType, checked: bool) -> bytes:
     out = io.BytesIO()
     writer = Writer(out, chunk_size=1 << 18, compression=compression, index_types=IndexType.ALL, enable_crcs=checked)
-    schemas: dict[int, int] = {}
-    channels: dict[int, int] = {}
     writer.start("", library="robotskin")
+    copy = RecordCopy(writer)
     for record in kept:
-        if isinstance(record, Header):
-            continue
-        if isinstance(record, Schema):
-            schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-        elif isinstance(record, Channel):
-            schema = schemas.get(record.schema_id, 0)
-            channels[record.id] = writer.register_channel(
-                record.topic, record.message_encoding, schema, record.metadata
-            )
-        elif isinstance(record, Message) and record.channel_id in channels:
-            writer.add_message(
-                channels[record.channel_id], record.log_time, record.data, record.publish_time, record.sequence
-            )
-        elif isinstance(record, Attachment):
-            writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
-        elif isinstance(record, Metadata):
-            writer.add_metadata(record.name, record.metadata)
+        copy.put(record)
     writer.finish()
     return out.getvalue()
 
