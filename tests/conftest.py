@@ -105,10 +105,17 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
 
 
 @pytest.fixture
-def browser(chromium: "sync_api.Browser", request: pytest.FixtureRequest) -> Iterator["sync_api.Browser"]:
-    """That Chromium, without pages before and after: a page that a failed test leaves draws on and slows all others."""
-    yield chromium
-    for context in chromium.contexts:
-        for page in context.pages if request.node.stash.get(FAILED, False) else []:
-            page.screenshot(path=str(PICTURES / f"{request.node.name}.png"))
-        context.close()
+def browser(
+    chromium: "sync_api.Browser", build_folder: Path, request: pytest.FixtureRequest
+) -> Iterator["sync_api.Browser"]:
+    """That Chromium, without pages before and after: a page that a failed test leaves draws on and slows all others.
+
+    One test at a time has a browser: two that draw without a graphics card starve the robots beside them.
+    """
+    with (build_folder / "browser.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield chromium
+        for context in chromium.contexts:
+            for page in context.pages if request.node.stash.get(FAILED, False) else []:
+                page.screenshot(path=str(PICTURES / f"{request.node.name}.png"))
+            context.close()

@@ -21,8 +21,6 @@ from robotskin.robots.gains import gains_of
 from robotskin.world import World
 
 STEP_S = 0.001
-BEHIND_S = 0.5
-"""How far the world may fall behind the clock on the wall before it gives up catching up: then the cells are stale."""
 
 
 class FollowingWorld:
@@ -44,23 +42,23 @@ class FollowingWorld:
         self.world = World(layout, robot, seed, posture=self._at(), **options)
         self._command = JointCommand(CommandMode.position, robot.joint_count)
         self._due = time.monotonic()
-        self.late_s = 0.0
-        """By which the world has fallen behind for good: this machine is too slow for so many cells."""
 
     def _at(self) -> NDArray[np.float64]:
         return self._home if self._joints is None else self._joints.look()
 
     def run(self, seconds: float) -> None:
-        """Let real time pass."""
+        """Let real time pass.
+
+        A world that fell behind catches up, however long it takes: a section unit whose clock had lost time would
+        stay stale for the driver until the end of its session.
+        """
         ends = time.monotonic() + seconds
-        while (now := time.monotonic()) < ends:
+        while time.monotonic() < ends:
             self._command.value = self._at()
             self.world.port.write(self._command)
             self.world.step(STEP_S)
             self.after_step()
             self._due += STEP_S
-            if self._due < now - BEHIND_S:
-                self._due, self.late_s = now, self.late_s + now - self._due
             ahead = self._due - time.monotonic()
             if ahead > 0:
                 time.sleep(ahead)
