@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from robotskin.choices import member
@@ -40,14 +41,11 @@ def modes_by_joint(robot: RobotModel, by_limb: ByLimb) -> list[CommandMode]:
 
 def told(robot: RobotModel, modes: Sequence[CommandMode]) -> str:
     """In words, such as `carriage by velocity, others by torque`."""
-    most = max(dict.fromkeys(reversed(modes)), key=list(modes).count)
-    names = list(robot.joint_names)
+    by_joint = dict(zip(robot.joint_names, modes, strict=True))
+    most = Counter(reversed(modes)).most_common(1)[0][0]
     parts = []
     for limb in limbs_of(robot):
-        its = {modes[names.index(joint)] for joint in limb.joints}
-        own = [limb.name] if len(its) == 1 else limb.joints
-        for name in own:
-            mode = modes[names.index(name if name in names else limb.joints[0])]
-            if mode is not most:
-                parts.append(f"{name} by {mode.name}")
+        its = [by_joint[joint] for joint in limb.joints]
+        named = [(limb.name, its[0])] if len(set(its)) == 1 else zip(limb.joints, its, strict=True)
+        parts += [f"{name} by {mode.name}" for name, mode in named if mode is not most]
     return ", ".join([*parts, f"others by {most.name}"] if parts else [str(most.name)])
