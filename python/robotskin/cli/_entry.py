@@ -7,8 +7,10 @@ import signal
 import sys
 from typing import Any
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C or SIGTERM, as shells have it."""
+
+def status_after(number: int) -> int:
+    """Exit status of a command that signal `number` kept from its end, as shells have it: 130 Ctrl-C, 143 SIGTERM."""
+    return 128 + number
 
 
 def main() -> None:
@@ -29,10 +31,10 @@ def _keep_status() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _leave(*_: Any) -> None:
+def _leave(number: int, _frame: Any) -> None:
     """End at once: in the middle of an import, an exception would surface as whatever the import makes of it."""
     try:
         sys.stdout.flush()
     finally:
         os.write(2, b"robotskin: interrupted\n")
-        os._exit(INTERRUPTED)
+        os._exit(status_after(number))

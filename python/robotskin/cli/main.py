@@ -18,7 +18,7 @@ from typer.exceptions import TyperException
 
 import robotskin
 import robotskin.cli
-from robotskin.cli._entry import INTERRUPTED
+from robotskin.cli._entry import status_after
 from robotskin.cli._lazy import LazyGroup
 from robotskin.cli._mistakes import one_line
 from robotskin.errors import RobotskinError
@@ -70,7 +70,7 @@ class Interruption:
     """While it is entered, SIGTERM ends a verb as Ctrl-C does, also where a script has set SIGINT to be ignored."""
 
     def __init__(self) -> None:
-        self.came = False
+        self.came: int | None = None
         self._before: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Interruption:
@@ -84,8 +84,8 @@ class Interruption:
         for one, handler in self._before.items():
             signal.signal(one, handler)
 
-    def _end(self, *_: object) -> None:
-        self.came = True
+    def _end(self, number: int, _frame: object) -> None:
+        self.came = number
         raise KeyboardInterrupt
 
 
@@ -120,12 +120,12 @@ class Verbs(LazyGroup):
             reason = ""
         except Exception as error:
             # A signal in the middle of an import surfaces as whatever the import makes of it.
-            if not interruption.came or isinstance(error, typer.Exit):
+            if interruption.came is None or isinstance(error, typer.Exit):
                 raise
             reason = ""
         if not reason:
             typer.echo("robotskin: interrupted", err=True)
-            raise typer.Exit(INTERRUPTED)
+            raise typer.Exit(status_after(interruption.came or signal.SIGINT))
         typer.echo(f"robotskin: {' '.join(reason.split())}", err=True)
         raise typer.Exit(2)
 
