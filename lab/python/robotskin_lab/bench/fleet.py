@@ -213,6 +213,12 @@ def _router(pipe: Connection, folder: Path) -> None:
             pipe.recv()
 
 
+def _served(server: Callable[..., None], pipe: Connection, *arguments: Any) -> None:
+    """Serve until the bench is no more: what the bench says of its own end is not buried under that of its servers."""
+    with contextlib.suppress(EOFError):
+        server(pipe, *arguments)
+
+
 def _serve(stack: contextlib.ExitStack, processes: bool) -> Callable[..., Connection]:
     """What runs a server beside the bench, in a process or a thread of its own, and gives the pipe to it when ready."""
     context = multiprocessing.get_context("spawn")
@@ -220,7 +226,7 @@ def _serve(stack: contextlib.ExitStack, processes: bool) -> Callable[..., Connec
     def serve(server: Callable[..., None], *arguments: Any) -> Connection:
         ours, theirs = context.Pipe()
         make: Any = context.Process if processes else threading.Thread
-        made = make(target=server, args=(theirs, *arguments), daemon=True)
+        made = make(target=_served, args=(server, theirs, *arguments), daemon=True)
         made.start()
         stack.callback(made.join, 10.0)
         stack.callback(ours.close)
