@@ -40,7 +40,7 @@ class Evidence:
         self._least = np.zeros((WINDOWS, cells, 9), np.float32)
         self._expected = np.full((WINDOWS, cells, 3), np.nan, np.float32)
         self._samples = np.zeros((WINDOWS, cells), np.int32)
-        self._touched = np.zeros((WINDOWS, cells), bool)
+        self._near = np.zeros((WINDOWS, cells), bool)
         self.silent_s = np.zeros(cells)
         """(N) seconds for which each cell has been silent."""
         self.stuck_s = np.zeros(cells)
@@ -49,6 +49,8 @@ class Evidence:
         """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
         self.blind = np.zeros(cells, bool)
         """(N) cells that were pressed and saw nothing of it, and whose proximity has not moved since."""
+        self.sightless = np.zeros(cells, bool)
+        """(N) cells whose proximity is named ill: it tells nothing of what touches the cells beside them."""
         self.at_end_s = np.zeros((cells, 9))
         """(N, 9) seconds for which a channel has been at the end of its range."""
         self.crept_n = np.zeros((cells, 3))
@@ -76,7 +78,7 @@ class Evidence:
             ring[row] = window[name]
         self._expected[row] = window["expected"]
         self._samples[row] = window["samples"]
-        self._touched[row] = self._touched_now(window)
+        self._near[row] = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         self._look_at_presses(window)
         self.count += 1
         quiet = window["silent"] > 0.9 * ticks
@@ -100,24 +102,31 @@ class Evidence:
             "least": self._least[rows],
             "expected": self._expected[rows],
             "samples": self._samples[rows],
-            "touched": self._touched[rows],
+            "touched": self._touched(rows),
         }
 
-    def _touched_now(self, window: Mapping[str, Any]) -> NDArray[np.bool_]:
-        """Whether something may touch a cell: it, or a cell beside it, sees something very near, or the skin has no
-        proximity to tell."""
-        near = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
-        beside = np.append(near, False)[self.neighbours].any(axis=1)
-        return near | beside
+    def _touched(self, rows: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """(K, N) whether something may touch a cell: it, or a cell beside it, sees something very near, or the skin has
+        no proximity to tell."""
+        near = self._near[rows]
+        told = np.pad(near & ~self.sightless, ((0, 0), (0, 1)))
+        return near | told[:, self.neighbours].any(axis=2)
 
     def _look_at_presses(self, window: Mapping[str, Any]) -> None:
         """A touch lasts a second or two, too short to be judged often: which cells it found blind is kept."""
         healthy = self.healthy
         swing = (window["most"] - window["least"])[:, FORCES].sum(axis=1)
-        self.pressed = (window["mean"][:, FORCES].sum(axis=1) > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
+        force = window["mean"][:, FORCES].sum(axis=1)
+        self.pressed = (force > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
+        # The soft layer carries a little of a hard press to cells that nothing is in front of.
+        load = np.maximum(force, swing)
+        carried = healthy.carried_share * np.append(load, 0.0)[self.neighbours].max(axis=1, initial=0.0)
+        # It may have moved in the touch, and rest since: all of the window counts.
         unmoved = window["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
+        unmoved &= window["most"][:, PROXIMITY] == window["least"][:, PROXIMITY]
         beside = np.append(window["most"][:, PROXIMITY], 0.0)[self.neighbours].max(axis=1, initial=0.0)
-        self.blind = (self.blind | (self.pressed & (beside > healthy.free_share))) & unmoved
+        seen = self.pressed & (load > carried) & (beside > healthy.free_share)
+        self.blind = (self.blind | seen) & unmoved
 
 
 def _neighbours(skin: SkinModel, cells: int) -> list[list[int]]:

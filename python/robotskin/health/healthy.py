@@ -27,7 +27,8 @@ class Healthy:
 
     Noise is told as standard deviations, in counts for proximity and force. `untouched_share`: proximity below it says
     that nothing touches the cell; below `free_share` nothing touches a cell beside it. `rest_force_n`: what a force
-    sensor may show with nothing there: pre-load and offset. `creep`: share of a load by which a force sensor may be off
+    sensor may show with nothing there: pre-load and offset. `carried_share`: of a cell's force, at most, that the soft
+    layer carries to one beside it. `creep`: share of a load by which a force sensor may be off
     a while after it, with its time constant.
     """
 
@@ -46,6 +47,7 @@ class Healthy:
     untouched_share: float = 0.12
     free_share: float = 0.03
     touched_n: float = 0.5
+    carried_share: float = 0.2
     rest_force_n: float = 0.6
     drift_n_per_min: float = 0.022
     creep: float = 0.06

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from robotskin.health import channels, forces
 from robotskin.health.evidence import WINDOW_S, Evidence
 from robotskin.health.gravity import GravityJudge
-from robotskin.health.healthy import Healthy
-from robotskin.health.kinds import Finding, Kind
+from robotskin.health.healthy import PROXIMITY, Healthy
+from robotskin.health.kinds import CHANNELS, Finding, Kind
 from robotskin.health.windows import CellWindows, LinkMotion
 from robotskin.model import RobotModel
 from robotskin.skin import SkinModel, SkinState
@@ -121,6 +121,14 @@ class HealthWatch:
             self._absent[cell] = self._absent.get(cell, 0) + 1
             if self._absent[cell] > (HEARD_AGAIN if self._found[cell].kind is Kind.dead else KEPT):
                 del self._found[cell]
+        self.evidence.sightless[:] = False
+        self.evidence.sightless[[cell for cell, finding in self._found.items() if _sightless(finding)]] = True
+
+
+def _sightless(finding: Finding) -> bool:
+    """Whether its proximity shows the same all the time."""
+    whole = not finding.channels or CHANNELS[PROXIMITY] in finding.channels
+    return finding.kind in (Kind.dead, Kind.end_of_range, Kind.stuck) and whole
 
 
 def _take(best: dict[int, Finding], finding: Finding) -> None:

@@ -9,6 +9,7 @@ from robotskin.health import HealthWatch, Kind
 from robotskin.health.falling_ill import parts_of
 from robotskin.robots import Robot
 from robotskin.simulator import SensorFaultKind
+from robotskin_lab.bench import health_rig
 from robotskin_lab.bench.health_faults import Fault
 from robotskin_lab.bench.health_rig import Rig, Touch
 
@@ -73,6 +74,49 @@ def test_a_lasting_touch_is_no_offset(body: Robot, seed: int) -> None:
     watch = watched(rig)
     assert watch.findings == []
     assert np.asarray(rig.state.normal_force)[cell].sum() < 1.5
+
+
+def test_a_proximity_that_is_ill_hides_no_illness_of_the_cells_beside_it(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 40.0)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    offset, drifting = rig.plugged[cell][:2]
+    given = {
+        cell: (Kind.end_of_range, {"channels": [0], "size": 1.0}),
+        offset: (Kind.offset, {"channels": [2], "size": 1.0}),
+        drifting: (Kind.drifting, {"channels": [3], "size": 0.05}),
+    }
+    for ill, (kind, more) in given.items():
+        Fault(ill, kind, 0.0, more).set_on(rig.sensors.set_fault)
+    assert {one.cell: one.kind for one in watched(rig).findings} == {ill: kind for ill, (kind, _) in given.items()}
+
+
+def test_what_the_soft_layer_carries_over_makes_no_cell_blind(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 14.0)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    rig.touches = [Touch(cell, 5.0, 7.0, 18.0, np.full(3, 1 / 3))]
+    rig.beside[cell] = []
+    for other in rig.plugged[cell]:  # their zeros lie below nothing: they show 0 in free air
+        rig.sensors.set_fault(other, SensorFaultKind.offset, channels=[0], size=-0.01)
+    assert watched(rig).findings == []
+
+
+def test_a_cell_that_rests_at_zero_after_a_touch_is_well(
+    body: Robot, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(health_rig, "RATE_HZ", 250.0)  # as many samples as look stuck come within a second
+    rig = rig_of(body, seed, 9.5)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    rig.touches = [Touch(cell, 1.2, 2.3, 10.0, np.full(3, 1 / 3))]
+    rig.sensors.set_fault(cell, SensorFaultKind.offset, channels=[0], size=-0.01)
+    assert watched(rig).findings == []
+
+
+def test_a_cell_that_was_pressed_and_saw_nothing_is_stuck(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 14.0)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    rig.touches = [Touch(cell, 5.0, 7.0, 6.0, np.full(3, 1 / 3))]
+    Fault(cell, Kind.stuck, 0.0, {"channels": [0]}).set_on(rig.sensors.set_fault)
+    assert {(one.cell, one.kind) for one in watched(rig).findings} == {(cell, Kind.stuck)}
 
 
 def shaken(rig: Rig, seconds_of_eight: float) -> None:
