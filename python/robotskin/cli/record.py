@@ -11,9 +11,7 @@ import typer
 
 def command(
     file: Annotated[Path, typer.Argument(help="The recording (MCAP); Foxglove opens it, robotskin replay plays it.")],
-    repair: Annotated[
-        bool, typer.Option("--repair", help="Mend FILE, which was cut when its writer was killed.")
-    ] = False,
+    repair: Annotated[bool, typer.Option("--repair", help="Mend FILE, which was cut or damaged.")] = False,
     robot: Annotated[str, typer.Option(help="A robot by name (robotskin robots lists them), or its URDF.")] = "ur5",
     behaviour: Annotated[str, typer.Option(help="What it does, as of robotskin run.")] = "skin_compliance",
     mode: Annotated[str, typer.Option(help="clock or event: how the cells send.")] = "clock",
@@ -22,7 +20,7 @@ def command(
 ) -> None:
     """Record a robot that is touched at random, or mend a recording with --repair.
 
-    `demo` and `run` record as well, with --record FILE. Exit status 2: the file cannot be written or mended.
+    `demo`, `run` and `connect` record as well, with --record FILE. Exit status 2: the file cannot be written or mended.
     """
     if repair:
         mend(file)
@@ -40,4 +38,8 @@ def mend(file: Path) -> None:
     if found.was_whole:
         typer.echo(f"{file} is whole: {found.messages} messages, nothing to mend")
     else:
-        typer.echo(f"{file} is mended: {found.messages} messages up to {found.newest_ns / 1e9:.2f} s; replay plays it")
+        left_out = f", {found.damaged_chunks} damaged chunks left out" if found.damaged_chunks else ""
+        typer.echo(
+            f"{file} is mended: {found.messages} messages up to {found.newest_ns / 1e9:.2f} s{left_out}; "
+            "replay plays it"
+        )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._waiting import waiting
+from robotskin.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,6 +58,7 @@ def command(
     from rich.table import Table
 
     from robotskin.figures import write_figures
+    from robotskin.outputs import require_writable
     from robotskin.record import Recording
     from robotskin.record.summary import summarise
 
@@ -70,6 +72,13 @@ def command(
         play_in_fleet(recording, fleet)
         return
     until = float("inf") if end is None else end
+    if start > recording.seconds or until < start:
+        raise InputError(
+            f"--from {start:g}{'' if end is None else f' --to {end:g}'}: {file} lasts {recording.seconds:.1f} s; give "
+            "a time within it, and an end behind it"
+        )
+    for option, target in (("--csv", csv), ("--html", html), ("--json", json_file)):
+        require_writable(option, target)
     console = Console()
     with waiting("replay") as tell:
         found = summarise(

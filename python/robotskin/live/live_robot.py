@@ -15,6 +15,7 @@ from robotskin.live.own_thread import OwnThread
 from robotskin.live.record_switch import RecordSwitch
 from robotskin.model import CommandMode
 from robotskin.record.facts import Recorded
+from robotskin.record.recorder import note
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch, reference_of
 from robotskin.session.skinned_robot import SkinnedRobot
@@ -44,6 +45,7 @@ class LiveRobot(OwnThread):
         self._moved = robot
         self.robot: RobotView = robot.robot
         self.layout = robot.layout
+        self._recorded = recorded
         self._switch = RecordSwitch(recorded, self._ask)
         self.goals = GoalWatch(robot, goal)
         self._goal = self._look_at_goal()
@@ -63,6 +65,7 @@ class LiveRobot(OwnThread):
             offered = ", ".join(self._moved.interfaces)
             raise SessionError(f"interface {name}: this robot does not offer it; choose from {offered}")
         self._ask(lambda: self._moved.set_interface(name))
+        note(self._recorded, f"interface {name}")
 
     @property
     def behaviours(self) -> dict[str, str]:
@@ -74,6 +77,7 @@ class LiveRobot(OwnThread):
         if behaviour not in self.behaviours:
             raise UnknownNameError("behaviour", behaviour, self.behaviours or [self._moved.behaviour])
         self._ask(lambda: self._moved.set_behaviour(behaviour))
+        note(self._recorded, f"behaviour {behaviour}")
 
     def set_goal(self, goal: Floats) -> None:
         """Go there: (n,) rad or m of the joints, or (3,) metres of the hand in the base frame.
@@ -83,10 +87,12 @@ class LiveRobot(OwnThread):
         place = np.array(goal, dtype=float)
         reference = reference_of(self._moved, place)
         self._ask(lambda: self._go(place, reference))
+        note(self._recorded, f"goal {' '.join(f'{value:.4f}' for value in place)}")
 
     def set_skin(self, on: bool) -> None:
         """Let the skin move the robot, or not."""
         self._ask(lambda: self._moved.set_skin(on))
+        note(self._recorded, f"skin {'on' if on else 'off'}")
 
     @property
     def recording(self) -> str:

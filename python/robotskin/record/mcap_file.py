@@ -76,8 +76,14 @@ def unpacked(chunk: Chunk) -> list[McapRecord]:
     return breakup_chunk(plain, validate_crc=True)
 
 
-def records(path: Path) -> Iterator[McapRecord]:
+class Damaged(McapRecord):
+    """Stands in the place of a chunk whose bytes are damaged."""
+
+
+def records(path: Path, *, skip_damaged: bool = False) -> Iterator[McapRecord]:
     """Every record in the order of the file, those of chunks one by one; ends quietly at the first damage.
+
+    skip_damaged: of a chunk that is damaged within, a `Damaged` comes, and what follows it.
 
     Raises:
         RecordingFileError: the file cannot be opened, or does not begin as MCAP does.
@@ -94,11 +100,16 @@ def records(path: Path) -> Iterator[McapRecord]:
         while True:
             try:
                 record = next(reader)
-                inner = unpacked(record) if isinstance(record, Chunk) else [record]
             except StopIteration:
                 return
             except DAMAGE:
                 return
+            try:
+                inner = unpacked(record) if isinstance(record, Chunk) else [record]
+            except DAMAGE:
+                if not skip_damaged:
+                    return
+                inner = [Damaged()]
             yield from inner
 
 

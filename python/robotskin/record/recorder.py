@@ -109,7 +109,7 @@ class Recorder:
 
     def attach(self) -> None:
         """Record from now on."""
-        _attached.add(_known_by(self._session))
+        _attached[_known_by(self._session)] = self
         self._tapes.attach(self._session.driver, self._session.reader, self._session.loop)
         self._is_attached = True
 
@@ -118,7 +118,7 @@ class Recorder:
         if self._is_attached:
             self._is_attached = False
             self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
-            _attached.discard(_known_by(self._session))
+            _attached.pop(_known_by(self._session), None)
 
     def close(self) -> None:
         """Write what is left and end the file. Raises RecordError if the file is not whole."""
@@ -251,7 +251,7 @@ class Recorder:
             file.log("/robot/commands", values, int(times[0]))
 
 
-_attached: set[int] = set()
+_attached: dict[int, Recorder] = {}
 """Drivers, or loops without one, at which a recorder looks on: each has room for one."""
 
 
@@ -262,6 +262,13 @@ def _known_by(session: Recorded) -> int:
 def is_recorded(session: Recorded) -> bool:
     """Whether a recorder looks on at a session."""
     return _known_by(session) in _attached
+
+
+def note(session: Recorded, text: str) -> None:
+    """Take down what the operator did, where a recorder of the session writes a file. Any thread."""
+    recorder = _attached.get(_known_by(session))
+    if recorder is not None and recorder.path is not None:
+        recorder.note(text)
 
 
 def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:

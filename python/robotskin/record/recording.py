@@ -166,6 +166,8 @@ class Recording:
                         position, velocity, effort = player.joints
                         mode, gaps, force = player.command_mode, player.gaps, player.measured_force
                         yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps, force)
+        except RecordingFileError:
+            raise
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 
@@ -201,6 +203,8 @@ class Recording:
                 if name == topic and begin_ns <= message.log_time <= end_ns:
                     fields = kind.unpack(message.data)
                     yield message.log_time, {key: np.asarray(value) for key, value in fields.items()}
+        except RecordingFileError:
+            raise
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 
@@ -209,6 +213,8 @@ class Recording:
         try:
             for topic, message in self._messages(0):
                 yield message.log_time, topic, message.data
+        except RecordingFileError:
+            raise
         except DAMAGE as error:
             raise RecordingFileError(f"{self.path}: {error}") from error
 
@@ -258,7 +264,10 @@ class Recording:
             try:
                 inner = unpacked(self._chunk_at(index))
             except DAMAGE as error:
-                raise RecordingFileError(f"{self.path}: chunk at byte {index.chunk_start_offset}: {error}") from error
+                raise RecordingFileError(
+                    f"{self.path}: the chunk at byte {index.chunk_start_offset} is damaged: {error}; leave it out by "
+                    f"`robotskin record --repair {self.path}`"
+                ) from error
             for record in inner:
                 if isinstance(record, Message) and record.channel_id in self._topics:
                     yield self._topics[record.channel_id], record

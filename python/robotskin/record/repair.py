@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import os
+import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,36 +13,49 @@ from typing import Any
 from mcap.records import Channel, Header, Message, Schema
 from mcap.writer import CompressionType, Writer
 
-from robotskin.record.mcap_file import RecordingFileError, is_whole, records
+from robotskin.record.mcap_file import Damaged, RecordingFileError, is_whole, records
+from robotskin.record.messages import BLOCK
 from robotskin.record.record_copy import RecordCopy
+from robotskin.record.recorder import HEADER
+from robotskin.record.tape import Entry
 
 CHUNK_BYTES = 1 << 20
+TAPES = ("/skin/tape", "/control/tape")
 
 
 @dataclass(frozen=True)
 class Repaired:
-    """What a repair found: messages kept, and the newest time among them."""
+    """What a repair found: messages kept, the newest time among them, and chunks left out that were damaged."""
 
     messages: int
     newest_ns: int
     was_whole: bool
+    damaged_chunks: int = 0
 
 
 def repair(path: str | Path) -> Repaired:
     """Write all that can be read of a file anew, with its indices, in its place; the old file stays until then.
 
-    A file that is whole is left as it is. Raises RecordingFileError for a file that is no MCAP, or has no message.
+    A damaged chunk is left out, and a gap told in its place: a replay goes on at the next keyframe. A file that is
+    whole is left as it is. Raises RecordingFileError for a file that is no MCAP, or has no message; it stays as it is.
     """
     path = Path(path)
     partial = path.with_name(f".{path.name}.partial")
-    messages = newest_ns = 0
+    messages = newest_ns = damaged = 0
     whole = False
     try:
         with partial.open("wb") as file:
             writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
             copy = RecordCopy(writer)
             started = False
-            for record in records(path):
+            topics: dict[int, str] = {}
+            for record in records(path, skip_damaged=True):
+                if isinstance(record, Damaged):
+                    damaged += 1
+                    _tell_gap(writer, copy, topics, newest_ns)
+                    continue
+                if isinstance(record, Channel):
+                    topics[record.id] = record.topic
                 if isinstance(record, Header) and not started:
                     writer.start(record.profile, library="robotskin")
                     started = True
@@ -50,19 +65,30 @@ def repair(path: str | Path) -> Repaired:
                 if isinstance(record, Message) and record.channel_id in copy.channels:
                     messages += 1
                     newest_ns = max(newest_ns, record.log_time)
-            if not started:
-                raise RecordingFileError(f"{path}: nothing but its first bytes is there: it cannot be mended")
+            if not messages:
+                raise RecordingFileError(
+                    f"{path}: it holds nothing that was felt: it cannot be mended, and stays as it is"
+                )
             writer.finish()
             file.flush()
             os.fsync(file.fileno())
-        whole = is_whole(path)
+        whole = is_whole(path) and not damaged
         if not whole:
             partial.replace(path)
     except OSError as error:
         raise RecordingFileError(f"{path}: cannot be mended: {error.strerror}") from error
     finally:
         partial.unlink(missing_ok=True)
-    return Repaired(messages, newest_ns, whole)
+    return Repaired(messages, newest_ns, whole, damaged)
+
+
+def _tell_gap(writer: Writer, copy: RecordCopy, topics: Mapping[int, str], time_ns: int) -> None:
+    """On both tapes: how many entries are missing is not known, so one is told."""
+    payload = struct.pack("<Q", 1)
+    entry = HEADER.pack(len(payload), Entry.gap.value, 0, time_ns) + payload
+    for channel, topic in topics.items():
+        if topic in TAPES:
+            writer.add_message(copy.channels[channel], time_ns, BLOCK.pack({"entries": entry}), time_ns)
 
 
 def _is_known(record: Any, copy: RecordCopy) -> bool:

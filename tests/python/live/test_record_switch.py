@@ -38,6 +38,8 @@ def test_the_switch_records_one_file_after_the_other(
         live.record(True)
         assert "recording into" in live.recording
         began_s = live.snapshot().time_s
+        wait_for(lambda: is_recorded(session))
+        live.set_skin(False)
         wait_for(lambda: live.snapshot().time_s > began_s + 0.3)
         live.record(False)
         assert not is_recorded(session)
@@ -48,6 +50,8 @@ def test_the_switch_records_one_file_after_the_other(
         wait_for(lambda: live.snapshot().time_s > began_s + 0.3)
     second = next(path for path in tmp_path.glob("*.mcap") if path != first)
     assert not is_recorded(session)
+    asked = [bytes(message["text"]).decode() for _, message in Recording(first).messages("/operator")]
+    assert asked == ["skin off"]
     for path in (first, second):
         assert sum(1 for _ in Recording(path).frames()) > 200
 

@@ -148,6 +148,55 @@ def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> Non
         assert sum(isinstance(one, Message) for one in StreamReader(file).records) == found.messages > 0
 
 
+def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> None:
+    """All behind it was thrown away once, and a whole file was called whole: its replay ended there."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    ends = []
+    with made.path.open("rb") as file:
+        for record in StreamReader(file, emit_chunks=True).records:
+            if isinstance(record, Chunk):
+                ends.append(file.tell())
+    damaged = bytearray(made.path.read_bytes())
+    damaged[ends[len(ends) // 2] - 20] ^= 255
+    for name, content in (("whole.mcap", damaged), ("cut.mcap", damaged[:-40])):
+        path = tmp_path / name
+        path.write_bytes(content)
+        if name == "whole.mcap":
+            with pytest.raises(RecordingFileError, match="record --repair"):
+                list(Recording(path).frames())
+        found = repair(path)
+        assert found.damaged_chunks == 1
+        assert not found.was_whole
+        mended = Recording(path)
+        assert mended.end_ns > Recording(made.path).end_ns - 100_000_000
+        frames = 0
+        for frame in mended.frames():
+            assert bytes_of(frame.skin) == made.states[frame.time_ns]
+            frames += 1
+        assert 0 < frames < STEPS
+
+
+def test_a_file_without_a_message_stays_as_it_is(made: Made, tmp_path: Path) -> None:
+    path = tmp_path / "short.mcap"
+    path.write_bytes(made.path.read_bytes()[:100])
+    with pytest.raises(RecordingFileError, match="cannot be mended"):
+        repair(path)
+    assert path.read_bytes() == made.path.read_bytes()[:100]
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_times_outside_of_it_are_refused(made: Made) -> None:
+    """A start behind the end told that no cell felt anything."""
+    from robotskin.cli.replay import command
+    from robotskin.errors import InputError
+
+    for start, end in ((100.0, None), (0.2, 0.1)):
+        with pytest.raises(InputError, match="lasts"):
+            command(made.path, start, end)
+
+
 def test_a_whole_file_is_left_alone(made: Made) -> None:
     before = made.path.read_bytes()
     assert repair(made.path).was_whole
