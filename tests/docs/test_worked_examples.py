@@ -61,6 +61,9 @@ def test_a_new_kind_of_fault_is_one_file(tmp_path: Path) -> None:
     source = tmp_path / "jump.cpp"
     source.write_text(text)
     checked(source, "core/world/network/faults/reboot.cpp", tmp_path)
+    command = re.search(r"`(robotskin simulate [^`]*jump:[^`]*)`", PAGE)
+    assert command is not None
+    assert shlex.split(command[1])[2] in rs.layout_names(), "the command names a skin"
 
 
 def test_a_new_task_in_cpp_is_three_files(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from robotskin.cli._cell_time import CellTime
 from robotskin.cli._sharing import Foxglove, tell
+from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
     from robotskin.layout import Layout
@@ -55,8 +56,9 @@ def command(
     from robotskin.robots.gains import GainSet, robots_with_gains
     from robotskin.viewer.exhibit import Exhibit
 
-    model = robots.load(robot)
-    skin = finished(model.name) if layout is None else Layout.load(layout)
+    with waiting(f"loading {robot}"):
+        model = robots.load(robot)
+        skin = finished(model.name) if layout is None else Layout.load(layout)
     if place:
         serve_placing(model, skin, output or layout or Path(f"{model.name}.json"), port)
         return
@@ -64,8 +66,9 @@ def command(
     if posture is not None and len(posture) != model.joint_count:
         posture = None
     with ExitStack() as stack:
-        living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
-        exhibit = stack.enter_context(Exhibit(model, skin, port, living, posture))
+        with waiting("opening the page"):
+            living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
+            exhibit = stack.enter_context(Exhibit(model, skin, port, living, posture))
         typer.echo(f"{model.name} with {len(skin)} cells: open {exhibit.address} (Ctrl-C ends)")
         if foxglove is not None:
             from robotskin.sharing.shown_network import ShownNetwork

@@ -51,7 +51,7 @@ class MissingMeshError(RobotskinError):
         shown = [str(path) for path in self.searched[:SHOWN]] + ([f"and {more} more"] if more > 0 else [])
         tried = "".join(f"\n  {path}" for path in shown) or "\n  (nowhere: no folder is known for this package)"
         super().__init__(
-            f"link {link!r}: mesh {filename!r} was not found; tried{tried}\n"
+            f"link {link!r}: mesh {filename!r} was not found; tried{tried};\n"
             "give the folder that holds the package with package_folders=, or in ROS_PACKAGE_PATH"
         )
 
