@@ -52,6 +52,7 @@ def command(
     from dataclasses import replace
 
     from robotskin import robots
+    from robotskin.layout import finished
     from robotskin.layout.covering import cover, moving_links
     from robotskin.layout.places import Rules
     from robotskin.layout.plans import PLANS
@@ -83,6 +84,7 @@ def command(
             rules=rules,
             link_rules=plan.link_rules if plan else {},
             areas=plan.areas if plan and not links else (),
+            worn=finished(plan.worn) if plan and plan.worn and not links else None,
             seed=seed,
             tries=tries or (plan.tries if plan else 3),
             progress=lambda what, done, steps: tell(what, done / steps if steps else None),

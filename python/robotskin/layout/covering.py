@@ -65,6 +65,7 @@ def cover(
     rules: Rules | None = None,
     link_rules: Mapping[str, Rules] = NO_RULES,
     areas: Sequence[Area] = (),
+    worn: Layout | None = None,
     ports_per_section_unit: int = firmware.SECTION_UNIT_PORTS_MAX,
     seed: int = 0,
     tries: int = 3,
@@ -78,11 +79,12 @@ def cover(
     Args:
         robot: whose collision meshes are covered.
         links: names of the links to cover.
-        cells: number of cells in all, those of areas among them; None: as many as fit, up to MOST_CELLS, and no small
-            patch where a large one is.
+        cells: number of cells in all, those of areas and those worn among them; None: as many as fit, up to MOST_CELLS,
+            and no small patch where a large one is.
         rules: of what a place must satisfy.
         link_rules: other rules for some of the links, by name.
         areas: parts of these and other links that get their cells first and exactly so many.
+        worn: a skin of further links, such as those of a hand on this arm, that is taken as it is.
         ports_per_section_unit: cables that one section unit takes.
         seed: everything random follows from it; the same seed gives the same layout.
         tries: first cells tried for each patch.
@@ -108,9 +110,10 @@ def cover(
         places = LinkPlaces(surface, clearance, own, seed)
         all_places[link] = places
         first.cover(link, [area for area in areas if area.link == link], places)
-    rest = None if cells is None else cells - sum(area.cells for area in areas)
+    first_cells = sum(area.cells for area in areas) + (len(worn) if worn else 0)
+    rest = None if cells is None else cells - first_cells
     if rest is not None and rest < 0:
-        raise CoveringError(f"cells: {cells}: the areas alone ask for {sum(area.cells for area in areas)}")
+        raise CoveringError(f"cells: {cells}: areas and worn skin alone ask for {first_cells}")
     for number, link in enumerate(() if rest == 0 else links):
         progress(f"covering {link}", number, len(links))
         sheet = grow_link(all_places[link], seed + number, tries, first.sheets[link].poses)
@@ -135,15 +138,32 @@ def cover(
             "links, or allow more overhang"
         )
     trimmed = _trimmed(patches, rest, list(links), rules.least_patch, keep_small=cells is None) if rest else []
+    grown = sorted([*first.patches(), *trimmed], key=lambda entry: every.index(entry[0]))
     layout = assemble(
         robot.name,
-        every,
-        sorted([*first.patches(), *trimmed], key=lambda entry: every.index(entry[0])),
+        (*every, *(link for link in worn.links if link not in every)) if worn else every,
+        [*grown, *(sheets_of(worn) if worn else [])],
         ports_per_section_unit,
     )
     progress("planning studs and cables", len(links), len(links))
     layout = replace(layout, studs=plan_studs(layout, robot), cables=plan_cables(layout, robot, seed))
     return layout, all_places
+
+
+def sheets_of(layout: Layout) -> list[tuple[str, Sheet]]:
+    """The patches of a finished skin with their links, as `assemble` takes them."""
+    found = []
+    for number, patch in enumerate(layout.patches):
+        cells = np.flatnonzero(layout.patch == number)
+        place = {int(cell): index for index, cell in enumerate(cells)}
+        edges = [
+            (place[int(cell)], port, place[int(other)], other_port - 1)
+            for cell in cells
+            for port, (other, other_port) in enumerate(layout.neighbours[cell])
+            if other > cell
+        ]
+        found.append((patch.link, Sheet(layout.link_from_cell[cells], np.array(edges, dtype=np.int64).reshape(-1, 4))))
+    return found
 
 
 def assemble(

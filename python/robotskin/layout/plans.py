@@ -24,7 +24,8 @@ ON_A_PALM = Rules(clearance=0.001, most_overhang=0.25)
 @dataclass(frozen=True)
 class Plan:
     """links: names; cells: in all; rules: of places, other ones for some links; areas: parts of links that get their
-    cells first; tries: first cells of each patch; robot: if it is not that of the plan's name."""
+    cells first; tries: first cells of each patch; robot: if it is not that of the plan's name; worn: a finished skin of
+    further links that is taken as it is."""
 
     links: tuple[str, ...]
     cells: int
@@ -33,6 +34,7 @@ class Plan:
     areas: tuple[Area, ...] = ()
     tries: int = 3
     robot: str = ""
+    worn: str = ""
 
 
 ON_A_PAD = Rules(clearance=0.0005, most_overhang=0.45, least_patch=1)
@@ -141,6 +143,7 @@ PLANS = {
     "allegro_grasp": Plan(
         (*HAND_LINKS, *FINGER_TIPS), 62, ON_NARROW_LINKS, {"palm_link": ON_A_PALM}, areas=grasping_areas(), tries=16
     ),
+    "ur5_allegro": Plan(UR5_LINKS, 162, tries=1, worn="allegro_grasp"),
     "ur5_gripper": Plan(UR5_LINKS, 130, areas=pads(), tries=1),
     "panda_gripper": Plan(PANDA_LINKS, 130, areas=pads(), tries=1),
     "dual_arm_gripper": Plan(

@@ -18,7 +18,15 @@ ALIASES = {
     "anymal_c": "anymal_c_simple_description/urdf/anymal.urdf",
     "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
 }
-COMPOSED = ("allegro_grasp", "dual_arm", "dual_arm_gripper", "panda_gripper", "talos_standing", "ur5_gripper")
+COMPOSED = (
+    "allegro_grasp",
+    "dual_arm",
+    "dual_arm_gripper",
+    "panda_gripper",
+    "talos_standing",
+    "ur5_allegro",
+    "ur5_gripper",
+)
 """A name of these stands before the same name of the package, such as `ur5_gripper`."""
 
 

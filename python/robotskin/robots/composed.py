@@ -36,12 +36,30 @@ def compose_allegro_grasp() -> tuple[str, Path]:
     return ElementTree.tostring(robot, encoding="unicode"), file.parent
 
 
+HAND_AHEAD_M = 0.115
+"""From the arm's flange to the hand's palm frame: the hand's 95 mm, and a plate of 20 mm."""
+
+
+def compose_ur5_allegro() -> tuple[str, Path]:
+    """A UR5 that carries the right Allegro hand at `tool0`, fingers ahead, the palm turned to the flange's +x."""
+    file = named_urdf("ur5")
+    robot = ElementTree.parse(file).getroot()
+    hand = ElementTree.parse(named_urdf("allegro_right_hand")).getroot()
+    robot.extend(element for element in hand if element.tag in ("link", "joint"))
+    joint = ElementTree.SubElement(robot, "joint", name="hand_mount", type="fixed")
+    ElementTree.SubElement(joint, "parent", link="tool0")
+    ElementTree.SubElement(joint, "child", link="palm_link")
+    ElementTree.SubElement(joint, "origin", xyz=f"0 0 {HAND_AHEAD_M!r}", rpy="0 0 0")
+    return ElementTree.tostring(robot, encoding="unicode"), file.parent
+
+
 COMPOSERS: dict[str, Callable[[], tuple[str, Path]]] = {
     "allegro_grasp": compose_allegro_grasp,
     "dual_arm": compose_dual_arm,
     "dual_arm_gripper": compose_dual_arm_gripper,
     "panda_gripper": compose_panda_gripper,
     "talos_standing": compose_talos_standing,
+    "ur5_allegro": compose_ur5_allegro,
     "ur5_gripper": compose_ur5_gripper,
 }
 """Each gives the text of a URDF and the folder that its mesh addresses are relative to."""

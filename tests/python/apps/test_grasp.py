@@ -10,10 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from robotskin import robots
-from robotskin.apps.grasp.carriage import Carriage
+from robotskin.apps.grasp.carriage import Carriage, grasp_place
 from robotskin.apps.grasp.contacts import Shape, find_contacts, plan_paths
+from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
-from robotskin.apps.grasp.fingers import Hand
+from robotskin.apps.grasp.fingers import Hand, base_from_hand
 from robotskin.apps.grasp.levers import CLOSING_NM, MARGIN, Levers
 from robotskin.apps.grasp.scene import HANDLE_M, HINGE_M, ROUND, Trial, believed_shape, scene_of
 from robotskin.apps.grasp.script import Plan, run, session_of
@@ -36,7 +37,7 @@ def hand() -> Hand:
 def test_pads_are_where_the_model_has_their_cells(hand: Hand, seed: int) -> None:
     robot, layout = robots.load(ROBOT), finished(ROBOT)
     posture = np.random.default_rng(seed).uniform(robot.lower, robot.upper)
-    posture[hand.lift] = 0.0
+    posture[hand.carrier] = 0.0
     placed, pads = robot.base_from_link(posture), hand.pads(posture[hand.joints])
     for finger, cell in enumerate(hand.tip):
         pose = placed[robot.link_index(layout.links[layout.link[cell]])] @ layout.link_from_cell[cell]
@@ -46,6 +47,46 @@ def test_pads_are_where_the_model_has_their_cells(hand: Hand, seed: int) -> None
     for joint in range(4):
         later = hand.pads(posture[hand.joints] + step[joint])
         np.testing.assert_allclose((later.place - pads.place) / 1e-6, pads.moves[:, :, joint], atol=1e-5)
+
+
+def test_a_hand_on_an_arm_is_the_hand_on_a_carriage(hand: Hand, seed: int) -> None:
+    robot = robots.load("ur5_allegro")
+    other = Hand(robot, finished("ur5_allegro"))
+    posture = np.random.default_rng(seed).uniform(robot.lower, robot.upper)
+    angles = posture[other.joints]
+    np.testing.assert_allclose(other.pads(angles).place, hand.pads(angles).place, atol=1e-8)
+    np.testing.assert_allclose(other.pads(angles).moves, hand.pads(angles).moves, atol=1e-8)
+    cell = int(other.tip[0])
+    layout = finished("ur5_allegro")
+    tip = robot.base_from_link(posture)[robot.link_index(layout.links[layout.link[cell]])] @ layout.link_from_cell[cell]
+    place = base_from_hand(robot, posture) @ np.append(other.pads(angles).place[0], 1.0)
+    np.testing.assert_allclose(place[:3], tip[:3, 3], atol=1e-8)
+
+
+@pytest.mark.timeout(300)
+def test_an_arm_brings_the_hand_to_its_place_and_lifts_it(seed: int) -> None:
+    session = session_of(Plan(robot="ur5_allegro", trial=Trial()), seed)
+    try:
+        session.boot()
+        control = GraspControl(session, believed_shape("ball"))
+        place = grasp_place(session.robot, session.home)
+        begun = session.world.time_s
+        while control.state is State.BRINGING and session.world.time_s - begun < 5.0:
+            session.step()
+            control.step()
+        here = base_from_hand(session.robot, session.world.joint_positions())
+        assert np.linalg.norm(here[:3, 3] - place) < 0.003
+        assert np.rad2deg(np.arccos((np.trace(here[:3, :3]) - 1) / 2)) < 0.5
+        control.carriage.go(0.03)
+        for _ in range(500):
+            session.step()
+            control.step()
+        lifted = base_from_hand(session.robot, session.world.joint_positions())[:3, 3] - here[:3, 3]
+        np.testing.assert_allclose(lifted, [0.0, 0.0, 0.03], atol=0.003)
+        assert np.linalg.norm(session.world.thing("ball").position_m - place - control.centre) < 1e-3
+        assert session.controller.report.violations == 0
+    finally:
+        session.shut_down()
 
 
 @pytest.mark.parametrize("name", ROUND)
@@ -157,7 +198,6 @@ def test_what_cannot_be_grasped_is_refused_by_name(hand: Hand) -> None:
         assert told in answer.output + str(answer.exception)
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.timeout(300)
 def test_pliers_are_closed_and_do_not_turn(seed: int) -> None:
     trial = Trial.drawn_along(np.random.default_rng(seed))

@@ -10,6 +10,7 @@ from robotskin import robots
 from robotskin.errors import UnknownNameError
 from robotskin.model import RobotDynamics
 from robotskin.robots.joint_dynamics import JointDynamicsError, apply_dynamics
+from robotskin.world import Imperfections
 
 
 def changed(text: str) -> robots.Robot:
@@ -37,13 +38,27 @@ def test_mujoco_pinocchio_and_core_have_the_same(seed: int) -> None:
     assert RobotDynamics(hand.core).joint_count == hand.joint_count
 
 
-def test_a_hand_on_a_carriage_has_the_fingers_of_the_hand() -> None:
-    alone, hand = robots.load("allegro_right_hand"), robots.load("allegro_grasp")
-    fingers = np.arange(hand.joint_count) != hand.joint_index("lift")
+@pytest.mark.parametrize("name", ["allegro_grasp", "ur5_allegro"])
+def test_a_hand_that_is_carried_has_the_fingers_of_the_hand(name: str) -> None:
+    alone, hand = robots.load("allegro_right_hand"), robots.load(name)
+    fingers = [hand.joint_index(joint) for joint in alone.joint_names]
     assert hand.core.joint_damping[fingers] == pytest.approx(alone.core.joint_damping)
     assert hand.effort_limit[fingers] == pytest.approx(alone.effort_limit)
     assert np.array(hand.core.rotor_inertia)[fingers] == pytest.approx(np.array(alone.core.rotor_inertia))
     assert alone.effort_limit.max() == pytest.approx(0.7)
+
+
+def test_an_arm_that_carries_a_hand_is_that_arm() -> None:
+    alone, carries = robots.load("ur5"), robots.load("ur5_allegro")
+    arm = [carries.joint_index(joint) for joint in alone.joint_names]
+    assert carries.effort_limit[arm] == pytest.approx(alone.effort_limit)
+    assert np.array(carries.core.joint_damping)[arm] == pytest.approx(np.array(alone.core.joint_damping))
+    assert np.array(carries.core.rotor_inertia)[arm] == pytest.approx(0)
+    for joint, friction in carries.stated_friction.items():
+        if joint in alone.joint_names:
+            assert friction == pytest.approx(
+                Imperfections().joint_friction * carries.effort_limit[carries.joint_index(joint)]
+            )
 
 
 @pytest.mark.parametrize(

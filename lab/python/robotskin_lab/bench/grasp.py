@@ -17,10 +17,16 @@ from robotskin.errors import InputError, UnknownNameError
 from robotskin_lab.bench.grasp_picture import draw_grasps, followed
 from robotskin_lab.bench.progress import tell, tell_step
 
-PARTS = ("reactive", "equal", "primitive", "exact", "hold")
-WITHOUT = {PLIERS: ("primitive", "exact"), "ball": ("equal",), "cylinder": ("equal",)}
+ON_ARM = ("arm", "arm_primitive")
+PARTS = ("reactive", "equal", "primitive", "exact", "hold", *ON_ARM)
+WITHOUT = {PLIERS: ("primitive", "exact", *ON_ARM), "ball": ("equal",), "cylinder": ("equal",)}
 """The parts that an object has no part in."""
-METHODS: dict[str, Method] = {"primitive": "primitive", "exact": "primitive", "equal": "equal"}
+METHODS: dict[str, Method] = {
+    "primitive": "primitive",
+    "exact": "primitive",
+    "arm_primitive": "primitive",
+    "equal": "equal",
+}
 CLOSED_MM, TURNED_DEG, TURNED_FAR_DEG = 1.0, 3.0, 5.0
 SHORT = {"hold_s": 1.0, "shake_s": 0.0, "touch_n": 0.0}
 
@@ -28,7 +34,7 @@ SHORT = {"hold_s": 1.0, "shake_s": 0.0, "touch_n": 0.0}
 def run(
     *,
     seed: int = 1,
-    parts: str = "reactive,equal,primitive,exact,hold",
+    parts: str = "reactive,equal,primitive,exact,hold,arm,arm_primitive",
     objects: str = "ball,cylinder,pliers",
     trials: int = 50,
     pliers_trials: int = 20,
@@ -36,6 +42,7 @@ def run(
     primitive_trials: int = 20,
     exact_trials: int = 10,
     hold_trials: int = 10,
+    arm_trials: int = 10,
     least_mm: float = 5.0,
     most_mm: float = 15.0,
     picture: Path | None = None,
@@ -46,6 +53,7 @@ def run(
     and an unknown reflectance, each lifted and held for 1 s. exact: the primitive grasp without any error. Pliers are
     up to 10 mm off along their handles: `pliers_trials` reactive, and `equal_trials` with equal forces of the fingers.
     hold: `hold_trials` lifted, held for 5 s, shaken by 0.5 g at 2 Hz for 5 s, and touched on a finger's back with 5 N.
+    arm, arm_primitive: `arm_trials` of both grasps with the hand on a UR5, which brings it to the thing and lifts it.
     `picture`: where a reactive and a primitive grasp of the same ball are drawn.
     """
     wanted, things = [part.strip() for part in parts.split(",")], [one.strip() for one in objects.split(",")]
@@ -59,6 +67,7 @@ def run(
         raise InputError(f"errors between {least_mm:g} and {most_mm:g} mm: they must rise and lie within 0 to 20")
     within = (1e-3 * least_mm, 1e-3 * most_mm)
     counts = {"primitive": primitive_trials, "exact": exact_trials, "equal": equal_trials, "hold": hold_trials}
+    counts |= dict.fromkeys(ON_ARM, arm_trials)
     figures: dict[str, Any] = {}
     began, simulated = time.process_time(), 0.0
     for name in things:
@@ -77,7 +86,8 @@ def run(
                 long = part == "hold"
                 times = {"hold_s": 5.0, "shake_s": 5.0, "touch_n": 5.0} if long else SHORT
                 finger = TIPS_WITH_BACKS[index % len(TIPS_WITH_BACKS)]
-                plan = Plan(name, method, trial, touched_finger=finger, **times)
+                robot = "ur5_allegro" if part in ON_ARM else "allegro_grasp"
+                plan = Plan(name, method, trial, touched_finger=finger, robot=robot, **times)
                 measured, seconds = _one(plan, 1000 * seed + index)
                 found.append(measured)
                 simulated += seconds
@@ -119,6 +129,7 @@ def _pooled(part: str, name: str, found: list[dict[str, float]]) -> dict[str, fl
         f"{label}_held": float(values("held").mean()),
         f"{label}_violations": float(values("limit_violations").sum()),
         f"{label}_stops": float((1 - values("running")).sum()),
+        f"{label}_lifted_least_mm": float(values("lifted_mm").min()),
     }
     if name == PLIERS:
         gap, turned = values("jaw_gap_mm"), values("turned_deg")

@@ -35,7 +35,7 @@ def followed(plan: Plan, seed: int) -> dict[str, np.ndarray]:
             if control.state is State.HOLD and ends == PATIENCE_S:
                 control.carriage.go(LIFT_M)
                 ends = now + 2.0
-            moved = 1e3 * float(np.linalg.norm(watch.in_hand_m - watch.start))
+            moved = 1e3 * float(np.linalg.norm(watch.in_hand_m - watch.start_in_hand))
             rows.append((now, control.state, 1e3 * control.near, watch.finger_forces_n(), moved))
     finally:
         session.shut_down()

@@ -12,6 +12,9 @@ from robotskin.apps.options import Headless, JsonFile, Port, Seed
 
 def command(
     name: Annotated[str, typer.Option("--object", help="ball, cylinder or pliers.")] = "ball",
+    robot: Annotated[
+        str, typer.Option("--robot", help="What carries the hand: allegro_grasp, a carriage; ur5_allegro, an arm.")
+    ] = "allegro_grasp",
     primitive: Annotated[bool, typer.Option("--primitive", help="Close by belief alone: the baseline.")] = False,
     equal: Annotated[
         bool, typer.Option("--equal", help="Pliers: each finger presses alike, the other baseline.")
@@ -38,9 +41,10 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.grasp.control import Method
+    from robotskin.apps.grasp.fingers import FITS
     from robotskin.apps.grasp.scene import PLIERS, Trial
     from robotskin.apps.grasp.script import Plan, bounds, run, session_of
-    from robotskin.errors import InputError
+    from robotskin.errors import InputError, UnknownNameError
     from robotskin.figures import report
 
     if name == PLIERS and primitive:
@@ -54,7 +58,9 @@ def command(
     if error_mm > 0:
         most = 1e-3 * error_mm
         trial = Trial.drawn_along(generator, most) if name == PLIERS else Trial.drawn(generator, (most, most))
-    plan = Plan(name, method, trial, touch_n=touch)
+    if robot not in FITS:
+        raise UnknownNameError("robot that grasps", robot, FITS)
+    plan = Plan(name, method, trial, touch_n=touch, robot=robot)
     session = session_of(plan, seed)
     try:
         with console.status("booting the skin") as status:

@@ -49,7 +49,7 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """centre: (3,) metres, of the thing, base axes, the carriage at 0; outward: (4, 3) from there to each contact.
+    """centre: (3,) metres, of the thing, in the hand's frame; outward: (4, 3) from there to each contact.
 
     height: (4,) metres of each contact above the centre, along the axis of a cylinder; facing: (4, 3) normals of the
     pads there; angles: (4, 4) rad.

@@ -70,12 +70,12 @@ class GraspControl:
         self.hand = Hand(session.robot, session.layout)
         self.contacts = find_contacts(self.hand, shape)
         self.centre = self.contacts.centre
-        """(3,) metres, where the thing is believed to be, the carriage at 0."""
+        """(3,) metres, where the thing is believed to be, in the hand's frame."""
         self.paths = plan_paths(self.hand, shape, self.contacts)
         self.levers: Levers | None = None
         """Of what has handles."""
         self.shares = self._shares()
-        self.state = State.OPENING
+        self.state = State.BRINGING
         self.since_s = 0.0
         self.distance = np.full(4, OPEN_M)
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
@@ -100,7 +100,7 @@ class GraspControl:
         angles = np.array(session.joints.position)
         self._reference = angles
         self._stiffness = np.array(grasp_gains(self.hand, session.robot.joint_count).stiffness)[self.hand.joints]
-        self.task = use_grasp(session, self.hand)
+        self.task, self.carrier = use_grasp(session, self.hand)
 
     def release(self) -> None:
         """Let go of what is held."""
@@ -109,7 +109,7 @@ class GraspControl:
     def restart(self) -> None:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
-        self.state, self.since_s, self.strength = State.OPENING, 0.0, 1.0
+        self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
         self.press = np.zeros(4)
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)
@@ -166,6 +166,7 @@ class GraspControl:
         return Seen(
             since_s=self.since_s,
             reactive=self.method != "primitive",
+            brought=self.carrier.brought,
             open=bool((self.distance >= OPEN_M - 1e-6).all()),
             surveyed=bool((off | touches).all()),
             near=bool((close | (self.force >= 0.6 * self.grip.touch_n)).all()),
@@ -195,7 +196,7 @@ class GraspControl:
 
     def _act(self) -> None:
         touch, state = self.grip.touch_n, self.state
-        if state in (State.OPENING, State.RELEASE):
+        if state in (State.BRINGING, State.OPENING, State.RELEASE):
             self.press = np.zeros(4)
             self._move(np.full(4, SPEED_M_S))
         elif state is State.CLOSING:
@@ -276,14 +277,15 @@ class GraspControl:
             share = min(1.0, self.since_s / 0.5)
             share = share * share * (3 - 2 * share)
             angles = (1 - share) * self._from + share * angles
-        if self.state is State.OPENING:
+        if self.state in (State.BRINGING, State.OPENING):
             share = min(1.0, self.since_s / 0.4)
             angles = (1 - share) * self._reference[self.hand.joints] + share * angles
         position = self._reference.copy()
         position[self.hand.joints] = angles
-        position[self.hand.lift], lift_velocity = self.carriage.step(LOOK_S)
+        carried, carried_velocity = self.carrier.step(*self.carriage.step(LOOK_S), LOOK_S)
+        position[self.hand.carrier] = carried
         velocity = (position - self._reference) / LOOK_S
-        velocity[self.hand.lift] = lift_velocity
+        velocity[self.hand.carrier] = carried_velocity
         self._reference = position
         self.task.request_reference(position, velocity)
 
@@ -294,7 +296,7 @@ class GraspControl:
         return np.asarray(self.centre + shift * min(1.0, FARTHEST_SHIFT_M / max(float(np.linalg.norm(shift)), 1e-9)))
 
     def _pressed(self) -> Array:
-        """(4, 3) metres where the pads are pressed, the carriage at 0."""
+        """(4, 3) metres where the pads are pressed, in the hand's frame."""
         pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
         return pads.touched(np.asarray(self.session.skin.normal_force, dtype=float)[self.hand.tip])
 

@@ -54,7 +54,7 @@ def estimate_centre(place: Array, normal: Array, apparent_m: Array, shape: Shape
     pads seem farther than they are, and the centre slides aside.
 
     Args:
-        place, normal: (4, 3) of the pads, metres, base axes.
+        place, normal: (4, 3) of the pads, metres, in the hand's frame.
         apparent_m: (4,) what the cells take for the distance.
         shape: as it is believed.
         believed: (3,) metres.

@@ -12,12 +12,17 @@ from robotskin.firmware import FORCE_SENSOR_POINTS_M, HEXAGON_SIDE_M
 from robotskin.layout import Layout
 from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
+from robotskin.robots.limbs import limbs_of
 from robotskin.session import SessionError
 
 Array = NDArray[np.float64]
 
-LIFT = "lift"
-"""The joint of the carriage."""
+LIFT, ARM = "lift", "arm"
+"""What carries the hand: the joint of a carriage, or the limb of an arm."""
+FITS = ("allegro_grasp", "ur5_allegro")
+PALM = "palm_link"
+PALM_FROM_HAND = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""The frame in which a grasp is planned: at the palm's, z up as one holds a glass, x where the palm looks."""
 FINGERS = {"index": (0, 1, 2, 3), "middle": (4, 5, 6, 7), "ring": (8, 9, 10, 11), "thumb": (12, 13, 14, 15)}
 """Numbers of each finger's joints and links, the same in their names."""
 NAMES = tuple(FINGERS)
@@ -26,9 +31,26 @@ _PALMAR = 0.4
 """Least part of a cell's normal along the palm's side of its link."""
 
 
+def carrier_joints(robot: Robot) -> NDArray[np.int64]:
+    """The indices of a carriage's joint, or of an arm's. Raises SessionError where there is neither."""
+    if LIFT in robot.joint_names:
+        return np.array([robot.joint_index(LIFT)])
+    joints = [one for limb in limbs_of(robot.core) if limb.name == ARM for one in limb.joints]
+    if not joints:
+        raise SessionError(
+            f"grasp with {robot.name}: it has no joint {LIFT} and no limb {ARM}; use {' or '.join(FITS)}"
+        )
+    return np.array([robot.joint_index(one) for one in joints])
+
+
+def base_from_hand(robot: Robot, posture: Array) -> Array:
+    """(4, 4) where the hand's frame is for (n) rad or m. Raises UnknownNameError for a robot without a palm."""
+    return np.asarray(robot.base_from_link(posture)[robot.link_index(PALM)] @ PALM_FROM_HAND)
+
+
 @dataclass(frozen=True)
 class Pads:
-    """The pads of four fingers. place: (4, 3) metres; normal: (4, 3); along base axes, the carriage at 0.
+    """The pads of four fingers. place: (4, 3) metres; normal: (4, 3); in the hand's frame (`PALM_FROM_HAND`).
 
     axes: (4, 3, 3) of the pads' cells; moves: (4, 3, 4) metres per radian and turns: (4, 3, 4) of the normal, by the
     finger's four joints.
@@ -53,15 +75,17 @@ class Hand:
     """The hand of a robot in its skin.
 
     Raises:
-        SessionError: a robot that lacks the carriage, a finger's joint, or a finger tip without a cell on its front.
+        SessionError: a robot that lacks a finger's joint, or a finger tip without a cell on its front.
     """
 
     def __init__(self, robot: Robot, layout: Layout) -> None:
-        wanted = [LIFT, *(f"joint_{number}.0" for numbers in FINGERS.values() for number in numbers)]
+        wanted = [f"joint_{number}.0" for numbers in FINGERS.values() for number in numbers]
         missing = [name for name in wanted if name not in robot.joint_names]
         if missing:
-            raise SessionError(f"grasp with {robot.name}: it has no joint {missing[0]}; use allegro_grasp")
-        self.lift = robot.joint_index(LIFT)
+            raise SessionError(f"grasp with {robot.name}: it has no joint {missing[0]}; use {' or '.join(FITS)}")
+        self.robot = robot
+        self.carrier = carrier_joints(robot)
+        """(k,) indices of the joints that carry the hand."""
         self.joints = np.array(
             [[robot.joint_index(f"joint_{one}.0") for one in numbers] for numbers in FINGERS.values()]
         )
@@ -83,7 +107,7 @@ class Hand:
             if not tips:
                 raise SessionError(
                     f"grasp with this layout of {layout.robot}: the {NAMES[finger]} finger has no cell on the front of "
-                    f"{links[-1]}; use the layout that comes with allegro_grasp"
+                    f"{links[-1]}; use the layout that comes with {' or '.join(FITS)}"
                 )
             self.tip[finger] = tips[0]
         dynamics = RobotDynamics(robot.core)
@@ -92,7 +116,9 @@ class Hand:
         motion = np.asarray(dynamics.joint_motions)[self.joints]
         self._axis = motion[..., 3:]
         # A point of each axis, the nearest to the origin: of the velocity v at the origin and the turn w, w x v.
-        self._point = np.cross(self._axis, motion[..., :3])
+        hand_from_base = np.linalg.inv(base_from_hand(robot, zero))
+        self._point = np.cross(self._axis, motion[..., :3]) @ hand_from_base[:3, :3].T + hand_from_base[:3, 3]
+        self._axis = self._axis @ hand_from_base[:3, :3].T
         cross = np.zeros((4, 4, 3, 3))
         for row, column, axis, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 2, 0, -1)):
             cross[..., row, column] = sign * self._axis[..., axis]
@@ -100,7 +126,9 @@ class Hand:
         self._cross, self._twice = cross, cross @ cross
         base_from_link = robot.base_from_link(zero)
         pads = [
-            base_from_link[robot.link_index(layout.links[layout.link[cell]])] @ layout.link_from_cell[cell]
+            hand_from_base
+            @ base_from_link[robot.link_index(layout.links[layout.link[cell]])]
+            @ layout.link_from_cell[cell]
             for cell in self.tip
         ]
         self._pad = np.array(pads)

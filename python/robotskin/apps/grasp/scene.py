@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robotskin.apps.grasp.contacts import Shape
 from robotskin.errors import UnknownNameError
@@ -60,13 +61,16 @@ def believed_shape(name: str) -> Shape:
     return Shape(shape.radius_m, shape.length_m if isinstance(shape, Cylinder) else 0.0)
 
 
-def scene_of(name: str, trial: Trial) -> SceneSpec:
-    """The scene of an object as a trial has it. Raises UnknownNameError, and SceneError where it meets the hand."""
+def scene_of(name: str, trial: Trial, hand_m: ArrayLike = (0.0, 0.0, 0.0)) -> SceneSpec:
+    """The scene of an object as a trial has it, for a hand that grasps at (3,) metres.
+
+    Raises UnknownNameError, and SceneError where it meets the hand.
+    """
     shape = believed_shape(name)
     scene = _file(name)
     thing = scene.thing(name)
     radius = shape.radius_m + trial.radius_error_m
-    place = np.add(thing.position_m, trial.error_m)
+    place = np.add(thing.position_m, trial.error_m) + np.asarray(hand_m)
     if shape.flat:
         replaced = msgspec.structs.replace(thing, position_m=_three(place), reflectance=trial.reflectance)
         return msgspec.structs.replace(scene, things=(replaced,))

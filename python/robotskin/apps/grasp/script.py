@@ -9,22 +9,24 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.apps.grasp.carriage import grasp_place
 from robotskin.apps.grasp.control import GraspControl, Method
+from robotskin.apps.grasp.fingers import FINGERS, FITS, base_from_hand
 from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape, jaws, scene_of
 from robotskin.apps.grasp.states import State
 from robotskin.figures import Bound
 from robotskin.layout import finished
 from robotskin.robots import load
+from robotskin.robots.gains import gains_of
+from robotskin.robots.limbs import limbs_of
 from robotskin.session import PERIOD_S, SafetyState, Session
 
 Progress = Callable[[str], None]
-ROBOT = "allegro_grasp"
-BY_LIMB = {"carriage": "velocity"} | dict.fromkeys(("index", "middle", "ring", "thumb"), "torque")
-"""A hand by torque, on what carries it by velocity."""
+ROBOT = FITS[0]
 UNDISTURBED_M = 0.005
 TRUE_TOUCH_N = 0.02
 LIFT_M = 0.15
-GRAVITY = 9.81
+GRAVITY, SHAKEN_HZ = 9.81, 2.0
 LOST_M = 0.05
 """How far a held thing may come from where it was in the hand."""
 PATIENCE_S = 20.0
@@ -48,13 +50,16 @@ class Plan:
     """One of `TIPS_WITH_BACKS`."""
     settle_s: float = 2.0
     """After the holder of the pliers has let them go."""
+    robot: str = ROBOT
+    """One of `fingers.FITS`."""
 
 
 def bounds(plan: Plan) -> list[Bound]:
     """What must hold of the reactive grasp; the others are here to be compared."""
-    held = [Bound("held", 1, 1), Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
+    sound = [Bound("limit_violations", 0, 0), Bound("running", 1, 1)]
     if plan.method != "reactive":
-        return held[1:]
+        return sound
+    held = [Bound("held", 1, 1), Bound("lifted_mm", least=0.95e3 * LIFT_M), *sound]
     touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n else []
     if plan.name == PLIERS:
         return [*held, Bound("jaw_gap_mm", most=1.0), Bound("turned_deg", most=3.0)]
@@ -63,8 +68,11 @@ def bounds(plan: Plan) -> list[Bound]:
 
 def session_of(plan: Plan, seed: int) -> Session:
     """A session with the plan's scene, not booted. Raises UnknownNameError and SceneError."""
-    scene = scene_of(plan.name, plan.trial)
-    return Session(load(ROBOT), finished(ROBOT), seed=seed, interface=BY_LIMB, link="in process", scene=scene)
+    robot = load(plan.robot)
+    scene = scene_of(plan.name, plan.trial, grasp_place(robot, gains_of(robot).home))
+    # A hand by torque, on what carries it by velocity.
+    by_limb = {limb.name: "torque" if limb.name in FINGERS else "velocity" for limb in limbs_of(robot.core)}
+    return Session(robot, finished(plan.robot), seed=seed, interface=by_limb, link="in process", scene=scene)
 
 
 class Watch:
@@ -79,23 +87,27 @@ class Watch:
         self.moved_m = float("nan")
         self.largest_n = 0.0
         self.running = True
-        self._lift0 = self.lift_m
+        self.lowest_m = self.highest_m = float(self.start[2])
+        self.start_in_hand = self.start - grasp_place(session.robot, session.home)
+        """(3,) metres: where it is for a hand that is at the place of the grasp."""
 
-    @property
-    def lift_m(self) -> float:
-        """Of the carriage."""
-        return float(self.session.world.joint_positions()[self.control.hand.lift])
+    def in_hand(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(3,) metres in the hand's frame, as this truly is, of a place in the world."""
+        placed = base_from_hand(self.session.robot, self.session.world.joint_positions())
+        return np.asarray((place - placed[:3, 3]) @ placed[:3, :3])
 
     @property
     def in_hand_m(self) -> NDArray[np.float64]:
         """(3,) of the thing, as the hand sees it."""
-        return self.thing.position_m - [0.0, 0.0, self.lift_m]
+        return self.in_hand(self.thing.position_m)
 
     def step(self) -> None:
         """One period of session, controller and watch."""
         self.session.step()
         self.control.step()
         self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
+        height = float(self.thing.position_m[2])
+        self.lowest_m, self.highest_m = min(self.lowest_m, height), max(self.highest_m, height)
         if self.touched.all():
             return
         force = self.session.world.cell_true_force().sum(axis=1)
@@ -120,7 +132,8 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
 
     Figures: `moved_mm`, how far the thing had been pushed when the last finger touched it (`undisturbed`: less than
     5 mm); `force_before_grip_n`, the largest on a cell until then; `estimate_error_mm`; `force_unevenness`, the
-    deviation of force over share across the fingers; `held` after lift, hold and shaking; `touch_gives_mm`, how far a
+    deviation of force over share across the fingers; `lifted_mm`, how high the thing is after the lift; `shaken_g`, the
+    acceleration with which it swung; `held` after lift, hold and shaking; `touch_gives_mm`, how far a
     finger gave way to a touch of its back. Of pliers, once their holder has let go: `jaw_gap_mm` and `turned_deg`, the
     largest until after the shaking, and `hinge_error_mm`, how far off the hand takes their hinge to be.
     """
@@ -133,13 +146,12 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     watch.run(0.3)
     forces = watch.finger_forces_n() / control.shares
     at_grasp = watch.thing.position_m
-    true_centre = watch.start
     seen = control.shape.seen > 0
     figures = {
         "moved_mm": 1e3 * watch.moved_m if watch.touched.all() else 1e3 * float(np.linalg.norm(at_grasp - watch.start)),
         "undisturbed": float(watch.touched.all() and watch.moved_m < UNDISTURBED_M),
         "force_before_grip_n": watch.largest_n,
-        "estimate_error_mm": 1e3 * float(np.linalg.norm((control.centre - true_centre)[seen])),
+        "estimate_error_mm": 1e3 * float(np.linalg.norm((control.centre - watch.start_in_hand)[seen])),
         "force_unevenness": float(forces.std() / max(float(forces.mean()), 1e-9)),
         "grasp_s": session.world.time_s - begun,
     }
@@ -152,11 +164,14 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     held_at = watch.in_hand_m
     control.carriage.go(LIFT_M)
     watch.run(LIFT_M / 0.1 + plan.hold_s)
+    figures["lifted_mm"] = 1e3 * float(watch.thing.position_m[2] - watch.start[2])
     away = [float(np.linalg.norm(watch.in_hand_m - held_at))]
     if plan.shake_s > 0:
         progress("shakes")
-        control.carriage.shake(plan.shake_g * GRAVITY, 2.0, plan.shake_s)
+        control.carriage.shake(plan.shake_g * GRAVITY, SHAKEN_HZ, plan.shake_s)
+        watch.lowest_m = watch.highest_m = float(watch.thing.position_m[2])
         watch.run(plan.shake_s + 0.2)
+        figures["shaken_g"] = (2 * np.pi * SHAKEN_HZ) ** 2 * (watch.highest_m - watch.lowest_m) / 2 / GRAVITY
         away.append(float(np.linalg.norm(watch.in_hand_m - held_at)))
     if plan.name == PLIERS:
         figures |= {key: max(figures[key], now) for key, now in tool_figures(watch).items()}
@@ -185,7 +200,7 @@ def tool_figures(watch: Watch) -> dict[str, float]:
 
 def _hinge_error_m(watch: Watch) -> float:
     levers = watch.control.levers
-    return float("nan") if levers is None else float(watch.control.centre[2] + levers.hinge_m - watch.start[2])
+    return float("nan") if levers is None else float(watch.control.centre[2] + levers.hinge_m - watch.start_in_hand[2])
 
 
 def _turn_rad(rotation: NDArray[np.float64]) -> float:
@@ -196,10 +211,10 @@ def touch_gives_m(watch: Watch, force_n: float, finger: int) -> float:
     """How far the outermost cell on the back of a finger goes under a push."""
     session = watch.session
     cell = int(watch.control.hand.back[finger][-1])
-    before = session.cell_position(cell) - [0.0, 0.0, watch.lift_m]
+    before = watch.in_hand(session.cell_position(cell))
     session.world.push(session.in_world(cell), force_n)
     watch.run(1.5)
-    gave = float(np.linalg.norm(session.cell_position(cell) - [0.0, 0.0, watch.lift_m] - before))
+    gave = float(np.linalg.norm(watch.in_hand(session.cell_position(cell)) - before))
     session.world.release()
     watch.run(1.0)
     return gave

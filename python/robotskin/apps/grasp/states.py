@@ -12,6 +12,7 @@ from robotskin.state_table import Row, following_row
 class State(StrEnum):
     """Of a grasp."""
 
+    BRINGING = "is brought to the thing, open"
     OPENING = "opens"
     SURVEY = "looks for the thing with each finger"
     MOVING = "moves to where the thing is"
@@ -31,6 +32,7 @@ class Seen:
 
     since_s: float
     reactive: bool
+    brought: bool
     open: bool
     surveyed: bool
     near: bool
@@ -42,6 +44,7 @@ class Seen:
 
 
 TABLE: tuple[Row[State, Seen], ...] = (
+    Row(State.BRINGING, lambda seen: seen.brought, State.OPENING, "there"),
     Row(State.OPENING, lambda seen: seen.open and seen.reactive, State.SURVEY, "open", 0.5),
     Row(State.OPENING, lambda seen: seen.open, State.CLOSING, "open, and goes by its belief alone", 0.5),
     Row(State.SURVEY, lambda seen: seen.surveyed, State.MOVING, "every finger is near, or the time is over", 0.3, 2.5),
@@ -55,7 +58,7 @@ TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.HOLD, lambda seen: not seen.held, State.LOST, "no finger feels anything", 0.3),
     Row(State.LOST, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.RELEASE, lambda seen: seen.open, State.RELEASED, "open", 0.5),
-    Row(State.RELEASED, lambda seen: False, State.OPENING, "asked to grasp again"),
+    Row(State.RELEASED, lambda seen: False, State.BRINGING, "asked to grasp again"),
 )
 """The first row of a state that fits is taken, one a moment."""
 
