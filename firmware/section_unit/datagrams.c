@@ -104,14 +104,17 @@ static bool accept(rs_section_unit* unit, const rs_datagram_header* header) {
   if (header->unit != config->unit && header->unit != RS_UNIT_ALL) return false;
   if (header->kind < RS_DATAGRAM_KIND_keep_alive) return false;
   const bool keyed = config->tag != NULL;
-  if (keyed && header->answering != config->session) {
-    return header->answering == 0U && header->kind == RS_DATAGRAM_KIND_keep_alive;
-  }
-  if (header->session == unit->host_session) {
+  const bool same_session = header->session == unit->host_session;
+  if (same_session) {
     const uint32_t ahead = header->sequence - unit->host_sequence;
     if (ahead == 0U || ahead >= 0x80000000U) return false;
   } else if (keyed && unit->host_session != 0U && header->time_ns <= unit->host_time_ns) {
     return false; /* a session of before */
+  }
+  if (keyed && header->answering != config->session) {
+    if (header->answering != 0U || header->kind != RS_DATAGRAM_KIND_keep_alive) return false;
+    if (same_session) unit->host_sequence = header->sequence; /* one that is played again opens nothing */
+    return true;
   }
   unit->host_session = header->session;
   unit->host_sequence = header->sequence;

@@ -239,6 +239,26 @@ def test_with_a_key_only_tagged_datagrams_of_this_exchange_count() -> None:
         assert int.from_bytes(data[32:36], "big") == 6
 
 
+def test_an_opening_that_is_played_again_opens_nothing_once_the_host_has_gone_on() -> None:
+    """It would send the samples to where it came from."""
+    bench = Bench(tag=tag)
+    opening = datagram(KEEP_ALIVE, 1, keyed=True)
+    bench.say(opening)
+    assert bench.unit.refused == 0  # no host has been heard: nothing tells whether it is new
+    bench.say(datagram(KEEP_ALIVE, 2, keyed=True, answering=77))
+    bench.say(opening)
+    assert bench.unit.refused == 1
+    again = datagram(KEEP_ALIVE, 3, keyed=True)  # a new one of this session, for units that are not there yet
+    bench.say(again)
+    assert bench.unit.refused == 1
+    bench.say(again)
+    assert bench.unit.refused == 2
+    bench.say(datagram(KEEP_ALIVE, 1, keyed=True, session=6, time_ns=START))  # of a session that has ended
+    assert bench.unit.refused == 3
+    bench.say(datagram(KEEP_ALIVE, 1, keyed=True, session=7, time_ns=START + 1))  # the host has restarted
+    assert bench.unit.refused == 3
+
+
 def test_a_stuck_cell_is_no_root_and_one_that_ticks_again_is() -> None:
     """It says the same for ever: that the port is its parent, and nothing of the size that is gone."""
     bench = Bench()
