@@ -20,6 +20,8 @@ CODES = {
     "VECTOR6INT32": ("i", 6),
     "VECTOR6UINT32": ("I", 6),
 }
+WRONG_RECIPES = ("types", "not found", "in use", "number", "short")
+"""What may be wrong with recipes: a type answered, a name or an input refused, the number or length of what is sent."""
 REGISTERS = range(48)
 PACKAGE_BYTES_MAX = 4096
 OUTPUT_TYPES: dict[str, str] = {
@@ -148,6 +150,7 @@ class RtdeSession:
         version: of the controller's software.
         inputs: where what it sends goes, by name.
         taken: names of inputs that other clients have.
+        wrong: what is wrong with its recipes, one of WRONG_RECIPES; empty: nothing.
     """
 
     def __init__(
@@ -156,7 +159,9 @@ class RtdeSession:
         version: tuple[int, int, int, int],
         inputs: dict[str, object],
         taken: Callable[[], set[str]],
+        wrong: str = "",
     ) -> None:
+        self.wrong = wrong
         self.connection, self.version, self._inputs, self._taken = connection, version, inputs, taken
         self.broken, self.sends = False, False
         self.owned: set[str] = set()
@@ -210,17 +215,24 @@ class RtdeSession:
         # Clients may end the list with a comma.
         wanted = [name for name in names.decode("ascii", "replace").split(",") if name]
         types = [OUTPUT_TYPES.get(name, "NOT_FOUND") for name in wanted]
+        if self.wrong == "not found":
+            types[0] = "NOT_FOUND"
         known = "NOT_FOUND" not in types and 1.0 <= frequency <= 500.0
         if known:
             rate = 500.0 if self.version[0] >= 5 else 125.0
             self.every = max(1, round(rate / frequency))
             self._outputs = Recipe(wanted, types)
+        if self.wrong == "types":
+            types = ["VECTOR3D", *types[1:]]
         self.send("O", struct.pack(">B", int(known)) + ",".join(types).encode())
 
     def _set_up_inputs(self, names: bytes) -> None:
         wanted = names.decode("ascii", "replace").split(",")
         taken = self._taken() - self.owned
-        types = ["IN_USE" if name in taken else INPUT_TYPES.get(name, "NOT_FOUND") for name in wanted]
+        types = [
+            "IN_USE" if name in taken or self.wrong == "in use" else INPUT_TYPES.get(name, "NOT_FOUND")
+            for name in wanted
+        ]
         number = 0
         if all(kind in CODES for kind in types):
             self._input_recipes.append(Recipe(wanted, types))
@@ -231,7 +243,8 @@ class RtdeSession:
     def tell(self, count: int, values: Mapping[str, object]) -> None:
         """Send the state with this number, if the client is to have it."""
         if self.sends and self._outputs is not None and count % self.every == 0:
-            self.send("U", b"\x01" + self._outputs.pack(values))
+            body = (b"\x07" if self.wrong == "number" else b"\x01") + self._outputs.pack(values)
+            self.send("U", body[:-8] if self.wrong == "short" else body)
 
     def send(self, kind: str, body: bytes) -> None:
         """Send a package; one that the client is too slow for is dropped whole."""

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from robotskin.errors import InputError
 from robotskin.rehearsal.dashboard import answer
-from robotskin.rehearsal.rtde import RtdeSession
+from robotskin.rehearsal.rtde import WRONG_RECIPES, RtdeSession
 from robotskin.rehearsal.ur_arm import UrArm
 from robotskin.rehearsal.ur_script import Program, ScriptError
 from robotskin.robots import Robot
@@ -87,6 +87,9 @@ class FakeController:
         self._tripped_at = self._heard_at = 0
         self._heard: object = None
         self._told_to_move = self._moved = False
+        self.fastest_rad_s = 0.0
+        """Of any joint at any time."""
+        self._wrong_recipes = ""
         self.messages: list[str] = []
         """What scripts said, and why they ended."""
         self.inputs: dict[str, object] = {}
@@ -150,6 +153,13 @@ class FakeController:
         self.settings = replace(self.settings, version=version)
         self.cut()
 
+    def spoil(self, recipes: str) -> None:
+        """From now on recipes are wrong, by name in WRONG_RECIPES, or right again: ""; its clients connect anew."""
+        if recipes and recipes not in WRONG_RECIPES:
+            raise InputError(f"recipes {recipes!r}: must be one of {', '.join(WRONG_RECIPES)}, or empty")
+        self._wrong_recipes = recipes
+        self.cut()
+
     def cut(self) -> None:
         """Every client of RTDE loses its connection."""
         for session in self._sessions:
@@ -179,6 +189,7 @@ class FakeController:
         self.arm.step(self.settings.step_s)
         if np.abs(self.arm.velocity).max() > self.settings.joint_speed_limit and self.safety == "normal":
             self.safety = "protective_stop"
+        self.fastest_rad_s = max(self.fastest_rad_s, float(np.abs(self.arm.velocity).max()))
         self.steps += 1
         if self.steps_to_rest is None and np.abs(self.arm.velocity).max() < REST_RAD_S:
             self.steps_to_rest = self.steps - self._tripped_at
@@ -234,7 +245,9 @@ class FakeController:
             connection.setblocking(False)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             if port == RTDE_PORT:
-                self._sessions.append(RtdeSession(connection, self.settings.version, self.inputs, self._taken))
+                self._sessions.append(
+                    RtdeSession(connection, self.settings.version, self.inputs, self._taken, self._wrong_recipes)
+                )
             elif port == DASHBOARD_PORT:
                 connection.send(b"Connected: Universal Robots Dashboard Server\n")
                 self._lines.append((connection, bytearray()))

@@ -9,7 +9,7 @@ from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin_lab.bench.connect import SETTLE_S
-from robotskin_lab.bench.connect_faults import LIFE_S, faults_of, kills_of, side_by_side
+from robotskin_lab.bench.connect_faults import FAULTS, LIFE_S, faults_of, kills_of, side_by_side
 from robotskin_lab.bench.connect_rig import patch_of
 from robotskin_lab.bench.touch_answer import answer, asked_motion
 
@@ -17,10 +17,11 @@ HOST = f"127.91.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 
 
 def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
-    """Of every kind one, with some seed: the same calls as of thousands."""
-    figures = side_by_side(faults_of, [HOST], seed, 8)
-    assert figures["ur_hangs"] == figures["ur_moving_after_stop"] == figures["ur_version_taken"] == 0
-    assert figures["ur_faults"] == 8
+    """Of every kind one: the same calls as of thousands."""
+    figures = side_by_side(faults_of, [HOST], seed, len(FAULTS))
+    for name in ("hangs", "moving_after_stop", "version_taken", "recipe_taken", "limit_violations"):
+        assert figures[f"ur_{name}"] == 0, name
+    assert figures["ur_faults"] == len(FAULTS)
     assert 0 < figures["ur_fastest_rad_s"] < 2 * figures["ur_speed_commanded_rad_s"]
 
 

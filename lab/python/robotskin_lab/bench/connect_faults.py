@@ -15,23 +15,26 @@ import numpy as np
 
 from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.rehearsal import Asked, ControllerSettings, Look, Process, controller
+from robotskin.rehearsal.rtde import WRONG_RECIPES
 from robotskin.rehearsal.ur_controller import REST_RAD_S, SAFETY_BITS
 from robotskin.robots import load
 from robotskin.ur import UrCondition, UrPort
 from robotskin_lab.bench.progress import tell
 
 STOPS = tuple(name for name in SAFETY_BITS if name != "normal")
-FAULTS = ("cut", "stall", "half", "noise", "version", *STOPS)
+FAULTS = ("cut", "stall", "half", "noise", "version", "recipes", "scaled", *STOPS)
 SPEED = 0.3
 LIFE_S, CYCLE_S = 0.02, 0.002
 BRAKE_S = SPEED / 10.0
 HANG_S = 20.0
 """After which a port that has not come back hangs."""
+FASTEST_SHARE = 1.5
+"""Of the speed commanded: a joint that was ever faster has left the limits."""
 OTHER_VERSION = (5, 11, 0, 0)
 WITHIN_S = 30.0
 
 Figures = dict[str, float]
-SUMMED = ("faults", "hangs", "kills", "connections", "moving_after_stop", "version_taken")
+SUMMED = ("faults", "hangs", "kills", "connections", "moving_after_stop", "version_taken", "recipe_taken", "violations")
 Part = Callable[[str, np.random.Generator, int], Figures]
 
 
@@ -86,18 +89,29 @@ def faults_of(host: str, random: np.random.Generator, count: int) -> Figures:
 
 
 def _faults(arm: Process, port: UrPort, mover: _Mover, random: np.random.Generator, count: int) -> Figures:
-    hangs, moving, taken, cycles, longest_back_s, fastest = 0, 0, 0, 0, 0.0, 0.0
+    hangs, moving, versions, recipes, cycles, longest_back_s = 0, 0, 0, 0, 0, 0.0
+    drawn: list[str] = []
     for number in range(count):
         if number % 50 == 0:
             tell(f"fault {number} of {count}")
         time.sleep(random.uniform(0.0, 0.05))
-        fault = str(random.choice(FAULTS))
+        if not drawn:  # of every kind as many
+            drawn = [str(one) for one in random.permutation(FAULTS)]
+        fault = drawn.pop()
         if fault in STOPS:
             steps = _stop(arm, fault)
             moving += steps is None
             cycles = max(cycles, steps or 0)
         elif fault == "version":
-            taken += _other_version(arm, port)
+            arm.ask(Asked("update", (OTHER_VERSION,)))
+            versions += _takes_it(port)
+            arm.ask(Asked("update", (ControllerSettings().version,)))
+        elif fault == "recipes":
+            arm.ask(Asked("spoil", (str(random.choice(WRONG_RECIPES)),)))
+            recipes += _takes_it(port)
+            arm.ask(Asked("spoil", ("",)))
+        elif fault == "scaled":
+            _scale(arm, random)
         else:
             _break(arm, fault, random)
         began, sent = time.monotonic(), mover.sent
@@ -106,14 +120,16 @@ def _faults(arm: Process, port: UrPort, mover: _Mover, random: np.random.Generat
         gone = time.monotonic() - began
         hangs += gone >= HANG_S
         longest_back_s = max(longest_back_s, gone)
-        fastest = max(fastest, float(np.abs(arm.ask(Look(("arm.velocity",)))[0]).max()))
+    fastest = float(arm.ask(Look(("fastest_rad_s",)))[0])
     return {
         "ur_faults": float(count),
         "ur_hangs": float(hangs),
         "ur_moving_after_stop": float(moving),
         "ur_cycles_to_stop_most": float(arm.ask(Look(("cycles_to_stop",)))[0]),
         "ur_cycles_to_rest_most": float(cycles),
-        "ur_version_taken": float(taken),
+        "ur_version_taken": float(versions),
+        "ur_recipe_taken": float(recipes),
+        "ur_limit_violations": float(fastest > FASTEST_SHARE * SPEED),
         "ur_longest_back_s": longest_back_s,
         "ur_fastest_rad_s": fastest,
         "ur_speed_commanded_rad_s": SPEED,
@@ -133,17 +149,21 @@ def _stop(arm: Process, name: str) -> int | None:
     return found
 
 
-def _other_version(arm: Process, port: UrPort) -> bool:
-    """Whether the port takes a controller that comes back with another software version."""
-    before = ControllerSettings().version
-    arm.ask(Asked("update", (OTHER_VERSION,)))
+def _takes_it(port: UrPort) -> bool:
+    """Whether the port takes a controller that has just come back otherwise than it was."""
     ends = time.monotonic() + 0.4
     while port.condition is UrCondition.ready and time.monotonic() < ends:
         time.sleep(0.002)
     time.sleep(0.25)
-    taken = port.condition is UrCondition.ready
-    arm.ask(Asked("update", (before,)))
-    return taken
+    return port.condition is UrCondition.ready
+
+
+def _scale(arm: Process, random: np.random.Generator) -> None:
+    """A hand moves the speed slider about, sometimes to 0; at the end it stands where it was."""
+    for _ in range(int(random.integers(1, 5))):
+        arm.ask(Asked("slide", (float(random.choice([0.0, random.uniform(0.0, 1.0)])),)))
+        time.sleep(random.uniform(0.0, 0.1))
+    arm.ask(Asked("slide", (1.0,)))
 
 
 def _break(arm: Process, fault: str, random: np.random.Generator) -> None:
