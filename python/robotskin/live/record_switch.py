@@ -52,7 +52,7 @@ class RecordSwitch:
         if is_recorded(self._session):
             raise RecordError("this skin is recorded or shown already, since its start")
         path = Path(time.strftime(f"{self._session.layout.robot}_%Y-%m-%d_%H-%M-%S.mcap"))
-        recorder = Recorder(path, self._session, attached=False)
+        recorder = Recorder(path, self._session, attached=False, tell=self._say)
         try:
             self._ask(recorder.attach)
         except BaseException:
@@ -60,6 +60,9 @@ class RecordSwitch:
             raise
         self._recorder = recorder
         self.told = f"recording into {path.resolve()}"
+
+    def _say(self, text: str) -> None:
+        self.told = text
 
     def _end(self, recorder: Recorder) -> None:
         detached = threading.Event()
@@ -72,5 +75,5 @@ class RecordSwitch:
         if not detached.wait(5.0):
             raise RecordError("the session does not answer; the recording ends with it")
         self._recorder = None
-        recorder.close()
+        recorder.close()  # raises where the file is not whole, and then what was told stays
         self.told = f"recorded into {recorder.path}"

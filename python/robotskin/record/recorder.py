@@ -64,6 +64,7 @@ class Recorder:
         about: further facts for the file's metadata, such as seed and interface; attachments: further files by name.
         followers: what looks on; the recorder closes them.
         attached: False: nothing is recorded before `attach`, and any thread may make the recorder.
+        tell: hears at once, on the recorder's thread, why no more is written, such as a full disk.
 
     Raises:
         RecordError: the file exists or cannot be written, or the library that writes it is not installed.
@@ -79,12 +80,13 @@ class Recorder:
         followers: Sequence[Following] = (),
         driver_mib: float = 64.0,
         attached: bool = True,
+        tell: Callable[[str], None] = lambda text: None,
     ) -> None:
         self.path = None if path is None else Path(path)
         self.error: str = ""
         """Why writing has stopped, such as a full disk; empty while it goes on. The robot goes on either way."""
         self.keyframe_s = KEYFRAME_S
-        self._session = session
+        self._session, self._tell = session, tell
         self._tapes = Tapes(session.layout.skin_model(), driver_mib)
         self.followers = tuple(followers)
         """What looks on."""
@@ -130,7 +132,10 @@ class Recorder:
         for follower in self.followers:
             follower.close()
         if self.error:
-            raise RecordError(f"{self.path}: {self.error}; what was written before is readable")
+            raise RecordError(self._told())
+
+    def _told(self) -> str:
+        return f"{self.path}: nothing is recorded any more: {self.error}; what was written before is readable"
 
     def __enter__(self) -> Recorder:
         return self
@@ -181,6 +186,7 @@ class Recorder:
                 if self._file is not None:
                     self._file.abandon()
                     self._file = None
+                self._tell(self._told())
             if now - keyframed >= self.keyframe_s:
                 self._tapes.ask_for_keyframe()
                 keyframed = now

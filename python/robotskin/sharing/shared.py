@@ -23,8 +23,8 @@ def shared(
 ) -> Iterator[Recorder | None]:
     """Record a session into a file, and let `shows` see it, while a `with` block lasts; the shows are closed then.
 
-    `also`: what takes the recorder's tapes as they are. `tell` hears why nothing was shown any more. Yields None where
-    there is nothing to do. Raises RecordError.
+    `also`: what takes the recorder's tapes as they are. `tell` hears why nothing is recorded or shown any more.
+    Yields None where there is nothing to do. Raises RecordError.
     """
     if record is None and not shows and not also:
         yield None
@@ -32,7 +32,7 @@ def shared(
     follower = Follower(session.layout, list(shows)) if shows else None
     followers = [*also] if follower is None else [*also, follower]
     try:
-        recorder = Recorder(record, session, followers=followers)
+        recorder = Recorder(record, session, followers=followers, tell=tell)
     except BaseException:
         for one in followers:
             one.close()

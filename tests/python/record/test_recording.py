@@ -2,7 +2,10 @@
 """A recording holds what was felt, survives a cut at any byte, and is read by stock readers."""
 
 import random
+import resource
 import struct
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +16,7 @@ from robotskin import firmware, layout, robots
 from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
 from robotskin.model import CommandMode
-from robotskin.record import Recorder, Recording, RecordingFileError, repair
+from robotskin.record import Recorder, RecordError, Recording, RecordingFileError, repair
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.record.open_loop import open_loop
@@ -22,6 +25,8 @@ from robotskin.skin import SkinState
 
 COLUMNS = ("normal_force", "proximity", "distance", "acceleration", "temperature", "stamp_ns", "health", "saturated")
 STEPS = 400
+FULL_BYTES = 2_000_000
+PATIENCE_S = 180.0
 
 
 def bytes_of(state: SkinState) -> bytes:
@@ -258,3 +263,34 @@ def test_samples_whose_columns_disagree_are_refused(made: Made, monkeypatch: pyt
     monkeypatch.setattr(recording, "messages", lambda *_: [(0, columns)])
     with pytest.raises(RecordingFileError, match="3 numbers of stamp_ns"):
         recording.activity()
+
+
+def test_a_full_disk_is_told_at_once_and_the_robot_goes_on(tmp_path: Path, seed: int) -> None:
+    path, told = tmp_path / "full.mcap", list[str]()
+    session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
+    session.boot()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recorder = Recorder(path, session, tell=told.append)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + FULL_BYTES, limits[1]))
+        wait_for(session, lambda: told)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert str(path) in told[0]
+    assert "readable" in told[0]
+    before = session.world.now_ns
+    session.step()
+    assert session.world.now_ns > before
+    with pytest.raises(RecordError, match="readable"):
+        recorder.close()
+    assert len(told) == 1
+    assert repair(path).messages > 0
+    assert len(Recording(path).samples()["key"]) > 0
+
+
+def wait_for(session: Session, holds: Callable[[], object]) -> None:
+    """Step on until it holds."""
+    ends = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < ends
+        session.step()
