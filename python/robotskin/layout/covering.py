@@ -113,7 +113,7 @@ def cover(
     first_cells = sum(area.cells for area in areas) + (len(worn) if worn else 0)
     rest = None if cells is None else cells - first_cells
     if rest is not None and rest < 0:
-        raise CoveringError(f"cells: {cells}: areas and worn skin alone ask for {first_cells}")
+        raise CoveringError(f"cells: {cells}: {'areas and worn skin' if worn else 'areas'} alone ask for {first_cells}")
     for number, link in enumerate(() if rest == 0 else links):
         progress(f"covering {link}", number, len(links))
         sheet = grow_link(all_places[link], seed + number, tries, first.sheets[link].poses)

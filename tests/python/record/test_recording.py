@@ -5,7 +5,7 @@ import random
 import resource
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.keys import SkinKeys
 from robotskin.model import CommandMode
 from robotskin.record import Recorder, RecordError, Recording, RecordingFileError, repair
+from robotskin.record import recorder as recorder_module
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.record.open_loop import open_loop
@@ -48,6 +49,8 @@ class Made:
                     session.world.push(cell=40, force_n=6.0)
                     recorder.note("push cell 40")
                 session.step()
+                if step % 10 == 0:
+                    recorder.drain()  # so that the file has many chunks on a busy machine, too
                 self.states[session.world.now_ns] = bytes_of(session.skin)
                 self.positions[session.world.now_ns] = np.array(session.joints.position)
         assert recorder.dropped == 0
@@ -55,8 +58,10 @@ class Made:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Made:
-    return Made(tmp_path_factory.mktemp("recording") / "hand.mcap", request.config.getoption("--seed"))
+def made(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Iterator[Made]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recorder_module, "FLUSH_S", 0.0)
+        yield Made(tmp_path_factory.mktemp("recording") / "hand.mcap", request.config.getoption("--seed"))
 
 
 def test_every_skin_state_comes_back_to_the_byte(made: Made) -> None:
