@@ -12,9 +12,11 @@ from robotskin.driver import Driver
 from robotskin.layout import Layout
 from robotskin.layout.json_file import to_text
 from robotskin.loop import SkinLoop
+from robotskin.robots.gains.gain_file import written
 from robotskin.skin import SkinReader
 
 FORMAT_VERSION = 1
+GAINS = "gains.toml"
 
 
 class Recorded(Protocol):
@@ -38,18 +40,21 @@ class Recorded(Protocol):
 
 
 def attachments_of(session: Recorded) -> dict[str, str]:
-    """What a recording holds beside its messages, by the names of files: layout, calibration, robot."""
+    """What a recording holds beside its messages, by the names of files: layout, calibration, robot, gains."""
     found = {"layout.json": to_text(session.layout)}
     if session.layout.calibration is not None:
         found["calibration.json"] = session.layout.calibration.to_text()
     robot = getattr(session, "robot", None)
     if robot is not None:
         found["robot.urdf"] = robot.urdf
+    gains = getattr(session, "gains", None)
+    if gains is not None:
+        found[GAINS] = written(gains.values, [f"Gains of {gains.robot}, as they were while it was recorded."])
     return found
 
 
 def about_of(session: Recorded) -> dict[str, str]:
-    """Facts of a run: robot, cells, versions, seed."""
+    """Facts of a run: robot, cells, versions, seed, and what it did at the beginning."""
     facts = {
         "format_version": str(FORMAT_VERSION),
         "robotskin": robotskin.__version__,
@@ -58,7 +63,7 @@ def about_of(session: Recorded) -> dict[str, str]:
         "clock": "host, nanoseconds; of the simulated world where there is one",
         "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
-    for name in ("seed", "interface", "mode"):
+    for name in ("seed", "interface", "mode", "behaviour"):
         if hasattr(session, name):
             facts[name] = str(getattr(session, name))
     if session.loop is not None:

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from robotskin.control import Behaviour
 from robotskin.control.controller import Controller
 from robotskin.model import CommandMode, JointCommand, JointState
+from robotskin.record.facts import GAINS
 from robotskin.record.mcap_file import RecordingFileError
 from robotskin.record.recorded_robot import recorded_robot
 from robotskin.record.recording import Recording
 from robotskin.robots.gains import GainSet, gains_of
+from robotskin.robots.gains.gain_file import read_gains
 
 TICKS_PER_REPORT = 500
 
@@ -45,6 +47,14 @@ class OpenLoop:
         return np.asarray(self.recorded.std(axis=0))
 
 
+def recorded_gains(recording: Recording) -> GainSet | None:
+    """With which it was recorded; None in a file that does not say. Raises GainError for damaged ones."""
+    text = recording.attachments.get(GAINS)
+    if text is None:
+        return None
+    return GainSet(recording.layout.robot, read_gains(text.decode(errors="replace"), f"{recording.path}: {GAINS}"))
+
+
 def open_loop(
     recording: Recording,
     behaviour: str | Behaviour,
@@ -56,12 +66,16 @@ def open_loop(
 ) -> OpenLoop:
     """Step a behaviour's tasks, their fusion and the guard with recorded joints and skin, between two times.
 
-    The joints are where they were, whatever it commands. gains: by default the robot's own. progress: hears how many
-    seconds are done. Raises RecordingFileError: damaged, or no joints and commands of one interface are in it.
-    Raises UnknownNameError: no such behaviour.
+    The joints are where they were, whatever it commands. gains: by default those of the recording, else the robot's
+    own. progress: hears how many seconds are done.
+
+    Raises RecordingFileError: damaged, or no joints and commands of one interface are in it. Raises GainError: damaged
+    gains. Raises UnknownNameError: no such behaviour.
     """
     robot = recorded_robot(recording)
-    controller = Controller(robot.core, recording.layout.skin_model(), gains or gains_of(robot), behaviour)
+    controller = Controller(
+        robot.core, recording.layout.skin_model(), gains or recorded_gains(recording) or gains_of(robot), behaviour
+    )
     controller.cycle.request_run(True)
     count, modes = robot.joint_count, list(CommandMode)
     joints, command = JointState(count), JointCommand(CommandMode.position, count)

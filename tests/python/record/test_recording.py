@@ -6,6 +6,8 @@ import resource
 import struct
 import time
 from collections.abc import Callable, Iterator
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +22,9 @@ from robotskin.record import Recorder, RecordError, Recording, RecordingFileErro
 from robotskin.record import recorder as recorder_module
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
-from robotskin.record.open_loop import open_loop
+from robotskin.record.open_loop import open_loop, recorded_gains
+from robotskin.robots.gains import GainError, GainSet, robots_with_gains
+from robotskin.robots.gains.gain_file import read_gains, written
 from robotskin.session import Session
 from robotskin.skin import SkinState
 
@@ -104,6 +108,36 @@ def test_a_controller_is_compared_with_what_was_done(made: Made) -> None:
     assert np.linalg.norm(same.difference) < 0.25 * np.linalg.norm(other.difference)
     with pytest.raises(UnknownNameError, match="skin_compliance"):
         open_loop(recording, "none")
+
+
+def test_a_recording_tells_its_gains_and_its_behaviour(tmp_path: Path) -> None:
+    """A controller that is compared on it works with the gains that moved the robot, not with those of its name."""
+    gains = GainSet.load("allegro_right_hand")
+    values = deepcopy(gains.values)
+    values["skin"]["compliance_m_per_n"] *= 0.5
+    own = replace(gains, values=values)
+    robot = robots.load("allegro_right_hand")
+    session = Session(robot, layout.finished("allegro_right_hand"), gains=own)
+    path = tmp_path / "own.mcap"
+    with Recorder(path, session):
+        pass
+    recording = Recording(path)
+    assert recording.about["behaviour"] == session.behaviour
+    found = recorded_gains(recording)
+    assert found is not None
+    assert found.values == own.values
+
+
+@pytest.mark.parametrize("name", robots_with_gains())
+def test_gains_come_back_as_they_were(name: str) -> None:
+    values = GainSet.load(name).values
+    assert read_gains(written(values, ["one"]), name) == values
+
+
+def test_hostile_gains_are_refused_by_name() -> None:
+    """A recording may come from anywhere, and its gains with it."""
+    with pytest.raises(GainError, match="no TOML"):
+        read_gains("a = " + "[" * 20_000, "deep.toml")
 
 
 def test_samples_are_in_newton(made: Made) -> None:

@@ -23,7 +23,7 @@ def read_gains(text: str, file: str) -> Values:
     """The checked values of a gain file, by section and field. Raises GainError, which names the `file`."""
     try:
         values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise GainError(f"{file}: no TOML: {error}; robotskin gains ROBOT -o FILE writes a gain file") from error
     _check_sets(values.get("sets", {}), values.get("behaviours", {}), file)
     _check_locked(values.get(LOCKED, {}), file)
