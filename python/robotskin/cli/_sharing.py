@@ -118,8 +118,15 @@ def shared(
         member = member_of(fleet, session, tell)
         shows.append(member)
     also = [] if member is None else [member]
-    with shared_session(session, shows, record, tell, also) as recorder:
-        yield Sharing(recorder, bridge, ros2_commands, robot, member)
+    recorder: Recorder | None = None
+    try:
+        with shared_session(session, shows, record, tell, also) as recorder:
+            yield Sharing(recorder, bridge, ros2_commands, robot, member)
+    finally:
+        if record is not None and recorder is not None and record.is_file():
+            dropped = f", {recorder.dropped} entries dropped" if recorder.dropped else ""
+            size_mb = record.stat().st_size / 1e6
+            tell(f"recorded into {record} ({size_mb:.1f} MB{dropped}); next: robotskin replay {record}")
 
 
 def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | None) -> Ros2Bridge:

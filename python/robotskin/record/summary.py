@@ -52,18 +52,23 @@ def summarise(
 ) -> Summary:
     """Play a recording between two times (seconds from its beginning) and sum up its touches.
 
-    `progress` is told how many seconds are done. Raises RecordingFileError for damaged bytes.
+    What came before the first tare does not count: each sensor's own offset looks like a touch. `progress` is told
+    how many seconds are done. Raises RecordingFileError for damaged bytes.
     """
     layout = recording.layout
     link = np.asarray(layout.link)
     largest = np.zeros(len(layout))
     touched_s = np.zeros(len(layout.links))
     frames = gaps = 0
+    zeroed = False
     first_ns = last_ns = 0
     began = time.monotonic()
     for frame in recording.frames(start_s, end_s):
         force = np.asarray(frame.skin.normal_force).sum(axis=1)
         force[np.asarray(frame.skin.health) != int(Health.alive)] = 0
+        if not zeroed and np.nan_to_num(frame.skin.normal_force - frame.measured_force).any():
+            zeroed = True
+            largest[:], touched_s[:] = 0, 0
         np.maximum(largest, force, out=largest)
         period_s = (frame.time_ns - last_ns) / 1e9 if frames else 0.0
         touched_s[np.unique(link[force > TOUCH_N])] += period_s

@@ -23,6 +23,7 @@ from robotskin.record import recorder as recorder_module
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.record.open_loop import open_loop, recorded_gains
+from robotskin.record.summary import summarise
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
 from robotskin.robots.gains.gain_file import read_gains, written
 from robotskin.session import Session
@@ -132,6 +133,14 @@ def test_a_recording_tells_its_gains_and_its_behaviour(tmp_path: Path) -> None:
 def test_gains_come_back_as_they_were(name: str) -> None:
     values = GainSet.load(name).values
     assert read_gains(written(values, ["one"]), name) == values
+
+
+def test_offsets_before_the_first_tare_are_no_touches(made: Made) -> None:
+    """The table named every link of an untouched hand."""
+    recording = Recording(made.path)
+    rows = summarise(recording, 0.0, float("inf")).links
+    assert 1 <= len(rows) <= 2
+    assert max(row.largest_n for row in rows) > 2.0
 
 
 def test_hostile_gains_are_refused_by_name() -> None:
