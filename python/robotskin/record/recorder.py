@@ -186,7 +186,7 @@ class Recorder:
                 if self._file is not None:
                     self._file.abandon()
                     self._file = None
-                self._tell(self._told())
+                    self._tell(self._told())
             if now - keyframed >= self.keyframe_s:
                 self._tapes.ask_for_keyframe()
                 keyframed = now

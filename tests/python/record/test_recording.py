@@ -336,6 +336,29 @@ def test_a_full_disk_is_told_at_once_and_the_robot_goes_on(tmp_path: Path, seed:
     assert len(Recording(path).samples()["key"]) > 0
 
 
+class Failing:
+    """A follower that takes nothing."""
+
+    def begin(self, ask: Callable[[], None]) -> None: ...
+
+    def take(self, *_: object) -> None:
+        raise ValueError("not this")
+
+    def close(self) -> None: ...
+
+
+def test_a_follower_that_fails_says_nothing_of_a_file(seed: int) -> None:
+    """It said so at each turn of the recorder's thread, of a file that there was none of."""
+    told = list[str]()
+    session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
+    session.boot()
+    recorder = Recorder(None, session, followers=[Failing()], tell=told.append)
+    wait_for(session, lambda: recorder.error)
+    with pytest.raises(RecordError, match="not this"):
+        recorder.close()
+    assert not told
+
+
 def wait_for(session: Session, holds: Callable[[], object]) -> None:
     """Step on until it holds."""
     ends = time.monotonic() + PATIENCE_S
