@@ -89,7 +89,7 @@ def command(
     from rich.console import Console
 
     from robotskin import layout as layouts
-    from robotskin.cli.run import tell_made
+    from robotskin.cli.run import tell_gains
     from robotskin.layout.mounting import read_for
     from robotskin.outputs import require_writable
     from robotskin.robots.gains import robot_with_gains
@@ -106,7 +106,7 @@ def command(
         skin = layouts.finished(model.name) if layout is None else read_for(model, layout, link, seed=seed)
         pushed = link or link_to_push(model, ready.gains, skin)
         require_cells_on(skin, pushed)
-    tell_made(console, ready)
+    tell_gains(console, ready, gains)
     estimated_skin, control = estimated_model(console, estimated_layout, model, skin, seed)
     if estimated_skin is not None:
         require_cells_on(estimated_skin, pushed)

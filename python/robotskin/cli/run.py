@@ -156,7 +156,7 @@ def command(
             scene=around,
         )
         session.set_source(source)
-    tell_made(console, ready)
+    tell_gains(console, ready, gains)
     with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands, fleet) as sharing:
         if headless:
             raise typer.Exit(run_script(session, seconds, target, json_file))
@@ -168,8 +168,12 @@ def command(
     raise typer.Exit(status)
 
 
-def tell_made(console: Console, ready: RobotWithGains) -> None:
-    """Say so where gains were made on the spot."""
+def tell_gains(console: Console, ready: RobotWithGains, gains_file: Path | None) -> None:
+    """Say so where gains were made on the spot, and what speaks against those of a file."""
+    from robotskin.robots.gains.doubts import doubts
+
+    for doubt in doubts(ready.robot, ready.gains) if gains_file is not None else ():
+        console.print(f"--gains {gains_file}: {doubt}", markup=False, highlight=False, soft_wrap=True)
     if ready.made:
         locked = f", with {', '.join(ready.gains.locked)} locked" if ready.gains.locked else ""
         console.print(

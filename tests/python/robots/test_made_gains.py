@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gains made from a robot's model: inside limits, stated, stable, written and read again."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,9 @@ from robotskin.errors import InputError
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import GainError, GainSet, made_gains, robot_with_gains
+from robotskin.robots.gains.doubts import doubts
 from robotskin.robots.gains.gain_file import read_gains, written
-from robotskin.robots.gains.made import SETTLED_N_M, _Body, heading
+from robotskin.robots.gains.made import SETTLED_N_M, Body, heading
 from robotskin.robots.gains.stability import radius
 
 OWN_ARM = Path(__file__).parents[3] / "examples" / "own_arm" / "arm4.urdf"
@@ -27,13 +29,13 @@ def test_made_gains_fit_their_robot_and_are_stable(name: str) -> None:
     assert FreeSpace(robot).why_not(gains.home) is None
     gains.require_fit(robot.core)
     gains.guard_limits(robot.core)
-    assert _Body(robot, gains.home).loop(gains).settles(SETTLED_N_M)
+    assert Body(robot, gains.home).loop(gains).settles(SETTLED_N_M)
 
 
 def test_the_check_of_stability_finds_what_is_unstable() -> None:
     robot = load(OWN_ARM)
     gains = made_gains(robot).gains
-    loop = _Body(robot, gains.home).loop(gains)
+    loop = Body(robot, gains.home).loop(gains)
     assert radius(loop.free()) < 1.0
     hasty = replace(loop, friction=loop.friction / 20)
     assert not hasty.settles(SETTLED_N_M)
@@ -41,10 +43,34 @@ def test_the_check_of_stability_finds_what_is_unstable() -> None:
     assert radius(stiffer.free()) > 1.0
 
 
+@pytest.mark.parametrize("name", [*ROBOTS, "ur5", "panda"])
+def test_made_and_well_tried_gains_raise_no_doubt(name: str) -> None:
+    ready = robot_with_gains(name)
+    assert not doubts(ready.robot, ready.gains)
+
+
+@pytest.mark.parametrize(
+    ("section", "field", "factor", "told"),
+    [
+        ("virtual_robot", "friction_s", 0.002, "no contact settles"),
+        ("virtual_robot", "friction_s", 0.3, "contacts settle up to .* N/m only"),
+        ("skin", "largest_give_rad_per_n", 20.0, "asks j[0-9] for .* of its greatest speed"),
+    ],
+)
+def test_gains_that_do_not_suit_the_robot_are_doubted(section: str, field: str, factor: float, told: str) -> None:
+    ready = robot_with_gains(str(OWN_ARM))
+    values = {name: dict(fields) for name, fields in ready.gains.values.items()}
+    values[section][field] *= factor
+    if section == "skin":  # nor may the way be what bounds it
+        values["skin"]["compliance_m_per_n"] *= factor
+    said = doubts(ready.robot, GainSet(ready.robot.name, values))
+    assert any(re.search(told, one) for one in said), said
+
+
 def test_the_eigenvalues_are_those_of_the_stepped_loop(seed: int) -> None:
     robot = load(OWN_ARM)
     gains = made_gains(robot).gains
-    loop = _Body(robot, gains.home).loop(gains)
+    loop = Body(robot, gains.home).loop(gains)
     random = np.random.default_rng(seed)
     q, v, late, felt = random.normal(0, 0.01, 4), np.zeros(4), [0.0] * 5, 0.0
     state = np.concatenate([q, v, [0.0], late])

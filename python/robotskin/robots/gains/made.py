@@ -70,7 +70,7 @@ def made_gains(robot: Robot, home: Array | None = None) -> MadeGains:
             f"home of {robot.joint_names[joint]}: {home[joint]:g} is outside of its limits, "
             f"{robot.lower[joint]:g} to {robot.upper[joint]:g}"
         )
-    body = _Body(robot, home)
+    body = Body(robot, home)
     values: dict[str, dict[str, Any]] = {
         section: {name: _usual(field.kind, field.usual, robot.joint_count) for name, field in fields.items()}
         for section, (_, fields) in SECTIONS.items()
@@ -99,7 +99,7 @@ def _usual(kind: str, usual: float | None, joints: int) -> Any:
     return {"n": [usual] * joints, "6": [usual] * 6}.get(kind, usual)
 
 
-def _fill(values: dict[str, dict[str, Any]], robot: Robot, body: _Body, friction_s: float) -> None:
+def _fill(values: dict[str, dict[str, Any]], robot: Robot, body: Body, friction_s: float) -> None:
     """All fields that the robot decides."""
     shared = PUSH_N / YIELD_M * body.lever**2 * body.limb
     stiffness = _round(np.maximum(shared, body.inertia / (QUICK_S * friction_s)))
@@ -135,7 +135,7 @@ def _round(value: Array) -> Array:
     return np.asarray(np.round(np.round(value / digits) * digits, 9))
 
 
-class _Body:
+class Body:
     """What a robot at home is like: levers, limbs, inertia."""
 
     def __init__(self, robot: Robot, home: Array) -> None:
