@@ -9,6 +9,12 @@ from robotskin.errors import InputError
 PICTURES = (".png", ".svg", ".pdf")
 
 
+def writable_json(path: Path | None) -> Path | None:
+    """The value of an option `--json`, as it was given; raises as `require_writable` does."""
+    require_writable("--json", path)
+    return path
+
+
 def require_writable(option: str, path: Path | None, endings: tuple[str, ...] = ()) -> None:
     """Refuse a file whose folder is missing or takes none, that is a folder, or whose name has none of the `endings`.
 

@@ -10,6 +10,7 @@ import typer
 
 from robotskin.cli._cell_time import CellTime
 from robotskin.cli._waiting import waiting
+from robotskin.outputs import writable_json
 
 if TYPE_CHECKING:
     from robotskin.layout.cell_network import CellNetwork
@@ -39,7 +40,9 @@ def command(
     ] = None,
     seconds: Annotated[float, typer.Option(min=0.01, help="Virtual time.")] = 1.0,
     rate: Annotated[int, typer.Option(help="Samples a second of each cell: 0, 63, 125 or 250.")] = 250,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False)] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable_json)
+    ] = None,
     list_faults: Annotated[bool, typer.Option("--list-faults", help="Print the kinds of faults and end.")] = False,
     cells_take_time: CellTime = False,
 ) -> None:
@@ -54,7 +57,7 @@ def command(
 
     robotskin simulate sheet:20x10 --ports 3 --faults "random:4@400ms" --seed 7
 
-    robotskin simulate cylinder:11x18 --ports 4 --units 2 --faults "stop:unit=1,for=50ms@400ms" --json out/run.json
+    robotskin simulate cylinder:11x18 --ports 4 --units 2 --faults "stop:unit=1,for=50ms@400ms" --json run.json
     """
     from rich.console import Console
     from rich.markup import escape

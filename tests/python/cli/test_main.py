@@ -96,6 +96,22 @@ def test_what_is_typed_wrong_is_told_in_one_line_with_what_to_type_next(typed: s
     assert re.fullmatch(line, answer.output.strip()), answer.output
 
 
+@pytest.mark.parametrize(
+    "typed",
+    [
+        *("run ur5", "demo", "simulate sheet:4x4", f"check {__file__}", "doctor ur5", "replay none.mcap"),
+        *(f"app {name}" for name in ("balance", "embrace", "feet", "grasp", "propagate", "sort", "teach")),
+    ],
+)
+def test_figures_for_a_folder_that_is_not_there_are_refused_and_no_folder_is_made(typed: str, tmp_path: Path) -> None:
+    file = tmp_path / "none" / "figures.json"
+    answer = CliRunner().invoke(main.app, [*typed.split(), "--json", str(file)])
+    assert answer.exit_code == 2, answer.output
+    if not typed.startswith("replay"):  # which misses the recording first
+        assert f"there is no folder {file.parent} to write it in" in " ".join(answer.output.split())
+    assert not file.parent.exists()
+
+
 def test_a_group_alone_shows_its_help() -> None:
     assert "Usage:" in CliRunner().invoke(main.app, ["port"]).output
 

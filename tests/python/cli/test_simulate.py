@@ -24,7 +24,7 @@ def figures(file: Path) -> dict:
 def test_the_same_seed_gives_the_same_hash_and_another_seed_another(tmp_path, seed):
     hashes = []
     for number, run_seed in enumerate((seed, seed, seed + 1)):
-        file = tmp_path / "made" / f"{number}.json"
+        file = tmp_path / f"{number}.json"
         answer = simulate(
             "sheet:8x6", "--faults", "random:2@100ms", "--seed", run_seed, "--seconds", 0.6, "--json", file
         )
