@@ -93,6 +93,7 @@ def write_report(
         _activity(recording, configuration),
         _kinematics(robot, configuration),
         _map(sensory_motor_map),
+        _computing(configuration),
     ]
     body = "\n".join(section for section in sections if section)
     title = html.escape(f"Self-configuration of {robot.name}")
@@ -123,7 +124,6 @@ def _table(heading: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 def _head(robot: Robot, recording: BabblingRecording, configuration: Configuration) -> str:
     placed = int(configuration.placed().sum())
-    steps = [(step, f"{seconds:.2f} s") for step, seconds in configuration.seconds.items()]
     defects = configuration.topology.defects
     found = "".join(f"<li>{html.escape(str(defect))}</li>" for defect in defects[:20])
     more = f"<li>and {len(defects) - 20} more</li>" if len(defects) > 20 else ""
@@ -134,22 +134,35 @@ def _head(robot: Robot, recording: BabblingRecording, configuration: Configurati
         f"<h1>Self-configuration of {html.escape(robot.name)}</h1>"
         f'<p class="lead">{len(recording)} cells heard, {len(configuration.patches)} patches, {placed} cells placed; '
         f"{len(recording.rest_posture)} rests and {len(recording.swings)} swings in {recording.duration_s:.0f} s of "
-        f"motion, {sum(configuration.seconds.values()):.1f} s of computing.</p>"
-        + _table(("step", "computing"), steps)
-        + told
+        f"motion, {sum(configuration.seconds.values()):.1f} s of computing.</p>" + told
     )
 
 
+def _computing(configuration: Configuration) -> str:
+    steps = [(step, f"{seconds:.2f} s") for step, seconds in configuration.seconds.items()]
+    return "<h2>Computing</h2>" + _table(("step", "time"), steps)
+
+
 def _patches(configuration: Configuration, truth: Truth | None) -> str:
-    heading = ["patch", "cells", "link", "by", "root cell", "σ rotation °", "σ place mm", "hinge mm", "what is open"]
+    heading = [
+        "patch",
+        "cells",
+        "link",
+        "by",
+        "root cell (group:id)",
+        "σ rotation °",
+        "σ place mm",
+        "hinge mm",
+        "what is open",
+    ]
     if truth:
         heading += ["true link", "error °", "error mm", "cells' mean error °", "cells' mean error mm"]
     rows = []
     for number, patch in enumerate(configuration.patches):
         shape, place = patch.reconstruction, patch.localisation
-        root = configuration.topology.cell[configuration.topology.root[number]]
+        root = int(configuration.topology.cell[configuration.topology.root[number]])
         row: list[object] = [number, len(patch.cells), place.link if place else "—"]
-        row += [patch.by if place else "—", int(root)]
+        row += [patch.by if place else "—", f"{root >> 16}:{root & 0xFFFF}"]
         row += [float(np.degrees(place.deviation()[0])), 1e3 * place.deviation()[1]] if place else ["—", "—"]
         row.append(1e3 * shape.hinge_m if shape else "—")
         row.append(patch.problem or "nothing")

@@ -80,9 +80,15 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     assert same.exit_code == 0, same.output
     assert "no changes" in same.output
     assert "configured anew: none" in same.output
-    found = CliRunner().invoke(app, [*arguments, str(after)])
+    report = tmp_path / "found.html"
+    found = CliRunner().invoke(app, [*arguments, str(after), "--report", str(report)])
     assert found.exit_code == 0, found.output
     assert "wrist_2_link moved" in found.output
+    told = report.read_text(encoding="utf-8")
+    assert told.index("On the robot") < told.index("<h2>Patches") < told.index("<h2>Computing"), (
+        "the picture comes first"
+    )
+    assert "<td>1:" in told, "a cell is named by group and id"
     layout = Layout.load(target)
     key = {int(cell): row for row, cell in enumerate(slid.group.astype(np.int64) << 16 | slid.id)}
     rows = np.array([key[int(cell)] for cell in layout.group.astype(np.int64) << 16 | layout.id])
