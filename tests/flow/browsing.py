@@ -22,6 +22,7 @@ from robotskin.viewer.scene import SHADOWS, body_corners
 
 WIDTH, HEIGHT = 1000, 560
 PATIENCE_S = 180.0
+RECONNECTION_S = 15.0
 PICTURE_FOLDER = "ROBOTSKIN_PICTURES"
 
 
@@ -98,8 +99,23 @@ def opened(browser: sync_api.Browser, address: str) -> sync_api.Page:
     return page
 
 
+def reconnect(page: sync_api.Page) -> None:
+    """Load a page anew that has lost its server, as a person does.
+
+    The page tries again each second and closes the try before, so it never comes back where an answer takes longer.
+    """
+    lost = page.get_by_text(re.compile(r"^(Connecting\.\.\.|Inactive)$"))
+    deadline = time.monotonic() + RECONNECTION_S
+    while lost.count() > 0:
+        if time.monotonic() > deadline:
+            page.reload()
+            return
+        time.sleep(0.1)
+
+
 def click(page: sync_api.Page, x: float, y: float) -> None:
     """As a hand clicks: the pointer rests before, and stays down for a while. A page that draws slowly misses less."""
+    reconnect(page)
     page.mouse.move(x, y)
     page.wait_for_timeout(300)
     page.mouse.click(x, y, delay=200)
@@ -110,6 +126,7 @@ def choose(page: sync_api.Page, label: str, option: str) -> None:
     box = page.get_by_role("combobox", name=label)
 
     def act() -> None:
+        reconnect(page)
         choice = page.get_by_role("option", name=option, exact=True)
         with contextlib.suppress(sync_api.TimeoutError):
             if not choice.is_visible():
