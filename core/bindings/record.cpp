@@ -34,11 +34,15 @@ struct Recorder final : loop::LoopWitness {
       control.felt(loop.skin(), fresh_ns, now_ns);
     else if (without_driver)
       control.nothing_felt(now_ns);
-    const JointState& joints = loop.joints();
+    moved(now_ns, loop.joints(), loop.report().write == PortStatus::ok ? &loop.command() : nullptr);
+  }
+
+  // What a robot told and, where something was, what was sent to it.
+  void moved(std::int64_t now_ns, const JointState& joints, const JointCommand* sent) noexcept {
     if (joints.stamp_ns != never_ns) control.joints(joints.stamp_ns, joints.position, joints.velocity, joints.effort);
-    if (loop.report().write != PortStatus::ok) return;
-    const std::optional<CommandMode> mode = loop.command().common_mode();
-    control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, loop.command().value);
+    if (sent == nullptr) return;
+    const std::optional<CommandMode> mode = sent->common_mode();
+    control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, sent->value);
   }
 
   record::DriverTape driver;
@@ -111,6 +115,9 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
           },
           "driver"_a.none(), "reader"_a.none(), "loop"_a.none() = nb::none(),
           "Ends that. Call it in the control thread.")
+      .def("moved", &Recorder::moved, "now_ns"_a, "joints"_a, "sent"_a.none(),
+           "What a robot told at `now_ns`, and what was sent to it or None, where no loop is attached. Call it in the "
+           "control thread.")
       .def(
           "ask_for_keyframe", [](Recorder& self) { self.driver.ask_for_keyframe(); },
           "The next publication is followed by a keyframe, at which a replay can begin.")

@@ -14,9 +14,10 @@ from robotskin.errors import InputError
 from robotskin.live.live_session import LiveSession
 from robotskin.live.replay import SPEED_MAX, Replay
 from robotskin.record import Recorder, Recording
+from robotskin.record.open_loop import open_loop
 from robotskin.session import Session
 from robotskin.viewer.page import Page
-from robotskin.viewer.replay_page import ReplayPage, activity_strip
+from robotskin.viewer.replay_page import ReplayPage, activity_strip, compared_text
 from robotskin.viewer.scene import SHADOWS
 
 if TYPE_CHECKING:
@@ -86,6 +87,31 @@ def test_it_plays_to_its_end_and_then_from_its_beginning(replay: Replay) -> None
     until(lambda: replay.moment().playing and replay.moment().time_s < 0.5)
     replay.pause()
     until(lambda: not replay.moment().playing)
+
+
+def test_a_behaviour_is_compared_and_says_since_when(recording: Recording) -> None:
+    """After going to another time its goal and fusion were new, and nothing said so."""
+    whole = open_loop(recording, "kinesthetic_joint")
+    with Replay(recording, "kinesthetic_joint") as replay:
+        replay.set_speed(SPEED_MAX)
+        replay.play()
+        until(lambda: not replay.moment().playing and replay.moment().time_s > SECONDS - 0.2)
+        compared = replay.moment().compared
+        assert compared is not None
+        assert compared.since_s < 0.1
+        assert np.array_equal(compared.commanded, whole.commanded[-1])
+        assert np.array_equal(compared.sent, whole.recorded[-1])
+        replay.seek(0.6)
+        until(lambda: abs(replay.moment().time_s - 0.6) < 0.005)
+        assert replay.moment().compared is None
+        replay.step()
+        until(lambda: replay.moment().compared is not None)
+        anew = replay.moment().compared
+    assert anew is not None
+    assert anew.since_s == pytest.approx(0.6, abs=0.005)
+    text = compared_text(anew, replay.robot.joint_names)
+    assert f'data-since="{anew.since_s:.3f}"' in text
+    assert text.count("<tr>") == 1 + replay.robot.joint_count
 
 
 def test_what_cannot_be_is_refused(replay: Replay) -> None:

@@ -6,6 +6,7 @@ import numpy
 
 import robotskin.driver
 import robotskin.loop
+import robotskin.model
 import robotskin.skin
 
 class Entry(enum.Enum):
@@ -92,6 +93,11 @@ class Recorder:
         loop: robotskin.loop.SkinLoop | None = None,
     ) -> None:
         """Ends that. Call it in the control thread."""
+
+    def moved(self, now_ns: int, joints: robotskin.model.JointState, sent: robotskin.model.JointCommand | None) -> None:
+        """
+        What a robot told at `now_ns`, and what was sent to it or None, where no loop is attached. Call it in the control thread.
+        """
 
     def ask_for_keyframe(self) -> None:
         """

@@ -124,9 +124,13 @@ def shared(
             yield Sharing(recorder, bridge, ros2_commands, robot, member)
     finally:
         if record is not None and recorder is not None and record.is_file():
-            dropped = f", {recorder.dropped} entries dropped" if recorder.dropped else ""
-            size_mb = record.stat().st_size / 1e6
-            tell(f"recorded into {record} ({size_mb:.1f} MB{dropped}); next: robotskin replay {record}")
+            told_recorded(record, recorder.dropped)
+
+
+def told_recorded(path: Path, dropped: int) -> None:
+    """Print where a recording lies and what comes next."""
+    lost = f", {dropped} entries dropped" if dropped else ""
+    tell(f"recorded into {path} ({path.stat().st_size / 1e6:.1f} MB{lost}); next: robotskin replay {path}")
 
 
 def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | None) -> Ros2Bridge:

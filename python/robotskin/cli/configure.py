@@ -31,6 +31,13 @@ def command(
         Path | None,
         typer.Option(help="Write what the cells felt here (.npz), to configure from again.", dir_okay=False),
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Keep all that is felt and done, and the layout found, in this file (MCAP); robotskin replay.",
+            dir_okay=False,
+        ),
+    ] = None,
     source: Annotated[
         Path | None,
         typer.Option("--from", help="Configure from this recording; nothing moves.", exists=True, dir_okay=False),
@@ -75,10 +82,14 @@ def command(
     With --check the robot moves (or --from tells what it felt) to find out what has changed: a cell exchanged, a patch
     moved, a link slipped, a plug opened; all else stays as it was configured.
     """
+    from contextlib import ExitStack
+
     from rich.console import Console
     from rich.table import Table
 
+    from robotskin.cli._sharing import told_recorded
     from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
+    from robotskin.configuring.kept_exploration import KeptExploration
     from robotskin.errors import InputError
     from robotskin.outputs import PICTURES, require_writable
     from robotskin.robots.gains import robot_with_gains
@@ -90,6 +101,8 @@ def command(
     console = Console()
     if camera and source is not None and layout is None:
         raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
+    if record is not None and source is not None:
+        raise InputError(f"--record {record} with --from: nothing moves, so nothing is recorded")
     model = robot_with_gains(robot).robot
     chosen = tuple(step.strip() for step in steps.split(","))
     # Whatever can be refused is refused before the robot moves.
@@ -106,11 +119,16 @@ def command(
         require_writable(option, path, PICTURES if path is map_picture else ())
     require_writable("--recording", recording)
     require_writable("--report", report)
+    require_writable("--record", record)
+    kept = None if record is None else KeptExploration(record)
     earlier = BabblingRecording.load(check) if check is not None else None
     if earlier is not None:
         require_joints(model, earlier)
     truth = worn_layout(model, layout) if source is None or layout is not None else None
-    with waiting("waking the skin") as tell:
+    with ExitStack() as stack:
+        if kept is not None:
+            stack.enter_context(kept)
+        tell = stack.enter_context(waiting("waking the skin"))
         if source is not None:
             recorded = BabblingRecording.load(source)
         else:
@@ -122,6 +140,7 @@ def command(
                 postures=postures,
                 swing_postures=swing_postures,
                 floor_m=floor_m,
+                kept=kept,
                 progress=tell,
             )
         if recording is not None:
@@ -138,6 +157,10 @@ def command(
         if "map" in chosen:
             tell("map", 0.0)
             learned = learn_map(model, recorded, found)
+        if kept is not None and found.placed().any():
+            kept.found(found.layout())
+    if kept is not None:
+        told_recorded(kept.path, kept.dropped)
     if checked is not None:
         console.print(f"{len(checked.changes) or 'no'} changes since {check}")
         for change in checked.changes:

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from robotskin.record import Recording
 
-UNITS = {"position": "rad or m", "velocity": "rad/s or m/s", "torque": "Nm or N"}
-
 
 def command(
     file: Annotated[Path, typer.Argument(help="A recording (MCAP) that `--record` or `robotskin record` has made.")],
@@ -62,9 +60,21 @@ def command(
     from robotskin.record import Recording
     from robotskin.record.summary import summarise
 
+    for alone, asked in (("--page", page), ("--fleet", fleet is not None)):
+        others = {"--to": end, "--csv": csv, "--html": html, "--json": json_file} | (
+            {"--behaviour": behaviour, "--from": start or None, "--page": page or None} if alone == "--fleet" else {}
+        )
+        beside = [name for name, value in others.items() if value is not None]
+        if asked and beside:
+            raise InputError(f"{', '.join(beside)} with {alone}: only one at a time; give them without {alone}")
     recording = Recording(file)
+    if start > recording.seconds or (end is not None and end < start):
+        raise InputError(
+            f"--from {start:g}{'' if end is None else f' --to {end:g}'}: {file} lasts {recording.seconds:.1f} s; give "
+            "a time within it, and an end behind it"
+        )
     if page:
-        serve(recording, port)
+        serve(recording, port, behaviour, start)
         return
     if fleet is not None:
         from robotskin.cli._in_fleet import play_in_fleet
@@ -72,11 +82,6 @@ def command(
         play_in_fleet(recording, fleet)
         return
     until = float("inf") if end is None else end
-    if start > recording.seconds or until < start:
-        raise InputError(
-            f"--from {start:g}{'' if end is None else f' --to {end:g}'}: {file} lasts {recording.seconds:.1f} s; give "
-            "a time within it, and an end behind it"
-        )
     for option, target in (("--csv", csv), ("--html", html), ("--json", json_file)):
         require_writable(option, target)
     console = Console()
@@ -131,7 +136,7 @@ def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, 
     """Print what a behaviour would have commanded beside what was commanded."""
     from rich.table import Table
 
-    from robotskin.record.open_loop import open_loop
+    from robotskin.record.open_loop import MODES, UNITS, open_loop
 
     with waiting("tasks") as tell:
         found = open_loop(
@@ -142,22 +147,25 @@ def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, 
         table.add_row(name, f"{moved:.4f}", f"{difference:.4f}")
     console.print(table)
     console.print(
-        f"{UNITS[found.mode.name]}, root mean square of {len(found.recorded)} ticks; {found.speed:.1f} x real "
-        "time. The joints are where they were, whatever is commanded.",
+        f"{UNITS[MODES.index(found.mode)]}, root mean square of {len(found.recorded)} ticks; {found.speed:.1f} x real "
+        "time. Goal and fusion began at 0 s. The joints are where they were, whatever is commanded.",
         highlight=False,
+        soft_wrap=True,
     )
 
 
-def serve(recording: Recording, port: int) -> None:
-    """Serve the page of a recording until it is interrupted."""
+def serve(recording: Recording, port: int, behaviour: str | None = None, start_s: float = 0.0) -> None:
+    """Serve the page of a recording from a time on until it is interrupted."""
     import threading
 
     from robotskin.live.replay import Replay
     from robotskin.viewer.replay_page import ReplayPage
 
     with waiting("reading what was felt"):
-        replay, activity = Replay(recording), recording.activity()
+        replay, activity = Replay(recording, behaviour), recording.activity()
     title = f"{recording.about['robot']}, {recording.about['cells']} cells, {recording.path.name}"
+    if start_s > 0:
+        replay.seek(start_s)
     with replay, ReplayPage(replay, title, activity, port) as page:
         typer.echo(f"{title}: open {page.address} (Ctrl-C ends)")
         try:

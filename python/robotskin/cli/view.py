@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robotskin.cli._cell_time import CellTime
-from robotskin.cli._sharing import Foxglove, tell
+from robotskin.cli._sharing import Foxglove, tell, told_recorded
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -37,6 +37,13 @@ def command(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the network's wires and clocks.")] = 1,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Keep what a host hears of the cells in this file (MCAP); nothing touches them. robotskin replay.",
+            dir_okay=False,
+        ),
+    ] = None,
     foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try, on 127.0.0.1.", min=1, max=65535)] = 8080,
     cells_take_time: CellTime = False,
@@ -51,6 +58,7 @@ def command(
     if output is not None and not place:
         raise typer.BadParameter("is for --place", param_hint="--output")
     from robotskin import robots
+    from robotskin.errors import InputError
     from robotskin.layout import Layout, finished
     from robotskin.live.live_network import LiveNetwork
     from robotskin.robots.gains import GainSet, robots_with_gains
@@ -59,6 +67,9 @@ def command(
     with waiting(f"loading {robot}"):
         model = robots.load(robot)
         skin = finished(model.name) if layout is None else Layout.load(layout)
+    if record is not None and (place or not network or not skin.section_unit_ports):
+        why = "--place" if place else "--no-network" if not network else "a layout without cables"
+        raise InputError(f"--record {record} with {why}: no cell sends anything; robotskin run {robot} records, too")
     if place:
         serve_placing(model, skin, output or layout or Path(f"{model.name}.json"), port)
         return
@@ -69,6 +80,8 @@ def command(
         with waiting("opening the page"):
             living = stack.enter_context(LiveNetwork(skin, seed)) if network and skin.section_unit_ports else None
             exhibit = stack.enter_context(Exhibit(model, skin, port, living, posture))
+        if living is not None and record is not None:
+            living.record(model, record)
         typer.echo(f"{model.name} with {len(skin)} cells: open {exhibit.address} (Ctrl-C ends)")
         if foxglove is not None:
             from robotskin.sharing.shown_network import ShownNetwork
@@ -79,6 +92,8 @@ def command(
             threading.Event().wait()
         except KeyboardInterrupt:
             typer.echo("closed")
+    if living is not None and living.host is not None and record is not None:
+        told_recorded(record, living.host.recorder.dropped)
 
 
 def serve_placing(robot: "Robot", layout: "Layout", path: Path, port: int) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robotskin.configuring.exploration import Exploration, Progress
 from robotskin.configuring.identification import identified, record_torques
+from robotskin.configuring.kept_exploration import KeptExploration
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
@@ -57,6 +58,7 @@ def babble(
     postures: int = 8,
     swing_postures: int = 3,
     floor_m: float | None = None,
+    kept: KeptExploration | None = None,
     progress: Progress | None = None,
 ) -> BabblingRecording:
     """Wake the skin of a simulated robot and let it babble.
@@ -69,10 +71,11 @@ def babble(
         postures: to rest in; swing_postures: in how many of them every joint swings.
         swing_postures: see postures.
         floor_m: height of the floor in the base frame; None: none.
+        kept: records all that is felt and done.
         progress: told what is done.
 
     Raises:
-        BabblingError: nowhere to move; ExplorationError: a silent skin or a stopped robot.
+        BabblingError: nowhere to move; ExplorationError: a silent skin or a stopped robot; RecordError: no file.
     """
     if progress:
         progress("planning", 0.0)
@@ -83,6 +86,8 @@ def babble(
     if progress:
         progress("waking the skin", 0.0)
     exploration = Exploration(robot, layout, seed, start)
+    if kept is not None:
+        kept.begin(exploration)
     try:
         return exploration.babble(plan, progress=progress)
     finally:

@@ -32,6 +32,7 @@ from robotskin.world import World
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Told what is being done and which share of the whole motion is done, 0 to 1."""
+Moved = Callable[[int, JointState, JointCommand | None], None]
 
 PERIOD_S = 0.001
 SAMPLE_PERIOD_S = 0.004
@@ -135,6 +136,8 @@ class Exploration:
         # Cells that never spoke are no reason to stop a robot that is not touched; half of the skin falling silent is.
         limits.whole_alive_share = 0.5
         self.guard = Guard(robot.core, limits)
+        self.moved: Moved | None = None
+        """Hears each tick what the joints told, and the command that was sent, if any."""
         self._wanted = False
         self._share, self._progress = 0.0, _silent
         self._start()
@@ -165,6 +168,8 @@ class Exploration:
             self.world.port.write(self.command)
         elif report.stop_port:
             self.world.port.stop()
+        if self.moved is not None:
+            self.moved(now_ns, self.joints, self.command if report.send else None)
         if self._wanted and report.state is SafetyState.stopped:
             raise ExplorationError(f"the guard stopped the robot: {report.text}")
         self.goal = posture

@@ -193,6 +193,13 @@ class Layout:
             raise LayoutError(f"no link {link!r} in this layout; it has {', '.join(self.links)}")
         return np.flatnonzero(self.link == self.links.index(link))
 
+    def cells_of(self, keys: ArrayLike) -> NDArray[np.int64]:
+        """(K,) indices of the cells with these keys (K,), section-unit group << 16 | id; -1 for those of no cell."""
+        own, asked = self.group.astype(np.int64) << 16 | self.id, np.asarray(keys, dtype=np.int64)
+        order = np.argsort(own)
+        at = order[np.clip(np.searchsorted(own, asked, sorter=order), 0, len(own) - 1)]
+        return np.where(own[at] == asked, at, -1)
+
     def skin_model(self) -> SkinModel:
         """The constant model that driver and control take, from the same arrays."""
         from robotskin.skin import SkinModel

@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 from robotskin import simulator as core
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
+from robotskin.live.network_host import NetworkHost
 from robotskin.live.network_watch import NetworkError, NetworkWatch
 from robotskin.live.own_thread import OwnThread
 from robotskin.live.watched_network import WatchedNetwork
+from robotskin.robots import Robot
 from robotskin.world.ideal import default_processor
 
 WALL_STEP_S = 1 / 60
@@ -48,7 +51,20 @@ class LiveNetwork(OwnThread, WatchedNetwork):
         OwnThread.__init__(self, "network", NetworkError, daemon=True)
         watch = NetworkWatch(self._world.network, layout, lambda: self._world.time_ns * 1e-9)
         WatchedNetwork.__init__(self, watch)
+        self._units, self._seed = units, seed
+        self.host: NetworkHost | None = None
+        """Hears and records it; None: the section units send to nothing."""
         self._begin()
+
+    def close(self) -> None:
+        """End the thread, and the recording where there is one. Raises RecordError if its file is not whole."""
+        super().close()
+        if self.host is not None:
+            self.host.close()
+
+    def record(self, robot: Robot, path: Path) -> None:
+        """Record what a host hears, from now on until `close`. Raises RecordError where the file cannot be written."""
+        self.host = NetworkHost(robot, self.layout, self._units, self._mailbox, self._seed, path)
 
     # ---- What a page asks ----
 
@@ -74,5 +90,12 @@ class LiveNetwork(OwnThread, WatchedNetwork):
         while self._world.time_ns < end_ns:
             left_ns = end_ns - self._world.time_ns
             self._world.run(min(left_ns, round(WATCH_STEP_S * 1e9)) if self._watch.broken else left_ns)
-            self._mailbox.take()
+            if self.host is None:
+                self._mailbox.take()
+            else:
+                self.host.exchange(self._world.time_ns)
             self.look()
+
+    def _tell(self, change: str) -> None:
+        if self.host is not None:
+            self.host.recorder.note(change)

@@ -13,10 +13,11 @@ import numpy as np
 from robotskin.errors import InputError
 from robotskin.live.own_thread import OwnThread
 from robotskin.record import Frame, Recording, RecordingFileError
+from robotskin.record.open_loop import UNITS, BehaviourSteps
 from robotskin.record.recorded_robot import recorded_robot
 from robotskin.viewer.session_view import Floats, SkinReading
 
-__all__ = ["Moment", "Replay"]
+__all__ = ["Compared", "Moment", "Replay"]
 
 SPEED_MAX = 10.0
 LOOKS_BACK_S = (0.1, 2.0)
@@ -27,14 +28,32 @@ BUSY_S = 0.05
 
 
 @dataclass(frozen=True)
+class Compared:
+    """What a behaviour would have commanded, beside what was sent in the same tick; n joints, in `unit`.
+
+    since_s: its goal and its fusion began at that time of the recording.
+    """
+
+    behaviour: str
+    since_s: float
+    unit: str
+    commanded: Floats
+    sent: Floats
+
+
+@dataclass(frozen=True)
 class Moment:
-    """What a page shows of a replay. time_s: since the beginning; joint_position: (n,) rad or m."""
+    """What a page shows of a replay. time_s: since the beginning; joint_position: (n,) rad or m.
+
+    compared: None where no behaviour is stepped, or none of its ticks was yet.
+    """
 
     time_s: float
     joint_position: Floats
     skin: SkinReading
     playing: bool
     speed: float
+    compared: Compared | None = None
 
 
 class Replay(OwnThread):
@@ -42,12 +61,22 @@ class Replay(OwnThread):
 
     Every method may be called from any thread and returns at once.
 
+    Args:
+        behaviour: its tasks are stepped, too, with the recorded joints and skin. Where it is sought, goal and fusion
+            begin anew.
+
     Raises:
-        RecordingFileError: no robot is in it, or no moment.
+        RecordingFileError: no robot is in it, or no moment. UnknownNameError: no such behaviour.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, behaviour: str | None = None) -> None:
         super().__init__("replay", RecordingFileError, daemon=True)
+        self._steps = None if behaviour is None else BehaviourSteps(recording, behaviour)
+        self.compares = behaviour is not None
+        self._commanded: Floats | None = None
+        """In the tick of the last frame."""
+        self._since_s = 0.0
+        self._compared: Compared | None = None
         self.recording = recording
         self.robot = recorded_robot(recording)
         self.layout = recording.layout
@@ -119,6 +148,7 @@ class Replay(OwnThread):
                 self._playing = False
                 break
             last = frame
+            self._compare(frame)
             self._at_s = (frame.time_ns - self.recording.start_ns) * 1e-9
             if time.monotonic() > ends:
                 self._restart_clock()
@@ -141,6 +171,7 @@ class Replay(OwnThread):
         self._playing = False
         frame = next(self._frames, None)
         if frame is not None:
+            self._compare(frame)
             self._keep(frame)
 
     def _set_speed(self, speed: float) -> None:
@@ -154,7 +185,26 @@ class Replay(OwnThread):
             frame = self._last_read(time_s)
         if frame is not None:
             self._keep(frame)
+            self._compare_anew(frame)
         self._restart_clock()
+
+    def _compare_anew(self, frame: Frame) -> None:
+        """Goal and fusion begin at a frame."""
+        if self._steps is None:
+            return
+        self._steps.begin()
+        self._commanded = self._compared = None
+        self._since_s = self._at_s
+        self._compare(frame)
+
+    def _compare(self, frame: Frame) -> None:
+        """Step the behaviour; what was sent in a tick is known at the next one."""
+        if self._steps is None or not self._steps.fits(frame):
+            return
+        if self._commanded is not None and (mode := self._steps.mode) is not None and mode == frame.command_mode:
+            unit = UNITS[mode] if mode < len(UNITS) else "each joint in its own unit"
+            self._compared = Compared(self._steps.name, self._since_s, unit, self._commanded, np.array(frame.command))
+        self._commanded = self._steps.step(frame)
 
     def _last_read(self, time_s: float) -> Frame | None:
         """The skin's last read before a time after which there is none: a recording may end with something else."""
@@ -174,4 +224,4 @@ class Replay(OwnThread):
         self._skin = SkinReading.of(frame.skin, frame.time_ns)
 
     def _take(self, skin: SkinReading) -> Moment:
-        return Moment(self._at_s, self._position, skin, self._playing, self._speed)
+        return Moment(self._at_s, self._position, skin, self._playing, self._speed, self._compared)

@@ -116,6 +116,16 @@ def records(path: Path, *, skip_damaged: bool = False) -> Iterator[McapRecord]:
 MAGIC = b"\x89MCAP0\r\n"
 
 
+def require_file(path: Path) -> None:
+    """Refuse what is no file. Raises RecordingFileError, which says what to name instead."""
+    if path.is_dir():
+        inside = ", ".join(one.name for one in sorted(path.glob("*.mcap"))[:3])
+        such = f", such as {inside}" if inside else ""
+        raise RecordingFileError(f"{path}: is a folder; name a recording in it{such}")
+    if not path.is_file():
+        raise RecordingFileError(f"{path}: no such file; `robotskin record {path}` makes a recording")
+
+
 def is_mcap(path: Path) -> bool:
     """Whether the file begins as an MCAP file does."""
     with path.open("rb") as file:
@@ -132,4 +142,4 @@ def is_whole(path: Path) -> bool:
         return file.read(8) == MAGIC
 
 
-__all__ = ["BoundedFile", "RecordingFileError", "is_mcap", "is_whole", "records", "unpacked"]
+__all__ = ["BoundedFile", "RecordingFileError", "is_mcap", "is_whole", "records", "require_file", "unpacked"]

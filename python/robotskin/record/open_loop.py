@@ -16,16 +16,19 @@ from robotskin.model import CommandMode, JointCommand, JointState
 from robotskin.record.facts import GAINS
 from robotskin.record.mcap_file import RecordingFileError
 from robotskin.record.recorded_robot import recorded_robot
-from robotskin.record.recording import Recording
+from robotskin.record.recording import Frame, Recording
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.robots.gains.gain_file import read_gains
 
 TICKS_PER_REPORT = 500
+MODES = list(CommandMode)
+UNITS = ("rad or m", "rad/s or m/s", "Nm or N")
+"""Of commands, by the number of their interface."""
 
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """Commands of T ticks. `speed` is in multiples of real time."""
+    """Commands of T ticks. `speed` is in multiples of real time, of all that was stepped."""
 
     joint_names: tuple[str, ...]
     mode: CommandMode
@@ -55,6 +58,54 @@ def recorded_gains(recording: Recording) -> GainSet | None:
     return GainSet(recording.layout.robot, read_gains(text.decode(errors="replace"), f"{recording.path}: {GAINS}"))
 
 
+class BehaviourSteps:
+    """A behaviour's tasks, their fusion and the guard, stepped with the frames of a recording. It moves nothing.
+
+    gains: by default those of the recording, else the robot's own.
+
+    Raises RecordingFileError: no robot is in it. Raises GainError: damaged gains. Raises UnknownNameError: no such
+    behaviour.
+    """
+
+    def __init__(self, recording: Recording, behaviour: str | Behaviour, gains: GainSet | None = None) -> None:
+        self.robot = recorded_robot(recording)
+        self._recording, self._behaviour = recording, behaviour
+        self._gains = gains or recorded_gains(recording) or gains_of(self.robot)
+        self.mode: int | None = None
+        """Number of the recorded interface, by which it commands, too; None: no frame was stepped yet."""
+        self.begin()
+
+    @property
+    def name(self) -> str:
+        """Of the behaviour."""
+        return self._behaviour if isinstance(self._behaviour, str) else self._behaviour.name
+
+    def begin(self) -> None:
+        """Goal and fusion begin anew, at the next frame."""
+        layout = self._recording.layout
+        self._controller = Controller(self.robot.core, layout.skin_model(), self._gains, self._behaviour)
+        self._controller.cycle.request_run(True)
+        self._joints = JointState(self.robot.joint_count)
+        self._command = JointCommand(CommandMode.position, self.robot.joint_count)
+        self.mode = None
+
+    def fits(self, frame: Frame) -> bool:
+        """Whether joints and a command of this robot are in it."""
+        return len(frame.position) == self.robot.joint_count == len(frame.command)
+
+    def step(self, frame: Frame) -> NDArray[np.float64]:
+        """(n) what it commands in the tick of a frame that fits, in the unit of the recorded interface."""
+        if frame.command_mode != self.mode:
+            self.mode = frame.command_mode
+            if self.mode < len(MODES):  # joints with interfaces of their own go on by the last one
+                self._command.mode = MODES[self.mode]
+                self._controller.cycle.request_mode(MODES[self.mode])
+        joints = self._joints
+        joints.position, joints.velocity, joints.stamp_ns = frame.position, frame.velocity, frame.time_ns
+        self._controller.cycle.step(joints, frame.skin, frame.time_ns, self._command)
+        return np.array(self._command.value)
+
+
 def open_loop(
     recording: Recording,
     behaviour: str | Behaviour,
@@ -64,50 +115,45 @@ def open_loop(
     gains: GainSet | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> OpenLoop:
-    """Step a behaviour's tasks, their fusion and the guard with recorded joints and skin, between two times.
+    """Step a behaviour with recorded joints and skin from the beginning on; compare between two times.
 
-    The joints are where they were, whatever it commands. gains: by default those of the recording, else the robot's
-    own. progress: hears how many seconds are done.
+    So goal and fusion at `start_s` are as in a comparison of the whole. The joints are where they were, whatever it
+    commands. gains: see `BehaviourSteps`. progress: hears how many seconds are done.
 
-    Raises RecordingFileError: damaged, or no joints and commands of one interface are in it. Raises GainError: damaged
-    gains. Raises UnknownNameError: no such behaviour.
+    Raises RecordingFileError: damaged, or no joints and commands of one interface are in that time. Raises GainError:
+    damaged gains. Raises UnknownNameError: no such behaviour.
     """
-    robot = recorded_robot(recording)
-    controller = Controller(
-        robot.core, recording.layout.skin_model(), gains or recorded_gains(recording) or gains_of(robot), behaviour
-    )
-    controller.cycle.request_run(True)
-    count, modes = robot.joint_count, list(CommandMode)
-    joints, command = JointState(count), JointCommand(CommandMode.position, count)
+    steps = BehaviourSteps(recording, behaviour, gains)
+    begin_ns = recording.start_ns + int(start_s * 1e9)
     commanded: list[NDArray] = []
     recorded: list[NDArray] = []
     mode: int | None = None
-    first_ns = last_ns = 0
+    first_ns = begun_ns = last_ns = 0
+    counted = 0
     began = time.monotonic()
-    for frame in recording.frames(start_s, end_s):
-        if len(frame.position) != count or len(frame.command) != count:
+    for frame in recording.frames(0.0, end_s):
+        if not steps.fits(frame):
             continue
         # What was sent in a tick is known at the next one.
         if commanded:
             recorded.append(np.array(frame.command))
-        if mode is None:
-            mode, first_ns = frame.command_mode, frame.time_ns
-            if mode >= len(modes):
-                raise RecordingFileError(f"{recording.path}: its joints have interfaces of their own: not compared")
-            command.mode = modes[mode]
-            controller.cycle.request_mode(modes[mode])
-        elif frame.command_mode != mode:
-            raise RecordingFileError(f"{recording.path}: its interface changes at {frame.time_ns / 1e9:.3f} s")
-        joints.position, joints.velocity, joints.stamp_ns = frame.position, frame.velocity, frame.time_ns
-        controller.cycle.step(joints, frame.skin, frame.time_ns, command)
-        commanded.append(np.array(command.value))
-        last_ns = frame.time_ns
-        if len(commanded) % TICKS_PER_REPORT == 0:
-            progress((last_ns - first_ns) / 1e9)
+        command = steps.step(frame)
+        begun_ns, last_ns = begun_ns or frame.time_ns, frame.time_ns
+        if frame.time_ns >= begin_ns:
+            if mode is None:
+                mode, first_ns = frame.command_mode, frame.time_ns
+                if mode >= len(MODES):
+                    raise RecordingFileError(f"{recording.path}: its joints have interfaces of their own: not compared")
+            elif frame.command_mode != mode:
+                raise RecordingFileError(f"{recording.path}: its interface changes at {frame.time_ns / 1e9:.3f} s")
+            commanded.append(command)
+        counted += 1
+        if counted % TICKS_PER_REPORT == 0:
+            progress((last_ns - begun_ns) / 1e9)
     if mode is None or not recorded:
         raise RecordingFileError(f"{recording.path}: no joints and commands are in it")
-    seconds = (last_ns - first_ns) / 1e9
+    speed = (last_ns - begun_ns) / 1e9 / max(time.monotonic() - began, 1e-9)
     return OpenLoop(
-        tuple(robot.joint_names), modes[mode], seconds, seconds / max(time.monotonic() - began, 1e-9),
+        tuple(steps.robot.joint_names), MODES[mode], (last_ns - first_ns) / 1e9, speed,
         np.array(commanded[: len(recorded)]), np.array(recorded),
     )  # fmt: skip

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.errors import RobotskinError
+from robotskin.model import JointCommand, JointState
 from robotskin.record.facts import Recorded, about_of, attachments_of
 from robotskin.record.felt import FeltSamples
 from robotskin.record.messages import TOPICS, Message
@@ -100,6 +101,7 @@ class Recorder:
             follower.begin(self._tapes.ask_for_keyframe)
         self._ending, self._emptied = threading.Event(), threading.Event()
         self._notes: list[str] = []
+        self._late_attachments: dict[str, str] = {}
         self._felt: FeltSamples | None = None
         self._is_attached = False
         if attached:
@@ -121,6 +123,11 @@ class Recorder:
             self._is_attached = False
             self._tapes.detach(self._session.driver, self._session.reader, self._session.loop)
             _attached.pop(_known_by(self._session), None)
+
+    def moved(self, now_ns: int, joints: JointState, sent: JointCommand | None) -> None:
+        """Take down what the robot told, and what was sent to it, of a session without a loop."""
+        if self._is_attached:
+            self._tapes.moved(now_ns, joints, sent)
 
     def close(self) -> None:
         """Write what is left and end the file. Raises RecordError if the file is not whole."""
@@ -148,6 +155,10 @@ class Recorder:
     def note(self, text: str) -> None:
         """Take down what the operator did."""
         self._notes.append(text)
+
+    def attach_late(self, name: str, text: str) -> None:
+        """Write another attachment when the file ends; it takes the place of an earlier one of that name."""
+        self._late_attachments[name] = text
 
     @property
     def dropped(self) -> int:
@@ -179,6 +190,7 @@ class Recorder:
                     self._file.flush()
                     flushed = now
                 if self._file is not None and last:
+                    self._file.attach_all(self._late_attachments)
                     self._file.close()
             except Exception as error:
                 # Whatever the disk or the library says: the robot goes on, and the user is told.

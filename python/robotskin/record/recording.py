@@ -18,6 +18,7 @@ from mcap.records import Chunk, ChunkIndex, Message
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
+import robotskin
 from robotskin import firmware
 from robotskin.calibration import Calibration
 from robotskin.layout import Layout
@@ -28,6 +29,7 @@ from robotskin.record.mcap_file import (
     RecordingFileError,
     is_mcap,
     is_whole,
+    require_file,
     unpacked,
 )
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
@@ -75,8 +77,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        if not self.path.is_file():
-            raise RecordingFileError(f"{self.path}: no such file")
+        require_file(self.path)
         if not is_mcap(self.path):
             raise RecordingFileError(f"{self.path}: no MCAP file; robotskin record FILE.mcap makes a recording")
         if not is_whole(self.path):
@@ -98,7 +99,10 @@ class Recording:
         version = self.about.get("format_version", "none")
         if version not in map(str, FORMAT_VERSIONS):
             known = ", ".join(map(str, FORMAT_VERSIONS))
-            raise RecordingFileError(f"{self.path}: format version {version}, this robotskin reads {known}")
+            raise RecordingFileError(
+                f"{self.path}: format version {version}, written by robotskin {self.about.get('robotskin', '?')}; this "
+                f"is robotskin {robotskin.__version__}, which reads version {known}: open it with the other one"
+            )
         if "layout.json" not in self.attachments:
             raise RecordingFileError(f"{self.path}: its layout is missing: no skin state can be made of it")
         self._topics = {id: channel.topic for id, channel in summary.channels.items()}
@@ -223,13 +227,17 @@ class Recording:
         return sum(len(message.data) for topic, message in self._messages(0) if topic in topics)
 
     def to_pandas(self, start_s: float = 0.0, end_s: float = float("inf")) -> pandas.DataFrame:
-        """The samples as a pandas frame: a row a sample, by time. Raises RecordingFileError without pandas."""
+        """The samples as a pandas frame: a row a sample, by time; `cell` is the index in the layout, -1 for none of it.
+
+        Raises RecordingFileError without pandas.
+        """
         try:
             import pandas
         except ImportError as error:
             raise RecordingFileError("pandas is not installed: pip install pandas") from error
-        columns = {}
-        for name, values in self.samples(start_s, end_s).items():
+        samples = self.samples(start_s, end_s)
+        columns = {"cell": self.layout.cells_of(samples["key"])}
+        for name, values in samples.items():
             if values.size == 0:
                 continue  # of a sensor that the skin lacks
             if values.ndim == 1:

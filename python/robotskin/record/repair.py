@@ -13,7 +13,7 @@ from typing import Any
 from mcap.records import Channel, Header, Message, Schema
 from mcap.writer import CompressionType, Writer
 
-from robotskin.record.mcap_file import Damaged, RecordingFileError, is_whole, records
+from robotskin.record.mcap_file import Damaged, RecordingFileError, is_whole, records, require_file
 from robotskin.record.messages import BLOCK
 from robotskin.record.record_copy import RecordCopy
 from robotskin.record.recorder import HEADER
@@ -37,9 +37,11 @@ def repair(path: str | Path) -> Repaired:
     """Write all that can be read of a file anew, with its indices, in its place; the old file stays until then.
 
     A damaged chunk is left out, and a gap told in its place: a replay goes on at the next keyframe. A file that is
-    whole is left as it is. Raises RecordingFileError for a file that is no MCAP, or has no message; it stays as it is.
+    whole is left as it is. Raises RecordingFileError for a file that is not there, is no MCAP, or has no message; it
+    stays as it is.
     """
     path = Path(path)
+    require_file(path)
     partial = path.with_name(f".{path.name}.partial")
     messages = newest_ns = damaged = 0
     whole = False

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from html import escape
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +18,30 @@ from robotskin.viewer.skin_page import FRAMES_PER_S, SkinPage
 
 SPEEDS = {"0.1 ×": 0.1, "0.5 ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0, "10 ×": 10.0}
 STRIP_HEIGHT = 34
+
+
+class ComparedCommands(Protocol):
+    """What a behaviour would have commanded beside what was sent, (n,) each in `unit`; it began at `since_s`."""
+
+    @property
+    def behaviour(self) -> str:
+        """Its name."""
+
+    @property
+    def since_s(self) -> float:
+        """Time of the recording at which its goal and fusion began."""
+
+    @property
+    def unit(self) -> str:
+        """Of the commands."""
+
+    @property
+    def commanded(self) -> Floats:
+        """(n,) by the behaviour."""
+
+    @property
+    def sent(self) -> Floats:
+        """(n,) in the same tick."""
 
 
 class ReplayMoment(Protocol):
@@ -37,11 +63,17 @@ class ReplayMoment(Protocol):
     def playing(self) -> bool:
         """Or paused."""
 
+    @property
+    def compared(self) -> ComparedCommands | None:
+        """Of a behaviour that is stepped, too."""
+
 
 class ReplayView(Protocol):
     """A recording that plays; every call returns at once, and may raise a RobotskinError."""
 
     seconds: float
+    compares: bool
+    """Whether a behaviour is stepped, too."""
 
     @property
     def robot(self) -> RobotView:
@@ -90,6 +122,10 @@ class ReplayPage(SkinPage):
             self.go = gui.add_button("Play")
             self.one = gui.add_button("Step", hint="One read of the skin further.")
             self.speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1 ×")
+        self.compared = None
+        if replay.compares:
+            with gui.add_folder("Behaviour"):
+                self.compared = gui.add_html("")
         self._add_skin_folders()
         self.go.on_click(lambda _: self.command(self._run_or_pause))
         self.one.on_click(lambda _: self.command(replay.step))
@@ -136,6 +172,29 @@ class ReplayPage(SkinPage):
         strip = activity_strip(self._activity, moment.time_s, self.replay.seconds)
         if self.strip.content != strip:
             self.strip.content = strip
+        if self.compared is not None:
+            text = compared_text(moment.compared, self.replay.robot.joint_names)
+            if self.compared.content != text:
+                self.compared.content = text
+
+
+def compared_text(compared: ComparedCommands | None, joint_names: Sequence[str]) -> str:
+    """A behaviour's commands beside what was sent, as a table for the page, and since when it has been stepped."""
+    if compared is None:
+        return f'<div style="{PADDING};font-size:12px">no command of the robot was compared yet</div>'
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td>{ours:.4f}</td><td>{sent:.4f}</td></tr>"
+        for name, ours, sent in zip(joint_names, compared.commanded, compared.sent, strict=True)
+    )
+    told = (
+        f"{escape(compared.behaviour)}, {compared.unit}. Goal and fusion began at "
+        f'<span data-since="{compared.since_s:.3f}">{compared.since_s:.2f} s</span>; to go to another time begins them '
+        "anew. The joints are where they were."
+    )
+    return (
+        f'<div style="{PADDING};font-size:12px"><table width="100%"><tr><th align="left">joint</th><th align="left">'
+        f'it commands</th><th align="left">was sent</th></tr>{rows}</table><div>{told}</div></div>'
+    )
 
 
 def activity_strip(activity: NDArray[np.float64], time_s: float, seconds: float) -> str:

@@ -3,6 +3,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,10 @@ from robotskin.layout import SectionUnitPort, finished
 from robotskin.layout.cell_network import CellNetwork
 from robotskin.live.live_network import LiveNetwork
 from robotskin.live.network_watch import NetworkError
+from robotskin.live.replay import Replay
+from robotskin.record import Recording
+from robotskin.robots import load
+from robotskin.skin import Health
 from robotskin.viewer.network import fair_shares
 from robotskin.viewer.network_view import NO_PATH, Flags, NetworkReading
 
@@ -71,6 +76,27 @@ def test_the_skin_heals_around_a_cut_wire_and_a_dead_cell(network: LiveNetwork) 
     assert np.all(mended.cable >= 0), "it is told once the cell is back"
     assert "beyond reach" not in mended.news
     assert not mended.cut.any()
+
+
+def test_what_a_host_hears_of_it_is_recorded(seed: int, tmp_path: Path) -> None:
+    """A cell that is killed falls silent in the recording, too, and the file says what was done."""
+    path = tmp_path / "network.mcap"
+    with LiveNetwork(finished("allegro_right_hand"), seed, pace=1.0) as network:
+        network.record(load("allegro_right_hand"), path)
+        begun = wait_for(network, lambda reading: reading.time_s > 1.0 and not reading.stranded)
+        network.toggle_cell(30)
+        wait_for(network, lambda reading: reading.time_s > begun.time_s + 1.5)
+        assert network.host is not None
+        assert network.host.recorder.dropped == 0
+    recording = Recording(path)
+    health = np.array([np.array(frame.skin.health) for frame in recording.frames()])
+    assert (health == int(Health.alive)).all(axis=1).any()
+    fallen = np.flatnonzero(health[-1] != int(Health.alive))
+    assert 30 in fallen
+    (asked,) = [bytes(message["text"]).decode() for _, message in recording.messages("/operator")]
+    assert asked == "kill or start cell 30"
+    with Replay(recording) as replay:
+        assert len(replay.moment().skin.health) == 62
 
 
 def test_what_a_pulled_cable_leaves_without_power_is_told_and_cannot_be_started(network: LiveNetwork) -> None:

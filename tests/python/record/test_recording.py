@@ -111,6 +111,17 @@ def test_a_controller_is_compared_with_what_was_done(made: Made) -> None:
         open_loop(recording, "none")
 
 
+def test_a_comparison_that_begins_later_is_a_part_of_the_whole(made: Made) -> None:
+    """Goal and fusion began anew at its start, and its commands differed."""
+    recording = Recording(made.path)
+    whole = open_loop(recording, "skin_compliance")
+    part = open_loop(recording, "skin_compliance", 0.2, 0.35)
+    assert 100 < len(part.commanded) < 200
+    first = next(at for at in range(len(whole.commanded)) if np.array_equal(whole.commanded[at], part.commanded[0]))
+    assert np.array_equal(part.commanded, whole.commanded[first : first + len(part.commanded)])
+    assert np.array_equal(part.recorded, whole.recorded[first : first + len(part.recorded)])
+
+
 def test_a_recording_tells_its_gains_and_its_behaviour(tmp_path: Path) -> None:
     """A controller that is compared on it works with the gains that moved the robot, not with those of its name."""
     gains = GainSet.load("allegro_right_hand")
@@ -154,6 +165,9 @@ def test_samples_are_in_newton(made: Made) -> None:
     assert samples["normal_force"].shape == (len(samples["key"]), 3)
     assert samples["normal_force"].sum(axis=1).max() > 1.0
     frame = Recording(made.path).to_pandas()
+    skin = layout.finished("allegro_right_hand")
+    assert np.array_equal(skin.group[frame["cell"]].astype(np.int64) << 16 | skin.id[frame["cell"]], frame["key"])
+    assert np.array_equal(skin.cells_of([0, 1 << 20]), [-1, -1])
     assert (frame["stamp_ns"].diff().dropna() >= 0).all()
 
 
