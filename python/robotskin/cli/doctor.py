@@ -80,7 +80,7 @@ def recorded(file: Path) -> tuple[Layout, Robot | None, list[Finding], float]:
     recording = Recording(file)
     with waiting("replay") as tell:
         robot = recorded_robot(recording)
-        watch = HealthWatch(recording.layout.skin_model(), robot.core)
+        watch = HealthWatch(recording.layout.skin_model(), robot.core, layout=recording.layout)
         for frame in recording.frames():
             known = len(frame.position) == robot.joint_count
             position, velocity = (frame.position, frame.velocity) if known else (None, None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each channel says for itself: dead, stuck, at the end of its range, overheated, noisy."""
+"""What each channel says for itself: silent, stuck, at the end of its range, overheated, noisy."""
 
 from __future__ import annotations
 
@@ -22,16 +22,11 @@ THERMOMETER_WINDOWS, THERMOMETER_RATIO = 30, 3.2
 
 def judged(evidence: Evidence) -> Iterator[Finding]:
     """Every cell that a channel of its own shows to be ill; a cell may come more than once."""
-    yield from _silent(evidence)
+    yield from evidence.silence.judged(evidence.healthy.silent_s)
     yield from _at_end(evidence)
     yield from _stuck(evidence)
     yield from _hot(evidence)
     yield from _noisy(evidence)
-
-
-def _silent(evidence: Evidence) -> Iterator[Finding]:
-    for cell in np.flatnonzero(evidence.silent_s >= evidence.healthy.silent_s):
-        yield Finding(int(cell), Kind.dead)
 
 
 def _at_end(evidence: Evidence) -> Iterator[Finding]:

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.health.healthy import FORCES, PROXIMITY, Healthy
+from robotskin.health.silence import Silence
 from robotskin.skin import SkinModel
+
+if TYPE_CHECKING:
+    from robotskin.layout import Layout
 
 WINDOWS = 64
 WINDOW_S = 1.0
@@ -22,7 +26,7 @@ Windows = NDArray[np.float32]
 class Evidence:
     """Rings of the last windows of N cells; the newest is last in every array that is handed out."""
 
-    def __init__(self, skin: SkinModel, healthy: Healthy) -> None:
+    def __init__(self, skin: SkinModel, healthy: Healthy, layout: Layout | None = None) -> None:
         cells = len(skin)
         self.healthy = healthy
         self.link = np.asarray(skin.link)
@@ -41,8 +45,7 @@ class Evidence:
         self._expected = np.full((WINDOWS, cells, 3), np.nan, np.float32)
         self._samples = np.zeros((WINDOWS, cells), np.int32)
         self._near = np.zeros((WINDOWS, cells), bool)
-        self.silent_s = np.zeros(cells)
-        """(N) seconds for which each cell has been silent."""
+        self.silence = Silence(cells, layout)
         self.stuck_s = np.zeros(cells)
         """(N) seconds for which its reader has called it stuck."""
         self.pressed = np.zeros(cells, bool)
@@ -81,8 +84,7 @@ class Evidence:
         self._near[row] = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         self._look_at_presses(window)
         self.count += 1
-        quiet = window["silent"] > 0.9 * ticks
-        self.silent_s = np.where(quiet, self.silent_s + seconds, 0.0)
+        self.silence.add(window, seconds)
         self.stuck_s = np.where(window["stuck"] > 0.9 * ticks, self.stuck_s + seconds, 0.0)
         ends = window["at_end"] > 0.9
         self.at_end_s = np.where(ends & alive[:, None], self.at_end_s + seconds, 0.0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robotskin.health.kinds import Kind
+from robotskin.health.kinds import ILLNESSES, Kind
 from robotskin.session import Session
 from robotskin.simulator import SensorFaultKind
 
@@ -26,7 +26,7 @@ def fall_ill(session: Session, count: int) -> dict[int, Kind]:
     out: dict[int, Kind] = {}
     cells = [int(cell) for cell in draw.permutation(len(session.layout))]
     while len(out) < count and cells:
-        cell, kind = cells.pop(), list(Kind)[int(draw.integers(len(Kind)))]
+        cell, kind = cells.pop(), ILLNESSES[int(draw.integers(len(ILLNESSES)))]
         place = session.in_world(cell)
         if kind is Kind.dead:
             world.network.kill(place)

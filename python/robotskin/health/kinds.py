@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ten ways in which a cell may be ill, and what to do about each."""
+"""The ten ways in which a cell may be ill, and that it is cut off by another one; what to do about each."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ class Kind(enum.Enum):
     """What is wrong with a cell. A cell has one name: the first of these that holds."""
 
     dead = "it is silent"
+    cut_off = "it is silent, and so is every cell that leads to it"
     end_of_range = "a channel stays at the end of its range with nothing there"
     stuck = "a channel does not change any more"
     overheated = "it is much hotter than the cells around it"
@@ -39,6 +40,7 @@ class Kind(enum.Enum):
 
 _ADVICE = {
     "dead": "look at its connectors and those of its neighbours, then replace it",
+    "cut_off": "mend the dead cells first; it may well be alive",
     "end_of_range": "see that nothing presses it; replace it",
     "stuck": "restart the skin; replace it if it stays",
     "overheated": "switch the skin off and look for a short or a hot motor behind it",
@@ -50,6 +52,9 @@ _ADVICE = {
     "drifting": "watch it; take the zero often, or replace it",
 }
 
+ILLNESSES: tuple[Kind, ...] = tuple(kind for kind in Kind if kind is not Kind.cut_off)
+"""The ten of a cell itself."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -57,7 +62,7 @@ class Finding:
 
     or_kind: what it may be as well where the evidence cannot tell the two apart, such as on a link that never tilts.
     channels: those that it is of, by name; empty: the whole cell. size: how far off, in `unit`. partner: of a swapped
-    cell, the other one. since_ns: host clock when it was named.
+    cell, the other one; of one that is cut off, the nearest dead one. since_ns: host clock when it was named.
     """
 
     cell: int
@@ -80,5 +85,6 @@ class Finding:
         of = f"{', '.join(self.channels)}: " if self.channels else ""
         size = f" by {self.size:.3g} {self.unit}".rstrip() if self.unit else ""
         other = f", or {self.or_kind.title}" if self.or_kind is not None else ""
-        partner = f" with cell {self.partner}" if self.partner is not None else ""
+        by = "by" if self.kind is Kind.cut_off else "with"
+        partner = f" {by} cell {self.partner}" if self.partner is not None else ""
         return f"{of}{self.kind.title}{partner}{size}{other}"

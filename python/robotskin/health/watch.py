@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +18,16 @@ from robotskin.health.windows import CellWindows, LinkMotion
 from robotskin.model import RobotModel
 from robotskin.skin import SkinModel, SkinState
 
+if TYPE_CHECKING:
+    from robotskin.layout import Layout
+
 CONFIRMED = 3
 """Judgements in a row that name a cell."""
 KEPT = 60
 """Judgements without a finding after which a cell is well again."""
 HEARD_AGAIN = 3
 """The same of a cell that was silent."""
+SILENT = (Kind.dead, Kind.cut_off)
 RANK = {kind: rank for rank, kind in enumerate(Kind)}
 
 
@@ -33,12 +37,15 @@ class HealthWatch:
     Args:
         skin: of N cells. robot: as the controller takes it to be; None: gravity and motion are not judged.
         healthy: bounds of healthy sensors.
+        layout: of the N cells, whose wires tell dead cells from those that they cut off; None: all silent ones are dead.
     """
 
-    def __init__(self, skin: SkinModel, robot: RobotModel | None, healthy: Healthy | None = None) -> None:
+    def __init__(
+        self, skin: SkinModel, robot: RobotModel | None, healthy: Healthy | None = None, layout: Layout | None = None
+    ) -> None:
         self._windows = CellWindows(skin)
         self._motion = None if robot is None else LinkMotion(robot, skin.link_names)
-        self.evidence = Evidence(skin, healthy or Healthy())
+        self.evidence = Evidence(skin, healthy or Healthy(), layout)
         self._gravity = GravityJudge(self.evidence)
         self._found: dict[int, Finding] = {}
         self._streak: dict[int, tuple[Kind, int]] = {}
@@ -105,7 +112,8 @@ class HealthWatch:
             streak = streak + 1 if kind is finding.kind else 1
             self._streak[cell] = (finding.kind, streak)
             before = self._found.get(cell)
-            if before is not None and RANK[before.kind] < min(RANK[finding.kind], RANK[Kind.swapped]):
+            heard = before is not None and before.kind in SILENT
+            if before is not None and not heard and RANK[before.kind] < min(RANK[finding.kind], RANK[Kind.swapped]):
                 self._absent[cell] = self._absent.get(cell, 0) + 1
                 if self._absent[cell] <= KEPT:
                     continue
@@ -119,7 +127,7 @@ class HealthWatch:
             del self._streak[cell]
         for cell in [cell for cell in self._found if cell not in best]:
             self._absent[cell] = self._absent.get(cell, 0) + 1
-            if self._absent[cell] > (HEARD_AGAIN if self._found[cell].kind is Kind.dead else KEPT):
+            if self._absent[cell] > (HEARD_AGAIN if self._found[cell].kind in SILENT else KEPT):
                 del self._found[cell]
         self.evidence.sightless[:] = False
         self.evidence.sightless[[cell for cell, finding in self._found.items() if _sightless(finding)]] = True
@@ -128,7 +136,7 @@ class HealthWatch:
 def _sightless(finding: Finding) -> bool:
     """Whether its proximity shows the same all the time."""
     whole = not finding.channels or CHANNELS[PROXIMITY] in finding.channels
-    return finding.kind in (Kind.dead, Kind.end_of_range, Kind.stuck) and whole
+    return finding.kind in (*SILENT, Kind.end_of_range, Kind.stuck) and whole
 
 
 def _take(best: dict[int, Finding], finding: Finding) -> None:

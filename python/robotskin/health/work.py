@@ -33,7 +33,7 @@ def watched(
         each: hears the watch after each judgement, and the seconds so far.
     """
     draw = np.random.default_rng([session.seed, 23])
-    watch = HealthWatch(session.layout.skin_model(), session.robot.core)
+    watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
     space = FreeSpace(session.robot)
     next_goal_s, touch_ends_s, next_touch_s = 0.0, np.inf, 3.0
     for tick in range(round(seconds / PERIOD_S)):

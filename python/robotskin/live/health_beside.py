@@ -20,7 +20,7 @@ class HealthBeside:
         self.findings: list[Finding] = []
         """The ill cells, as of the last judgement."""
         self._session, self._reader = session, reader
-        self._watch = HealthWatch(session.layout.skin_model(), session.robot.core)
+        self._watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
         self._windows: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._judge, name="health", daemon=True)
         self._thread.start()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from robotskin.health import Finding, Kind
+from robotskin.health.kinds import ILLNESSES
 from robotskin_lab.bench.health_faults import FELT_G, Fault, drawn_kinds, drawn_parts
 from robotskin_lab.bench.health_gain import gain_figures
 from robotskin_lab.bench.health_score import Names, Score
@@ -17,7 +18,7 @@ def test_every_kind_is_drawn_and_swapped_cells_come_in_pairs_of_a_unit(seed: int
     drawn = list(drawn_kinds(np.random.default_rng(seed), group, 0.3))
     assert len({cell for cell, _, _ in drawn}) == len(drawn) == pytest.approx(600, abs=1)
     many = Counter(kind for _, kind, _ in drawn)
-    assert set(many) == set(Kind)
+    assert set(many) == set(ILLNESSES)
     assert min(many.values()) > 20
     partner = {cell: other for cell, kind, other in drawn if kind is Kind.swapped}
     assert all(partner[other] == cell and group[cell] == group[other] for cell, other in partner.items())
@@ -43,6 +44,14 @@ def test_a_wrong_name_a_late_one_and_a_healthy_cell_are_counted() -> None:
     other.add(score)
     assert (other.cases, other.recall, other.false_share) == (6, score.recall, score.false_share)
     assert other.wrong == {"stuck as noisy": 2, "dead as nothing": 2}
+
+
+def test_a_cell_that_is_cut_off_is_no_case_and_falsely_named_if_it_is_called_dead() -> None:
+    names, score = Names(), Score()
+    names.look([Finding(1, Kind.dead), Finding(2, Kind.cut_off, partner=1), Finding(3, Kind.dead)], 70.0)
+    faults = [Fault(1, Kind.dead, 60.0, {}), *(Fault(cell, Kind.cut_off, 60.0, {}) for cell in (2, 3))]
+    score.take(faults, names.named, 13, 600.0)
+    assert (score.cases, score.recall, score.false, score.named[Kind.cut_off]) == (1, 1.0, 1, [True, False])
 
 
 def test_a_force_gain_that_is_off_is_found_by_twenty_touches_of_known_force(seed: int) -> None:

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from robotskin import layout, robots
-from robotskin.health import HealthWatch, Kind
+from robotskin.health import HealthWatch, Kind, work
 from robotskin.health.falling_ill import parts_of
 from robotskin.robots import Robot
+from robotskin.session import PERIOD_S, Session
 from robotskin.simulator import SensorFaultKind
 from robotskin_lab.bench import health_rig
 from robotskin_lab.bench.health_faults import Fault
@@ -155,6 +156,48 @@ def test_a_mended_cell_is_well_again(body: Robot, seed: int) -> None:
             assert [finding.kind for finding in watch.findings] == [Kind.dead]
             rig.silent[3] = False
     assert watch.findings == []
+
+
+def test_a_cell_that_was_dead_before_its_way_was_lost_stays_dead(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, 16.0)
+    way, first = 242, 245  # every way of cells 239 to 246 leads through 242
+    behind = {239, 240, 241, 243, 244, 246}
+    watch = HealthWatch(rig.skin, body.core, layout=rig.layout)
+    for step in range(len(rig.times)):
+        rig.silent[first] = rig.times[step] > 3.0
+        rig.silent[[way, *behind]] = rig.times[step] > 10.0
+        watch.tick(rig.step(step), rig.state, rig.position[step], rig.velocity[step])
+    found = {one.cell: one for one in watch.findings}
+    assert {cell for cell, one in found.items() if one.kind is Kind.dead} == {way, first}
+    assert {cell for cell, one in found.items() if one.kind is Kind.cut_off} == behind
+    assert {found[cell].partner for cell in behind} <= {way, first}
+    assert "cut off by cell 242" in found[239].told
+
+
+def test_a_dead_cell_is_told_from_those_that_live_behind_it(seed: int) -> None:
+    hand = robots.load("allegro_right_hand")
+    session = Session(hand, layout.finished(hand.name), seed=seed, link="in process")
+    watch = HealthWatch(session.layout.skin_model(), hand.core, layout=session.layout)
+    way = 5
+
+    def named_after(seconds: float) -> dict[int, Kind]:
+        for _ in range(round(seconds / PERIOD_S)):
+            session.step()
+            work.look(watch, session)
+        return {one.cell: one.kind for one in watch.findings}
+
+    session.boot()
+    session.world.network.kill(session.in_world(way))
+    found = named_after(7.0)
+    depths, network = session.world.network.depths, session.world.network
+    behind = {
+        cell for cell in range(len(session.layout)) if depths[session.in_world(cell)] < 0 and network.alive(cell)
+    }
+    assert len(behind) > 10
+    assert found == {way: Kind.dead} | dict.fromkeys(behind, Kind.cut_off)
+    network.reboot(session.in_world(way), 0)
+    assert named_after(9.0) == {}
+    session.shut_down()
 
 
 def test_a_simulated_cell_shows_its_fault(body: Robot) -> None:

@@ -49,13 +49,14 @@ class _Run:
         self._begun_s = session.world.time_s
         self._names = Names()
         self._faults: list[Fault] = []
+        self._cut_off: dict[int, Fault] = {}
         self._squares = np.zeros((len(session.layout), 3))
         self._looks = 0
         self._touches: list[tuple[float, float, int]] = []
 
     def score(self) -> Score:
         session = self._session
-        watch = HealthWatch(session.layout.skin_model(), session.robot.core)
+        watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
         goal_s, touching = 0.0, False
         self._plan(range(len(session.layout)), 3.0, SETTLE_S, EVERY_S)
         for tick in range(round((SETTLE_S + JUDGED_S) / PERIOD_S)):
@@ -75,7 +76,8 @@ class _Run:
                 self._squares += (np.asarray(session.skin.acceleration) / STANDARD_GRAVITY_MPS2) ** 2
                 self._looks += 1
         score = Score()
-        score.take(self._faults, self._names.named, len(session.layout), SETTLE_S + JUDGED_S)
+        faults = [fault for fault in self._faults if fault.cell not in self._cut_off]
+        score.take([*faults, *self._cut_off.values()], self._names.named, len(session.layout), SETTLE_S + JUDGED_S)
         return score
 
     def _plan(self, cells: Any, begin_s: float, end_s: float, every_s: float) -> None:
@@ -117,9 +119,18 @@ class _Run:
         world, place = self._session.world, self._session.in_world(fault.cell)
         if fault.kind is Kind.dead:
             world.network.kill(place)
+            self._look_for_cut_off(time_s)
         elif fault.kind is Kind.swapped:
             if fault.cell < fault.partner:
                 world.body.swap_cells(place, self._session.in_world(fault.partner))
         else:
             kind = getattr(SensorFaultKind, fault.kind.name)
             world.body.set_sensor_fault(place, kind, begin_s=world.time_s, **fault.more)
+
+    def _look_for_cut_off(self, time_s: float) -> None:
+        """Cells that live, but have lost every way to a section unit: whatever ails them, this is what can be told."""
+        network, depths = self._session.world.network, self._session.world.network.depths
+        for cell in range(len(self._session.layout)):
+            place = self._session.in_world(cell)
+            if depths[place] < 0 and network.alive(place):
+                self._cut_off.setdefault(cell, Fault(cell, Kind.cut_off, time_s, {}, applied=True))

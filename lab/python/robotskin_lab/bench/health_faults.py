@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.health.falling_ill import parts_of
-from robotskin.health.kinds import Kind
+from robotskin.health.kinds import ILLNESSES, Kind
 from robotskin.simulator import SensorFaultKind
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def drawn_kinds(draw: np.random.Generator, group: NDArray, share: float) -> Iter
     """A share of the cells, the ten kinds as often as each other: (cell, kind, partner or -1); swapped ones come in
     pairs of one section unit, whose `group` (N) is the same."""
     cells = draw.permutation(len(group))[: round(share * len(group))].tolist()
-    kinds = [kind for kind in Kind if kind is not Kind.swapped]
+    kinds = [kind for kind in ILLNESSES if kind is not Kind.swapped]
     turn = 0
     while cells:
         cell = int(cells.pop())

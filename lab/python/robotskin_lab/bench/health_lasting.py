@@ -39,7 +39,7 @@ def lasting_figures(robot: str, seed: int, seconds: float) -> dict[str, Any]:
 def _pressed(session: Session, seconds: float) -> dict[str, Any]:
     cells = len(session.layout)
     cell = int(np.random.default_rng([session.seed, 73]).integers(cells))
-    watch = HealthWatch(session.layout.skin_model(), session.robot.core)
+    watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
     rest_n = np.asarray(session.reader.measured_force, dtype=float).copy()
     zeros = ZeroWatch(_uncalibrated(session, rest_n))
     session.world.push(session.in_world(cell), FORCE_N)

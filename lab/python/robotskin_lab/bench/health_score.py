@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotskin.health import Finding, Kind
+from robotskin.health.kinds import ILLNESSES
 from robotskin_lab.bench.health_faults import Fault
 
 Named = dict[int, tuple[Finding, float]]
@@ -51,6 +52,9 @@ class Score:
             finding, at_s = named.get(fault.cell, (None, 0.0))
             right = finding is not None and fault.kind in finding.kinds
             self.named[fault.kind].append(right)
+            if fault.kind is Kind.cut_off:
+                self._healthy(finding if not right else None)
+                continue
             if right and finding is not None:
                 self.shared += finding.or_kind is not None
                 self.seconds.append(at_s - fault.begin_s)
@@ -58,9 +62,14 @@ class Score:
                 self.wrong[f"{fault.kind.name} as {finding.kind.name if finding else 'nothing'}"] += 1
         for cell, (finding, _) in named.items():
             if cell not in ill:
-                self.false += 1
-                self.false_kinds[finding.kind.name] += 1
+                self._healthy(finding)
         self.cell_seconds += (cells - len(ill)) * seconds
+
+    def _healthy(self, finding: Finding | None) -> None:
+        """A name that a healthy cell was given wrongly."""
+        if finding is not None:
+            self.false += 1
+            self.false_kinds[finding.kind.name] += 1
 
     def add(self, other: Score) -> None:
         """The runs of another."""
@@ -75,13 +84,13 @@ class Score:
 
     @property
     def cases(self) -> int:
-        """Faults."""
-        return sum(len(rights) for rights in self.named.values())
+        """Faults: a cell that others cut off has none."""
+        return sum(len(self.named[kind]) for kind in ILLNESSES)
 
     @property
     def recall(self) -> float:
         """Of all faults."""
-        return sum(sum(rights) for rights in self.named.values()) / max(self.cases, 1)
+        return sum(sum(self.named[kind]) for kind in ILLNESSES) / max(self.cases, 1)
 
     @property
     def false_share(self) -> float:
