@@ -21,8 +21,8 @@ OWN_S = 2.5
 class Silence:
     """How long each of N cells has been silent, and whether it had a way out meanwhile.
 
-    A silent cell beside one that is heard, or with a cable of its own, is dead, or its connectors are. One that is wired
-    to silent cells only may well be alive: nothing that it sends gets out.
+    A silent cell beside one that is heard, or with a cable of its own, is dead, or its connectors are. One that is
+    wired to silent cells only may well be alive: nothing that it sends gets out.
 
     Args:
         cells: N. layout: whose wires and cables are looked at; None, or one without cables: every cell has its own way.

@@ -37,7 +37,7 @@ class HealthWatch:
     Args:
         skin: of N cells. robot: as the controller takes it to be; None: gravity and motion are not judged.
         healthy: bounds of healthy sensors.
-        layout: of the N cells, whose wires tell dead cells from those that they cut off; None: all silent ones are dead.
+        layout: of the N cells, whose wires tell dead cells from those that they cut off; None: silent ones are dead.
     """
 
     def __init__(

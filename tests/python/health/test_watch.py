@@ -190,9 +190,7 @@ def test_a_dead_cell_is_told_from_those_that_live_behind_it(seed: int) -> None:
     session.world.network.kill(session.in_world(way))
     found = named_after(7.0)
     depths, network = session.world.network.depths, session.world.network
-    behind = {
-        cell for cell in range(len(session.layout)) if depths[session.in_world(cell)] < 0 and network.alive(cell)
-    }
+    behind = {cell for cell in range(len(session.layout)) if depths[session.in_world(cell)] < 0 and network.alive(cell)}
     assert len(behind) > 10
     assert found == {way: Kind.dead} | dict.fromkeys(behind, Kind.cut_off)
     network.reboot(session.in_world(way), 0)
