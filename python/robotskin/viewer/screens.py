@@ -24,7 +24,8 @@ NUDGE_M = 1e-3
 
 def fit_to_screens(server: viser.ViserServer, camera_at: Callable[[float], Camera]) -> None:
     """Give every browser, when it comes and when its screen changes its shape, the camera for its aspect."""
-    server.on_client_connect(lambda client: _Fitting(client, camera_at).begin())
+    opening_m = server.initial_camera.position
+    server.on_client_connect(lambda client: _Fitting(client, camera_at, np.array(opening_m, dtype=float)).begin())
 
 
 class _Fitting:
@@ -34,9 +35,10 @@ class _Fitting:
     it is told while it opens. It is told again until it says that it is where it was put.
     """
 
-    def __init__(self, client: viser.ClientHandle, camera_at: Callable[[float], Camera]) -> None:
+    def __init__(self, client: viser.ClientHandle, camera_at: Callable[[float], Camera], opening_m: Floats) -> None:
         self.client, self.camera_at = client, camera_at
-        self.opening_m: Floats = np.array(client.camera.position, dtype=float)
+        # Where a page opens, and where this browser was when it came, which may be before or after.
+        self.openings_m: tuple[Floats, ...] = (opening_m, np.array(client.camera.position, dtype=float))
         self.put: list[tuple[float, Camera]] = []
         self.arrived = False
 
@@ -49,7 +51,7 @@ class _Fitting:
         aspect, camera = self.put[-1]
         there = self.is_at(camera.position_m)
         self.arrived = self.arrived or there
-        went_back = self.is_at(self.opening_m) and not there
+        went_back = self.has_just_opened() and not there
         other_shape = abs(self.client.camera.aspect / aspect - 1) >= OTHER_SHAPE
         if (went_back or other_shape) and self.is_ours():
             self.fit()
@@ -59,9 +61,13 @@ class _Fitting:
         distance = float(np.linalg.norm(here - self.client.camera.look_at))
         return float(np.linalg.norm(here - place_m)) <= TURNED_SHARE * distance
 
+    def has_just_opened(self) -> bool:
+        """It is where it was before it was put anywhere."""
+        return any(self.is_at(opening_m) for opening_m in self.openings_m)
+
     def is_ours(self) -> bool:
         """Where it opened or was put: its person has not turned it."""
-        return self.is_at(self.opening_m) or any(self.is_at(camera.position_m) for _, camera in self.put)
+        return self.has_just_opened() or any(self.is_at(camera.position_m) for _, camera in self.put)
 
     def fit(self) -> None:
         aspect = self.client.camera.aspect

@@ -48,7 +48,8 @@ class Browser:
 def browser(monkeypatch: pytest.MonkeyPatch) -> Browser:
     monkeypatch.setattr(screens, "AGAIN_S", (0.05, 0.05, 0.05))
     browser = Browser()
-    server = SimpleNamespace(on_client_connect=lambda heard: heard(browser))
+    initial = SimpleNamespace(position=tuple(PAGE_OPENS_M))
+    server = SimpleNamespace(on_client_connect=lambda heard: heard(browser), initial_camera=initial)
     screens.fit_to_screens(server, lambda aspect: Camera.around(CORNERS_M, aspect))  # type: ignore[arg-type]
     return browser
 
@@ -58,6 +59,7 @@ def place(aspect: float) -> np.ndarray:
 
 
 OPENING_M = place(1.0)
+PAGE_OPENS_M = place(0.7)
 
 
 def test_a_screen_is_fitted_again_when_its_shape_changes(browser: Browser) -> None:
@@ -75,6 +77,17 @@ def test_a_browser_that_goes_back_to_where_it_opened_is_put_there_again(browser:
     browser.tells(WIDE, place(WIDE))
     browser.tells(WIDE, OPENING_M)
     assert browser.camera.position == pytest.approx(place(WIDE))
+
+
+def test_a_browser_that_opens_after_it_came_is_put_there_again(browser: Browser) -> None:
+    """It told where it was before it had opened, went to where pages open, and that counted as turned."""
+    browser.tells(NARROW, PAGE_OPENS_M)
+    assert browser.camera.position == pytest.approx(place(NARROW))
+    before = len(browser.told)
+    browser.tells(NARROW, PAGE_OPENS_M)
+    time.sleep(0.3)
+    assert len(browser.told) > before
+    assert browser.told[-1] == pytest.approx(place(NARROW))
 
 
 def test_a_browser_that_lost_what_it_was_told_is_told_again_until_it_answers(browser: Browser) -> None:
