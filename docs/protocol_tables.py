@@ -67,6 +67,7 @@ def timing() -> list[str]:
         ("ORPHAN_RESET_US", "without parent and child: the feasible distance is forgotten"),
         ("STATUS_US", "between two status frames, at most"),
         ("TOPOLOGY_US", "between two topology frames, at most"),
+        ("TAG_FORGIVEN_US", "until one wrong tag of a port is forgiven"),
         ("JOIN_US", "between two requests for an id"),
         ("REFRESH_US", "silence a cell allows itself, plus a jitter of"),
         ("REFRESH_JITTER_US", "(that jitter)"),

@@ -265,7 +265,8 @@ operation it is `of`, heard_ns.)")
           "topology", [](HostDriver& self) { return topology_dict(self.driver.topology(), self.driver.samples()); },
           nb::sig("def topology(self) -> dict[str, numpy.ndarray]"),
           R"(Neighbours as the cells report them, cell axis first: key, heard_ns (0: never), uid, parent_port,
-neighbour_id (N, 4), neighbour_port (N, 4), errors (N, 4) by own port - 1. id 0: none, 16383: a section unit.)")
+closed_port (by wrong tags, now or lately; 0: none, 5: orders under its own key), neighbour_id (N, 4),
+neighbour_port (N, 4), errors (N, 4) by own port - 1. id 0: none, 16383: a section unit.)")
       .def(
           "units", [](HostDriver& self) { return units_list(self.driver.units()); },
           nb::sig("def units(self) -> list[dict]"), "Section units heard so far, with the tree below each port.")

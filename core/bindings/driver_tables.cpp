@@ -80,6 +80,7 @@ nb::dict topology_dict(SnapshotTable<TopologyRow>& table, SnapshotTable<Sample>&
   column("heard_ns", 1, std::int64_t{}, [](const TopologyRow& r, std::size_t) { return r.heard_ns; });
   column("uid", 1, std::uint32_t{}, [](const TopologyRow& r, std::size_t) { return r.uid; });
   column("parent_port", 1, std::uint8_t{}, [](const TopologyRow& r, std::size_t) { return r.parent_port; });
+  column("closed_port", 1, std::uint8_t{}, [](const TopologyRow& r, std::size_t) { return r.closed_port; });
   column("neighbour_id", RS_PORTS, std::uint16_t{},
          [](const TopologyRow& r, std::size_t c) { return r.neighbours[c].id; });
   column("neighbour_port", RS_PORTS, std::uint8_t{},

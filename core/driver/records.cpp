@@ -192,6 +192,7 @@ void Driver::take_topology(CellIndex::Group& group, UnitRow& unit, const std::ui
   if (arrival_ns < before.heard_ns) return;
   TopologyRow& now = topology_.change(static_cast<std::size_t>(row));
   now = topology_row(frame, arrival_ns);
+  if (now.closed_port != 0 && now.closed_port != before.closed_port) statistics_.ports_closed.add();
   if (samples_.row(static_cast<std::size_t>(row)).key == 0) {
     samples_.change(static_cast<std::size_t>(row)).key = CellKey{group.number} << 16 | frame.source;
   }

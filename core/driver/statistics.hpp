@@ -46,6 +46,7 @@ class Counter {
   X(refresh_frames, "event-mode samples sent for freshness")                                        \
   X(further_frames, "samples of channels that a sample frame has no room for")                      \
   X(topology_frames, "neighbour lists")                                                             \
+  X(ports_closed, "times that a cell told of a port closed by wrong tags")                          \
   X(reply_frames, "answers to commands")                                                            \
   X(status_frames, "subtree sizes")                                                                 \
   X(join_frames, "cells that ask for an id")                                                        \

@@ -21,6 +21,7 @@ struct TopologyRow {
   std::uint32_t uid = 0;      // serial number
   std::uint8_t revision = 0;
   std::uint8_t parent_port = 0;  // 1 to 4, 0: none
+  std::uint8_t closed_port = 0;  // by wrong tags, now or lately, 0: none; 5: orders under its own key are not read
   std::array<ReportedNeighbour, RS_PORTS> neighbours{};
 };
 
@@ -52,6 +53,7 @@ inline TopologyRow topology_row(const rs_topology& frame, std::int64_t heard_ns)
   row.uid = frame.uid;
   row.revision = static_cast<std::uint8_t>(frame.revision);
   row.parent_port = static_cast<std::uint8_t>(frame.parent_port);
+  row.closed_port = static_cast<std::uint8_t>(frame.closed);
   const std::uint32_t ids[] = {frame.neighbour_1, frame.neighbour_2, frame.neighbour_3, frame.neighbour_4};
   const std::uint32_t ports[] = {frame.neighbour_port_1, frame.neighbour_port_2, frame.neighbour_port_3,
                                  frame.neighbour_port_4};

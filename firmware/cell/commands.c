@@ -7,6 +7,7 @@
 #include "cell/memory/integrity.h"
 #include "cell/memory/turn.h"
 #include "cell/routing/identity.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/tick_time.h"
 #include "cell/time/timer.h"
@@ -222,7 +223,6 @@ static void learn_counter(rs_cell* cell, uint32_t counter, uint32_t now_us) {
 }
 
 void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
-  (void)port;
   rs_command command;
   rs_command_unpack(&command, frame);
   const bool by_uid = command.operation == RS_OPERATION_assign || command.operation == RS_OPERATION_rejoin;
@@ -241,11 +241,15 @@ void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint
     rs_timer_set(cell, now_us);
     return;
   }
+  /* A parent passes on what is for all only if it is right, once it has a name. */
+  const bool read_before = to_all && cell->route.neighbour[port].id != RS_ID_NONE;
+  const unsigned place = read_before ? port : (unsigned)RS_UNREAD;
+  if (rs_tags_closed(cell, place)) return;
   const uint32_t turn = naming ? command.target | command.spare << RS_TURN_LOW_BITS : cell->turn;
   uint8_t own_key[RS_CELL_KEY_BYTES] = {0};
   if (cell->keyed && !to_all) rs_key_of_turn(cell->keys + RS_CELL_KEY_BYTES, turn, own_key);
   if (!authentic(cell, to_all ? cell->turn_key : own_key, frame, command.tag, now_us)) {
-    ++cell->counts.tags_refused;
+    rs_tag_wrong(cell, place, now_us);
     return;
   }
   if (!by_uid) {

@@ -15,6 +15,7 @@
 #include "cell/routing/parent.h"
 #include "cell/routing/route.h"
 #include "cell/routing/subtree.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/sampling.h"
 #include "cell/time/clock.h"
 #include "cell/time/sample_clock.h"
@@ -35,6 +36,7 @@ static RS_NOINLINE void check(rs_cell* cell, uint32_t now_us) {
   rs_cell_heal_settings(cell, now_us);
   rs_sampling_check(cell, now_us);
   rs_route_check(cell, now_us);
+  rs_tags_forgive(cell, now_us);
   rs_identity_check(cell, now_us);
   if (cell->route.parent_port != RS_NO_PARENT && now_us - cell->route.reported_us >= RS_STATUS_US) {
     cell->queues.status_due = true;
@@ -79,6 +81,7 @@ static void forward_up(rs_cell* cell, unsigned port, const uint8_t* received, ui
 static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const rs_input* input, uint32_t now_us) {
   const uint8_t* frame = input->frame;
   rs_neighbour* neighbour = &cell->route.neighbour[port];
+  if (rs_tags_closed(cell, port)) return;
   if (!input->checked && !rs_frame_intact(frame)) {
     ++cell->counts.frames_damaged;
     rs_link_damage(neighbour, now_us);
@@ -119,7 +122,7 @@ static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const rs_input* in
       break;
     case RS_TYPE_joints:
       if (port + 1U == cell->route.parent_port) {
-        rs_joints_receive(cell, frame, now_us);
+        rs_joints_receive(cell, port, frame, now_us);
       } else {
         ++cell->counts.frames_unknown;
       }

@@ -8,22 +8,25 @@
 #include "cell/routing/links.h"
 #include "cell/routing/route.h"
 #include "cell/routing/subtree.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/transport/arq_sender.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
 
-/* Whether a root made this wave. None has number 0, so the empty wave of a neighbour that has said nothing yet proves
- * nothing. Without a key that is all; with one, the tag must be right and, once the time is known, the wave not from
- * before it by more than the sequence numbers in flight: that is a tick played again. */
-static bool authentic(const rs_cell* cell, const rs_neighbour* neighbour, const rs_wave* wave) {
-  if (wave->root == 0U) return false;
-  if (!cell->keyed || rs_waves_equal(wave, &neighbour->wave)) return true;
+/* Whether a wave is from before the known time by more than the sequence numbers in flight: a tick played again. */
+static bool is_past(const rs_cell* cell, const rs_wave* wave) {
   if (cell->route.known_time == ~cell->route.known_time_complement) {
     const uint32_t ahead = (rs_wave_time(wave) - cell->route.known_time) & ((1U << RS_TICK_TIME_BITS) - 1U);
     const uint32_t behind = (0U - ahead) & ((1U << RS_TICK_TIME_BITS) - 1U);
-    if (behind < ahead && behind >= 0x8000U) return false;
-    if (rs_waves_equal(wave, &cell->route.wave)) return true;
+    return behind < ahead && behind >= 0x8000U;
   }
+  return false;
+}
+
+/* Whether a root made this wave: what the own parent said before needs no proof, where its time is known. */
+static bool authentic(const rs_cell* cell, const rs_wave* wave) {
+  const bool timed = cell->route.known_time == ~cell->route.known_time_complement;
+  if (timed && rs_waves_equal(wave, &cell->route.wave)) return true;
   return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag);
 }
 
@@ -52,8 +55,14 @@ void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
 
   /* What is refused changes nothing. A way that is lost needs no proof: it only takes one away. */
   const bool poison = tick.hops == RS_HOPS_POISON;
-  if (from_before(neighbour, &tick, &wave, now_us) || (!poison && !authentic(cell, neighbour, &wave))) {
+  const bool known = rs_waves_equal(&wave, &neighbour->wave);
+  if (from_before(neighbour, &tick, &wave, now_us) ||
+      (!poison && (wave.root == 0U || (cell->keyed && !known && is_past(cell, &wave))))) {
     ++cell->counts.tags_refused;
+    return;
+  }
+  if (!poison && cell->keyed && !known && !authentic(cell, &wave)) {
+    rs_tag_wrong(cell, port, now_us);
     return;
   }
   if (neighbour->met && neighbour->nonce != tick.nonce) {

@@ -3,6 +3,7 @@
 #include "cell/routing/identity.h"
 
 #include "cell/memory/integrity.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/time/clock.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/spread.h"
@@ -69,6 +70,7 @@ static void report_topology(rs_cell* cell, uint32_t now_us) {
                                 .revision = cell->topology_revision,
                                 .parent_port = cell->route.parent_port,
                                 .ttl = RS_TTL_START,
+                                .closed = rs_tags_told(cell),
                                 .neighbour_1 = id[0],
                                 .neighbour_port_1 = port[0],
                                 .errors_1 = logarithm(neighbour[0].lost),

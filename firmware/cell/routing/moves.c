@@ -12,6 +12,7 @@
 #include "cell/routing/subtree.h"
 #include "cell/time/timer.h"
 #include "cell/transport/queues.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
 
@@ -68,7 +69,7 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   const uint32_t time =
       rs_wave_time(&route->wave) + (uint16_t)(grant.sequence - route->wave.sequence + 0x8000U) - 0x8000U;
   if (cell->keyed && !rs_tags_equal(rs_command_tag(cell->turn_key, frame, time), grant.tag)) {
-    ++cell->counts.tags_refused;
+    rs_tag_wrong(cell, port, now_us);
     return;
   }
   /* Its wants and grants are in force already, or over. */

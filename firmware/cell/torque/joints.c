@@ -2,6 +2,7 @@
  * Joint positions, broadcast down the tree once an epoch: passed on, and those of the own limb kept. */
 #include "cell/torque/joints.h"
 
+#include "cell/routing/wrong_tags.h"
 #include "cell/time/tick_time.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
@@ -14,16 +15,19 @@ static uint32_t epoch_of(uint32_t low, uint32_t now) {
   return now + 1U - ((now + 1U - low) & RS_EPOCH_MASK);
 }
 
-void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us) {
+void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
   rs_joints_state* state = &cell->joints;
   rs_joints joints;
   rs_joints_unpack(&joints, frame);
   const uint32_t now = rs_tick_time(cell, now_us) / RS_EPOCH_TICKS;
   const uint32_t epoch = epoch_of(joints.epoch, now);
   if (cell->keyed && cell->turn == RS_TURN_NONE) return; /* it cannot tell yet */
-  if (now + 1U - epoch > EPOCHS_OLD ||
-      (cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag))) {
+  if (now + 1U - epoch > EPOCHS_OLD) {
     ++cell->counts.tags_refused;
+    return;
+  }
+  if (cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag)) {
+    rs_tag_wrong(cell, port, now_us);
     return;
   }
   uint8_t* newest = &state->newest[joints.limb][joints.part];

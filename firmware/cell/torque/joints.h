@@ -5,6 +5,6 @@
 
 #include "robotskin/cell.h"
 
-void rs_joints_receive(rs_cell* cell, const uint8_t* frame, uint32_t now_us);
+void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
 
 #endif

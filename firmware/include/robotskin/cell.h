@@ -97,6 +97,15 @@ enum {
   RS_NO_PARENT = 0       /* parent_port */
 };
 
+/* The budget of wrong tags (routing/wrong_tags.h), by place: ports, and what a good neighbour passes on unread. */
+enum {
+  RS_TAGS_BUDGET = 16,  /* wrong tags in short order; time gives one back in RS_TAG_FORGIVEN_US. One more, */
+  RS_TAGS_CLOSED_S = 10, /* and so long nothing is read there; */
+  RS_TAGS_TOLD_S = 10,   /* then so long the host is still told, and the next wrong tag closes it again */
+  RS_UNREAD = RS_PORTS,
+  RS_TAG_PLACES = RS_PORTS + 1
+};
+
 /* What the root fixed in a tick, passed on unchanged. */
 typedef struct {
   uint32_t tag;
@@ -330,6 +339,8 @@ typedef struct {
   uint32_t identity_checksum;         /* check sum of what lasts from boot to boot: uid, id and keys */
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint8_t topology_revision;
+  uint8_t wrong_tags[RS_TAG_PLACES], wrong_tags_complement[RS_TAG_PLACES]; /* lately, and how long a place is closed */
+  uint32_t forgiven_us; /* when they were last fewer by one */
   uint32_t timer_us;
   rs_sampling sampling;
   rs_route route;

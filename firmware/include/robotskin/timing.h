@@ -72,6 +72,7 @@ enum {
   RS_TOPOLOGY_EARLY_US = 250000, /* and up to so much less: reports that crowd each other out once do not again */
   RS_TOPOLOGY_PAUSE_US = 4000,   /* from a change to its report, at least */
   RS_TOPOLOGY_SPREAD_US = 32000, /* and at most so much more */
+  RS_TAG_FORGIVEN_US = 1000000,  /* of a place's wrong tags one is forgiven in so long */
   RS_JOIN_SPREAD_US = 16000,     /* over which cells first ask for an id */
   RS_JOIN_US = 20000,            /* between two requests for an id */
   RS_REFRESH_US = 100000,        /* a cell is silent at most so long, and a jitter by cell and frame */

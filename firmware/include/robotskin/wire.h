@@ -206,7 +206,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(revision, 0, 6, "counts changes")                                   \
   X(parent_port, 0, 3, "1 to 4, 0: none")                               \
   X(ttl, 0, 6, "hops left")                                             \
-  X(spare, 0, 3, "")                                                    \
+  X(closed, 0, 3, "port closed by wrong tags, now or lately; 5: orders under its own key") \
   X(neighbour_1, 0, 14, "id of the cell at port 1")                     \
   X(neighbour_port_1, 0, 2, "the port it uses - 1")                     \
   X(errors_1, 0, 3, "binary logarithm of frames lost there, at most 7") \

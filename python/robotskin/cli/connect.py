@@ -172,10 +172,13 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
         console.print(f"running {session.behaviour}, {session.speed.told}")
         home = list(session.joints.position)
         ends = seconds if seconds > 0 else float("inf")
-        gone = 0.0
+        gone, closed = 0.0, ""
         while gone < ends and not session.fault:
             session.run(min(0.1, ends - gone))
             gone += 0.1
+            before, closed = closed, session.closed_ports()
+            if closed != before:
+                console.print(f"skin: {closed or 'every closed port is open again'}")
             moved = max(moved, *(abs(a - b) for a, b in zip(session.joints.position, home, strict=True)))
     except KeyboardInterrupt:
         console.print("bringing the robot to rest")

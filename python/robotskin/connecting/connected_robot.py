@@ -17,7 +17,7 @@ from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
 from robotskin.connecting.speed_cap import UNTRUSTED_SPEED, SpeedCap
 from robotskin.cycle import SafetyState
-from robotskin.firmware import CellMode
+from robotskin.firmware import PORTS, CellMode
 from robotskin.franka import FrankaPort
 from robotskin.layout import Layout
 from robotskin.loop import PacedLoop
@@ -28,6 +28,8 @@ from robotskin.session import PERIOD_S, SkinnedRobot
 from robotskin.skin import Health
 from robotskin.ur import UrPort, told
 
+TOLD_MOST = 3
+"""Cells of which a line tells."""
 SLICE_S = 0.02
 """Of the loop between two looks from outside."""
 TARE_S = 0.5
@@ -164,6 +166,18 @@ class ConnectedRobot(SkinnedRobot):
         lost = "the robot was lost, start it anew" if self.loop.report.latched else ""
         return "; ".join(part for part in (self.held_by, lost, own) if part)
 
+    def closed_ports(self) -> str:
+        """Which cells have closed a port for wrong tags, now or lately (docs/protocol.md); empty where none has."""
+        if self.driver is None:
+            return ""
+        told = self.driver.topology()
+        closed = np.asarray(told["closed_port"])
+        found = [
+            f"cell {int(told['key'][at]) & 0xFFFF} {_closed(int(closed[at]))}" for at in np.flatnonzero(closed)[:TOLD_MOST]
+        ]
+        more = np.count_nonzero(closed) - len(found)
+        return ", ".join([*found, *([f"{more} more"] if more else [])]) + (" (wrong tags)" if found else "")
+
     def latency(self) -> dict[str, float]:
         """Seconds: of the loop's parts, as measured since `begin`; what the port cannot tell is left out."""
         alive = np.asarray(self.skin.health) == int(Health.alive)
@@ -176,6 +190,10 @@ class ConnectedRobot(SkinnedRobot):
             if count:
                 found |= {"command_median_s": median, "command_p99_s": p99, "command_worst_s": worst}
         return found
+
+
+def _closed(place: int) -> str:
+    return f"has closed its port {place}" if place <= PORTS else "reads no orders under its own key"
 
 
 def at_period(gains: GainSet, period_s: float) -> GainSet:

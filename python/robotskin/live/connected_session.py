@@ -155,7 +155,7 @@ class ConnectedSession(LiveRobot):
         latency = session.latency()
         command = latency.get("command_p99_s")
         timed = "" if command is None else f"state to command {command * 1e3:.1f} ms (p99)"
-        return "; ".join(part for part in (slow, slider, timed, found) if part)
+        return "; ".join(part for part in (session.closed_ports(), slow, slider, timed, found) if part)
 
     def _take(self) -> Snapshot:
         session = self.session

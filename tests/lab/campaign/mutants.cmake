@@ -84,7 +84,7 @@ campaign_mutant(commands_unchecked cell/commands.c
   "if (true) return true")
 campaign_mutant(joints_unchecked cell/torque/joints.c
   "(cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag))"
-  "false")
+  "(false)")
 campaign_mutant(ticks_played_again cell/routing/beacons.c
   "if (from_before(neighbour, &tick, &wave, now_us) || "
   "if (")
