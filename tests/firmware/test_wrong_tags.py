@@ -117,7 +117,7 @@ def test_what_a_good_neighbour_passes_on_closes_none_of_its_ports(seed: int) -> 
     world.command("led", counter=1, value=5)
     world.command("led", counter=2, target=target, value=6)
     world.run_ms(5)
-    assert [node.led for node in world.nodes] == [5] * 3  # what is for all it still obeys, its own orders it reads no more
+    assert [node.led for node in world.nodes] == [5] * 3
     world.run_ms(1000 * CLOSED_S)
     world.command("led", counter=3, target=target, value=6)
     world.run_ms(5)

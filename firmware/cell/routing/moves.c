@@ -10,9 +10,9 @@
 #include "cell/link/link.h"
 #include "cell/routing/parent.h"
 #include "cell/routing/subtree.h"
+#include "cell/routing/wrong_tags.h"
 #include "cell/time/timer.h"
 #include "cell/transport/queues.h"
-#include "cell/routing/wrong_tags.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
 

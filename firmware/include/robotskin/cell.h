@@ -99,7 +99,7 @@ enum {
 
 /* The budget of wrong tags (routing/wrong_tags.h), by place: ports, and what a good neighbour passes on unread. */
 enum {
-  RS_TAGS_BUDGET = 16,  /* wrong tags in short order; time gives one back in RS_TAG_FORGIVEN_US. One more, */
+  RS_TAGS_BUDGET = 16,   /* wrong tags in short order; time gives one back in RS_TAG_FORGIVEN_US. One more, */
   RS_TAGS_CLOSED_S = 10, /* and so long nothing is read there; */
   RS_TAGS_TOLD_S = 10,   /* then so long the host is still told, and the next wrong tag closes it again */
   RS_UNREAD = RS_PORTS,
@@ -340,7 +340,7 @@ typedef struct {
   uint8_t led_changed, flash_changed; /* to be told in the output of this step */
   uint8_t topology_revision;
   uint8_t wrong_tags[RS_TAG_PLACES], wrong_tags_complement[RS_TAG_PLACES]; /* lately, and how long a place is closed */
-  uint32_t forgiven_us; /* when they were last fewer by one */
+  uint32_t forgiven_us;                                                    /* when they were last fewer by one */
   uint32_t timer_us;
   rs_sampling sampling;
   rs_route route;

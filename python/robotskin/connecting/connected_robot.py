@@ -172,9 +172,8 @@ class ConnectedRobot(SkinnedRobot):
             return ""
         told = self.driver.topology()
         closed = np.asarray(told["closed_port"])
-        found = [
-            f"cell {int(told['key'][at]) & 0xFFFF} {_closed(int(closed[at]))}" for at in np.flatnonzero(closed)[:TOLD_MOST]
-        ]
+        rows = np.flatnonzero(closed)[:TOLD_MOST]
+        found = [f"cell {int(told['key'][at]) & 0xFFFF} {_closed(int(closed[at]))}" for at in rows]
         more = np.count_nonzero(closed) - len(found)
         return ", ".join([*found, *([f"{more} more"] if more else [])]) + (" (wrong tags)" if found else "")
 

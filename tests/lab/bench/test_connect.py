@@ -10,6 +10,7 @@ from robotskin.robots import load
 from robotskin.session import Session
 from robotskin_lab.bench.connect import SETTLE_S
 from robotskin_lab.bench.connect_faults import FAULTS, LIFE_S, faults_of, kills_of, side_by_side
+from robotskin_lab.bench.connect_forged import forged_of
 from robotskin_lab.bench.connect_rig import patch_of
 from robotskin_lab.bench.touch_answer import answer, asked_motion
 
@@ -50,3 +51,11 @@ def test_a_touch_is_answered_as_the_gains_say_and_a_skin_that_is_off_is_told_apa
     session.world.push(cell, 10.0)
     assert answer(session, worn, 1.0, lambda: session.world.now_ns * 1e-9).displacement < 0.5
     session.shut_down()
+
+
+def test_nothing_forged_is_obeyed_and_what_is_right_is(seed: int) -> None:
+    found = forged_of(HOST, seed, 3000, 300)
+    assert found["forged_accepted"] == found["socket_accepted"] == 0
+    assert found["forged_read"] > 2000
+    assert found["right_accepted"] == found["right_tries"] > 0
+    assert found["socket_right_replies"] == found["socket_cells"]

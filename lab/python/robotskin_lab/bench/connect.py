@@ -23,13 +23,14 @@ from robotskin.robots import load
 from robotskin.session import Session
 from robotskin.ur import UrPort
 from robotskin_lab.bench.connect_faults import faults_of, kills_of, side_by_side
+from robotskin_lab.bench.connect_forged import forged_of
 from robotskin_lab.bench.connect_rig import connected, patch_of, stage
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.touch_answer import TouchAnswer, answer
 
 MODES = choices.INTERFACES
 SETTLE_S = 3.0
-PARTS = "mujoco,ur,franka,ros2,faults,kills"
+PARTS = "mujoco,ur,franka,ros2,faults,kills,forged"
 FRANKA_LINK = "panda_link4"
 
 
@@ -39,6 +40,8 @@ def run(
     touches: int = 2,
     faults: int = 200,
     kills: int = 10,
+    forged: Annotated[int, typer.Option(help="Frames at fresh cells.", min=1)] = 100_000,
+    datagrams: Annotated[int, typer.Option(help="Forged ones into the sockets of a running skin.", min=3)] = 3000,
     side: Annotated[int, typer.Option(help="Controllers side by side for faults and kills.", min=1)] = 4,
     parts: Annotated[str, typer.Option(help=f"Some of {PARTS}.")] = PARTS,
 ) -> dict[str, Any]:
@@ -51,6 +54,8 @@ def run(
         touches: a mode and port.
         faults: injected into the UR port while it moves the robot.
         kills: of a process that moves the robot.
+        forged: frames, replayed and guessed ones among them, at fresh cells in virtual time.
+        datagrams: forged and replayed ones into the sockets of a running skin.
         side: how many robots share faults and kills.
         parts: what to measure.
     """
@@ -63,6 +68,7 @@ def run(
         "ros2": lambda: _touches_on_ros2(np.random.default_rng([seed, 2]), touches, seed),
         "faults": lambda: side_by_side(faults_of, hosts, seed, faults),
         "kills": lambda: side_by_side(kills_of, hosts, seed, kills),
+        "forged": lambda: forged_of(hosts[0], seed, forged, datagrams),
     }
     figures: dict[str, float] = {}
     for part in parts.split(","):

@@ -100,7 +100,8 @@ class FreshCell:
     def attacks_on_its_own(self) -> list[bytes]:
         """Commands to it: guessed; of another cell, of all cells, of all turns; of a turn ago, of two seconds ago."""
         stranger = self._keys(self.uid % (1 << 31) + 1)[1]
-        keys = [of_turn(stranger, self.turn), of_turn(self.group, self.turn), self.own, of_turn(self.own, self.turn - 1)]
+        keys = [of_turn(stranger, self.turn), of_turn(self.group, self.turn), self.own]
+        keys.append(of_turn(self.own, self.turn - 1))
         made = [self.command(key, NAME) for key in keys] + [self.command(of_turn(self.own, self.turn), NAME, 2100)]
         return made + [self.command(self.guess(), NAME) for _ in range(firmware.TAGS_BUDGET - len(made) - 2)]
 
@@ -110,9 +111,7 @@ class FreshCell:
         made = [self.command(key, firmware.ID_ALL) for key in keys]
         made.append(self.command(of_turn(self.group, self.turn), firmware.ID_ALL, 2100))
         made += [self.wave(key, ahead=1) for key in (self.own, self.guess(), self.guess())]
-        return made + [
-            self.command(self.guess(), firmware.ID_ALL) for _ in range(firmware.TAGS_BUDGET - len(made))
-        ]
+        return made + [self.command(self.guess(), firmware.ID_ALL) for _ in range(firmware.TAGS_BUDGET - len(made))]
 
 
 def accepted_of(seed: int, tries: int) -> dict[str, float]:
