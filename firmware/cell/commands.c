@@ -7,6 +7,7 @@
 #include "cell/memory/integrity.h"
 #include "cell/memory/turn.h"
 #include "cell/routing/identity.h"
+#include "cell/routing/refusal.h"
 #include "cell/routing/wrong_tags.h"
 #include "cell/time/sample_clock.h"
 #include "cell/time/tick_time.h"
@@ -249,7 +250,7 @@ void rs_command_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint
   uint8_t own_key[RS_CELL_KEY_BYTES] = {0};
   if (cell->keyed && !to_all) rs_key_of_turn(cell->keys + RS_CELL_KEY_BYTES, turn, own_key);
   if (!authentic(cell, to_all ? cell->turn_key : own_key, frame, command.tag, now_us)) {
-    rs_tag_wrong(cell, place, now_us);
+    rs_refuse_tag(cell, place, now_us);
     return;
   }
   if (!by_uid) {

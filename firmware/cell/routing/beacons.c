@@ -6,9 +6,9 @@
 #include "cell/link/link.h"
 #include "cell/routing/identity.h"
 #include "cell/routing/links.h"
+#include "cell/routing/refusal.h"
 #include "cell/routing/route.h"
 #include "cell/routing/subtree.h"
-#include "cell/routing/wrong_tags.h"
 #include "cell/transport/arq_sender.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
@@ -62,7 +62,7 @@ void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
     return;
   }
   if (!poison && cell->keyed && !known && !authentic(cell, &wave)) {
-    rs_tag_wrong(cell, port, now_us);
+    rs_refuse_tag(cell, port, now_us);
     return;
   }
   if (neighbour->met && neighbour->nonce != tick.nonce) {

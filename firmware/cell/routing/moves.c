@@ -9,8 +9,8 @@
 
 #include "cell/link/link.h"
 #include "cell/routing/parent.h"
+#include "cell/routing/refusal.h"
 #include "cell/routing/subtree.h"
-#include "cell/routing/wrong_tags.h"
 #include "cell/time/timer.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
@@ -69,7 +69,7 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
   const uint32_t time =
       rs_wave_time(&route->wave) + (uint16_t)(grant.sequence - route->wave.sequence + 0x8000U) - 0x8000U;
   if (cell->keyed && !rs_tags_equal(rs_command_tag(cell->turn_key, frame, time), grant.tag)) {
-    rs_tag_wrong(cell, port, now_us);
+    rs_refuse_tag(cell, port, now_us);
     return;
   }
   /* Its wants and grants are in force already, or over. */

@@ -4,9 +4,6 @@
  * more than RS_TAGS_BUDGET wrong tags, and one a second, are read at a place. */
 #include "cell/routing/wrong_tags.h"
 
-#include "cell/routing/identity.h"
-#include "cell/routing/links.h"
-
 enum { OPEN_MOST = RS_TAGS_BUDGET + RS_TAGS_TOLD_S, SPENT = OPEN_MOST + RS_TAGS_CLOSED_S };
 
 /* Damaged memory must close nothing. */
@@ -31,16 +28,12 @@ unsigned rs_tags_told(const rs_cell* cell) {
   return 0;
 }
 
-void rs_tag_wrong(rs_cell* cell, unsigned place, uint32_t now_us) {
+bool rs_tags_spend(rs_cell* cell, unsigned place) {
   const unsigned count = wrong_tags(cell, place) + 1U;
+  const bool spent = count > RS_TAGS_BUDGET;
   ++cell->counts.tags_refused;
-  set(cell, place, count > RS_TAGS_BUDGET ? SPENT : count);
-  if (count <= RS_TAGS_BUDGET) return;
-  if (place == RS_UNREAD) {
-    rs_identity_changed(cell, now_us);
-  } else {
-    rs_link_down(cell, place, now_us);
-  }
+  set(cell, place, spent ? SPENT : count);
+  return spent;
 }
 
 void rs_tags_forgive(rs_cell* cell, uint32_t now_us) {

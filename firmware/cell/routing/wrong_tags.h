@@ -9,8 +9,8 @@
 
 #include "robotskin/cell.h"
 
-/* A wrong tag came: it is counted, and what has spent its budget is closed. */
-void rs_tag_wrong(rs_cell* cell, unsigned place, uint32_t now_us);
+/* Count a wrong tag; whether the place's budget is spent, so that it closes. What follows from that: refusal.h. */
+bool rs_tags_spend(rs_cell* cell, unsigned place);
 bool rs_tags_closed(const rs_cell* cell, unsigned place);
 /* The lowest place that is closed, or was so lately, counted from 1; 0: none. */
 unsigned rs_tags_told(const rs_cell* cell);

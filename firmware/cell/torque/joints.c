@@ -2,7 +2,7 @@
  * Joint positions, broadcast down the tree once an epoch: passed on, and those of the own limb kept. */
 #include "cell/torque/joints.h"
 
-#include "cell/routing/wrong_tags.h"
+#include "cell/routing/refusal.h"
 #include "cell/time/tick_time.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
@@ -27,7 +27,7 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     return;
   }
   if (cell->keyed && !rs_tags_equal(rs_joints_tag(cell->turn_key, frame, epoch), joints.tag)) {
-    rs_tag_wrong(cell, port, now_us);
+    rs_refuse_tag(cell, port, now_us);
     return;
   }
   uint8_t* newest = &state->newest[joints.limb][joints.part];
