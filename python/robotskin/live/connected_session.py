@@ -21,8 +21,6 @@ from robotskin.viewer.session_view import SkinReading, Snapshot, Solid
 __all__ = ["ConnectedSession"]
 
 SLICE_S = 0.016
-PAGE_LOST_S = 0.05
-"""Without a browser, after the first one came, until the robot stops: a page that is loaded anew stops it, too."""
 TOUCH_IT = "there is no simulated hand: touch the skin itself"
 
 
@@ -39,7 +37,7 @@ class ConnectedSession(LiveRobot):
         self.terminal: dict[str, Callable[[], None]] = {"c": self.confirm, "s": self.stop, "g": self.reset}
         """What one letter in the terminal does."""
         self._lookers: Callable[[], int] | None = None
-        self._looked_s: float | None = None
+        self._looked = False
         self._page_lost = False
         self._restart = False
         self._began_s = time.monotonic()
@@ -51,7 +49,10 @@ class ConnectedSession(LiveRobot):
         self._begin()
 
     def watch_page(self, lookers: Callable[[], int]) -> None:
-        """Stop the robot where all browsers that looked are gone; `lookers` counts them."""
+        """Stop the robot where all browsers that looked are gone; `lookers` counts them.
+
+        A page that is loaded anew stops it, too.
+        """
         self._lookers = lookers
 
     # ---- What a page or the terminal asks ----
@@ -123,13 +124,12 @@ class ConnectedSession(LiveRobot):
     def _look_for_page(self) -> None:
         if self._lookers is None:
             return
-        now = time.monotonic()
-        if self._lookers() > 0:
-            self._looked_s = now
-        elif self._looked_s is not None and now - self._looked_s > PAGE_LOST_S:
+        looks = self._lookers() > 0
+        if self._looked and not looks:
             # SAFETY: it cannot be stopped by the page any more.
-            self._looked_s, self._page_lost = None, True
+            self._page_lost = True
             self.session.stop()
+        self._looked = looks
 
     def _measure_rates(self) -> None:
         now, before = time.monotonic(), self._counted

@@ -48,6 +48,8 @@ class _Fitting:
 
     def heard(self) -> None:
         """The browser tells where it is, and what shape its screen has."""
+        if not self.put:  # it tells so while it is put somewhere for the first time
+            return
         aspect, camera = self.put[-1]
         there = self.is_at(camera.position_m)
         self.arrived = self.arrived or there

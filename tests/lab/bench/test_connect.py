@@ -9,8 +9,9 @@ from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin_lab.bench.connect import SETTLE_S
-from robotskin_lab.bench.connect_faults import FAULTS, LIFE_S, faults_of, kills_of, side_by_side
+from robotskin_lab.bench.connect_faults import FAULTS, faults_of, side_by_side
 from robotskin_lab.bench.connect_forged import forged_of
+from robotskin_lab.bench.connect_kills import KINDS, kills_of
 from robotskin_lab.bench.connect_rig import patch_of
 from robotskin_lab.bench.touch_answer import answer, asked_motion
 
@@ -26,10 +27,14 @@ def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
     assert 0 < figures["ur_fastest_rad_s"] < 2 * figures["ur_speed_commanded_rad_s"]
 
 
-def test_a_killed_commander_leaves_a_robot_at_rest(seed: int) -> None:
-    figures = side_by_side(kills_of, [HOST], seed, 1)
-    assert figures["kills"] == 1
-    assert LIFE_S < figures["kill_rest_worst_s"] < 2.0
+def test_whatever_is_killed_the_robot_rests_and_works_on_once_that_is_started_again(seed: int) -> None:
+    """Port, unit, session and page, each once: the same calls as of thousands."""
+    figures = kills_of([HOST], seed, len(KINDS))
+    for name in ("hangs", "others_ended", "standstills"):
+        assert figures[f"kill_{name}"] == 0, name
+    for kind in KINDS:
+        assert figures[f"kill_{kind}_count"] == 1
+        assert 0 < figures[f"kill_{kind}_rest_worst_s"] < 2.0, kind
 
 
 def test_a_touch_is_answered_as_the_gains_say_and_a_skin_that_is_off_is_told_apart(seed: int) -> None:

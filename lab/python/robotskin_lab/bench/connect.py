@@ -22,8 +22,9 @@ from robotskin.rehearsal.franka_process import STEP_S as FRANKA_STEP_S
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin.ur import UrPort
-from robotskin_lab.bench.connect_faults import faults_of, kills_of, side_by_side
+from robotskin_lab.bench.connect_faults import faults_of, side_by_side
 from robotskin_lab.bench.connect_forged import forged_of
+from robotskin_lab.bench.connect_kills import kills_of
 from robotskin_lab.bench.connect_rig import connected, patch_of, stage
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.touch_answer import TouchAnswer, answer
@@ -53,7 +54,7 @@ def run(
         seed: of touches and faults.
         touches: a mode and port.
         faults: injected into the UR port while it moves the robot.
-        kills: of a process that moves the robot.
+        kills: of processes that move the robot, or hold its skin or page.
         forged: frames, replayed and guessed ones among them, at fresh cells in virtual time.
         datagrams: forged and replayed ones into the sockets of a running skin.
         side: how many robots share faults and kills.
@@ -67,7 +68,7 @@ def run(
         "franka": lambda: _touches_on_franka(hosts[0], np.random.default_rng([seed, 3]), touches, seed),
         "ros2": lambda: _touches_on_ros2(np.random.default_rng([seed, 2]), touches, seed),
         "faults": lambda: side_by_side(faults_of, hosts, seed, faults),
-        "kills": lambda: side_by_side(kills_of, hosts, seed, kills),
+        "kills": lambda: kills_of(hosts, seed, kills),
         "forged": lambda: forged_of(hosts[0], seed, forged, datagrams),
     }
     figures: dict[str, float] = {}

@@ -24,7 +24,7 @@ from robotskin_lab.bench.progress import tell
 STOPS = tuple(name for name in SAFETY_BITS if name != "normal")
 FAULTS = ("cut", "stall", "half", "noise", "version", "recipes", "scaled", *STOPS)
 SPEED = 0.3
-LIFE_S, CYCLE_S = 0.02, 0.002
+CYCLE_S = 0.002
 BRAKE_S = SPEED / 10.0
 HANG_S = 20.0
 """After which a port that has not come back hangs."""
@@ -34,7 +34,7 @@ OTHER_VERSION = (5, 11, 0, 0)
 WITHIN_S = 30.0
 
 Figures = dict[str, float]
-SUMMED = ("faults", "hangs", "kills", "connections", "moving_after_stop", "version_taken", "recipe_taken", "violations")
+SUMMED = ("faults", "hangs", "connections", "moving_after_stop", "version_taken", "recipe_taken", "violations")
 Part = Callable[[str, np.random.Generator, int], Figures]
 
 
@@ -200,8 +200,11 @@ class Commander:
         self._port.close()
 
 
-def kills_of(host: str, random: np.random.Generator, count: int) -> Figures:
-    """Kills of the process that moves a robot; times are the controller's, from the last command that reached it."""
+def port_kills_of(host: str, random: np.random.Generator, count: int) -> Figures:
+    """Kills of a process that holds the port alone and moves the robot.
+
+    Times are the controller's, from the last command that reached it.
+    """
     worst_s, hangs = 0.0, 0
     with controller("ur5", host) as arm:
         for number in range(count):
@@ -218,9 +221,4 @@ def kills_of(host: str, random: np.random.Generator, count: int) -> Figures:
                 time.sleep(0.002)
             hangs += time.monotonic() >= ends
         worst_s = arm.ask(Look(("cycles_to_rest",)))[0] * CYCLE_S
-    return {
-        "kills": float(count),
-        "kill_hangs": float(hangs),
-        "kill_rest_worst_s": worst_s,
-        "kill_rest_beyond_stop_s": max(0.0, worst_s - LIFE_S - BRAKE_S),
-    }
+    return {"kill_hangs": float(hangs), "kill_rest_worst_s": worst_s}
