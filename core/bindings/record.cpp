@@ -3,6 +3,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
 
+#include <array>
 #include <cstring>
 
 #include "bindings/bindings.hpp"
@@ -12,7 +13,7 @@
 #include "loop/skin_loop.hpp"
 #include "record/player.hpp"
 #include "record/recorder.hpp"
-#include "record/sample_columns.hpp"
+#include "record/tape_reader.hpp"
 
 namespace robotskin::bindings {
 namespace {
@@ -21,13 +22,21 @@ namespace nb = nanobind;
 using namespace nb::literals;
 using record::Entry;
 
-nb::bytes bytes_from(const std::vector<std::uint8_t>& data) {
+using Memory = nb::ndarray<std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+std::span<std::uint8_t> span_of(const Memory& memory) {
+  return {memory.data(), memory.shape(0)};
+}
+
+nb::bytes bytes_from(std::span<const std::uint8_t> data) {
   return nb::bytes(reinterpret_cast<const char*>(data.data()), data.size());
 }
 
 struct Recorder final : loop::LoopWitness {
-  Recorder(const skin::SkinModel& model, std::size_t driver_bytes, std::size_t control_bytes)
-      : driver(driver_bytes), control(control_bytes, driver), samples(model) {}
+  Recorder(Memory driver_memory, Memory control_memory)
+      : driver(span_of(driver_memory)),
+        control(span_of(control_memory), driver),
+        memory{std::move(driver_memory), std::move(control_memory)} {}
 
   void ticked(std::int64_t now_ns, const loop::SkinLoop& loop) noexcept override {
     if (without_driver && loop.report().input == skin::InputStatus::ok)
@@ -47,32 +56,23 @@ struct Recorder final : loop::LoopWitness {
 
   record::DriverTape driver;
   record::ControlTape control;
+  std::array<Memory, 2> memory;  // of both tapes
   bool without_driver = false;
-  std::int64_t fresh_ns = 0;                // of such a skin
-  record::SampleColumns samples;            // of the last drain
-  std::vector<std::uint8_t> drained, kept;  // of the last drain, kept for their memory
+  std::int64_t fresh_ns = 0;  // of such a skin
 };
 
-constexpr std::size_t block_bytes = std::size_t{1} << 22;
+struct Reader {
+  Reader(Memory driver, Memory control, std::size_t reader, const skin::SkinModel& model)
+      : tapes(span_of(driver), span_of(control), reader, model), memory{std::move(driver), std::move(control)} {}
 
-// Parts what was drained: entries that are stored as they are, and samples, which are stored as columns.
-void part(Recorder& self) {
-  self.kept.clear();
-  self.samples.clear();
-  for (std::size_t at = 0; at < self.drained.size();) {
-    record::EntryHeader header;
-    std::memcpy(&header, self.drained.data() + at, sizeof header);
-    const std::size_t bytes = record::entry_bytes(header.bytes);
-    if (header.kind == static_cast<std::uint16_t>(Entry::sample)) {
-      driver::Sample sample;
-      std::memcpy(&sample, self.drained.data() + at + sizeof header, sizeof sample);
-      self.samples.add(sample);
-    } else {
-      self.kept.insert(self.kept.end(), self.drained.begin() + static_cast<std::ptrdiff_t>(at),
-                       self.drained.begin() + static_cast<std::ptrdiff_t>(at + bytes));
-    }
-    at += bytes;
-  }
+  record::TapeReader tapes;
+  std::array<Memory, 2> memory;
+};
+
+void require_reader(std::size_t reader) {
+  if (reader >= record::Tape::readers)
+    throw std::invalid_argument("reader " + std::to_string(reader) + ": a tape has " +
+                                std::to_string(record::Tape::readers) + ", from 0");
 }
 
 template <class Item>
@@ -83,15 +83,27 @@ nb::bytes column(const std::vector<Item>& items) {
 void bind_recorder(nb::module_& module) {
   nb::class_<Recorder>(module, "Recorder", R"(Two bounded tapes, one of the driver's thread, one of the control thread.
 
-What happens in these threads is copied into the tapes without waiting; `drain_driver` and `drain_control` empty them in
-another thread. A full tape drops and counts, and goes on at the next keyframe.)")
+What happens in these threads is copied into the tapes without waiting; a `TapeReader` empties them in another thread or
+another process. A full tape drops and counts, and goes on at the next keyframe.)")
+      .def(nb::init<Memory, Memory>(), "driver"_a, "control"_a,
+           "Fresh tapes in two pieces of memory (bytes,) u8, writable and aligned to 64 bytes; each takes the largest "
+           "power of two that has room. Raises ValueError where one is too small or askew.")
       .def(
-          "__init__",
-          [](Recorder* self, const skin::SkinModel& model, double driver_mib, double control_mib) {
-            new (self) Recorder(model, static_cast<std::size_t>(driver_mib * 1048576.0),
-                                static_cast<std::size_t>(control_mib * 1048576.0));
+          "begin_reading",
+          [](Recorder& self, std::size_t reader) {
+            require_reader(reader);
+            self.driver.tape().begin_reading(reader);
+            self.control.tape().begin_reading(reader);
           },
-          "model"_a, "driver_mib"_a = 64.0, "control_mib"_a = 16.0)
+          "reader"_a, "What is taken down from now on waits for this reader, 0 or 1.")
+      .def(
+          "end_reading",
+          [](Recorder& self, std::size_t reader) {
+            require_reader(reader);
+            self.driver.tape().end_reading(reader);
+            self.control.tape().end_reading(reader);
+          },
+          "reader"_a, "Nothing waits for it any more.")
       .def(
           "attach",
           [](Recorder& self, HostDriver* host, skin::SkinReader* reader, loop::SkinLoop* loop) {
@@ -121,16 +133,32 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
       .def(
           "ask_for_keyframe", [](Recorder& self) { self.driver.ask_for_keyframe(); },
           "The next publication is followed by a keyframe, at which a replay can begin.")
+      .def_prop_ro(
+          "dropped", [](Recorder& self) { return self.driver.tape().dropped() + self.control.tape().dropped(); },
+          "Entries that found no room.");
+}
+
+void bind_reader(nb::module_& module) {
+  nb::class_<Reader>(module, "TapeReader", "One reader of a recorder's two tapes, in any thread of any process.")
+      .def(
+          "__init__",
+          [](Reader* self, Memory driver, Memory control, std::size_t reader, const skin::SkinModel& model) {
+            require_reader(reader);
+            new (self) Reader(std::move(driver), std::move(control), reader, model);
+          },
+          "driver"_a, "control"_a, "reader"_a, "model"_a,
+          "driver, control: (bytes,) u8, the memory of the recorder's tapes. model: of the skin whose samples come. "
+          "Raises "
+          "ValueError where no tape can be.")
       .def(
           "drain_driver",
-          [](Recorder& self) {
+          [](Reader& self) {
+            std::span<const std::uint8_t> kept;
             {
               nb::gil_scoped_release release;
-              self.drained.clear();
-              self.driver.tape().drain(self.drained, block_bytes);
-              part(self);
+              kept = self.tapes.drain_driver();
             }
-            const record::SampleColumns& samples = self.samples;
+            const record::SampleColumns& samples = self.tapes.samples;
             nb::dict columns;
             columns["key"] = column(samples.key);
             columns["stamp_ns"] = column(samples.stamp_ns);
@@ -138,31 +166,23 @@ another thread. A full tape drops and counts, and goes on at the next keyframe.)
             RS_SENSORS(ROBOTSKIN_KEEP)
 #undef ROBOTSKIN_KEEP
             columns["flags"] = column(samples.flags);
-            return nb::make_tuple(bytes_from(self.kept), columns);
+            return nb::make_tuple(bytes_from(kept), columns);
           },
           nb::sig("def drain_driver(self) -> tuple[bytes, dict[str, bytes]]"),
           R"(Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
 little-endian numbers each: key u32, stamp_ns i64, f32 of each sensor by its column (`firmware.SENSORS`), SI units, flags
 u32 (1: an event, 2: a sensor's fault, 4: for freshness).)")
       .def(
+          "drain_control", [](Reader& self) { return bytes_from(self.tapes.drain_control()); },
+          nb::sig("def drain_control(self) -> bytes"), "Entries of the control thread, at most some 4 MiB.")
+      .def(
           "set_zero",
-          [](Recorder& self, const nb::bytes& force_offset) {
+          [](Reader& self, const nb::bytes& force_offset) {
             std::vector<float> values(force_offset.size() / sizeof(float));
             std::memcpy(values.data(), force_offset.data(), values.size() * sizeof(float));
-            self.samples.set_zero(values);
+            self.tapes.samples.set_zero(values);
           },
-          "force_offset"_a, "What is taken from the forces of samples from now on: (N, 3) f32 newton.")
-      .def(
-          "drain_control",
-          [](Recorder& self) {
-            std::vector<std::uint8_t> out;
-            self.control.tape().drain(out, block_bytes);
-            return bytes_from(out);
-          },
-          nb::sig("def drain_control(self) -> bytes"), "Entries of the control thread, at most some 4 MiB.")
-      .def_prop_ro(
-          "dropped", [](Recorder& self) { return self.driver.tape().dropped() + self.control.tape().dropped(); },
-          "Entries that found no room.");
+          "force_offset"_a, "What is taken from the forces of samples from now on: (N, 3) f32 newton.");
 }
 
 void bind_player(nb::module_& module) {
@@ -234,6 +254,7 @@ void bind_record(nb::module_ module) {
 #undef ROBOTSKIN_ENTRY
           ;
   bind_recorder(module);
+  bind_reader(module);
   bind_player(module);
 }
 

@@ -3,7 +3,7 @@
 //
 // in   datagrams as they are accepted, publications, samples; reads and tares of the skin reader; joints and commands
 //      of a skin without our driver: skin states
-// out  blocks of tape entries, drained by any one other thread
+// out  blocks of tape entries, drained by other threads or processes
 // bad  a full tape: entries are dropped and counted, and a keyframe is asked for, from which replay goes on
 #pragma once
 
@@ -22,7 +22,7 @@ inline constexpr std::uint64_t modes_differ = 3;
 
 class DriverTape final : public driver::Witness {
  public:
-  explicit DriverTape(std::size_t capacity_bytes) : tape_(capacity_bytes) {}
+  explicit DriverTape(std::span<std::uint8_t> memory) : tape_(memory, true) {}
 
   void accepted(std::span<const std::uint8_t> datagram, std::int64_t now_ns) noexcept override;
   void sampled(const driver::Sample& sample) noexcept override;
@@ -49,7 +49,7 @@ class DriverTape final : public driver::Witness {
 class ControlTape final : public skin::ReadWitness {
  public:
   // Reads are taken down from the first one on that sees a keyframe of `driver`.
-  ControlTape(std::size_t capacity_bytes, DriverTape& driver) : tape_(capacity_bytes), driver_(driver) {}
+  ControlTape(std::span<std::uint8_t> memory, DriverTape& driver) : tape_(memory, true), driver_(driver) {}
 
   void reading(const skin::SkinReader& reader, std::uint64_t number, std::int64_t now_ns) noexcept override;
   void taring(std::int64_t duration_ns) noexcept override;

@@ -10,8 +10,12 @@ namespace robotskin::record {
 
 SampleColumns::SampleColumns(const skin::SkinModel& model)
     : calibration_(model.force_calibration), zero_(model.size() + 1) {
-  row_.reserve(model.size());
-  for (std::size_t i = 0; i < model.size(); ++i) row_.emplace(model.key[i], static_cast<std::uint32_t>(i));
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const std::size_t group = model.key[i] >> 16, id = model.key[i] & 0xffff;
+    if (row_.size() <= group) row_.resize(group + 1);
+    if (row_[group].size() <= id) row_[group].resize(id + 1, static_cast<std::uint32_t>(model.size()));
+    row_[group][id] = static_cast<std::uint32_t>(i);
+  }
 }
 
 void SampleColumns::set_zero(std::span<const float> force_offset) {
@@ -35,10 +39,10 @@ void SampleColumns::add(const driver::Sample& sample) {
   skin::to_si(sample.name, RS_CHANNEL_##first, column.emplace_back());
   RS_SENSORS(ROBOTSKIN_ADD)
 #undef ROBOTSKIN_ADD
-  const auto found = row_.find(sample.key);
-  const std::array<float, 3>& zero = zero_[found == row_.end() ? zero_.size() - 1 : found->second];
+  const std::size_t cell = row(sample.key);
+  const std::array<float, 3>& zero = zero_[cell];
   std::array<float, 3>& force = normal_force.back();
-  if (found != row_.end() && !calibration_.empty()) force = calibration_[found->second].force(force);
+  if (cell < calibration_.size()) force = calibration_[cell].force(force);
   for (std::size_t i = 0; i < 3; ++i) force[i] = std::max(0.0F, force[i] - zero[i]);
   flags.push_back((sample.event ? 1U : 0U) | (sample.fault ? 2U : 0U) | (sample.refresh ? 4U : 0U));
 }

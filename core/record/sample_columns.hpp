@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "driver/sample.hpp"
@@ -35,7 +34,13 @@ class SampleColumns {
   std::vector<std::uint32_t> flags;  // (S) 1: an event, 2: a sensor's fault, 4: sent for freshness
 
  private:
-  std::unordered_map<driver::CellKey, std::uint32_t> row_;
+  // The cell of a key; that behind the last one for a key outside the model.
+  std::size_t row(driver::CellKey key) const {
+    const std::size_t group = key >> 16, id = key & 0xffff;
+    return group < row_.size() && id < row_[group].size() ? row_[group][id] : zero_.size() - 1;
+  }
+
+  std::vector<std::vector<std::uint32_t>> row_;      // by group and id
   std::vector<skin::ForceCalibration> calibration_;  // (N), or none
   std::vector<std::array<float, 3>> zero_;           // (N + 1, 3); the last row is of cells outside the model
 };

@@ -4,29 +4,53 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <new>
+#include <stdexcept>
 
 namespace robotskin::record {
 
-Tape::Tape(std::size_t capacity_bytes)
-    : capacity_(std::bit_ceil(std::max<std::size_t>(capacity_bytes, 4096))),
-      bytes_(std::make_unique<std::uint8_t[]>(capacity_)) {}
+Tape::Tape(std::span<std::uint8_t> memory, bool fresh) {
+  if (memory.size() < sizeof(Head) + 4096 || reinterpret_cast<std::uintptr_t>(memory.data()) % alignof(Head) != 0)
+    throw std::invalid_argument("a tape needs memory of 4 KiB and more, aligned to 64 bytes");
+  head_ = fresh ? new (memory.data()) Head : reinterpret_cast<Head*>(memory.data());
+  capacity_ = std::bit_floor(memory.size() - sizeof(Head));
+  bytes_ = memory.data() + sizeof(Head);
+}
+
+void Tape::begin_reading(std::size_t reader) noexcept {
+  Place& place = head_->place[reader];
+  place.first.store(head_->last.load(std::memory_order_acquire), std::memory_order_relaxed);
+  place.reads.store(1, std::memory_order_release);
+}
+
+void Tape::end_reading(std::size_t reader) noexcept {
+  head_->place[reader].reads.store(0, std::memory_order_release);
+}
+
+std::size_t Tape::used(std::size_t last) const noexcept {
+  std::size_t most = 0;
+  for (const Place& place : head_->place)
+    if (place.reads.load(std::memory_order_acquire) != 0)
+      most = std::max<std::size_t>(most, last - place.first.load(std::memory_order_acquire));
+  return most;
+}
 
 void Tape::copy(std::size_t at, const void* from, std::size_t bytes) noexcept {
   const std::size_t offset = at & (capacity_ - 1);
   const std::size_t head = std::min(bytes, capacity_ - offset);
-  std::memcpy(bytes_.get() + offset, from, head);
-  std::memcpy(bytes_.get(), static_cast<const std::uint8_t*>(from) + head, bytes - head);
+  std::memcpy(bytes_ + offset, from, head);
+  std::memcpy(bytes_, static_cast<const std::uint8_t*>(from) + head, bytes - head);
 }
 
 bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts) noexcept {
   std::size_t payload = 0;
   for (const auto& part : parts) payload += part.size();
-  const std::size_t gap = untold_ > 0 ? entry_bytes(sizeof untold_) : 0;
-  std::size_t last = last_.load(std::memory_order_relaxed);
-  const std::size_t used = last - first_.load(std::memory_order_acquire);
-  if (capacity_ - used < gap + entry_bytes(payload)) {
-    ++untold_;
-    dropped_.store(dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  std::uint64_t& untold = head_->untold;
+  const std::size_t gap = untold > 0 ? entry_bytes(sizeof untold) : 0;
+  std::size_t last = head_->last.load(std::memory_order_relaxed);
+  if (capacity_ - used(last) < gap + entry_bytes(payload)) {
+    ++untold;
+    head_->dropped.store(dropped() + 1, std::memory_order_relaxed);
     return false;
   }
   const auto begin = [&](Entry which, std::size_t bytes) {
@@ -35,9 +59,9 @@ bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const
     return last + sizeof header;
   };
   if (gap > 0) {
-    copy(begin(Entry::gap, sizeof untold_), &untold_, sizeof untold_);
+    copy(begin(Entry::gap, sizeof untold), &untold, sizeof untold);
     last += gap;
-    untold_ = 0;
+    untold = 0;
   }
   std::size_t at = begin(kind, payload);
   for (const auto& part : parts) {
@@ -47,26 +71,27 @@ bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const
   constexpr std::uint64_t zero = 0;
   last += entry_bytes(payload);
   copy(at, &zero, last - at);
-  last_.store(last, std::memory_order_release);
+  head_->last.store(last, std::memory_order_release);
   return true;
 }
 
-std::size_t Tape::drain(std::vector<std::uint8_t>& out, std::size_t bytes_max) {
-  const std::size_t first = first_.load(std::memory_order_relaxed);
-  const std::size_t last = last_.load(std::memory_order_acquire);
+std::size_t Tape::drain(std::size_t reader, std::vector<std::uint8_t>& out, std::size_t bytes_max) {
+  Place& place = head_->place[reader];
+  const std::size_t first = place.first.load(std::memory_order_relaxed);
+  const std::size_t last = head_->last.load(std::memory_order_acquire);
   std::size_t end = first;
   while (end != last) {
     std::uint32_t payload = 0;
-    std::memcpy(&payload, bytes_.get() + (end & (capacity_ - 1)), sizeof payload);
+    std::memcpy(&payload, bytes_ + (end & (capacity_ - 1)), sizeof payload);
     const std::size_t next = end + entry_bytes(payload);
     if (next - first > bytes_max && end != first) break;
     end = next;
   }
   const std::size_t bytes = end - first, offset = first & (capacity_ - 1);
   const std::size_t head = std::min(bytes, capacity_ - offset);
-  out.insert(out.end(), bytes_.get() + offset, bytes_.get() + offset + head);
-  out.insert(out.end(), bytes_.get(), bytes_.get() + (bytes - head));
-  first_.store(end, std::memory_order_release);
+  out.insert(out.end(), bytes_ + offset, bytes_ + offset + head);
+  out.insert(out.end(), bytes_, bytes_ + (bytes - head));
+  place.first.store(end, std::memory_order_release);
   return bytes;
 }
 

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bounded queue of entries of any length from one thread to one other: neither waits, locks or allocates.
+// A bounded queue of entries of any length from one thread to some readers: none waits, locks or allocates for another.
 //
+// It lies in memory that another process may share: a reader may be there, and outlive the one that writes.
 // An entry is 16 bytes (little-endian: payload bytes u32, kind u16, reserved u16, time in ns i64) and its payload,
 // padded to a multiple of 8. Blocks of whole entries are what a recording holds, unchanged. What finds no room is
 // dropped and counted, and the next entry that finds some is a `gap`, so that a reader knows where something is
 // missing.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -52,8 +53,12 @@ constexpr std::size_t entry_bytes(std::size_t payload) {
 
 class Tape {
  public:
-  // Capacity in bytes, rounded up to a power of two.
-  explicit Tape(std::size_t capacity_bytes);
+  // Each has a place of its own; what all have passed makes room.
+  static constexpr std::size_t readers = 2;
+
+  // The tape in a piece of memory, aligned to 64 bytes, that outlives it; `fresh`: an empty one, which nothing reads.
+  // Its capacity is the largest power of two that has room. std::invalid_argument: the memory is too small or askew.
+  Tape(std::span<std::uint8_t> memory, bool fresh);
 
   // ---- The thread that writes ----
 
@@ -63,25 +68,39 @@ class Tape {
     return put(kind, time_ns, std::span(&payload, 1));
   }
 
-  // ---- The thread that reads ----
+  // ---- The thread of a reader ----
 
   // Appends whole entries to `out`, at most `bytes_max` bytes of them; how many bytes.
-  std::size_t drain(std::vector<std::uint8_t>& out, std::size_t bytes_max);
+  std::size_t drain(std::size_t reader, std::vector<std::uint8_t>& out, std::size_t bytes_max);
 
-  // ---- Any thread ----
+  // ---- Any thread, of any process ----
 
-  std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
+  // What is written from now on waits for this reader. Call it before the first drain, in the process that writes.
+  void begin_reading(std::size_t reader) noexcept;
+  // Nothing waits for it any more.
+  void end_reading(std::size_t reader) noexcept;
+  std::uint64_t dropped() const { return head_->dropped.load(std::memory_order_relaxed); }
   std::size_t capacity() const { return capacity_; }
 
  private:
+  struct alignas(64) Place {
+    std::atomic<std::uint64_t> first{0};
+    std::atomic<std::uint64_t> reads{0};
+  };
+  struct Head {
+    std::uint64_t untold = 0;  // dropped since the last entry that found room
+    std::atomic<std::uint64_t> dropped{0};
+    alignas(64) std::atomic<std::uint64_t> last{0};
+    std::array<Place, readers> place;
+  };
+  static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+
+  std::size_t used(std::size_t last) const noexcept;
   void copy(std::size_t at, const void* from, std::size_t bytes) noexcept;
 
+  Head* head_;
   std::size_t capacity_;
-  std::unique_ptr<std::uint8_t[]> bytes_;
-  std::uint64_t untold_ = 0;  // dropped since the last entry that found room
-  std::atomic<std::uint64_t> dropped_{0};
-  alignas(64) std::atomic<std::size_t> first_{0};
-  alignas(64) std::atomic<std::size_t> last_{0};
+  std::uint8_t* bytes_;
 };
 
 }  // namespace robotskin::record

@@ -1,8 +1,10 @@
 """What happened on the way from datagram to state."""
 
 import enum
+from typing import Annotated
 
 import numpy
+from numpy.typing import NDArray
 
 import robotskin.driver
 import robotskin.loop
@@ -69,13 +71,25 @@ class Recorder:
     """
     Two bounded tapes, one of the driver's thread, one of the control thread.
 
-    What happens in these threads is copied into the tapes without waiting; `drain_driver` and `drain_control` empty them in
-    another thread. A full tape drops and counts, and goes on at the next keyframe.
+    What happens in these threads is copied into the tapes without waiting; a `TapeReader` empties them in another thread or
+    another process. A full tape drops and counts, and goes on at the next keyframe.
     """
 
     def __init__(
-        self, model: robotskin.skin.SkinModel, driver_mib: float = 64.0, control_mib: float = 16.0
-    ) -> None: ...
+        self,
+        driver: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")],
+        control: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")],
+    ) -> None:
+        """
+        Fresh tapes in two pieces of memory (bytes,) u8, writable and aligned to 64 bytes; each takes the largest power of two that has room. Raises ValueError where one is too small or askew.
+        """
+
+    def begin_reading(self, reader: int) -> None:
+        """What is taken down from now on waits for this reader, 0 or 1."""
+
+    def end_reading(self, reader: int) -> None:
+        """Nothing waits for it any more."""
+
     def attach(
         self,
         driver: robotskin.driver.Driver | None,
@@ -104,6 +118,24 @@ class Recorder:
         The next publication is followed by a keyframe, at which a replay can begin.
         """
 
+    @property
+    def dropped(self) -> int:
+        """Entries that found no room."""
+
+class TapeReader:
+    """One reader of a recorder's two tapes, in any thread of any process."""
+
+    def __init__(
+        self,
+        driver: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")],
+        control: Annotated[NDArray[numpy.uint8], dict(shape=(None,), order="C", device="cpu")],
+        reader: int,
+        model: robotskin.skin.SkinModel,
+    ) -> None:
+        """
+        driver, control: (bytes,) u8, the memory of the recorder's tapes. model: of the skin whose samples come. Raises ValueError where no tape can be.
+        """
+
     def drain_driver(self) -> tuple[bytes, dict[str, bytes]]:
         """
         Entries of the driver's thread, at most some 4 MiB, and the decoded samples of that time, a column of
@@ -111,17 +143,13 @@ class Recorder:
         u32 (1: an event, 2: a sensor's fault, 4: for freshness).
         """
 
+    def drain_control(self) -> bytes:
+        """Entries of the control thread, at most some 4 MiB."""
+
     def set_zero(self, force_offset: bytes) -> None:
         """
         What is taken from the forces of samples from now on: (N, 3) f32 newton.
         """
-
-    def drain_control(self) -> bytes:
-        """Entries of the control thread, at most some 4 MiB."""
-
-    @property
-    def dropped(self) -> int:
-        """Entries that found no room."""
 
 class Player:
     """

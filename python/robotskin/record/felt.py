@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import firmware
-from robotskin.layout import Layout
 
 HEADER = struct.Struct("<IIqq")
 
 
 class FeltSamples:
-    """Finds what is new from one state of a skin to the next."""
+    """Finds what is new from one state of a skin to the next; `key` (N) of its cells, group << 16 | id."""
 
-    def __init__(self, layout: Layout) -> None:
-        self._key = layout.group.astype(np.uint32) << np.uint32(16) | layout.id
-        self._stamp_ns = np.zeros(len(layout), np.int64)
+    def __init__(self, key: NDArray[np.uint32]) -> None:
+        self._key = key
+        self._stamp_ns = np.zeros(len(key), np.int64)
 
     def new_in(self, payload: bytes) -> dict[str, NDArray]:
         """The new samples, by the fields of `SKIN_SAMPLES`; a sensor that the skin lacks is left out."""

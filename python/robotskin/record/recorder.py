@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recorder beside a running robot: its thread empties the tapes and writes one MCAP file.
+"""A recorder beside a running robot: two bounded tapes, and a process that writes them into one MCAP file.
 
-The threads of driver and control only copy into bounded tapes. Every 50 ms what was written is flushed as a chunk
-of its own, so that a process that is killed loses no more than that and what is still on the tapes.
+The threads of driver and control only copy into the tapes, which lie in shared memory. The other process shares nothing
+else with them, no lock either. Every 50 ms what it wrote is flushed as a chunk of its own, so that a machine that fails
+loses no more than that and what is still on the tapes; where the robot's process alone ends, nothing is lost.
 """
 
 from __future__ import annotations
 
 import contextlib
-import struct
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -16,16 +16,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from robotskin.errors import RobotskinError
 from robotskin.model import JointCommand, JointState
+from robotskin.record.entries import RecordError, entries
 from robotskin.record.facts import Recorded, about_of, attachments_of
-from robotskin.record.felt import FeltSamples
-from robotskin.record.messages import TOPICS, Message
-from robotskin.record.tape import Entry
+from robotskin.record.tape import Entry, TapeReader
 from robotskin.record.tape import Recorder as Tapes
+from robotskin.record.tape_memory import TapeMemory
+from robotskin.record.writer_process import WriterProcess
 
 DRAIN_S = 0.02
 FOLLOWED_DRAIN_S = 0.002
@@ -34,11 +31,9 @@ FLUSH_S = 0.05
 KEYFRAME_S = 5.0
 """A replay that is sought goes on within this time."""
 
-HEADER = struct.Struct("<IHHq")
-
-
-class RecordError(RobotskinError):
-    """A recording that cannot be written or read; the message names the file and what to do."""
+CONTROL_MIB = 16.0
+FILE_READER, FOLLOWING_READER = 0, 1
+"""Of the tapes: the process that writes the file, and the thread that feeds what looks on."""
 
 
 class Following(Protocol):
@@ -85,24 +80,35 @@ class Recorder:
     ) -> None:
         self.path = None if path is None else Path(path)
         self.error: str = ""
-        """Why writing has stopped, such as a full disk; empty while it goes on. The robot goes on either way."""
+        """Why nothing is taken down any more, such as a full disk; empty while it is. The robot goes on either way."""
         self.keyframe_s = KEYFRAME_S
         self._session, self._tell = session, tell
-        self._tapes = Tapes(session.layout.skin_model(), driver_mib)
+        memory = TapeMemory.made("driver's tape", driver_mib), TapeMemory.made("control tape", CONTROL_MIB)
+        self._tapes = Tapes(*(one.bytes for one in memory))
         self.followers = tuple(followers)
         """What looks on."""
-        self._file: _McapFile | None = None
-        if self.path is not None:
-            self._file = _McapFile(self.path)
-            self._file.attach_all(attachments_of(session) | dict(attachments or {}))
-            self._file.metadata(about_of(session) | {name: str(value) for name, value in (about or {}).items()})
-            self._file.flush()
+        self.writer: WriterProcess | None = None
+        """The process that writes the file; None: no file."""
+        try:
+            if self.path is not None:
+                self._tapes.begin_reading(FILE_READER)
+                self.writer = WriterProcess(
+                    self.path, session.layout, memory,
+                    attachments=attachments_of(session) | dict(attachments or {}),
+                    about=about_of(session) | {name: str(value) for name, value in (about or {}).items()},
+                    drain_s=DRAIN_S, flush_s=FLUSH_S, failed=self._failed,
+                )  # fmt: skip
+        finally:
+            for one in memory:
+                one.close()
+        self._followed: TapeReader | None = None
+        if self.followers:
+            self._tapes.begin_reading(FOLLOWING_READER)
+            driver, control = (one.bytes for one in memory)
+            self._followed = TapeReader(driver, control, FOLLOWING_READER, session.layout.skin_model())
         for follower in self.followers:
             follower.begin(self._tapes.ask_for_keyframe)
         self._ending, self._emptied = threading.Event(), threading.Event()
-        self._notes: list[str] = []
-        self._late_attachments: dict[str, str] = {}
-        self._felt: FeltSamples | None = None
         self._is_attached = False
         if attached:
             self.attach()
@@ -136,6 +142,8 @@ class Recorder:
         self.detach()
         self._ending.set()
         self._thread.join()
+        if self.writer is not None:
+            self.writer.end()
         for follower in self.followers:
             follower.close()
         if self.error:
@@ -154,11 +162,13 @@ class Recorder:
 
     def note(self, text: str) -> None:
         """Take down what the operator did."""
-        self._notes.append(text)
+        if self.writer is not None:
+            self.writer.note(text)
 
     def attach_late(self, name: str, text: str) -> None:
         """Write another attachment when the file ends; it takes the place of an earlier one of that name."""
-        self._late_attachments[name] = text
+        if self.writer is not None:
+            self.writer.attach_late(name, text)
 
     @property
     def dropped(self) -> int:
@@ -166,107 +176,61 @@ class Recorder:
         return self._tapes.dropped
 
     @property
-    def clock_id(self) -> int:
-        """Of the recorder's thread, for `time.clock_gettime`: the processor time that it has taken."""
-        return time.pthread_getcpuclockid(self._thread.ident or 0)
+    def cpu_s(self) -> float:
+        """Processor time taken so far, of the recorder's thread and of the process that writes, while both work."""
+        of_thread = time.clock_gettime(time.pthread_getcpuclockid(self._thread.ident or 0))
+        return of_thread + (0.0 if self.writer is None else self.writer.cpu_s)
 
     def drain(self, patience_s: float = 10.0) -> None:
-        """Wait until the tapes were found empty once."""
-        self._emptied.clear()
-        self._emptied.wait(patience_s)
+        """Wait until what is on the tapes now was taken from them, and stands in the file."""
+        if self.writer is not None:
+            self.writer.drain(patience_s)
+        if self._followed is not None:
+            self._emptied.clear()
+            self._emptied.wait(patience_s)
 
-    # ---- The recorder's thread ----
+    # ---- The recorder's threads ----
+
+    def _failed(self, error: str) -> None:
+        """No more is written: the robot goes on, and the user is told."""
+        self.error = error
+        self._tapes.end_reading(FILE_READER)
+        self._tell(self._told())
 
     def _work(self) -> None:
-        flushed = keyframed = time.monotonic()
-        pause_s = FOLLOWED_DRAIN_S if self.followers else DRAIN_S
+        """Ask for keyframes, and feed what looks on."""
+        keyframed = time.monotonic()
         while True:
             last = self._ending.is_set()
+            if self._followed is not None:
+                self._feed(self._followed)
             now = time.monotonic()
-            try:
-                self._drain()
-                self._emptied.set()
-                if self._file is not None and (now - flushed >= FLUSH_S or last):
-                    self._file.flush()
-                    flushed = now
-                if self._file is not None and last:
-                    self._file.attach_all(self._late_attachments)
-                    self._file.close()
-            except Exception as error:
-                # Whatever the disk or the library says: the robot goes on, and the user is told.
-                self.error = str(error)
-                if self._file is not None:
-                    self._file.abandon()
-                    self._file = None
-                    self._tell(self._told())
             if now - keyframed >= self.keyframe_s:
                 self._tapes.ask_for_keyframe()
                 keyframed = now
-            if last or (self._file is None and not self.followers):
+            if last:
                 return
-            self._ending.wait(pause_s)
+            until_keyframe_s = max(0.0, keyframed + self.keyframe_s - now)
+            self._ending.wait(until_keyframe_s if self._followed is None else FOLLOWED_DRAIN_S)
 
-    def _drain(self) -> None:
-        while True:
-            control = self._tapes.drain_control()
-            if control and self._file is not None:
-                self._write_control(self._file, control)
-            elif control:
-                self._keep_zero(control)
-            driver, samples = self._tapes.drain_driver()
-            if control or driver:
+    def _feed(self, tapes: TapeReader) -> None:
+        try:
+            while True:
+                control = tapes.drain_control()
+                for kind, _, payload in entries(control):
+                    if kind == Entry.force_zero.value:
+                        tapes.set_zero(payload)
+                driver, samples = tapes.drain_driver()
+                if not driver and not control:
+                    break
                 for follower in self.followers:
                     follower.take(driver, control, samples)
-            if self._file is not None:
-                self._write(self._file, driver, samples)
-            if not driver and not control:
-                return
-
-    def _write(self, file: _McapFile, driver: bytes, samples: Mapping[str, bytes]) -> None:
-        if driver:
-            file.log("/skin/tape", {"entries": driver}, _first_time_ns(driver))
-        if samples["key"]:
-            file.log("/skin/samples", samples, int.from_bytes(samples["stamp_ns"][:8], "little", signed=True))
-        while self._notes:
-            file.log("/operator", {"text": self._notes.pop(0).encode()}, file.newest_ns)
-
-    def _write_felt(self, file: _McapFile, payload: bytes, time_ns: int) -> None:
-        """The samples that are new in a state of a skin without our driver, for those that read samples."""
-        if self._felt is None:
-            self._felt = FeltSamples(self._session.layout)
-        samples = self._felt.new_in(payload)
-        if len(samples["key"]):
-            file.log("/skin/samples", samples, time_ns)
-
-    def _keep_zero(self, block: bytes) -> None:
-        """Samples are told to followers with the same zero as to a file."""
-        for kind, _, payload in entries(block):
-            if kind == Entry.force_zero.value:
-                self._tapes.set_zero(payload)
-
-    def _write_control(self, file: _McapFile, block: bytes) -> None:
-        joints: list[tuple[int, bytes]] = []
-        commands: list[tuple[int, bytes]] = []
-        for kind, time_ns, payload in entries(block):
-            if kind == Entry.joints.value:
-                joints.append((time_ns, payload))
-            elif kind == Entry.command.value:
-                commands.append((time_ns, payload))
-            elif kind == Entry.force_zero.value:
-                self._tapes.set_zero(payload)
-            elif kind == Entry.felt.value:
-                self._write_felt(file, payload, time_ns)
-        file.log("/control/tape", {"entries": block}, _first_time_ns(block))
-        if joints:
-            times = np.array([time_ns for time_ns, _ in joints])
-            rows = np.frombuffer(b"".join(payload for _, payload in joints)).reshape(len(joints), 3, -1)
-            values = {"stamp_ns": times, "position": rows[:, 0], "velocity": rows[:, 1], "effort": rows[:, 2]}
-            file.log("/robot/joints", values, int(times[0]))
-        if commands:
-            times = np.array([time_ns for time_ns, _ in commands])
-            sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
-            values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
-            file.log("/robot/commands", values, int(times[0]))
+        except Exception as error:
+            # Whatever looks on may fail as it likes: the robot goes on, and so does the file.
+            self.error = self.error or str(error)
+            self._followed = None
+            self._tapes.end_reading(FOLLOWING_READER)
+        self._emptied.set()
 
 
 _attached: dict[int, Recorder] = {}
@@ -292,80 +256,3 @@ def note(session: Recorded, text: str) -> None:
 def recorded(session: Recorded, path: Path | None) -> contextlib.AbstractContextManager[Recorder | None]:
     """A recorder of the session while a `with` block lasts; nothing where no path is given."""
     return contextlib.nullcontext() if path is None else Recorder(path, session)
-
-
-class _McapFile:
-    """One MCAP file and its channels."""
-
-    def __init__(self, path: Path) -> None:
-        try:
-            import foxglove
-            from foxglove.mcap import MCAPCompression, MCAPWriteOptions
-        except ImportError as error:
-            raise RecordError(f"{path}: recording needs foxglove-sdk: pip install foxglove-sdk") from error
-        context = self._context = foxglove.Context()  # which owns the channels
-        options = MCAPWriteOptions(profile="", chunk_size=None, compression=MCAPCompression.Lz4, compression_threads=0)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._writer = foxglove.open_mcap(path, context=context, writer_options=options)
-        except (OSError, RuntimeError, ValueError) as error:
-            reason = "it exists: choose another name" if path.exists() else str(error)
-            raise RecordError(f"{path}: cannot be recorded to: {reason}") from error
-        self._channels = {
-            topic: (message, foxglove.Channel(topic, schema=_schema(message), message_encoding="protobuf",
-                                              context=context))
-            for topic, message in TOPICS.items()
-        }  # fmt: skip
-        self.newest_ns = 0
-
-    def log(self, topic: str, values: Mapping[str, NDArray | bytes], time_ns: int) -> None:
-        message, channel = self._channels[topic]
-        self.newest_ns = max(self.newest_ns, time_ns)
-        channel.log(message.pack(values), log_time=max(time_ns, 0))
-
-    def attach_all(self, attachments: Mapping[str, str]) -> None:
-        for name, text in attachments.items():
-            kind = "application/json" if name.endswith(".json") else "text/plain"
-            self._writer.attach(log_time=0, create_time=0, name=name, media_type=kind, data=text.encode())
-
-    def metadata(self, values: Mapping[str, str]) -> None:
-        self._writer.write_metadata("robotskin", dict(values))
-
-    def flush(self) -> None:
-        self._writer.flush()
-
-    def close(self) -> None:
-        self._writer.close()
-
-    def abandon(self) -> None:
-        """Close after an error, which may come again."""
-        try:
-            self._writer.close()
-        except Exception:
-            return
-
-
-def entries(block: bytes) -> list[tuple[int, int, bytes]]:
-    """(kind, time in ns, payload) of each entry of a tape's block. Raises RecordError for bytes that are none."""
-    out = []
-    at = 0
-    while at < len(block):
-        if len(block) - at < HEADER.size:
-            raise RecordError("recording: a block ends within an entry")
-        size, kind, _, time_ns = HEADER.unpack_from(block, at)
-        at += HEADER.size
-        if size > len(block) - at:
-            raise RecordError(f"recording: an entry of {size} bytes passes its block")
-        out.append((kind, time_ns, block[at : at + size]))
-        at += (size + 7) // 8 * 8
-    return out
-
-
-def _first_time_ns(block: bytes) -> int:
-    return int(HEADER.unpack_from(block, 0)[3])
-
-
-def _schema(message: Message) -> Any:
-    import foxglove
-
-    return foxglove.Schema(name=message.schema_name, encoding="protobuf", data=message.descriptor())

@@ -10,7 +10,8 @@ import pytest
 
 from robotskin import layout, robots
 from robotskin.errors import InputError
-from robotskin.record.tape import Entry, Player, Recorder
+from robotskin.record.tape import Entry, Player, Recorder, TapeReader
+from robotskin.record.tape_memory import TapeMemory
 from robotskin.session import Session
 from robotskin.skin import SkinState
 
@@ -30,7 +31,10 @@ class Run:
     def __init__(self, seed: int, *, steps: int = 300, driver_mib: float = 64.0, drain_every: int = 20) -> None:
         self.session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
         self.session.boot()
-        self.recorder = Recorder(self.session.layout.skin_model(), driver_mib)
+        memory = [TapeMemory.made("tape", mib).bytes for mib in (driver_mib, 16.0)]
+        self.recorder = Recorder(*memory)
+        self.recorder.begin_reading(1)
+        self.reader = TapeReader(*memory, 1, self.session.layout.skin_model())
         self.recorder.attach(self.session.driver, self.session.reader)
         self.states: dict[int, bytes] = {}
         self.blocks: list[tuple[bytes, bytes]] = []
@@ -51,7 +55,7 @@ class Run:
         self.drain()
 
     def drain(self) -> None:
-        self.blocks.append((self.recorder.drain_driver()[0], self.recorder.drain_control()))
+        self.blocks.append((self.reader.drain_driver()[0], self.reader.drain_control()))
 
     def player(self) -> tuple[Player, SkinState]:
         return Player(self.session.layout.skin_model()), SkinState(len(self.session.layout))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import os
 import random
@@ -67,33 +68,54 @@ class Lost:
 
 
 def killed_writers(folder: Path, count: int, seed: int) -> Lost:
-    """Processes that record a small skin in real time, each ended by SIGKILL."""
+    """Processes that record a small skin in real time; the robot's, the writer's or both are ended by SIGKILL."""
     draw, lost = random.Random(seed), Lost()
     for number in range(count):
         path = folder / f"killed{number}.mcap"
-        newest = mmap.mmap(-1, 8)
-        child = os.fork()
-        if child == 0:
-            _write(path, newest, seed + number)
-        while not int.from_bytes(newest[:8], "little"):
+        told = mmap.mmap(-1, 16)
+        robot = os.fork()
+        if robot == 0:
+            _write(path, told, seed + number)
+        while not _newest_ns(told):
             time.sleep(0.001)
+        writer = int.from_bytes(told[8:], "little")
         time.sleep(draw.uniform(LEAST_S, MOST_S))
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        lost.take(path, int.from_bytes(newest[:8], "little"))
+        killed = draw.choice(((robot,), (writer,), (writer, robot)))
+        for process in killed:
+            os.kill(process, signal.SIGKILL)
+        newest_ns = _newest_ns(told)
+        if robot not in killed:
+            os.kill(robot, signal.SIGKILL)
+        os.waitpid(robot, 0)
+        _await_end(writer)
+        lost.take(path, newest_ns)
         path.unlink(missing_ok=True)
     return lost
 
 
-def _write(path: Path, newest: mmap.mmap, seed: int) -> None:
-    """In the child; it never returns."""
+def _newest_ns(told: mmap.mmap) -> int:
+    """Host time of the last tick; 0 before the first."""
+    return int.from_bytes(told[:8], "little")
+
+
+def _await_end(process: int) -> None:
+    """Of a process that is no child of this one."""
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        while Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z":
+            time.sleep(0.001)
+
+
+def _write(path: Path, told: mmap.mmap, seed: int) -> None:
+    """In the robot's process; it never returns."""
     rig = Rig.of(ROBOT, seed)
     state = SkinState(len(rig.layout))
-    Recorder(path, rig)
+    recorder = Recorder(path, rig)
+    assert recorder.writer is not None
+    told[8:] = recorder.writer.identity.to_bytes(8, "little")
     began, ticks = time.monotonic(), 0
     while True:
         rig.tick(state)
-        newest[:8] = rig.now_ns.to_bytes(8, "little")
+        told[:8] = rig.now_ns.to_bytes(8, "little")
         ticks += 1
         time.sleep(max(0.0, ticks * 1e-3 - (time.monotonic() - began)))
 

@@ -13,10 +13,10 @@ from typing import Any
 from mcap.records import Channel, Header, Message, Schema
 from mcap.writer import CompressionType, Writer
 
+from robotskin.record.entries import HEADER
 from robotskin.record.mcap_file import Damaged, RecordingFileError, is_whole, records, require_file
 from robotskin.record.messages import BLOCK
 from robotskin.record.record_copy import RecordCopy
-from robotskin.record.recorder import HEADER
 from robotskin.record.tape import Entry
 
 CHUNK_BYTES = 1 << 20
