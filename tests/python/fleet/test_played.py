@@ -33,7 +33,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureR
     path = tmp_path_factory.mktemp("felt") / "felt.mcap"
     with Recorder(path, session):
         session.world.push(20, 5.0)
-        session.run(1.5)
+        session.run(8.0)  # until it is stopped, also where a follower is slow to come
     session.shut_down()
     return Recording(path)
 
