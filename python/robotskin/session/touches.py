@@ -33,7 +33,7 @@ Watch = Callable[[float], None]
 @dataclass(frozen=True)
 class Push:
     """What a push of a cell did. displacement_m: of the cell at the end of the hold; expected_m: what the gains say for
-    what the skin felt then; peak_m: at most;
+    what the skin felt before the push and then; peak_m: at most;
     return_error_rad: of the worst joint, some time after the release."""
 
     displacement_m: float
@@ -68,7 +68,7 @@ def push_and_release(
     The hold begins when the hand has nine tenths of its force. Raises SessionError if it never gets there.
     """
     start = session.cell_position(cell)
-    joints = np.array(session.joints.position)
+    joints, before = np.array(session.joints.position), turn_by_touch(session)
     session.world.push(session.in_world(cell), force_n, at_m)
     _come_to_force(session, force_n)
     peak = 0.0
@@ -76,14 +76,26 @@ def push_and_release(
         session.step()
         peak = max(peak, float(np.linalg.norm(session.cell_position(cell) - start)))
     displacement = float(np.linalg.norm(session.cell_position(cell) - start))
-    expected = expected_displacement(session, cell)
+    expected = expected_displacement(session, cell, before)
     session.world.release()
     session.run(rest_s)
     return Push(displacement, expected, peak, float(np.abs(np.array(session.joints.position) - joints).max()))
 
 
-def expected_displacement(session: Session, cell: int) -> float:
-    """Metres that the gains say a cell has moved for the forces and nearness that the skin feels now, at rest.
+def expected_displacement(session: Session, cell: int, before: NDArray[np.float64]) -> float:
+    """Metres that the gains say a cell has come from where it rested, for what the skin feels now, at rest.
+
+    Args:
+        before: (n) rad of `turn_by_touch` then. A skin need not feel nothing there: a palm sees its own fingers.
+    """
+    now = np.array(session.joints.position)
+    turn = turn_by_touch(session) - before
+    jacobian, _ = session.gains.levers(session.robot.core, session.layout.skin_model(), now - turn / 2)
+    return float(np.linalg.norm(jacobian[cell] @ turn))
+
+
+def turn_by_touch(session: Session) -> NDArray[np.float64]:
+    """(n) rad by which the gains say that the joints give way to all that the skin feels now, at rest.
 
     Joints give way by K⁻¹ τ, where τ sums over all cells (1 + w) times force and nearness on their levers
     [Cheng19 eq. 14, 16], as they are where the robot stands.
@@ -93,9 +105,7 @@ def expected_displacement(session: Session, cell: int) -> float:
     torque = touch_torque(
         gains, robot, model, np.asarray(session.skin.normal_force), np.asarray(session.skin.proximity), now
     )
-    turn = torque @ gains.joint_compliance(robot, now)
-    jacobian, _ = gains.levers(robot, model, now - turn / 2)
-    return float(np.linalg.norm(jacobian[cell] @ turn))
+    return np.asarray(torque @ gains.joint_compliance(robot, now))
 
 
 def own_give(session: Session, cell: int, force_n: float, interface: str = "position") -> float:

@@ -1,15 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a push that is not felt moves a robot: more by torque the more inertia is added to its own."""
+"""How far a push moves a robot: where it is felt as its gains say, where it is not the more by torque the more inertia
+is added to its own."""
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from robotskin import layout, robots
 from robotskin.robots.gains import GainSet, robot_with_gains
 from robotskin.scripts import behaviour_script
 from robotskin.session import Session
-from robotskin.session.touches import bearable_force, own_give
+from robotskin.session.touches import (
+    bearable_force,
+    link_to_push,
+    own_give,
+    push_and_release,
+    pushed_cell,
+    turn_by_touch,
+)
 
 CELL, FORCE_N = 135, 15.0
 
@@ -52,3 +61,22 @@ def test_a_finger_is_touched_no_harder_than_its_joints_bear(seed: int, monkeypat
     assert given_n
     assert all(given <= bears for given, bears in zip(given_n, bears_n, strict=True))
     assert min(bears_n) < 15.0, "no finger that bears less than a touch"
+
+
+@pytest.mark.parametrize("mode", ["clock", "event"])
+def test_a_push_moves_a_hand_as_its_gains_say_though_it_sees_its_own_fingers_before(seed: int, mode: str) -> None:
+    ready = robot_with_gains("ur5_allegro")
+    skin = layout.finished("ur5_allegro")
+    session = Session(ready.robot, skin, seed=seed, gains=ready.gains, link="in process")
+    try:
+        session.boot()
+        session.set_mode(mode)
+        session.run(2.0)
+        cell = pushed_cell(session, link_to_push(ready.robot, ready.gains, skin))
+        jacobian, _ = ready.gains.levers(ready.robot.core, skin.skin_model(), np.array(session.joints.position))
+        aside_m = float(np.linalg.norm(jacobian[cell] @ turn_by_touch(session)))
+        push = push_and_release(session, cell, 15.0, hold_s=3.0, rest_s=0.1)
+    finally:
+        session.shut_down()
+    assert aside_m > 0.05 * push.displacement_m, "nothing is seen before the push"
+    assert push.displacement_m == pytest.approx(push.expected_m, rel=0.05)
