@@ -51,7 +51,7 @@ def command(
     seconds: Annotated[
         float,
         typer.Option(
-            help="Simulated seconds each interface gets at least with --headless; the script takes 27.", min=0
+            help="Simulated seconds each interface gets at least with --headless; the script takes 32.", min=0
         ),
     ] = 20.0,
     seed: Annotated[int, typer.Option(help="Repeats the run.")] = 1,

@@ -109,8 +109,8 @@ def _interface_figures(
     began = session.world.time_s
     violations = session.controller.report.violations
     session.set_interface(interface)
-    session.run(0.5)
     hold = hold_s(session)
+    session.run(hold)  # to where the nearness of its own links leaves it
 
     progress(f"{interface}: push with the skin on")
     on = push_and_release(session, cell, force_n, hold, hold)
@@ -120,13 +120,13 @@ def _interface_figures(
     event = push_and_release(session, cell, force_n, hold, hold)
     session.set_mode("clock")
     session.set_skin(False)
-    session.run(0.5)
+    session.run(hold)  # what it saw of itself no longer pushes it aside
     progress(f"{interface}: the same with the skin off")
     off = push_and_release(session, cell, force_n, HOLD_S, rest_s=1.0)
     session.set_skin(True)
     patch = int(session.layout.patch[cell])
     session.mask_patch(patch, True)
-    session.run(0.5)
+    session.run(hold)
     progress(f"{interface}: the same with the patch masked")
     masked = push_and_release(session, cell, force_n, HOLD_S, rest_s=1.0)
     session.mask_patch(patch, False)
