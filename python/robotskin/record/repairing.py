@@ -31,6 +31,13 @@ class Repaired:
     newest_ns: int
     was_whole: bool
     damaged_chunks: int = 0
+    gaps_told: int = 0
+    """Messages that were not in the file before: they tell a replay where a chunk is missing."""
+
+    @property
+    def written(self) -> int:
+        """Messages that any reader finds in the mended file."""
+        return self.messages + self.gaps_told
 
 
 def repair(path: str | Path) -> Repaired:
@@ -43,7 +50,7 @@ def repair(path: str | Path) -> Repaired:
     path = Path(path)
     require_file(path)
     partial = path.with_name(f".{path.name}.partial")
-    messages = newest_ns = damaged = 0
+    messages = newest_ns = damaged = gaps = 0
     whole = False
     try:
         with partial.open("wb") as file:
@@ -54,7 +61,7 @@ def repair(path: str | Path) -> Repaired:
             for record in records(path, skip_damaged=True):
                 if isinstance(record, Damaged):
                     damaged += 1
-                    _tell_gap(writer, copy, topics, newest_ns)
+                    gaps += _tell_gap(writer, copy, topics, newest_ns)
                     continue
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
@@ -81,16 +88,17 @@ def repair(path: str | Path) -> Repaired:
         raise RecordingFileError(f"{path}: cannot be mended: {error.strerror}") from error
     finally:
         partial.unlink(missing_ok=True)
-    return Repaired(messages, newest_ns, whole, damaged)
+    return Repaired(messages, newest_ns, whole, damaged, gaps)
 
 
-def _tell_gap(writer: Writer, copy: RecordCopy, topics: Mapping[int, str], time_ns: int) -> None:
-    """On both tapes: how many entries are missing is not known, so one is told."""
+def _tell_gap(writer: Writer, copy: RecordCopy, topics: Mapping[int, str], time_ns: int) -> int:
+    """On both tapes, a message each: how many entries are missing is not known, so one is told. How many messages."""
     payload = struct.pack("<Q", 1)
     entry = HEADER.pack(len(payload), Entry.gap.value, 0, time_ns) + payload
-    for channel, topic in topics.items():
-        if topic in TAPES:
-            writer.add_message(copy.channels[channel], time_ns, BLOCK.pack({"entries": entry}), time_ns)
+    tapes = [channel for channel, topic in topics.items() if topic in TAPES and channel in copy.channels]
+    for channel in tapes:
+        writer.add_message(copy.channels[channel], time_ns, BLOCK.pack({"entries": entry}), time_ns)
+    return len(tapes)
 
 
 def _is_known(record: Any, copy: RecordCopy) -> bool:

@@ -213,6 +213,7 @@ def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> Non
 
 def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> None:
     """All behind it was thrown away once, and a whole file was called whole: its replay ended there."""
+    from mcap.reader import make_reader
     from mcap.records import Chunk
     from mcap.stream_reader import StreamReader
 
@@ -232,6 +233,8 @@ def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> Non
         found = repair(path)
         assert found.damaged_chunks == 1
         assert not found.was_whole
+        with path.open("rb") as file:
+            assert sum(1 for _ in make_reader(file).iter_messages()) == found.written == found.messages + 2
         mended = Recording(path)
         assert mended.end_ns > Recording(made.path).end_ns - 100_000_000
         frames = 0

@@ -190,6 +190,6 @@ def _mended(path: Path) -> bool:
         return False
     with mended.open("rb") as file:
         stock = sum(1 for _ in make_reader(file).iter_messages())
-    if stock != found.messages:
-        raise RuntimeError(f"a mended file of {found.messages} messages has {stock} for a stock reader")
+    if stock != found.written:
+        raise RuntimeError(f"a mended file of {found.written} messages has {stock} for a stock reader")
     return True

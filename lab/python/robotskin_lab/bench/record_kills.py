@@ -54,7 +54,7 @@ class Lost:
         except RobotskinError:
             self.unreadable += 1
             return
-        self.disagreeing += stock != found.messages
+        self.disagreeing += stock != found.written
         self.lost_ms_max = max(self.lost_ms_max, (newest_ns - found.newest_ns) / 1e6)
 
     def figures(self) -> dict[str, Any]:
