@@ -54,9 +54,24 @@ struct Recorder final : loop::LoopWitness {
     control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, sent->value);
   }
 
+  std::uint64_t dropped() const {
+    return is_closed() ? dropped_before_closed : driver.tape().dropped() + control.tape().dropped();
+  }
+  bool is_closed() const { return !memory[0].is_valid(); }
+  // What it was attached to keeps it alive, but not its memory.
+  void close() {
+    dropped_before_closed = dropped();
+    memory = {};
+  }
+  Recorder& require_open() {
+    if (is_closed()) throw std::invalid_argument("this recorder is closed: make another one");
+    return *this;
+  }
+
   record::DriverTape driver;
   record::ControlTape control;
-  std::array<Memory, 2> memory;  // of both tapes
+  std::array<Memory, 2> memory;  // of both tapes; none once it is closed
+  std::uint64_t dropped_before_closed = 0;
   bool without_driver = false;
   std::int64_t fresh_ns = 0;  // of such a skin
 };
@@ -92,7 +107,7 @@ another process. A full tape drops and counts, and goes on at the next keyframe.
           "begin_reading",
           [](Recorder& self, std::size_t reader) {
             require_reader(reader);
-            self.driver.tape().begin_reading(reader);
+            self.require_open().driver.tape().begin_reading(reader);
             self.control.tape().begin_reading(reader);
           },
           "reader"_a, "What is taken down from now on waits for this reader, 0 or 1.")
@@ -100,6 +115,7 @@ another process. A full tape drops and counts, and goes on at the next keyframe.
           "end_reading",
           [](Recorder& self, std::size_t reader) {
             require_reader(reader);
+            if (self.is_closed()) return;
             self.driver.tape().end_reading(reader);
             self.control.tape().end_reading(reader);
           },
@@ -107,6 +123,7 @@ another process. A full tape drops and counts, and goes on at the next keyframe.
       .def(
           "attach",
           [](Recorder& self, HostDriver* host, skin::SkinReader* reader, loop::SkinLoop* loop) {
+            self.require_open();
             if (host != nullptr) host->driver.set_witness(&self.driver);
             if (reader != nullptr) reader->set_witness(&self.control);
             if (loop == nullptr) return;
@@ -127,15 +144,20 @@ another process. A full tape drops and counts, and goes on at the next keyframe.
           },
           "driver"_a.none(), "reader"_a.none(), "loop"_a.none() = nb::none(),
           "Ends that. Call it in the control thread.")
-      .def("moved", &Recorder::moved, "now_ns"_a, "joints"_a, "sent"_a.none(),
-           "What a robot told at `now_ns`, and what was sent to it or None, where no loop is attached. Call it in the "
-           "control thread.")
+      .def("close", &Recorder::close,
+           "Gives the memory of the tapes back, once it is detached and their readers need nothing of it any more.")
+      .def(
+          "moved",
+          [](Recorder& self, std::int64_t now_ns, const JointState& joints, const JointCommand* sent) {
+            self.require_open().moved(now_ns, joints, sent);
+          },
+          "now_ns"_a, "joints"_a, "sent"_a.none(),
+          "What a robot told at `now_ns`, and what was sent to it or None, where no loop is attached. Call it in the "
+          "control thread.")
       .def(
           "ask_for_keyframe", [](Recorder& self) { self.driver.ask_for_keyframe(); },
           "The next publication is followed by a keyframe, at which a replay can begin.")
-      .def_prop_ro(
-          "dropped", [](Recorder& self) { return self.driver.tape().dropped() + self.control.tape().dropped(); },
-          "Entries that found no room.");
+      .def_prop_ro("dropped", &Recorder::dropped, "Entries that found no room.");
 }
 
 void bind_reader(nb::module_& module) {

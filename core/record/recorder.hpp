@@ -34,6 +34,7 @@ class DriverTape final : public driver::Witness {
   std::uint64_t keyframe_publication() const { return keyframe_publication_.load(std::memory_order_acquire); }
 
   Tape& tape() { return tape_; }
+  const Tape& tape() const { return tape_; }
 
  private:
   Tape tape_;
@@ -66,6 +67,7 @@ class ControlTape final : public skin::ReadWitness {
   void command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values) noexcept;
 
   Tape& tape() { return tape_; }
+  const Tape& tape() const { return tape_; }
 
  private:
   Tape tape_;

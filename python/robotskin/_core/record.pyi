@@ -108,6 +108,11 @@ class Recorder:
     ) -> None:
         """Ends that. Call it in the control thread."""
 
+    def close(self) -> None:
+        """
+        Gives the memory of the tapes back, once it is detached and their readers need nothing of it any more.
+        """
+
     def moved(self, now_ns: int, joints: robotskin.model.JointState, sent: robotskin.model.JointCommand | None) -> None:
         """
         What a robot told at `now_ns`, and what was sent to it or None, where no loop is attached. Call it in the control thread.

@@ -146,6 +146,8 @@ class Recorder:
             self.writer.end()
         for follower in self.followers:
             follower.close()
+        self._followed = None
+        self._tapes.close()
         if self.error:
             raise RecordError(self._told())
 

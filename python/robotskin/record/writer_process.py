@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import os
@@ -106,6 +107,9 @@ class WriterProcess:
         """Wait until the file is whole; why it is not, or nothing."""
         self._tell({"end": True})
         self._hearing.join()
+        with self._sending, contextlib.suppress(OSError):
+            assert self._process.stdin is not None
+            self._process.stdin.close()
         return self._error
 
     def _tell(self, order: dict[str, Any]) -> None:
@@ -117,13 +121,14 @@ class WriterProcess:
                 assert self._process.stdin is not None
                 self._process.stdin.write(data)
                 self._process.stdin.flush()
-            except OSError:
+            except (OSError, ValueError):
                 return  # it is gone; what it heard last is told by the thread that hears it
 
     def _hear(self) -> None:
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            self._take(line)
+        with self._process.stdout:
+            for line in self._process.stdout:
+                self._take(line)
         status = self._process.wait()
         if status != 0 and not self._error:
             self._error = self._said or ended_by(status)
