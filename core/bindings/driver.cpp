@@ -256,7 +256,7 @@ vectors and partial. Not beside a TorqueReader in another thread.)")
           "replies", [](HostDriver& self) { return replies_list(self.driver); },
           nb::sig("def replies(self) -> list[dict[str, int | str]]"),
           R"(Answers to commands since the last call: key, operation, status, ticket, index, value now in force and the
-operation it is `of`, heard_ns.)")
+operation it is `of`, heard_ns, and the version of the cell's firmware.)")
       .def(
           "samples", [](HostDriver& self) { return samples_dict(self.driver.samples()); },
           nb::sig("def samples(self) -> dict[str, numpy.ndarray]"),

@@ -98,6 +98,7 @@ nb::list units_list(SnapshotTable<UnitRow>& table) {
     dict["group"] = unit.group;
     dict["unit"] = unit.unit;
     dict["session"] = unit.session;
+    dict["version"] = unit.version;
     dict["heard_ns"] = unit.heard_ns;
     dict["clock_offset_ns"] = unit.clock_offset_ns;
     dict["datagrams"] = unit.datagrams;
@@ -158,6 +159,7 @@ nb::list replies_list(Driver& driver) {
     dict["of"] = operation_name(reply->value_high);
     dict["value"] = reply->value;
     dict["heard_ns"] = reply->heard_ns;
+    dict["version"] = reply->version;
     list.append(dict);
   }
   return list;

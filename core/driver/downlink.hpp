@@ -27,6 +27,7 @@ struct Reply {
   std::uint16_t source = 0;
   std::uint8_t operation = 0;
   std::uint8_t status = 0;
+  std::uint8_t version = 0;  // of the cell's firmware
   std::uint32_t ticket = 0;  // of the command, 0: not one of the last 1024 of this driver
   std::uint16_t index = 0;
   std::uint16_t value_high = 0;  // operation whose value it is

@@ -154,7 +154,7 @@ class Driver {
   void take_topology(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
   void reference(CellIndex::Group& group, const ReportedNeighbour& neighbour, int by, std::int64_t now_ns);
   void take_rate_divisor(std::size_t unit_row, const std::uint8_t* record);
-  void take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns);
+  void take_reply(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns);
 
   // downlink.cpp
   void keep_alive(std::int64_t now_ns, const Sink& sink);

@@ -29,7 +29,7 @@ void Driver::take_record(const rs_datagram_header& header, CellIndex::Group& gro
     case RS_TYPE_topology:
       return take_topology(group, unit, record, arrival_ns);
     case RS_TYPE_reply:
-      return take_reply(group, record, arrival_ns);
+      return take_reply(group, unit, record, arrival_ns);
     case RS_TYPE_status: {
       rs_status frame;
       rs_status_unpack(&frame, record);
@@ -233,12 +233,13 @@ void Driver::take_rate_divisor(std::size_t unit_row, const std::uint8_t* record)
   }
 }
 
-void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std::int64_t arrival_ns) {
+void Driver::take_reply(CellIndex::Group& group, UnitRow& unit, const std::uint8_t* record, std::int64_t arrival_ns) {
   rs_reply frame;
   rs_reply_unpack(&frame, record);
   if (frame.source == RS_ID_SECTION_UNIT) {
     // A section unit's own tells the last command it passed on, perhaps of another host or of an earlier run.
     const auto counter = static_cast<std::uint16_t>(frame.counter);
+    unit.version = static_cast<std::uint8_t>(frame.version);
     if (command_counter_ < 0) counter_known_ns_ = arrival_ns;
     if (command_counter_ < 0 || static_cast<std::int16_t>(counter - command_counter_) > 0) command_counter_ = counter;
     return;
@@ -251,6 +252,7 @@ void Driver::take_reply(CellIndex::Group& group, const std::uint8_t* record, std
                     .source = static_cast<std::uint16_t>(frame.source),
                     .operation = static_cast<std::uint8_t>(frame.operation),
                     .status = static_cast<std::uint8_t>(frame.status),
+                    .version = static_cast<std::uint8_t>(frame.version),
                     .ticket = sent.counter == frame.counter ? sent.ticket : 0,
                     .index = static_cast<std::uint16_t>(frame.index),
                     .value_high = static_cast<std::uint16_t>(frame.value_high),

@@ -44,6 +44,7 @@ struct UnitRow {
   std::uint32_t session = 0;
   std::uint16_t group = 0;
   std::uint8_t unit = 0;
+  std::uint8_t version = 0;             // of its firmware; 0: not told
   std::array<UnitPortRow, 16> ports{};  // by port number; 0 is not used
 };
 

@@ -169,7 +169,8 @@ static void answer(rs_cell* cell, const rs_command* command, uint32_t now_us) {
                     .ttl = RS_TTL_START,
                     .operation = command->operation,
                     .counter = command->counter,
-                    .index = command->index};
+                    .index = command->index,
+                    .version = RS_FIRMWARE_VERSION};
   rs_cell_heal_settings(cell, now_us);
   carry_out(cell, command, &reply, now_us);
   rs_cell_keep_settings(cell);

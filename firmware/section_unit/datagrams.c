@@ -34,7 +34,8 @@ static void send_heartbeat(rs_section_unit* unit, uint64_t now_ns, rs_unit_outpu
                           .source = RS_ID_SECTION_UNIT,
                           .operation = RS_OPERATION_ping,
                           .counter = unit->command_counter,
-                          .value_low = (uint32_t)unit->tick_time};
+                          .value_low = (uint32_t)unit->tick_time,
+                          .version = RS_FIRMWARE_VERSION};
   rs_reply_pack(record, &reply);
   rs_record_arrival_pack(record, 0, 0);
   ++count;

@@ -36,7 +36,8 @@ enum {
   RS_LINK_BAUD = 4000000,
   RS_LINK_BITS_PER_BYTE = 10, /* 8N1 */
   RS_CELLS_PER_PORT = 66,     /* at 250 Hz: 82.5 % of 80 */
-  RS_JOINTS_PER_PART = 6
+  RS_JOINTS_PER_PART = 6,
+  RS_FIRMWARE_VERSION = 1 /* grows when cells, units and hosts of before no longer understand; 0: it was not told yet */
 };
 
 /* X(name, number, from which sender to which receiver) */
@@ -242,7 +243,8 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(index, 0, 16, "of the command")               \
   X(value_high, 0, 16, "upper part of the value") \
   X(value_low, 0, 32, "value now in force")       \
-  X(spare, 0, 30, "")
+  X(version, 0, 8, "of the firmware that answers") \
+  X(spare, 0, 22, "")
 
 #define RS_JOIN_FIELDS(X)                                 \
   X(type, 0, 4, "frame type")                             \

@@ -146,7 +146,7 @@ class Driver:
     def replies(self) -> list[dict[str, int | str]]:
         """
         Answers to commands since the last call: key, operation, status, ticket, index, value now in force and the
-        operation it is `of`, heard_ns.
+        operation it is `of`, heard_ns, and the version of the cell's firmware.
         """
 
     def samples(self) -> dict[str, numpy.ndarray]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from robotskin.addresses import host_and_port
 from robotskin.connecting.errors import ConnectError
+from robotskin.connecting.skin_checks import check_skin
 from robotskin.driver import Driver
 from robotskin.errors import InputError
 from robotskin.keys import SkinKeys
@@ -80,7 +81,8 @@ class SectionUnits:
     def await_skin(self, within_s: float = 5.0, least_alive: float = LEAST_ALIVE) -> int:
         """Wait until the skin of the layout speaks; how many of its cells do.
 
-        Raises ConnectError: nothing there, other keys, another protocol, cells of another layout, too few cells.
+        Raises ConnectError: nothing there, other keys, another protocol, firmware of another version, cells or wires
+        of another layout, too few cells.
         """
         state = SkinState(len(self.layout))
         ends = time.monotonic() + within_s
@@ -103,6 +105,7 @@ class SectionUnits:
                 f"skin: found {alive} of {len(self.layout)} cells, expected {least_alive:.0%} or more; silent are "
                 f"{silent[:8].tolist()} …: is every cable in, and is it the layout of this skin?"
             )
+        check_skin(self.driver, self.layout, np.flatnonzero(np.asarray(state.health) == int(Health.alive)))
         return alive
 
     def _why_silent(self, address: Address, counts: dict[str, int]) -> str:

@@ -8,16 +8,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from other_version import OtherVersion
 from typer.testing import CliRunner
 
 from patience import runs_until
+from robotskin import firmware, robots
 from robotskin import layout as layouts
-from robotskin import robots
 from robotskin.cli.main import app
 from robotskin.connecting import ConnectedRobot, ConnectError, SectionUnits, check_before_motion, unit_addresses
 from robotskin.cycle import GuardLimits, SafetyState
@@ -135,6 +136,25 @@ def test_another_layout_is_told(stage: Stage) -> None:
     units.close()
 
 
+def test_a_layout_with_the_same_cells_at_other_places_is_told(stage: Stage) -> None:
+    units = held_units(stage, layout=replace(stage.layout, id=np.roll(stage.layout.id, 1)))
+    with pytest.raises(ConnectError, match=r"found \d+ of \d+ wires that layout ur5 of \d+ cells does not have"):
+        units.await_skin(20.0)
+    units.close()
+
+
+@pytest.mark.parametrize(("of_unit", "told"), [(False, "in 8 cells"), (True, r"section unit \d+\.\d+")])
+def test_firmware_of_another_version_is_told(stage: Stage, of_unit: bool, told: str) -> None:
+    keys = SkinKeys.load(stage.key)
+    with OtherVersion(tuple(stage.addresses[0]), keys.datagram_key, 9, of_unit=of_unit) as between:
+        units = held_units(stage, addresses=[between.address])
+        with pytest.raises(ConnectError, match=told) as refused:
+            units.await_skin(20.0)
+        units.close()
+    assert "9" in str(refused.value)
+    assert f"expected {firmware.FIRMWARE_VERSION}" in str(refused.value)
+
+
 def test_a_count_of_units_that_the_layout_does_not_have(stage: Stage) -> None:
     with pytest.raises(ConnectError, match="found 2 addresses, the layout has 1"):
         held_units(stage, addresses=stage.addresses * 2)
@@ -197,8 +217,8 @@ def test_a_port_of_another_count_of_joints(tmp_path: Path, monkeypatch) -> None:
         made_port("two_joints", ROBOT)
 
 
-def command(stage: Stage, *more: str, key: Path | None = None) -> list[str]:
-    host, port = stage.addresses[0]
+def command(stage: Stage, *more: str, key: Path | None = None, unit: tuple[str, int] | None = None) -> list[str]:
+    host, port = unit or stage.addresses[0]
     return [
         str(Path(sys.executable).with_name("robotskin")), "connect", "ur5", "--robot-port", f"ur:{HOST}",
         "--units", f"{host}:{port}",
@@ -269,6 +289,16 @@ def test_sigterm_stops_the_robot(stage: Stage, tmp_path: Path) -> None:
     assert figures["stop_s"] < 1.0
     assert figures["limit_violations"] == 0
     assert np.abs(stage.arm.ask(Look(("arm.velocity",)))[0]).max() < 0.01
+
+
+def test_the_command_refuses_firmware_of_another_version_before_anything_moves(stage: Stage, tmp_path, monkeypatch):
+    before = stage.arm.ask(Look(("script_name",)))[0]
+    monkeypatch.chdir(tmp_path)
+    with OtherVersion(tuple(stage.addresses[0]), SkinKeys.load(stage.key).datagram_key, 9) as between:
+        ran = CliRunner().invoke(app, command(stage, unit=between.address)[1:])
+    assert ran.exit_code == 2
+    assert "firmware of another version" in " ".join(ran.output.split())
+    assert stage.arm.ask(Look(("script_name",)))[0] == before
 
 
 def test_the_command_refuses_before_anything_moves(stage: Stage, tmp_path: Path, monkeypatch) -> None:
