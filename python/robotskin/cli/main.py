@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import pkgutil
 import signal
-import threading
 from typing import Annotated, Any
 
 import typer
@@ -19,6 +18,7 @@ from typer.exceptions import TyperException
 import robotskin
 import robotskin.cli
 from robotskin.cli._entry import status_after
+from robotskin.cli._interruption import Interruption
 from robotskin.cli._lazy import LazyGroup
 from robotskin.cli._mistakes import one_line
 from robotskin.errors import RobotskinError
@@ -66,29 +66,6 @@ def verbs() -> list[str]:
     return sorted(found, key=lambda verb: (ORDER.index(verb) if verb in ORDER else len(ORDER), verb))
 
 
-class Interruption:
-    """While it is entered, SIGTERM ends a verb as Ctrl-C does, also where a script has set SIGINT to be ignored."""
-
-    def __init__(self) -> None:
-        self.came: int | None = None
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> Interruption:
-        if threading.current_thread() is threading.main_thread():
-            for one in (signal.SIGINT, signal.SIGTERM):
-                if one is signal.SIGTERM or signal.getsignal(one) is not signal.SIG_IGN:
-                    self._before[one] = signal.signal(one, self._end)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for one, handler in self._before.items():
-            signal.signal(one, handler)
-
-    def _end(self, number: int, _frame: object) -> None:
-        self.came = number
-        raise KeyboardInterrupt
-
-
 class Verbs(LazyGroup):
     """Loads the verb that is called, and turns the project's own errors into one line on stderr and exit status 2.
 
@@ -119,7 +96,7 @@ class Verbs(LazyGroup):
         except KeyboardInterrupt:
             reason = ""
         except Exception as error:
-            # A signal in the middle of an import surfaces as whatever the import makes of it.
+            # What tidies up after a signal may fail in its own way.
             if interruption.came is None or isinstance(error, typer.Exit):
                 raise
             reason = ""

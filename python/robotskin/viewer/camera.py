@@ -44,7 +44,11 @@ class Camera:
         x, y, z = ((points_m - centre) @ facing).T
         free = FREE_OF_CONTROLS if aspect < NARROW else 1.0
         half = np.tan(FIELD_OF_VIEW_RAD / 2)
-        distance = MARGIN * np.max(np.maximum(np.abs(x) / aspect, np.abs(y) / free) / half - z)
+        # What is nearer than the middle is drawn farther from it, and rises more where the scene is moved up.
+        beside = np.abs(x) / aspect / half - z
+        above = (-y / half - z) / free
+        below = (y / half - (2 * free - 1) * z) / free
+        distance = MARGIN * max(np.max(beside), np.max(above), np.max(below))
         # The middle of what is free lies above the middle of the screen.
         lower = (1 - free) * half * distance * facing[:, 1]
         return cls(centre + lower + distance * towards, centre + lower)

@@ -88,6 +88,8 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     assert told.index("On the robot") < told.index("<h2>Patches") < told.index("<h2>Computing"), (
         "the picture comes first"
     )
+    assert told.rindex("<h2>") == told.index("<h2>Computing"), "what it cost comes last"
+    assert all(f"<td>{step}</td>" in told.split("<h2>Computing")[1] for step in STEPS.split(","))
     assert "<td>1:" in told, "a cell is named by group and id"
     layout = Layout.load(target)
     key = {int(cell): row for row, cell in enumerate(slid.group.astype(np.int64) << 16 | slid.id)}

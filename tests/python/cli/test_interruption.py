@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -39,6 +40,36 @@ def test_a_verb_ends_when_it_is_told_to(wait: str, ignored: bool) -> None:
     _, told = process.communicate(timeout=20)
     assert time.monotonic() - began < 10
     assert process.returncode == (143 if ignored else 130)
+    assert told == "robotskin: interrupted\n"
+
+
+SWALLOWED = """
+import time
+try:
+    print("importing", flush=True)
+    time.sleep(1.0)
+except BaseException:
+    pass
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_import_that_goes_on_whatever_is_raised_in_it_loses_no_signal(number: int, tmp_path: Path) -> None:
+    (tmp_path / "swallowing.py").write_text(SWALLOWED)
+    wait = f"sys.path.insert(0, {str(tmp_path)!r}); import swallowing; time.sleep(60)"
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        process = subprocess.Popen(
+            [sys.executable, "-c", VERB.format(wait=wait)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "waiting\n"
+    assert process.stdout.readline() == "importing\n"
+    process.send_signal(number)
+    _, told = process.communicate(timeout=30)
+    assert process.returncode == 128 + number
     assert told == "robotskin: interrupted\n"
 
 

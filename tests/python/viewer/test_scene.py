@@ -245,6 +245,19 @@ def test_the_camera_sees_every_corner_of_the_robot(seed: int, width: int, height
     assert pixels.max(axis=0)[1] - pixels.min(axis=0)[1] > 0.3 * free or width < free
 
 
+@pytest.mark.parametrize("aspect", [390 / 844, 0.6, 1.0, 2.0])
+def test_a_slender_robot_that_leans_to_the_camera_is_seen_whole(seed: int, aspect: float) -> None:
+    rng = np.random.default_rng([seed, 4])
+    for _ in range(100):
+        size = np.array([rng.uniform(0.1, 2.0), rng.uniform(0.1, 2.0), rng.uniform(0.5, 2.0)])
+        points = rng.uniform(-0.5, 0.5, (12, 3)) * size
+        points[:, :2] += FROM_FRONT_LEFT[:2] * points[:, 2:] * rng.uniform(-1.0, 1.0)
+        free = 1.0 if aspect > NARROW else FREE_OF_CONTROLS
+        pixels = Camera.around(points, aspect).pixels(points, round(1000 * aspect), 1000)
+        assert (pixels > 0.0).all()
+        assert (pixels < [1000 * aspect, 1000 * free]).all()
+
+
 def test_the_camera_looks_from_where_the_skin_is() -> None:
     ahead = side_of_skin(np.array([[0.0, 1.0, 0.0]]))
     assert ahead[1] > 0.7
