@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <memory>
 #include <robotskin/control/gravity_task.hpp>
@@ -49,10 +50,9 @@ double height_m(RobotDynamics& dynamics, const JointState& joints, std::size_t h
   return base_from_hand[11];
 }
 
-int main(int argument_count, char** arguments) {
-  if (argument_count != 2) return 2;
+int run(const char* path) {
   std::ostringstream urdf;
-  urdf << std::ifstream(arguments[1]).rdbuf();
+  urdf << std::ifstream(path).rdbuf();
   const RobotModel robot(urdf.str());
   const std::size_t n = robot.joint_count(), hand = robot.link_index("ee_link");
   skin::SkinModel one_cell;  // untouched; without fresh skin the guard lets no robot run
@@ -105,4 +105,17 @@ int main(int argument_count, char** arguments) {
               cycle.report().state == robot::SafetyState::running ? "running" : "stopped",
               1e3 * (ceiling_m - highest_m));
   return highest_m < ceiling_m && highest_m > ceiling_m - 0.015 ? 0 : 1;
+}
+
+int main(int argument_count, char** arguments) {
+  if (argument_count != 2) {
+    std::fprintf(stderr, "usage: own_task URDF; of a UR5, whose last link is ee_link\n");
+    return 2;
+  }
+  try {
+    return run(arguments[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "own_task: %s: %s\n", arguments[1], error.what());
+    return 2;
+  }
 }

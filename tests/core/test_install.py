@@ -62,3 +62,9 @@ def test_the_example_project_runs_against_the_installed_files(prefix: Path, tmp_
     done = subprocess.run([build / "own_task", urdf], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.startswith("running: the hand rose")
+    other = tmp_path / "panda.urdf"
+    other.write_text(robots.load("panda").urdf)
+    for arguments, why in (([], "usage: own_task URDF"), ([other], "ee_link"), ([tmp_path / "none"], "none")):
+        refused = subprocess.run([build / "own_task", *arguments], capture_output=True, text=True)
+        assert refused.returncode == 2
+        assert why in refused.stderr
