@@ -62,7 +62,7 @@ def running(verb: str, seed: int, tmp_path: Path, *more: str) -> Iterator[str]:
 
 def address_in(text: str, process: subprocess.Popen[bytes]) -> str | None:
     assert process.poll() is None, f"the page ended: {text}"
-    match = re.search(r"http://127\.0\.0\.1:\d+", text)
+    match = re.search(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+", text)
     return match.group() if match else None
 
 

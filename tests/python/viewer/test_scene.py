@@ -76,7 +76,7 @@ def test_every_cell_is_in_the_batch_of_its_link_at_its_place(page: Page) -> None
 
 def test_the_page_is_on_this_machine_only(page: Page) -> None:
     assert page.server.get_host() == "127.0.0.1"
-    assert page.address == f"http://127.0.0.1:{page.server.get_port()}"
+    assert page.address == f"http://127.0.0.1:{page.server.get_port()}/?token={page.server.token}"
 
 
 def test_links_follow_the_joints(page: Page, seed: int) -> None:

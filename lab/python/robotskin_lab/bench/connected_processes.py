@@ -17,7 +17,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
@@ -70,8 +70,13 @@ class Looker:
             pass
         except ConnectionClosed:
             time.sleep(AGAIN_S)
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError, InvalidStatus):
                 self._socket = self._look()
+
+    def open(self, address: str) -> None:
+        """Open another address: a session that was started again prints one with a token of its own."""
+        self._address = address.replace("http:", "ws:")
+        self._socket = self._look()
 
     def close(self) -> None:
         """Look away."""
@@ -193,10 +198,13 @@ class ConnectedProcesses:
         for left in reversed(range(TRIES)):
             try:
                 self.running[name] = self._makers()[name]()
-                return
+                break
             except RehearsalError:
                 if left == 0:
                     raise
+        page = self.running.get("page")
+        if name == "session" and isinstance(page, Process):
+            page.ask(Asked("open", (self.session.said,)))
 
     def kill(self, name: str) -> None:
         """End it in the middle of whatever it does."""
