@@ -24,13 +24,19 @@ WATCH_PORT = 1338
 STIFFNESS = (22500.0, 22500.0, 17500.0, 17500.0, 2500.0, 2500.0, 2500.0)
 DAMPING = (450.0, 450.0, 350.0, 350.0, 50.0, 50.0, 50.0)
 """Nm/rad and Nm s/rad of its servos: as fast as those of the real one, five times as fast as franky-sim's own."""
+LEAST = np.array([-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159])
+MOST = np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159])
+"""rad that the joints of a Research 3 reach; joint 6 of a Panda reaches less far up and further down."""
+SPARE = 0.1
+"""rad to a joint's end at the start."""
 
 
 class FrankaController:
     """Serves at `host` until `close`; `run` lets real time pass.
 
     Args:
-        posture: (7,) rad where it starts. host: an address of this machine.
+        posture: (7,) rad where it starts; a joint that would stand at its end or beyond starts a little within, for
+            one beyond is thrown back while nothing commands it. host: an address of this machine.
 
     Raises RehearsalError: franky-sim is not installed, or the address cannot be had.
     """
@@ -43,7 +49,8 @@ class FrankaController:
             raise RehearsalError(f"{error.name} is not installed: pip install franky-sim") from None
         self._simulator = mujoco_simulator.MujocoSimulator()
         self._simulator.init()
-        self.arm: Any = self._simulator.add_robot(initial_q=tuple(posture), kp=STIFFNESS, kv=DAMPING)
+        starts = np.clip(posture, LEAST + SPARE, MOST - SPARE)
+        self.arm: Any = self._simulator.add_robot(initial_q=tuple(starts.tolist()), kp=STIFFNESS, kv=DAMPING)
         self._server = franky_sim.SimulationServer(self._simulator, [host])
         self._watchers = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._watchers.setblocking(False)
