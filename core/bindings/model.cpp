@@ -177,9 +177,11 @@ Override `read(state) -> PortStatus`: fill `position`, `velocity`, `effort` and 
 `write(command) -> PortStatus`: give the JointCommand to the robot, which holds it for 20 ms at most; `stop()`: bring the
 robot to rest and keep it there against gravity, whatever was commanded before; and, with `sensors`,
 `read_sensors(readings) -> PortStatus`. A port that raises counts as disconnected: the robot is told to stop.)")
-      .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors, bool>(), "joint_count"_a, "modes"_a,
-           "sensors"_a = PortSensors{}, "by_joint"_a = false,
-           "modes: the interfaces that the robot offers; by_joint: each joint may have its own.")
+      .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors, bool, bool>(), "joint_count"_a, "modes"_a,
+           "sensors"_a = PortSensors{}, "by_joint"_a = false, "smooths_positions"_a = false,
+           "modes: the interfaces that the robot offers; by_joint: each joint may have its own; smooths_positions: "
+           "`stop` "
+           "brings it to rest sooner than positions can.")
       .def_prop_ro("sensors", &RobotPort::sensors, "which sensors the robot has beside its joints")
       .def("read_sensors", &RobotPort::read_sensors, "readings"_a, "Fills what is new; `no_new_state`: nothing is.")
       .def_prop_ro("joint_count", &RobotPort::joint_count, "n of its states and commands")
@@ -189,6 +191,8 @@ robot to rest and keep it there against gravity, whatever was commanded before; 
           "Whether commands of all joints may go through this interface; None: of each its own, never.")
       .def_prop_ro("offers_by_joint", &RobotPort::offers_by_joint,
                    "whether each joint may be commanded through an interface of its own")
+      .def_prop_ro("smooths_positions", &RobotPort::smooths_positions,
+                   "whether `stop` brings it to rest sooner than positions can, which it smooths")
       .def("read", &RobotPort::read, "state"_a, "Fills the state; `no_new_state` leaves it as it was.")
       .def("write", &RobotPort::write, "command"_a, "Holds until the next write or stop.")
       .def_prop_ro("period_s", &RobotPort::period_s,

@@ -14,12 +14,18 @@ class PythonPort final : public RobotPort, public PythonPart {
  public:
   NB_TRAMPOLINE(RobotPort);
 
-  PythonPort(std::size_t joint_count, std::vector<CommandMode> modes, PortSensors sensors, bool by_joint)
-      : joint_count_(joint_count), modes_(std::move(modes)), sensors_(std::move(sensors)), by_joint_(by_joint) {}
+  PythonPort(std::size_t joint_count, std::vector<CommandMode> modes, PortSensors sensors, bool by_joint,
+             bool smooths_positions)
+      : joint_count_(joint_count),
+        modes_(std::move(modes)),
+        sensors_(std::move(sensors)),
+        by_joint_(by_joint),
+        smooths_positions_(smooths_positions) {}
 
   std::size_t joint_count() const noexcept override { return joint_count_; }
   bool offers(CommandMode mode) const noexcept override { return std::ranges::find(modes_, mode) != modes_.end(); }
   bool offers_by_joint() const noexcept override { return by_joint_; }
+  bool smooths_positions() const noexcept override { return smooths_positions_; }
   PortSensors sensors() const override { return sensors_; }
 
   PortStatus read(JointState& state) noexcept override {
@@ -55,7 +61,7 @@ class PythonPort final : public RobotPort, public PythonPart {
   std::size_t joint_count_;
   std::vector<CommandMode> modes_;
   PortSensors sensors_;
-  bool by_joint_;
+  bool by_joint_, smooths_positions_;
 };
 
 }  // namespace robotskin::bindings

@@ -21,6 +21,7 @@ SkinLoop::SkinLoop(RobotPort& port, skin::SkinInput& input, robot::TaskCycle& cy
   joints_ = JointState(cycle.joint_count());
   sensors_ = SensorReadings(port.sensors());
   cycle_.use_sensors(port.sensors());
+  cycle_.leave_stops_to_port(port.smooths_positions());
   command_ = JointCommand(CommandMode::position, cycle.joint_count());
 }
 

@@ -32,6 +32,8 @@ class RobotPort {
   virtual bool offers(CommandMode mode) const noexcept = 0;
   // Whether each joint may be commanded through an interface of its own, of those that are offered.
   virtual bool offers_by_joint() const noexcept { return false; }
+  // Whether the robot smooths the positions that it is given, so that `stop` brings it to rest sooner than they can.
+  virtual bool smooths_positions() const noexcept { return false; }
 
   // What the robot measures beside its joints; asked once, before the first read, so it may allocate and throw.
   virtual PortSensors sensors() const { return {}; }

@@ -132,8 +132,9 @@ const GuardReport& Guard::check(const RobotDynamics& dynamics, const JointState&
     case SafetyState::ready:
     case SafetyState::stopped:
       // SAFETY: from here the controller's command is not used; the robot comes to rest and is held, by the robot
-      // itself if nothing is known of its joints.
-      if (!joints_known_ || command.value.size() != lower_.size() || command.mode.size() != lower_.size()) {
+      // itself if nothing is known of its joints, or if it would be late behind the positions that lead it to rest.
+      if (!joints_known_ || command.value.size() != lower_.size() || command.mode.size() != lower_.size() ||
+          port_brakes(command, standing != nullptr)) {
         report_.send = false;
         report_.stop_port = true;
         has_last_ = false;
@@ -337,6 +338,11 @@ double Guard::braking_acceleration(std::size_t joint, const JointState& joints) 
   const double hold =
       hold_rad_s * hold_rad_s * (hold_[joint] - joints.position[joint]) - 2 * hold_rad_s * joints.velocity[joint];
   return std::clamp(hold, -most, most);
+}
+
+bool Guard::port_brakes(const JointCommand& command, bool stands) const noexcept {
+  return stops_by_port_ && !stands && report_.state == SafetyState::stopped &&
+         std::ranges::all_of(command.mode, [](CommandMode mode) { return mode == CommandMode::position; });
 }
 
 void Guard::brake(const RobotDynamics& dynamics, const JointState& joints, JointCommand& command) noexcept {

@@ -56,10 +56,10 @@ inline constexpr std::size_t limit_count = 5;
 
 struct GuardReport {
   SafetyState state = SafetyState::off;
-  Reason reason = Reason::none;     // why the state was last changed; stays while stopped or degraded
-  std::uint16_t conditions = 0;     // of this cycle
-  bool send = false;                // the command may go to the robot
-  bool stop_port = false;           // call RobotPort::stop: the robot cannot be controlled from here; never with send
+  Reason reason = Reason::none;  // why the state was last changed; stays while stopped or degraded
+  std::uint16_t conditions = 0;  // of this cycle
+  bool send = false;             // the command may go to the robot
+  bool stop_port = false;        // call RobotPort::stop: it cannot be led from here, or stops sooner; never with send
   std::uint64_t interventions = 0;  // cycles in which the guard changed a running controller's command
   Limit limit = Limit::position;    // that the last intervention kept,
   std::int32_t limited_joint = -1;  // and of which joint; -1: there was none
@@ -87,6 +87,9 @@ class Guard {
   // Share of the velocity limits, 0 to 1, that a running controller's commands may use besides what the limits allow.
   void cap_speed(double share) noexcept { speed_cap_ = share; }
 
+  // A stop of a robot that takes positions is left to its port (RobotPort::smooths_positions).
+  void leave_stops_to_port(bool leave) noexcept { stops_by_port_ = leave; }
+
   const GuardReport& report() const noexcept { return report_; }
   const GuardLimits& limits() const noexcept { return limits_; }
   // (limit_count, n) cycles in which each limit of each joint changed a running controller's command.
@@ -106,6 +109,7 @@ class Guard {
   double braking_acceleration(std::size_t joint, const JointState& joints) const noexcept;
   bool goes_on(std::size_t joint, const JointCommand& command) const noexcept;
   void remember(const JointState& joints, const JointCommand& command) noexcept;
+  bool port_brakes(const JointCommand& command, bool stands) const noexcept;
 
   std::span<const std::uint8_t> left_out_;
   GuardLimits limits_;
@@ -121,7 +125,8 @@ class Guard {
   double speed_cap_ = 1;
   bool has_last_ = false;      // something was sent, in last_mode_
   bool joints_known_ = false;  // the joint state of this cycle can be used
-  bool at_rest_ = false;       // a stop has come to rest, hold_ is where
+  bool stops_by_port_ = false;
+  bool at_rest_ = false;  // a stop has come to rest, hold_ is where
   std::int64_t last_cycle_ns_ = never_ns;
   std::int64_t last_joints_ns_ = never_ns;
   std::vector<CommandMode> last_mode_;                               // (n)

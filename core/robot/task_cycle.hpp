@@ -103,6 +103,7 @@ class TaskCycle {
   std::span<const double> touch_torque() const noexcept { return touch_.torque(); }  // (n) Nm of the forces felt
   std::span<const double> fused_torque() const noexcept { return fused_torque_; }    // (n) Nm
   const control::TaskStack& stack() const noexcept { return stack_.stack(); }
+  void leave_stops_to_port(bool leave) noexcept { guard_.leave_stops_to_port(leave); }
   const GuardReport& report() const noexcept { return guard_.report(); }
   const FusionCounts& fusion_counts() const noexcept { return fusion_counts_; }
   const Guard& guard() const noexcept { return guard_; }

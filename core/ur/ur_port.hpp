@@ -49,6 +49,7 @@ class UrPort final : public RobotPort {
 
   std::size_t joint_count() const noexcept override { return ur::joint_count; }
   bool offers(CommandMode mode) const noexcept override;
+  bool smooths_positions() const noexcept override { return true; }  // servoj looks ahead; a stop is stopj
   [[nodiscard]] PortStatus read(JointState& state) noexcept override;
   [[nodiscard]] PortStatus write(const JointCommand& command) noexcept override;
   void stop() noexcept override;

@@ -208,10 +208,15 @@ class RobotPort:
     """
 
     def __init__(
-        self, joint_count: int, modes: Sequence[CommandMode], sensors: PortSensors = ..., by_joint: bool = False
+        self,
+        joint_count: int,
+        modes: Sequence[CommandMode],
+        sensors: PortSensors = ...,
+        by_joint: bool = False,
+        smooths_positions: bool = False,
     ) -> None:
         """
-        modes: the interfaces that the robot offers; by_joint: each joint may have its own.
+        modes: the interfaces that the robot offers; by_joint: each joint may have its own; smooths_positions: `stop` brings it to rest sooner than positions can.
         """
 
     @property
@@ -233,6 +238,12 @@ class RobotPort:
     @property
     def offers_by_joint(self) -> bool:
         """whether each joint may be commanded through an interface of its own"""
+
+    @property
+    def smooths_positions(self) -> bool:
+        """
+        whether `stop` brings it to rest sooner than positions can, which it smooths
+        """
 
     def read(self, state: JointState) -> PortStatus:
         """Fills the state; `no_new_state` leaves it as it was."""

@@ -215,6 +215,7 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
     session.begin()
     with ConnectedSession(session) as live, Page(live, port) as page, sharing.heed(live):
         live.watch_page(lambda: len(page.server.get_clients()))
+        page.server.on_client_disconnect(lambda _: live.look_for_page())
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
         console.print(f"{session.speed.told}; here: c confirms full speed, s stops, g goes on, each with Enter")
         try:

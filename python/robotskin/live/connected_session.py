@@ -51,9 +51,20 @@ class ConnectedSession(LiveRobot):
     def watch_page(self, lookers: Callable[[], int]) -> None:
         """Stop the robot where all browsers that looked are gone; `lookers` counts them.
 
-        A page that is loaded anew stops it, too.
+        A page that is loaded anew stops it, too. Whatever hears that one is gone calls `look_for_page`.
         """
         self._lookers = lookers
+
+    def look_for_page(self) -> None:
+        """Stop the robot now if its page is gone. Called in each slice, and by any thread that hears of it sooner."""
+        if self._lookers is None:
+            return
+        looks = self._lookers() > 0
+        if self._looked and not looks:
+            # SAFETY: it cannot be stopped by the page any more.
+            self._page_lost, self._restart = True, False
+            self.session.stop()
+        self._looked = looks
 
     # ---- What a page or the terminal asks ----
 
@@ -112,7 +123,7 @@ class ConnectedSession(LiveRobot):
                     self._restart = False
                 self.session.run(SLICE_S)
                 self._health.stepped(time.monotonic_ns())
-                self._look_for_page()
+                self.look_for_page()
                 self._measure_rates()
                 self._snapshot = self._take()
         finally:
@@ -120,16 +131,6 @@ class ConnectedSession(LiveRobot):
                 self.session.end()
             finally:
                 self._health.close()
-
-    def _look_for_page(self) -> None:
-        if self._lookers is None:
-            return
-        looks = self._lookers() > 0
-        if self._looked and not looks:
-            # SAFETY: it cannot be stopped by the page any more.
-            self._page_lost = True
-            self.session.stop()
-        self._looked = looks
 
     def _measure_rates(self) -> None:
         now, before = time.monotonic(), self._counted

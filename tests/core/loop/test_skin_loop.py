@@ -52,6 +52,32 @@ class Arm(RobotPort):
         self.stops += 1
 
 
+class SmoothingArm(Arm):
+    """Follows positions with a lag; its own stop brings it to rest within two milliseconds."""
+
+    LAG_TICKS = 40
+
+    def __init__(self) -> None:
+        RobotPort.__init__(self, 6, [CommandMode.position], smooths_positions=True)
+        self.position, self.now_ns = HOME.copy(), 0
+        self.answer, self.taken, self.stops, self.commands = PortStatus.ok, PortStatus.ok, 0, 0
+        self.velocity = np.zeros(6)
+
+    def read(self, state: JointState) -> PortStatus:
+        state.velocity = self.velocity
+        return super().read(state)
+
+    def write(self, command) -> PortStatus:
+        step = (command.value - self.position) / self.LAG_TICKS
+        self.position, self.velocity = self.position + step, step / (MS * 1e-9)
+        self.commands += 1
+        return self.taken
+
+    def stop(self) -> None:
+        super().stop()
+        self.velocity = self.velocity / 2 if self.stops < 2 else np.zeros(6)
+
+
 class Palm(SkinInput):
     """Every cell alive, `force` on cell 100."""
 
@@ -103,6 +129,33 @@ def test_a_touch_that_a_python_input_feels_moves_a_python_robot(rig: Rig) -> Non
     assert np.abs(rig.arm.position - HOME).max() > 0.02
     assert report.sent == rig.arm.commands > 1000
     assert (report.input, report.read, report.write) == (InputStatus.ok, PortStatus.ok, PortStatus.ok)
+
+
+def test_a_robot_that_smooths_positions_is_stopped_by_its_port_and_goes_on_from_where_it_stands() -> None:
+    rig = Rig(SmoothingArm())
+    rig.robot.start()
+    rig.run(20)
+    rig.palm.force = 10.0
+    rig.run(80)
+    assert np.abs(rig.arm.velocity).max() > 0.05
+    rig.robot.stop()
+    sent, stood = rig.arm.commands, rig.arm.position.copy()
+    rig.run(2)
+    assert rig.arm.stops == 2
+    assert rig.arm.commands == sent  # nothing leads it on meanwhile
+    rig.run(3)
+    assert rig.state is SafetyState.ready
+    rig.run(100)
+    assert np.abs(rig.arm.position - stood).max() < 1e-9  # held where it stands, not where it had been led to
+    rig.palm.force = 0.0
+    rig.robot.start()
+    before, fastest = rig.arm.position.copy(), 0.0
+    for _ in range(100):
+        rig.run(1)
+        fastest = max(fastest, float(np.abs(rig.arm.position - before).max()) / (MS * 1e-9))
+        before = rig.arm.position.copy()
+    assert rig.state is SafetyState.running
+    assert fastest < 1.0
 
 
 @pytest.mark.parametrize("way", ["read", "write"])
