@@ -24,7 +24,6 @@ RETIRED = {
     r"\badvert(s|ise|ised|_\w+)?\b": "beacon",
     r"spoilt|SPOILT": "lossy",
     r"rs_wants|rs_want_|\bwant_\d_": "demands",
-    r"\w*lean_size\b": "captive_size",
     r"\byielding\b": "draining_ticks",
     r"rs_queues_(crowd|calm)": "throttle, relax",
     r"RS_APART": "RS_NOINLINE",

@@ -29,8 +29,7 @@ static RS_NOINLINE void pack_beacon(const rs_cell* cell, uint32_t now_us, uint8_
                   .hops = route->hops,
                   .sender = cell->id,
                   .nonce = cell->nonce,
-                  .draining = (route->handover && !route->handover_whole) || route->draining_ticks != 0U ||
-                              rs_route_lossy(route, now_us),
+                  .draining = route->draining_ticks != 0U || rs_route_lossy(route, now_us),
                   .age_us = age_us};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);

@@ -44,8 +44,7 @@ void rs_balance_status(rs_section_unit* unit, unsigned port, const rs_status* st
                               .size = (uint16_t)status->candidate_size,
                               .delta = (uint8_t)status->candidate_delta,
                               .root = (uint8_t)status->candidate_root,
-                              .round = (uint8_t)status->candidate_round,
-                              .whole = (uint8_t)status->candidate_whole};
+                              .round = (uint8_t)status->candidate_round};
 }
 
 static void forget_beside(rs_section_unit* unit) {
@@ -82,7 +81,6 @@ static void send_grant(rs_section_unit* unit, unsigned port, const rs_offer* off
                           .round = balance->round,
                           .cell = offer->cell,
                           .target_root = offer->cell == RS_ID_NONE ? 0U : offer->root,
-                          .whole = offer->cell == RS_ID_NONE ? 0U : offer->whole,
                           .last_resort = balance->last_resort,
                           .demand_1_root = balance->demand_root[0],
                           .demand_1_size = balance->demand_size[0],
@@ -182,7 +180,6 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
   forget_beside(unit);
   rs_trees trees;
   rs_trees_gather(&trees, unit, now_ns);
-  rs_trees_relax(&trees, unit->potential);
   for (unsigned first = 0; first < trees.count; ++first) {
     if (trees.component[first] != first) continue;
     uint32_t cells = 0, count = 0;

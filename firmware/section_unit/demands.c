@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What a tree wants to give to its neighbours in a round: the flows of trees.c that are worth a move, and never so much
- * that the tree that takes becomes fuller than the one that gives. */
+ * What a tree wants to give to its neighbours in a round: half of what it has more than they, and never so much that the
+ * tree that takes becomes fuller than the one that gives. */
 #include "section_unit/demands.h"
 
 #include "section_unit/trees.h"
@@ -10,8 +10,7 @@
 enum {
   DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */
   DETOUR_TICKS = 10, /* in a last resort so much longer, until trunks at the border have become light */
-  FLOW_LEAST = RS_POTENTIAL_SCALE / 50,
-  FLOW_WHOLE = RS_POTENTIAL_SCALE * 15 / 16
+  PASSING_ROUNDS = 2 * RS_STALLED_ROUNDS
 };
 
 void rs_demand_remove(rs_unit_balance* balance, unsigned w) {
@@ -51,49 +50,49 @@ static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigne
   return stuck ? gap / 2U : gap;
 }
 
-/* What a tree gives to its neighbours: the flows that are worth a move, largest first. */
+/* By how many cells tree k is larger than its neighbour j, if k is to give it some. One above an even share also gives to
+ * one with a cell less, which passes it on; for a while, as a cell that finds no place would travel for good. */
+static uint32_t surplus_over(const rs_trees* trees, unsigned k, unsigned j, uint32_t even, bool passing) {
+  const uint32_t larger = trees->size[k], smaller = trees->size[j], more = larger > smaller ? larger - smaller : 0U;
+  return more > 1U || (more == 1U && passing && trees->size[k] > even) ? more : 0U;
+}
+
+/* Places what neighbour `root` is to get among the wants, the largest surplus first. */
+static void want(rs_unit_balance* balance, uint32_t surplus[RS_DEMANDS], uint32_t more, uint8_t root, uint32_t size,
+                 uint32_t gap) {
+  unsigned w = 0;
+  while (w < RS_DEMANDS && balance->demand_root[w] != 0U && surplus[w] >= more) ++w;
+  if (w == RS_DEMANDS) return;
+  for (unsigned last = RS_DEMANDS - 1U; last > w; --last) {
+    surplus[last] = surplus[last - 1U];
+    balance->demand_root[last] = balance->demand_root[last - 1U];
+    balance->demand_size[last] = balance->demand_size[last - 1U];
+    balance->gap[last] = balance->gap[last - 1U];
+  }
+  surplus[w] = more;
+  balance->demand_root[w] = root;
+  balance->demand_size[w] = (uint16_t)size;
+  balance->gap[w] = (uint16_t)gap;
+}
+
 void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
                       const rs_unit_balance* lead) {
-  const uint32_t mean = cells / count, ideal = (cells + count - 1U) / count;
+  const uint32_t even = (cells + count - 1U) / count;
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
-  /* If no cell offers where the flow is, a round about way may do; for a while. */
-  const bool desperate = balance->failed >= RS_FAILED_ROUNDS && lead->stalled < 4U * RS_STALLED_ROUNDS;
   rs_demands_close(balance);
-  int64_t taken[RS_DEMANDS] = {0, 0, 0};
-  const uint32_t excess = trees->size[k] > mean ? trees->size[k] - mean : 1U;
+  uint32_t surplus[RS_DEMANDS] = {0, 0, 0};
   for (unsigned j = 0; j < trees->count; ++j) {
     if (!rs_trees_beside(trees, k, j)) continue;
-    int64_t flow = unit->potential[trees->root[k]] - unit->potential[trees->root[j]];
-    const int64_t whole = (flow + RS_POTENTIAL_SCALE / 2) / RS_POTENTIAL_SCALE;
-    /* A flow of less than a cell is worth a move only if it levels, or if the tree is too large: not from 11 to 10. */
-    const bool levels = trees->size[k] > trees->size[j] + 1U || (desperate && trees->size[k] > ideal);
-    if (flow <= FLOW_LEAST || (!levels && (whole < 1 || (flow < FLOW_WHOLE && trees->size[k] <= ideal)))) continue;
-    uint32_t size = whole<1 ? 1U : whole>(int64_t) MOST_WANTED ? MOST_WANTED : (uint32_t)whole;
-    /* Never more than the own excess, unless that still levels; all that levels, if no cell offered less. */
-    const uint32_t levelling = trees->size[k] > trees->size[j] + 1U ? trees->size[k] - trees->size[j] - 1U : 1U;
-    if (size > excess && size > levelling) size = excess > levelling ? excess : levelling;
-    if (balance->failed > 0U && levelling > size) size = levelling > MOST_WANTED ? MOST_WANTED : levelling;
-    uint32_t gap = gap_to(unit, trees, k, j);
-    const uint32_t most_taken = room(unit, trees, j, gap);
+    const uint32_t more = surplus_over(trees, k, j, even, lead->stalled < PASSING_ROUNDS);
+    if (more == 0U) continue;
+    /* Half of it makes the two level; all that levels, if no cell offered so much. */
+    uint32_t size = balance->failed > 0U && more > 2U ? more - 1U : (more + 1U) / 2U;
+    if (size > MOST_WANTED) size = MOST_WANTED;
+    const uint32_t gap = gap_to(unit, trees, k, j), most_taken = room(unit, trees, j, gap);
     if (most_taken == 0U) continue;
     if (size > most_taken) size = most_taken;
-    uint8_t root = trees->root[j];
-    for (unsigned w = 0; w < RS_DEMANDS; ++w) {
-      if (balance->demand_root[w] != 0U && taken[w] >= flow) continue;
-      const int64_t other_flow = taken[w];
-      const uint8_t other_root = balance->demand_root[w];
-      const uint16_t other_size = balance->demand_size[w], other_gap = balance->gap[w];
-      taken[w] = flow;
-      balance->demand_root[w] = root;
-      balance->demand_size[w] = (uint16_t)size;
-      balance->gap[w] = (uint16_t)gap;
-      flow = other_flow;
-      root = other_root;
-      size = other_size;
-      gap = other_gap;
-      if (root == 0U) break;
-    }
+    want(balance, surplus, more, trees->root[j], size, gap);
   }
   if (balance->demand_root[0] == 0U) {
     balance->failed = 0;

@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * All trees of the group as one unit knows them, and the potentials that say how to level them.
- *
- * Trees that touch are the nodes of a graph. The flows along its edges that level all sizes with the least sum of
- * squares are the differences of potentials p with L p = size - mean, L the graph's Laplacian; Gauss-Seidel steps solve
- * it, a few each round, as sizes change slowly. Potential differences point one way only along every path, so two trees
- * never want cells from each other, and nothing goes round in circles. */
+ * All trees of the group as one unit knows them: a graph, with an edge between trees that touch. */
 #include "section_unit/trees.h"
 
 #include <string.h>
@@ -79,42 +74,4 @@ void rs_trees_gather(rs_trees* trees, const rs_section_unit* unit, uint64_t now_
   }
   for (unsigned k = 0; k < trees->count; ++k) join(trees, k, beside[k], index_of);
   label_components(trees);
-}
-
-static void relax_component(const rs_trees* trees, unsigned first, int64_t potential[256]) {
-  uint8_t member[RS_TREES_MAX];
-  unsigned count = 0;
-  int64_t total = 0;
-  for (unsigned k = first; k < trees->count; ++k) {
-    if (trees->component[k] != first) continue;
-    member[count++] = (uint8_t)k;
-    total += trees->size[k];
-  }
-  if (count < 2U) return;
-  const int64_t mean = total * RS_POTENTIAL_SCALE / (int64_t)count;
-  unsigned sweeps = 8192U / (count * count);
-  if (sweeps > 200U) sweeps = 200;
-  if (sweeps < 16U) sweeps = 16;
-  int64_t sum = 0;
-  for (unsigned sweep = 0; sweep < sweeps; ++sweep) {
-    sum = 0;
-    for (unsigned i = 0; i < count; ++i) {
-      const unsigned k = member[i];
-      int64_t above = (int64_t)trees->size[k] * RS_POTENTIAL_SCALE - mean, degree = 0;
-      for (unsigned j = 0; j < count; ++j) {
-        if (!rs_trees_beside(trees, k, member[j])) continue;
-        above += potential[trees->root[member[j]]];
-        ++degree;
-      }
-      potential[trees->root[k]] = above / degree;
-      sum += potential[trees->root[k]];
-    }
-  }
-  for (unsigned i = 0; i < count; ++i) potential[trees->root[member[i]]] -= sum / (int64_t)count;
-}
-
-void rs_trees_relax(const rs_trees* trees, int64_t potential[256]) {
-  for (unsigned k = 0; k < trees->count; ++k) {
-    if (trees->component[k] == k) relax_component(trees, k, potential);
-  }
 }

@@ -16,10 +16,8 @@ typedef struct {
   uint8_t component[RS_TREES_MAX];              /* smallest index of those it hangs together with */
   uint32_t beside[RS_TREES_MAX][RS_TREE_WORDS]; /* bit j: tree j is beside it */
 } rs_trees;
-enum { RS_TREE_FOREIGN = 255, RS_POTENTIAL_SCALE = 1024 };
+enum { RS_TREE_FOREIGN = 255 };
 void rs_trees_gather(rs_trees* trees, const rs_section_unit* unit, uint64_t now_ns);
 bool rs_trees_beside(const rs_trees* trees, unsigned a, unsigned b);
-/* Brings the potentials nearer to where their differences along neighbouring trees are the flows that level all. */
-void rs_trees_relax(const rs_trees* trees, int64_t potential[256]);
 
 #endif

@@ -178,7 +178,7 @@ def test_where_all_of_a_tree_hangs_at_the_border_few_let_go_at_a_time(seed: int)
 def test_a_grant_moves_no_cell_that_has_not_offered_itself(seed: int) -> None:
     """In this round, of which no cell has heard before."""
     world = skin(seed, 2)
-    granted_in_vain(world, round=7, whole=1)
+    granted_in_vain(world, round=7)
 
 
 def test_planned_moves_lose_and_repeat_nothing(seed: int) -> None:

@@ -2,9 +2,8 @@
  * Planned moves (R10): a granted cell changes its tree without losing a frame.
  *
  * It cannot simply adopt a neighbour in the other tree, because that must come strictly before its feasible distance.
- * So it stops adopting ticks of its old parent, keeps forwarding through it, says that it is draining, and adopts the
- * target at its next tick, which is newer. Feasibility remains the only law, and the old path stays whole until the new
- * one is. Children that have an equally near parent which stays in the tree change over to it meanwhile. */
+ * So it stops adopting ticks of its old parent, keeps forwarding through it, and adopts the target at its next tick,
+ * which is newer. Feasibility remains the only law, and the old path stays whole until the new one is. */
 #include "cell/routing/moves.h"
 
 #include "cell/link/link.h"
@@ -33,17 +32,16 @@ static void rest(rs_route* route) {
 }
 
 /* Begins a move to the neighbour at a port. */
-static void begin_handover(rs_cell* cell, unsigned port, bool whole, uint32_t size, uint32_t now_us) {
+static void begin_handover(rs_cell* cell, unsigned port, uint32_t size, uint32_t now_us) {
   rs_route* route = &cell->route;
   route->handover = true;
-  route->handover_whole = whole;
   route->handover_size = (uint16_t)size;
   route->target_port = (uint8_t)(port + 1U);
   route->target_root = route->neighbour[port].wave.root;
   route->handover_us = now_us;
 }
 
-static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_us) {
+static void leave(rs_cell* cell, uint32_t target_root, uint32_t now_us) {
   rs_route* route = &cell->route;
   if (route->handover || route->parent_port == RS_NO_PARENT || target_root == route->wave.root) return;
   if (route->told_round != route->demands.round) return;
@@ -55,8 +53,8 @@ static void leave(rs_cell* cell, uint32_t target_root, bool whole, uint32_t now_
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  begin_handover(cell, best, whole, route->told_size, now_us);
-  rs_route_beacon(cell, now_us);
+  begin_handover(cell, best, route->told_size, now_us);
+  rs_timer_set(cell, now_us);
 }
 
 void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
@@ -89,7 +87,7 @@ void rs_move_grant(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t 
     rs_offer* offer = &route->neighbour[p].offer;
     if (grant.cell != RS_ID_NONE && offer->cell == grant.cell) offer->cell = RS_ID_NONE;
   }
-  if (grant.cell != RS_ID_NONE && grant.cell == cell->id) leave(cell, grant.target_root, grant.whole != 0U, now_us);
+  if (grant.cell != RS_ID_NONE && grant.cell == cell->id) leave(cell, grant.target_root, now_us);
   rs_subtree_update(cell);
 }
 
@@ -132,7 +130,7 @@ void rs_move_detour(rs_cell* cell, uint32_t now_us) {
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return;
-  begin_handover(cell, best, true, route->subtree_size, now_us); /* no cell has to know before it is done */
+  begin_handover(cell, best, route->subtree_size, now_us); /* no cell has to know before it is done */
   rs_subtree_update(cell);
   rs_timer_set(cell, now_us);
 }
@@ -143,8 +141,7 @@ bool rs_move_advance(rs_cell* cell, unsigned port, uint32_t now_us) {
     const rs_neighbour* target = &route->neighbour[port];
     const bool within = target->hops < RS_HOPS_POISON && within_cap(route, target, &target->wave);
     const bool detour = route->target_root == route->wave.root;
-    const bool light =
-        detour || (now_us - route->handover_us >= RS_HANDOVER_LEAVE_US && route->subtree_size <= route->handover_size);
+    const bool light = detour || route->subtree_size <= route->handover_size;
     if (target->wave.root != route->target_root || target->draining || !within) {
       route->handover = false;
     } else if (light && rs_route_feasible(route, port)) {

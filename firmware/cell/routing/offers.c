@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
  * offer of its subtree: the one that costs fewest hops, then the one that moves most cells.
- *
- * A cell moves with its whole subtree, so that its size is what the root reckons with. How many would come along if
- * those that have another parent stayed is a guess, as that parent may hang on the same cell; it is offered only as a
- * last resort. */
+ A cell moves
+ * with its whole subtree, so that its size is what the root reckons with. */
 #include "cell/routing/offers.h"
 
 #include "cell/link/link.h"
@@ -30,7 +28,7 @@ void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* bes
   *best = *offer;
 }
 
-void rs_offer_own(const rs_cell* cell, uint32_t captive_size, rs_offer* best) {
+void rs_offer_own(const rs_cell* cell, rs_offer* best) {
   const rs_route* route = &cell->route;
   /* A root cell stays: without it the port would have no tree. */
   if (cell->id == RS_ID_NONE || route->hops <= 1U || route->handover || route->resting) return;
@@ -42,16 +40,13 @@ void rs_offer_own(const rs_cell* cell, uint32_t captive_size, rs_offer* best) {
     if (delta >= route->wave.gain_threshold) continue;
     for (unsigned w = 0; w < RS_DEMANDS; ++w) {
       if (route->demands.target[w] != neighbour->wave.root) continue;
-      const uint32_t wanted = route->demands.size[w], cap = route->wave.depth_cap;
-      const bool whole = route->subtree_size <= wanted, lean = route->demands.last_resort && captive_size <= wanted;
-      /* All may come along, so the deepest of all must not come too deep. */
-      if ((!whole && !lean) || hops + route->subtree_height > cap) continue;
+      if (route->subtree_size > route->demands.size[w]) continue;
+      if (hops + route->subtree_height > route->wave.depth_cap) continue;
       const rs_offer own = {.cell = cell->id,
-                            .size = whole ? route->subtree_size : (uint16_t)captive_size,
+                            .size = route->subtree_size,
                             .delta = (uint8_t)(delta < MOST_DELTA ? delta : MOST_DELTA),
                             .root = neighbour->wave.root,
-                            .round = route->demands.round,
-                            .whole = whole};
+                            .round = route->demands.round};
       rs_offer_better(route, &own, best);
     }
   }

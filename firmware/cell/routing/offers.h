@@ -6,8 +6,8 @@
 #include "robotskin/cell.h"
 
 bool rs_demands_open(const rs_route* route);
-/* The better of a subtree's best offer and the own one; `lean_*` of what would move with this cell. */
-void rs_offer_own(const rs_cell* cell, uint32_t captive_size, rs_offer* best);
+/* The better of a subtree's best offer and another one, or the own one. */
+void rs_offer_own(const rs_cell* cell, rs_offer* best);
 void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* best);
 
 #endif

@@ -38,7 +38,7 @@ static void report_roots(rs_route* route, const root_set* set) {
 
 static bool offers_equal(const rs_offer* a, const rs_offer* b) {
   return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root &&
-         a->round == b->round && a->whole == b->whole;
+         a->round == b->round;
 }
 
 /* Cells that may hang on one at the border that lets them go, in the first rounds. */
@@ -89,8 +89,7 @@ static void set_size(rs_neighbour* neighbour, uint32_t size) {
 void rs_subtree_update(rs_cell* cell) {
   rs_route* route = &cell->route;
   const bool wanted = rs_demands_open(route);
-  uint32_t size = 1, captive_size = 1, height = 0;
-  bool alternative = false;
+  uint32_t size = 1, height = 0;
   root_set foreign = {.count = 0};
   rs_offer best = {.cell = RS_ID_NONE};
   for (unsigned port = 0; port < RS_PORTS; ++port) {
@@ -101,30 +100,22 @@ void rs_subtree_update(rs_cell* cell) {
       if ((neighbour->size ^ neighbour->size_complement) != 0xFFFF) rs_subtree_forget(neighbour);
       size += neighbour->size;
       if (neighbour->height >= height) height = neighbour->height + 1U;
-      if (!neighbour->alternative) captive_size += neighbour->captive_size;
       for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) {
         if (neighbour->foreign[i] != route->wave.root) add_root(&foreign, neighbour->foreign[i]);
       }
       if (wanted) rs_offer_better(route, &neighbour->offer, &best);
     } else if (rs_link_usable(neighbour) && neighbour->hops < RS_HOPS_POISON) {
-      if (neighbour->wave.root != route->wave.root) {
-        add_root(&foreign, neighbour->wave.root);
-      } else if (neighbour->hops < route->hops && !neighbour->draining) {
-        alternative = true;
-      }
+      if (neighbour->wave.root != route->wave.root) add_root(&foreign, neighbour->wave.root);
     }
   }
   if (size > 0xFFFFU) size = 0xFFFFU;
-  if (captive_size > 0xFFFFU) captive_size = 0xFFFFU;
   if (height > 0xFFU) height = 0xFFU;
   if (size != route->subtree_size || height != route->subtree_height) {
     cell->queues.status_due = cell->queues.size_due = true;
     rs_queues_throttle(cell, route->subtree_size, size);
   }
   route->subtree_size = (uint16_t)size;
-  route->subtree_captive_size = (uint16_t)captive_size;
   route->subtree_height = (uint8_t)height;
-  route->alternative = alternative;
   const bool may_yield =
       wanted && route->demands.last_resort && route->hops > 1U && size <= most_to_let_go(&route->demands);
   if (!may_yield || !hangs_at_border(cell)) {
@@ -132,7 +123,7 @@ void rs_subtree_update(rs_cell* cell) {
   } else if (route->draining_ticks == 0U) {
     route->draining_ticks = 1;
   }
-  if (wanted) rs_offer_own(cell, captive_size, &best);
+  if (wanted) rs_offer_own(cell, &best);
   if (!offers_equal(&best, &route->offer)) cell->queues.status_due = true;
   route->offer = best;
   report_roots(route, &foreign);
@@ -140,9 +131,7 @@ void rs_subtree_update(rs_cell* cell) {
 
 void rs_subtree_forget(rs_neighbour* neighbour) {
   set_size(neighbour, 1);
-  neighbour->captive_size = 1;
   neighbour->height = 0;
-  neighbour->alternative = false;
   neighbour->offer = (rs_offer){.cell = RS_ID_NONE};
   for (unsigned i = 0; i < RS_FOREIGN_ROOTS; ++i) neighbour->foreign[i] = 0;
 }
@@ -152,9 +141,7 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
   rs_status status;
   rs_status_unpack(&status, frame);
   set_size(neighbour, status.size);
-  neighbour->captive_size = (uint16_t)status.captive_size;
   neighbour->height = (uint8_t)status.height;
-  neighbour->alternative = status.alternative != 0U;
   neighbour->foreign[0] = (uint8_t)status.foreign_1;
   neighbour->foreign[1] = (uint8_t)status.foreign_2;
   neighbour->foreign[2] = (uint8_t)status.foreign_3;
@@ -162,8 +149,7 @@ void rs_subtree_status(rs_cell* cell, unsigned port, const uint8_t* frame) {
                                 .size = (uint16_t)status.candidate_size,
                                 .delta = (uint8_t)status.candidate_delta,
                                 .root = (uint8_t)status.candidate_root,
-                                .round = (uint8_t)status.candidate_round,
-                                .whole = (uint8_t)status.candidate_whole};
+                                .round = (uint8_t)status.candidate_round};
   rs_subtree_update(cell);
 }
 
@@ -180,9 +166,7 @@ void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
   const rs_status status = {.type = RS_TYPE_status,
                             .sender = cell->id,
                             .size = route->subtree_size,
-                            .captive_size = route->subtree_captive_size,
                             .height = route->subtree_height,
-                            .alternative = route->alternative,
                             .candidate = route->offer.cell,
                             .candidate_size = route->offer.size,
                             .candidate_delta = route->offer.delta,
@@ -190,7 +174,6 @@ void rs_subtree_pack(rs_cell* cell, uint8_t* frame) {
                             .candidate_round = route->offer.round,
                             .foreign_1 = route->foreign[0],
                             .foreign_2 = route->foreign[1],
-                            .candidate_whole = route->offer.whole,
                             .foreign_3 = route->foreign[2]};
   rs_status_pack(frame, &status);
   rs_frame_seal(frame);

@@ -144,7 +144,7 @@ typedef struct {
   uint8_t root;
   uint8_t round;
   uint8_t open;        /* 0: nothing is wanted */
-  uint8_t last_resort; /* any move that levels, the smallest first, and children may be left behind */
+  uint8_t last_resort; /* any move that levels, the smallest first */
   uint8_t none;
 } rs_demands;
 
@@ -155,7 +155,7 @@ typedef struct {
   uint8_t delta; /* hops the move costs */
   uint8_t root;  /* where to */
   uint8_t round; /* of the wants it answers */
-  uint8_t whole; /* the whole subtree moves, else what has no other parent in reach */
+  uint8_t none;
 } rs_offer;
 
 /* What is known of the neighbour at one port. */
@@ -171,8 +171,7 @@ typedef struct {
   uint32_t lost;            /* frames with a wrong checksum, */
   uint32_t damage_until_us; /* and how full their bucket is: when it will be empty */
   uint16_t id;
-  uint16_t size; /* of its subtree, and how much of it has no other parent in reach; if it is a child */
-  uint16_t captive_size;
+  uint16_t size;            /* of its subtree; if it is a child */
   uint16_t size_complement; /* of `size`: a damaged one must not thin out a whole tree */
   rs_offer offer;           /* the best of its subtree */
   uint8_t foreign[RS_FOREIGN_ROOTS];
@@ -188,7 +187,6 @@ typedef struct {
   uint8_t hears_us;         /* says that it hears this cell */
   uint8_t child;            /* says that this cell is its parent */
   uint8_t draining;
-  uint8_t alternative; /* a child that has another parent in reach */
   uint8_t lagging;     /* a child that does not take over the own ticks: nothing hangs on it */
   uint8_t hold_down;   /* kept out until hold_down_until_us */
   uint8_t stale;       /* its wave has stood still: no way to a root, whatever it says */
@@ -214,7 +212,6 @@ typedef struct {
 
   /* A planned move: while `handover`, no new tick of the old parent is adopted */
   uint8_t handover;
-  uint8_t handover_whole; /* children shall come along */
   uint8_t resting;        /* has moved at tick number `moved_sequence`, and offers itself not for a while */
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
@@ -235,9 +232,8 @@ typedef struct {
   rs_offer offer;
   uint8_t foreign[RS_FOREIGN_ROOTS]; /* roots seen beside it, 0: none */
   uint8_t foreign_turn;              /* which is left out if there are more */
-  uint16_t subtree_size, subtree_captive_size;
+  uint16_t subtree_size;
   uint8_t subtree_height;
-  uint8_t alternative; /* another parent of the same tree is in reach */
 } rs_route;
 
 /* A ring of frames. */

@@ -238,7 +238,6 @@ typedef struct {
   uint64_t cells_since;   /* tick of their last change */
   uint64_t forming_since; /* tick of the first tree */
   uint32_t grants;        /* so far */
-  int64_t potential[256]; /* by root, 1024ths of a cell */
 
   /* The other units of the group, by number */
   rs_unit_peer peer[RS_UNITS_MAX];

@@ -35,7 +35,6 @@ enum {
   RS_HOLD_US = 2000,             /* a planned move not done by then is given up: behind it others may wait for a tick */
   RS_DETOUR_US = 900,            /* likewise a move within the tree: the next tick finds it done or given up */
   RS_DETOUR_PAUSE_US = 16000,    /* from one to the next, at least */
-  RS_HANDOVER_LEAVE_US = 400,    /* before it is done, so that children that can stay in the tree learn of it and do */
   RS_DEMANDS_TICKS = 24,         /* wants so old are forgotten */
   RS_GRANT_TICKS = 2,            /* between two grants of a tree */
   RS_REST_TICKS = 64,            /* a cell that has moved does not offer itself again for so long */

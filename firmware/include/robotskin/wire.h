@@ -37,7 +37,7 @@ enum {
   RS_LINK_BITS_PER_BYTE = 10, /* 8N1 */
   RS_CELLS_PER_PORT = 66,     /* at 250 Hz: 82.5 % of 80 */
   RS_JOINTS_PER_PART = 6,
-  RS_FIRMWARE_VERSION = 1 /* grows when cells, units and hosts of before no longer understand; 0: it was not told yet */
+  RS_FIRMWARE_VERSION = 2 /* grows when cells, units and hosts of before no longer understand; 0: it was not told yet */
 };
 
 /* X(name, number, from which sender to which receiver) */
@@ -133,20 +133,17 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(type, 0, 4, "frame type")                                         \
   X(sender, 0, 14, "id")                                              \
   X(size, 0, 16, "cells in the subtree")                              \
-  X(captive_size, 0, 16, "those without another parent in reach")     \
   X(height, 0, 8, "hops to the deepest cell")                         \
-  X(alternative, 0, 1, "another parent of the same tree is in reach") \
   X(candidate, 0, 14, "cell that offers to move, 0: none")            \
   X(candidate_size, 0, 16, "cells that would move")                   \
   X(candidate_delta, 0, 4, "hops the move costs")                     \
   X(candidate_root, 0, 8, "where to")                                 \
   X(candidate_round, 0, 3, "of the wants it answers")                 \
-  X(candidate_whole, 0, 1, "with its whole subtree")                  \
   X(foreign_1, 0, 8, "a root seen next to the subtree, 0: none")      \
   X(foreign_2, 0, 8, "another one")                                   \
   X(foreign_3, 0, 8, "another one")                                   \
   X(ack, 0, 8, "sequence of the last event heard on this link")       \
-  X(spare, 0, 7, "")
+  X(spare, 0, 25, "")
 
 #define RS_GRANT_FIELDS(X)                                       \
   X(type, 0, 4, "frame type")                                    \
@@ -161,7 +158,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(demand_2_size, 0, 11, "how many at once")                    \
   X(demand_3_root, 0, 8, "another one")                          \
   X(demand_3_size, 0, 11, "how many at once")                    \
-  X(whole, 0, 1, "it takes its whole subtree along")             \
+  X(spare, 0, 1, "")                                             \
   X(last_resort, 0, 1, "small moves have not been offered")      \
   X(tag, 0, 32, "of all before it and the second")
 

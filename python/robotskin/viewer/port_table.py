@@ -9,7 +9,7 @@ from robotskin.viewer.network_view import NetworkReading
 
 PARENT, CHILD, RESERVE = "parent", "child", "reserve"
 
-ROLE_WORDS = {PARENT: "way out", CHILD: "brings frames", RESERVE: "spare"}
+ROLE_WORDS = {PARENT: "way out", CHILD: "way in", RESERVE: "spare"}
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _row(state: PortState) -> str:
         return f'<tr style="opacity:.5" data-port="{state.port}">{free}</tr>'
     link = "down" if state.trouble else "up"
     colour = "#ff6b5e" if state.trouble else "#34c38f"
-    told = f"down, {state.trouble}" if state.trouble else f"works, {ROLE_WORDS[state.role]}"
+    told = f"down, {state.trouble}" if state.trouble else ROLE_WORDS[state.role]
     wire = _CELL if state.trouble else f"{_CELL};white-space:nowrap"
     there = "" if state.damaged_there is None else f"other end {state.damaged_there:,}"
     number = f"{_CELL};text-align:right;white-space:nowrap"

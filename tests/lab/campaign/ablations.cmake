@@ -9,12 +9,9 @@ campaign_mutant(without_depth_raise section_unit/depth_cap.c
 campaign_mutant(without_depth_of_others section_unit/depth_cap.c
   "if (there > deepest) deepest = there"
   "if (false) deepest = there")
-campaign_mutant(without_potentials section_unit/demands.c
-  "int64_t flow = unit->potential[trees->root[k]] - unit->potential[trees->root[j]]"
-  "int64_t flow = ((int64_t)trees->size[k] - (int64_t)trees->size[j]) * RS_POTENTIAL_SCALE / 2")
 campaign_mutant(without_wider_wants section_unit/demands.c
-  "if (balance->failed > 0U && levelling > size) size"
-  "if (false) size")
+  "balance->failed > 0U && more > 2U ? more - 1U : (more + 1U) / 2U"
+  "(more + 1U) / 2U")
 campaign_mutant(without_last_resort section_unit/demands.c
   "balance->last_resort = balance->failed > 0U"
   "balance->last_resort = false")
@@ -33,9 +30,6 @@ campaign_mutant(without_turns cell/routing/subtree.c
 campaign_mutant(without_detour cell/routing/moves.c
   "if (route->draining_ticks <= DETOUR_TICKS + route->subtree_height) return"
   "if (true) return")
-campaign_mutant(without_round_about section_unit/demands.c
-  "const bool desperate = balance->failed >= RS_FAILED_ROUNDS && lead->stalled < 4U * RS_STALLED_ROUNDS"
-  "const bool desperate = false")
-campaign_mutant(without_lean_moves cell/routing/offers.c
-  "lean = route->demands.last_resort && captive_size <= wanted"
-  "lean = false")
+campaign_mutant(without_passing_on section_unit/demands.c
+  "lead->stalled < PASSING_ROUNDS"
+  "false")

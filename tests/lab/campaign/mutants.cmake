@@ -54,7 +54,7 @@ campaign_mutant(damaged_time_believed cell/routing/beacons.c
 
 # ---- Moves and levelling: R10 ----
 campaign_mutant(moves_not_held cell/routing/moves.c
-  "begin_handover(cell, best, whole, route->told_size, now_us)"
+  "begin_handover(cell, best, route->told_size, now_us)"
   "rs_route_adopt(cell, best, now_us)")
 campaign_mutant(moves_lose_samples cell/routing/parent.c
   "if (moved) route->handover = false"

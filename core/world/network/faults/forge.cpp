@@ -49,7 +49,6 @@ void forge_grant(const rs_cell& cell, RandomStream& draw, std::uint8_t* frame) {
     if (neighbour.up && neighbour.wave.root != cell.route.wave.root) grant.target_root = neighbour.wave.root;
   grant.demand_1_root = grant.target_root;
   grant.demand_1_size = 1 + static_cast<std::uint32_t>(draw.below(100));
-  grant.whole = static_cast<std::uint32_t>(draw.below(2));
   grant.tag = static_cast<std::uint32_t>(draw.bits());
   rs_grant_pack(frame, &grant);
 }

@@ -31,19 +31,18 @@ MECHANISMS = {
     "letting_go": "in these, cells at the border let go of what hangs on them",
     "detour": "what they let go takes farther parents too",
     "turns": "in most of these, one in eight of them at a time",
-    "potentials": "cells flow through trees that pass them on",
     "wider_wants": "a tree that gets no offer asks for all that levels",
     "smallest_first": "in rounds of last resort, the smallest subtree goes first",
-    "round_about": "a tree that gets no offer gives to one that only passes cells on",
-    "lean_moves": "in rounds of last resort, a cell may leave children behind that have another parent",
+    "passing_on": "a tree above an even share gives also to one with a cell less, which passes on",
 }
 
 Job = tuple[str, int, int]
 
 FAMILIES: dict[str, list[Job]] = {
-    "compact_3": [(kind, 3, seed) for kind in COMPACT for seed in range(0, 100, 10)],
-    "compact_4_5": [(kind, ports, seed) for kind in COMPACT for ports in (4, 5) for seed in range(0, 100, 4)],
-    "bridged": [("ring_12", 3, seed) for seed in range(0, 100, 5)] + [("robot_1260", 3, seed) for seed in (0, 40)],
+    "compact_3": [(kind, 3, seed) for kind in COMPACT for seed in range(100)],
+    "compact_4_5": [(kind, ports, seed) for kind in COMPACT for ports in (4, 5) for seed in range(100)],
+    "ring_12": [("ring_12", 3, seed) for seed in range(100)],
+    "robot_1260": [("robot_1260", 3, seed) for seed in range(0, 100, 5)],
     "robots": [("ur5", ports, seed) for ports in (3, 5) for seed in range(0, 100, 10)]
     + [("allegro_right_hand", 3, seed) for seed in range(0, 100, 20)],
 }
