@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * What a tree wants to give to its neighbours in a round: half of what it has more than they, and never so much that the
- * tree that takes becomes fuller than the one that gives. */
+ * What a tree wants to give to its neighbours in a round: half of what it has more than they, and never so much that
+ * the tree that takes becomes fuller than the one that gives. */
 #include "section_unit/demands.h"
 
 #include "section_unit/trees.h"
@@ -50,8 +50,8 @@ static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigne
   return stuck ? gap / 2U : gap;
 }
 
-/* By how many cells tree k is larger than its neighbour j, if k is to give it some. One above an even share also gives to
- * one with a cell less, which passes it on; for a while, as a cell that finds no place would travel for good. */
+/* By how many cells tree k is larger than its neighbour j, if k is to give it some. One above an even share also gives
+ * to one with a cell less, which passes it on; for a while, as a cell that finds no place would travel for good. */
 static uint32_t surplus_over(const rs_trees* trees, unsigned k, unsigned j, uint32_t even, bool passing) {
   const uint32_t larger = trees->size[k], smaller = trees->size[j], more = larger > smaller ? larger - smaller : 0U;
   return more > 1U || (more == 1U && passing && trees->size[k] > even) ? more : 0U;

@@ -37,8 +37,7 @@ static void report_roots(rs_route* route, const root_set* set) {
 }
 
 static bool offers_equal(const rs_offer* a, const rs_offer* b) {
-  return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root &&
-         a->round == b->round;
+  return a->cell == b->cell && a->size == b->size && a->delta == b->delta && a->root == b->root && a->round == b->round;
 }
 
 /* Cells that may hang on one at the border that lets them go, in the first rounds. */

@@ -187,9 +187,9 @@ typedef struct {
   uint8_t hears_us;         /* says that it hears this cell */
   uint8_t child;            /* says that this cell is its parent */
   uint8_t draining;
-  uint8_t lagging;     /* a child that does not take over the own ticks: nothing hangs on it */
-  uint8_t hold_down;   /* kept out until hold_down_until_us */
-  uint8_t stale;       /* its wave has stood still: no way to a root, whatever it says */
+  uint8_t lagging;   /* a child that does not take over the own ticks: nothing hangs on it */
+  uint8_t hold_down; /* kept out until hold_down_until_us */
+  uint8_t stale;     /* its wave has stood still: no way to a root, whatever it says */
 } rs_neighbour;
 
 typedef struct {
@@ -212,7 +212,7 @@ typedef struct {
 
   /* A planned move: while `handover`, no new tick of the old parent is adopted */
   uint8_t handover;
-  uint8_t resting;        /* has moved at tick number `moved_sequence`, and offers itself not for a while */
+  uint8_t resting; /* has moved at tick number `moved_sequence`, and offers itself not for a while */
   uint16_t moved_sequence;
   uint8_t target_port; /* 1 to 4: the parent to be */
   uint8_t target_root;
