@@ -163,6 +163,7 @@ InputError: an address that cannot be bound.)");
             found["datagrams_out"] = report.datagrams_out;
             found["datagrams_in"] = report.datagrams_in;
             found["unheard"] = report.unheard;
+            found["other_versions"] = report.other_versions;
             found["refused"] = report.refused;
             found["named"] = report.named;
             tell(found, report.stalls);

@@ -2,8 +2,10 @@
 #include "serial/unit_daemon.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
+#include "robotskin/datagram.h"
 #include "serial/serial_line.hpp"
 
 namespace robotskin::serial {
@@ -39,11 +41,29 @@ void UnitDaemon::datagram(std::span<const std::uint8_t> datagram, bool to_peers)
   ++(host_ && socket_.send(datagram, *host_) ? counts_.datagrams_out : counts_.unheard);
 }
 
+namespace {
+
+bool of_another_version(std::span<const std::uint8_t> datagram) {
+  rs_datagram_header header;
+  return rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) ==
+         RS_DATAGRAM_VERSION_ALIEN;
+}
+
+}  // namespace
+
 void UnitDaemon::take_datagrams(std::int64_t now_ns) {
   const std::size_t count = socket_.receive();
   for (std::size_t i = 0; i < count; ++i) {
     ++counts_.datagrams_in;
     const driver::Address from = socket_.sender(i);
+    if (of_another_version(socket_.datagram(i))) {
+      ++counts_.other_versions;
+      // Shorter than what it answers, so that it neither multiplies what is sent nor is answered itself.
+      std::array<std::uint8_t, RS_DATAGRAM_VERSION_BYTES> told{};
+      rs_datagram_version_pack(told.data());
+      (void)socket_.send(told, from);
+      continue;
+    }
     const bool of_peer = std::ranges::any_of(peers_, [&](const driver::Address& peer) {
       return peer.length == from.length && std::memcmp(&peer.storage, &from.storage, from.length) == 0;
     });

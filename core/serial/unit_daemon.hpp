@@ -17,9 +17,10 @@ namespace robotskin::serial {
 struct UnitReport {
   std::vector<LineCounts> lines;
   std::uint64_t datagrams_out = 0, datagrams_in = 0;
-  std::uint64_t unheard = 0;  // datagrams for which no host was known yet, or that the system did not take
-  std::uint32_t refused = 0;  // datagrams from outside
-  std::uint32_t named = 0;    // cells
+  std::uint64_t unheard = 0;         // datagrams for which no host was known yet, or that the system did not take
+  std::uint32_t refused = 0;         // datagrams from outside
+  std::uint64_t other_versions = 0;  // datagrams of another version, each answered with the own one
+  std::uint32_t named = 0;           // cells
   Stalls stalls;
 };
 

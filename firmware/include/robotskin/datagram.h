@@ -25,6 +25,7 @@ extern "C" {
 enum {
   RS_DATAGRAM_MAGIC = 0x52534B4E, /* "RSKN" */
   RS_DATAGRAM_VERSION = 1,
+  RS_DATAGRAM_VERSION_BYTES = 5, /* of the answer to another version */
   RS_DATAGRAM_HEADER_BYTES = 36,
   RS_DATAGRAM_RECORD_BYTES = RS_CONTENT_BYTES + 2,
   RS_DATAGRAM_TAG_BYTES = 16,
@@ -84,6 +85,12 @@ RS_INLINE void rs_datagram_header_pack(uint8_t* bytes, const rs_datagram_header*
   bytes[27] = in->flags;
   rs_store32(bytes + 28, in->dropped);
   rs_store32(bytes + 32, in->answering);
+}
+
+/* Magic and version alone: what a section unit answers to a datagram of another version, keyed or not. */
+RS_INLINE void rs_datagram_version_pack(uint8_t* bytes) {
+  rs_store32(bytes, (uint32_t)RS_DATAGRAM_MAGIC);
+  bytes[4] = RS_DATAGRAM_VERSION;
 }
 
 typedef enum {

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robotskin import firmware
 from robotskin.addresses import host_and_port
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.skin_checks import check_skin
@@ -20,6 +21,8 @@ from robotskin.layout.cell_network import CellNetwork
 from robotskin.skin import DatagramInput, Health, SkinReader, SkinState
 
 Address = tuple[str, int]
+NO_VERSION = 0
+"""Of datagrams: a section unit answers any version that is not its own with its own."""
 LEAST_ALIVE = 0.9
 """Share of the cells that must answer before a robot is started."""
 
@@ -113,11 +116,30 @@ class SectionUnits:
         unit = f"section unit {host}:{port}"
         if refuses(address):
             return f"{unit}: nothing is at this port"
+        spoken = datagram_version(address)
+        if spoken is not None and spoken != firmware.DATAGRAM_VERSION:
+            expected = f"expected {firmware.DATAGRAM_VERSION}; give unit and host the same robotskin"
+            return f"{unit}: found datagrams of version {spoken}, {expected}"
         if counts["foreign"] > 0:
             return f"{unit}: found datagrams of another protocol version or group; update the units' firmware"
         if counts["unauthenticated"] > 0:
             return f"{unit}: found datagrams under another key; give the file with the keys of this skin"
         return f"{unit}: no answer: it is not there, or it has another key than the file's"
+
+
+def datagram_version(address: Address, within_s: float = 0.2) -> int | None:
+    """Which version of datagrams a section unit speaks, with whatever key; None: none answers, or it does not tell."""
+    magic = firmware.DATAGRAM_MAGIC.to_bytes(4, "big")
+    asked = (magic + bytes([NO_VERSION])).ljust(firmware.DATAGRAM_HEADER_BYTES, b"\0")
+    with socket.socket(_family(address), socket.SOCK_DGRAM) as probe:
+        probe.settimeout(within_s)
+        try:
+            probe.connect(address)
+            probe.send(asked)
+            told = probe.recv(2048)
+        except OSError:
+            return None
+    return told[4] if len(told) > 4 and told[:4] == magic else None
 
 
 def refuses(address: Address) -> bool:

@@ -2,12 +2,15 @@
 """Section unit and host-built cells with serial lines between: in virtual time, and over pseudo-terminals."""
 
 import os
+import socket
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from robotskin import firmware
+from robotskin.connecting.section_units import datagram_version
 from robotskin.driver import Driver, monotonic_ns
 from robotskin.keys import SkinKeys
 from robotskin.serial_lines import (
@@ -132,6 +135,29 @@ def test_cells_on_a_pseudo_terminal_reach_the_host_and_come_back_when_it_is_pull
     finally:
         driver.stop()
         unit.stop()
+
+
+def test_a_unit_tells_its_version_to_those_of_another_and_to_none_else(tmp_path: Path, seed: int) -> None:
+    keys, line = SkinKeys.of_seed(seed), str(tmp_path / "line")
+    cells = CellRunner(tree(1, seed), keys.cell_key, resting(1)[0], [(line, True)])
+    cells.start()
+    unit = UnitDaemon([line], key=keys.datagram_key, cell_key=keys.cell_key, session=seed + 1)
+    unit.start()
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            assert datagram_version(unit.address, 5.0) == firmware.DATAGRAM_VERSION
+            other.settimeout(0.3)
+            other.connect(unit.address)
+            magic = firmware.DATAGRAM_MAGIC.to_bytes(4, "big")
+            own = magic + bytes([firmware.DATAGRAM_VERSION])
+            for silent in (b"", own, own.ljust(firmware.DATAGRAM_HEADER_BYTES, b"\0"), magic + b"\0", b"\0" * 36):
+                other.send(silent)
+                with pytest.raises(TimeoutError):
+                    other.recv(64)
+            assert unit.report()["other_versions"] == 1
+    finally:
+        unit.stop()
+        cells.stop()
 
 
 def test_cells_with_another_key_are_not_named_to_the_host(seed: int) -> None:

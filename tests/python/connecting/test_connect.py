@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot and a skin behind real sockets: refused before anything moves where they are not the expected, else run."""
 
+import contextlib
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -153,6 +156,23 @@ def test_firmware_of_another_version_is_told(stage: Stage, of_unit: bool, told: 
         units.close()
     assert "9" in str(refused.value)
     assert f"expected {firmware.FIRMWARE_VERSION}" in str(refused.value)
+
+
+def test_a_unit_of_other_datagrams_is_told(stage: Stage) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as unit:
+        unit.bind(("127.0.0.1", 0))
+
+        def answer() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    _, host = unit.recvfrom(2048)
+                    unit.sendto(firmware.DATAGRAM_MAGIC.to_bytes(4, "big") + b"\x07", host)
+
+        threading.Thread(target=answer, daemon=True).start()
+        units = held_units(stage, addresses=[unit.getsockname()])
+        with pytest.raises(ConnectError, match=f"found datagrams of version 7, expected {firmware.DATAGRAM_VERSION}"):
+            units.await_skin(1.0)
+        units.close()
 
 
 def test_a_count_of_units_that_the_layout_does_not_have(stage: Stage) -> None:
