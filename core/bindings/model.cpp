@@ -180,8 +180,7 @@ robot to rest and keep it there against gravity, whatever was commanded before; 
       .def(nb::init<std::size_t, std::vector<CommandMode>, PortSensors, bool, bool>(), "joint_count"_a, "modes"_a,
            "sensors"_a = PortSensors{}, "by_joint"_a = false, "smooths_positions"_a = false,
            "modes: the interfaces that the robot offers; by_joint: each joint may have its own; smooths_positions: "
-           "`stop` "
-           "brings it to rest sooner than positions can.")
+           "`stop` brings it to rest sooner than positions can.")
       .def_prop_ro("sensors", &RobotPort::sensors, "which sensors the robot has beside its joints")
       .def("read_sensors", &RobotPort::read_sensors, "readings"_a, "Fills what is new; `no_new_state`: nothing is.")
       .def_prop_ro("joint_count", &RobotPort::joint_count, "n of its states and commands")

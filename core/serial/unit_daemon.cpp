@@ -24,6 +24,12 @@ UnitOptions with_ports(UnitOptions options, std::size_t ports) {
   return options;
 }
 
+bool of_another_version(std::span<const std::uint8_t> datagram) {
+  rs_datagram_header header;
+  return rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) ==
+         RS_DATAGRAM_VERSION_ALIEN;
+}
+
 }  // namespace
 
 UnitDaemon::UnitDaemon(UnitOptions options, const std::vector<std::string>& lines, const std::string& host,
@@ -40,16 +46,6 @@ void UnitDaemon::datagram(std::span<const std::uint8_t> datagram, bool to_peers)
   }
   ++(host_ && socket_.send(datagram, *host_) ? counts_.datagrams_out : counts_.unheard);
 }
-
-namespace {
-
-bool of_another_version(std::span<const std::uint8_t> datagram) {
-  rs_datagram_header header;
-  return rs_datagram_header_unpack(&header, datagram.data(), static_cast<std::uint32_t>(datagram.size())) ==
-         RS_DATAGRAM_VERSION_ALIEN;
-}
-
-}  // namespace
 
 void UnitDaemon::take_datagrams(std::int64_t now_ns) {
   const std::size_t count = socket_.receive();

@@ -18,8 +18,8 @@ def test_a_browser_needs_the_token_once(browser: "sync_api.Browser") -> None:
     try:
         server.gui.add_markdown(SHOWN)
         bare = f"http://127.0.0.1:{server.get_port()}/"
-        stranger = opened(browser, bare)
-        assert "token" in stranger.inner_text("body")
+        without_token = opened(browser, bare)
+        assert "token" in without_token.inner_text("body")
         assert not server.get_clients()
         page = opened(browser, address(server))
         shown = page.get_by_text(SHOWN)
@@ -27,7 +27,7 @@ def test_a_browser_needs_the_token_once(browser: "sync_api.Browser") -> None:
         page.goto(bare)  # its cookie lets it in from now on
         wait_for(lambda: shown.count() > 0, "the page is not let in by its cookie")
         assert page.evaluate("document.cookie") == ""  # no script reads it
-        stranger.goto(bare)
-        assert "token" in stranger.inner_text("body")
+        without_token.goto(bare)
+        assert "token" in without_token.inner_text("body")
     finally:
         close_server(server)

@@ -164,10 +164,10 @@ def test_cells_with_another_key_are_not_named_to_the_host(seed: int) -> None:
     virtual = Virtual(3, seed)
     virtual.run(0.5)
     assert virtual.run(0.5)["clock_frames"] > 0
-    stranger = Virtual(3, seed)
+    foreign = Virtual(3, seed)
     other = SkinKeys.of_seed(seed + 1)
-    stranger.driver = Driver([GROUP | 1], other.datagram_key, session_seed=seed)
-    counted = stranger.run(0.5)
+    foreign.driver = Driver([GROUP | 1], other.datagram_key, session_seed=seed)
+    counted = foreign.run(0.5)
     assert counted["accepted"] == 0
 
 

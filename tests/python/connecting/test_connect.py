@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -283,6 +283,33 @@ def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatc
             while "the page was lost" not in live.snapshot().stop_reason and time.monotonic() < ends:
                 time.sleep(0.02)
             assert live.snapshot().stop_reason == "the page was lost"
+
+            def runs() -> bool:
+                return live.snapshot().controller_state in ("running", "degraded")
+
+            def soon(done: Callable[[], bool]) -> bool:
+                ends = time.monotonic() + 20.0
+                while not done() and time.monotonic() < ends:
+                    time.sleep(0.02)
+                return done()
+
+            lookers[0] = 1
+            time.sleep(0.2)
+            live.reset()  # it waits until the robot is at rest, whatever it did before
+            assert soon(runs)
+            asked: list[float] = []
+            stop = session.stop
+            monkeypatch.setattr(session, "stop", lambda: (asked.append(time.monotonic()), stop()))
+            lookers[0] = 0
+            live.look_for_page()  # as the server's thread does that hears it first
+            assert asked
+            assert soon(lambda: not runs())
+            lookers[0] = 1
+            live.reset()
+            live.stop()  # a later stop takes the start back
+            assert soon(lambda: not runs() and not live.snapshot().stop_reason.startswith("the page"))
+            time.sleep(1.0)
+            assert not runs()
         assert live.failure is None
     finally:
         port.stop()

@@ -88,9 +88,11 @@ class Heard:
                 time.sleep(0.0005)
             (follower,) = recorder.followers
             recorder.drain()
-            until = time.monotonic() + 10.0
-            while len(self.of("/skin/state")) < bridge.sent and time.monotonic() < until:
-                time.sleep(0.05)
+            until, before = time.monotonic() + 10.0, -1
+            # The follower may still be sending: what it sent stays the same before it counts.
+            while not before == bridge.sent == len(self.of("/skin/state")) and time.monotonic() < until:
+                before = bridge.sent
+                time.sleep(0.25)
             self.offset_ns, self.failure, self.sent = follower.since_1970_ns, follower.failure, bridge.sent
         for listener in self.listeners.values():
             listener.close()

@@ -50,9 +50,10 @@ EYE = {
 class Looker:
     """Looks at a page as a browser does, also when it is served anew, but draws nothing."""
 
+    _socket: ClientConnection
+
     def __init__(self, address: str) -> None:
-        self._address = address.replace("http:", "ws:")
-        self._socket = self._look()
+        self.open(address)
 
     def _look(self) -> ClientConnection:
         spoken = Subprotocol(f"viser-v{version('viser')}")
@@ -74,7 +75,7 @@ class Looker:
                 self._socket = self._look()
 
     def open(self, address: str) -> None:
-        """Open another address: a session that was started again prints one with a token of its own."""
+        """Open an address: a session that was started again prints one with a token of its own."""
         self._address = address.replace("http:", "ws:")
         self._socket = self._look()
 
