@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * Levels the trees: each round a port whose tree is too large asks its cells for offers to move to trees that are too
- * small, and grants one of them. Only the flows of trees.c make a port want to give, and only one move of a tree is
- * under way at a time, so nothing swings. */
+ * small, and grants one of them. Cells go to smaller trees only, and only one move of a tree is under way at a time, so
+ * nothing swings. */
 #include "section_unit/balance.h"
 
 #include "section_unit/demands.h"
@@ -182,24 +182,17 @@ static void start_round(rs_section_unit* unit, uint64_t now_ns) {
   rs_trees_gather(&trees, unit, now_ns);
   for (unsigned first = 0; first < trees.count; ++first) {
     if (trees.component[first] != first) continue;
-    uint32_t cells = 0, count = 0;
-    unsigned lead = RS_TREE_FOREIGN;
-    for (unsigned k = first; k < trees.count; ++k) {
-      if (trees.component[k] != first) continue;
-      cells += trees.size[k];
-      ++count;
-      if (lead == RS_TREE_FOREIGN) lead = trees.port[k];
-    }
-    if (lead == RS_TREE_FOREIGN) continue;
+    unsigned lead = RS_TREE_FOREIGN; /* port that keeps the component's record */
     for (unsigned k = first; k < trees.count; ++k) {
       if (trees.component[k] != first || trees.port[k] == RS_TREE_FOREIGN) continue;
+      if (lead == RS_TREE_FOREIGN) lead = trees.port[k];
       const rs_unit_port* here = &unit->port[trees.port[k]];
       if (here->root && here->balance.depth_cap > 0U && !here->balance.open &&
           unit->tick_time >= here->balance.busy_until) {
-        rs_demands_start(unit, &trees, k, cells, count, &unit->port[lead].balance);
+        rs_demands_start(unit, &trees, k);
       }
     }
-    rs_depth_cap_watch(unit, &trees, first, &unit->port[lead].balance);
+    if (lead != RS_TREE_FOREIGN) rs_depth_cap_watch(unit, &trees, first, &unit->port[lead].balance);
   }
 }
 

@@ -8,9 +8,8 @@
 #define MOST_WANTED RS_FIELD_MAX(grant_demand_1_size)
 
 enum {
-  DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */
-  DETOUR_TICKS = 10, /* in a last resort so much longer, until trunks at the border have become light */
-  PASSING_ROUNDS = 2 * RS_STALLED_ROUNDS
+  DECIDE_TICKS = 2, /* offers are collected so long, and while the tree is crossed */
+  DETOUR_TICKS = 10 /* in a last resort so much longer, until trunks at the border have become light */
 };
 
 void rs_demand_remove(rs_unit_balance* balance, unsigned w) {
@@ -50,13 +49,6 @@ static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigne
   return stuck ? gap / 2U : gap;
 }
 
-/* By how many cells tree k is larger than its neighbour j, if k is to give it some. One above an even share also gives
- * to one with a cell less, which passes it on; for a while, as a cell that finds no place would travel for good. */
-static uint32_t surplus_over(const rs_trees* trees, unsigned k, unsigned j, uint32_t even, bool passing) {
-  const uint32_t larger = trees->size[k], smaller = trees->size[j], more = larger > smaller ? larger - smaller : 0U;
-  return more > 1U || (more == 1U && passing && trees->size[k] > even) ? more : 0U;
-}
-
 /* Places what neighbour `root` is to get among the wants, the largest surplus first. */
 static void want(rs_unit_balance* balance, uint32_t surplus[RS_DEMANDS], uint32_t more, uint8_t root, uint32_t size,
                  uint32_t gap) {
@@ -75,19 +67,15 @@ static void want(rs_unit_balance* balance, uint32_t surplus[RS_DEMANDS], uint32_
   balance->gap[w] = (uint16_t)gap;
 }
 
-void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
-                      const rs_unit_balance* lead) {
-  const uint32_t even = (cells + count - 1U) / count;
+void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k) {
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
   rs_demands_close(balance);
   uint32_t surplus[RS_DEMANDS] = {0, 0, 0};
   for (unsigned j = 0; j < trees->count; ++j) {
-    if (!rs_trees_beside(trees, k, j)) continue;
-    const uint32_t more = surplus_over(trees, k, j, even, lead->stalled < PASSING_ROUNDS);
-    if (more == 0U) continue;
-    /* Half of it makes the two level; all that levels, if no cell offered so much. */
-    uint32_t size = balance->failed > 0U && more > 2U ? more - 1U : (more + 1U) / 2U;
+    if (!rs_trees_beside(trees, k, j) || trees->size[k] <= trees->size[j] + 1U) continue;
+    const uint32_t more = (uint32_t)trees->size[k] - trees->size[j];
+    uint32_t size = (more + 1U) / 2U; /* that makes the two level */
     if (size > MOST_WANTED) size = MOST_WANTED;
     const uint32_t gap = gap_to(unit, trees, k, j), most_taken = room(unit, trees, j, gap);
     if (most_taken == 0U) continue;

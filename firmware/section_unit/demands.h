@@ -7,18 +7,15 @@
 #include "section_unit/trees.h"
 
 enum {
-  RS_OFFER_TICKS = 3,   /* without a further offer, and while the tree is crossed, a round is over */
-  RS_FAILED_ROUNDS = 2, /* without an offer, after which a tree is taken for one that gives nothing */
-  RS_STALLED_ROUNDS = 8 /* without progress, after which the depth cap is raised */
+  RS_OFFER_TICKS = 3,  /* without a further offer, and while the tree is crossed, a round is over */
+  RS_FAILED_ROUNDS = 2 /* without an offer, after which a tree is taken for one that gives nothing */
 };
 /* Down and up a tree so deep takes about so many ticks. */
 RS_INLINE uint64_t rs_there_and_back(const rs_unit_port* port) {
   return (3U * (uint32_t)port->height) / 8U;
 }
-/* Opens a round of own tree k, in whose component are so many cells and trees, if it has anything to give; `lead` keeps
- * the record of the component. */
-void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k, uint32_t cells, uint32_t count,
-                      const rs_unit_balance* lead);
+/* Opens a round of own tree k, if it has anything to give. */
+void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k);
 void rs_demand_remove(rs_unit_balance* balance, unsigned w);
 void rs_demands_close(rs_unit_balance* balance);
 

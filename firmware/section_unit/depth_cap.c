@@ -6,7 +6,10 @@
 #include "section_unit/demands.h"
 #include "section_unit/trees.h"
 
-enum { STEADY_ROUNDS = 3 };
+enum {
+  STEADY_ROUNDS = 3,
+  STALLED_ROUNDS = 8 /* without progress, after which the cap is raised */
+};
 
 /* Deeper no frame goes, whatever the damaged memory of a cell says. */
 static uint8_t within_hops(unsigned depth) {
@@ -22,20 +25,6 @@ static void set_cap(rs_section_unit* unit, const rs_trees* trees, unsigned first
     balance->stalled = 0;
     balance->failed = 0;
   }
-}
-
-/* How deep balance may bring the cells of a component: some hops deeper than the deepest cell of the skin was formed,
- * as it is that one which is heard last. Of other units' components it is known only how deep they are. */
-static uint8_t deepest_allowed(const rs_section_unit* unit, const rs_trees* trees, unsigned first, uint8_t base) {
-  unsigned deepest = base + RS_DEPTH_RAISE_MAX;
-  for (unsigned k = 0; k < trees->count; ++k) {
-    if (trees->component[k] == first || trees->size[k] == 0U) continue;
-    const bool own = trees->port[k] != RS_TREE_FOREIGN;
-    const unsigned there =
-        own ? unit->port[trees->port[k]].balance.base_depth + (unsigned)RS_DEPTH_RAISE_MAX : trees->height[k];
-    if (there > deepest) deepest = there;
-  }
-  return within_hops(deepest);
 }
 
 /* What the cap counts from once cells have come or gone. Hops that balance has added are no new base, or each coming
@@ -76,7 +65,7 @@ void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned f
     return;
   }
   if (lead->base_trees == 0U) return;
-  const uint8_t deepest = deepest_allowed(unit, trees, first, lead->base_depth);
+  const uint8_t deepest = within_hops(lead->base_depth + (unsigned)RS_DEPTH_RAISE_MAX);
   if (cap > lead->depth_cap && cap <= deepest) {
     set_cap(unit, trees, first, lead->base_depth, cap);
     return;
@@ -90,7 +79,7 @@ void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned f
   }
   const bool level = most <= (cells + count - 1U) / count;
   if (wanting == 0U || level || lead->depth_cap >= deepest) return;
-  if (failing == wanting || lead->stalled >= RS_STALLED_ROUNDS) {
+  if (failing == wanting || lead->stalled >= STALLED_ROUNDS) {
     set_cap(unit, trees, first, lead->base_depth, (uint8_t)(lead->depth_cap + 1U));
   }
 }

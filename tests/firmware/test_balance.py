@@ -106,15 +106,6 @@ def test_a_trunk_along_the_border_moves_cell_by_cell(skin_seed: int) -> None:
     assert run.depth <= run.least_depth + 4
 
 
-@pytest.mark.parametrize(("kind", "skin_seed", "part"), [("ur5", 8, 3), ("ur5", 36, 3), ("robot_1260", 40, 6)])
-def test_a_shallow_part_may_come_as_deep_as_the_deepest_part(kind: str, skin_seed: int, part: int) -> None:
-    """More than four hops over its own fewest make it even, and no cell of the skin waits longer than without them."""
-    run = settle(kind, 3, skin_seed)
-    (there,) = (one for one in run.parts if one.part == part)
-    assert there.fullest <= 1.02 * there.ideal
-    assert run.depth <= run.least_depth + 4
-
-
 @pytest.mark.parametrize(("kind", "ports", "skin_seed"), [("cylinder", 5, 12), ("sheared_sheet", 5, 40)])
 def test_cells_that_come_and_go_make_the_trees_no_deeper(kind: str, ports: int, skin_seed: int, seed: int) -> None:
     """Hops that balance has added do not count for the cap once the skin has changed."""

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A root wants to give cells to neighbouring trees; cells that touch those offer to move. Each cell passes on the best
- * offer of its subtree: the one that costs fewest hops, then the one that moves most cells.
- A cell moves
- * with its whole subtree, so that its size is what the root reckons with. */
+ * offer of its subtree: the one that costs fewest hops, then the one that moves most cells. A cell moves with its whole
+ * subtree, so that its size is what the root reckons with. */
 #include "cell/routing/offers.h"
 
 #include "cell/link/link.h"
@@ -20,10 +19,8 @@ void rs_offer_better(const rs_route* route, const rs_offer* offer, rs_offer* bes
   if (best->cell != RS_ID_NONE) {
     const int32_t cheaper = (int32_t)best->delta - offer->delta;
     const int32_t larger = (int32_t)offer->size - best->size;
-    const int32_t first = route->demands.last_resort ? -larger : cheaper;
-    const int32_t second = route->demands.last_resort ? cheaper : larger;
-    if (first < 0 || (first == 0 && second < 0)) return;
-    if (first == 0 && second == 0 && offer->cell >= best->cell) return;
+    if (cheaper < 0 || (cheaper == 0 && larger < 0)) return;
+    if (cheaper == 0 && larger == 0 && offer->cell >= best->cell) return;
   }
   *best = *offer;
 }

@@ -144,7 +144,7 @@ typedef struct {
   uint8_t root;
   uint8_t round;
   uint8_t open;        /* 0: nothing is wanted */
-  uint8_t last_resort; /* any move that levels, the smallest first */
+  uint8_t last_resort; /* no cell has offered itself: those at the border let go */
   uint8_t none;
 } rs_demands;
 

@@ -159,7 +159,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(demand_3_root, 0, 8, "another one")                          \
   X(demand_3_size, 0, 11, "how many at once")                    \
   X(spare, 0, 1, "")                                             \
-  X(last_resort, 0, 1, "small moves have not been offered")      \
+  X(last_resort, 0, 1, "no cell has offered itself")             \
   X(tag, 0, 32, "of all before it and the second")
 
 #define RS_JOINTS_FIELDS(X)                         \

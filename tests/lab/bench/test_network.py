@@ -186,7 +186,8 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
         ("link", "sheared_sheet", 5),  # a cable gets twice the cells that it carries, at once
         ("reboot", "sheared_sheet", 5),
         ("reboot", "sheared_sheet", 19),  # a cell that has rebooted is heard again before it is missed
-        ("zombie", "ring_12", 18),  # four cells in a row look for another way and repeat what they have sent
+        ("zombie", "ring_12", 27),  # a branch of forty cells looks for another way and repeats what it has sent
+        ("zombie", "ring_12", 37),
         ("zombie", "cylinder", 13),
         ("slow", "sheet", 10),  # frames come in more often than the cell wakes up
         ("one way in", "ring_12", 3),  # a parent that is still heard has not heard this cell for a while

@@ -4,32 +4,14 @@ campaign_mutant(without_balance section_unit/balance.c
   "if (unit->tick_time % RS_BALANCE_TICKS == 0U) start_round(unit, now_ns)"
   "if (false) start_round(unit, now_ns)")
 campaign_mutant(without_depth_raise section_unit/depth_cap.c
-  "if (failing == wanting || lead->stalled >= RS_STALLED_ROUNDS) {"
+  "if (failing == wanting || lead->stalled >= STALLED_ROUNDS) {"
   "if (false) {")
-campaign_mutant(without_depth_of_others section_unit/depth_cap.c
-  "if (there > deepest) deepest = there"
-  "if (false) deepest = there")
-campaign_mutant(without_wider_wants section_unit/demands.c
-  "balance->failed > 0U && more > 2U ? more - 1U : (more + 1U) / 2U"
-  "(more + 1U) / 2U")
 campaign_mutant(without_last_resort section_unit/demands.c
   "balance->last_resort = balance->failed > 0U"
   "balance->last_resort = false")
-campaign_mutant(without_smallest_first cell/routing/offers.c
-  "const int32_t first = route->demands.last_resort ? -larger : cheaper"
-  "const int32_t first = cheaper"
-  cell/routing/offers.c
-  "const int32_t second = route->demands.last_resort ? cheaper : larger"
-  "const int32_t second = larger")
-campaign_mutant(without_letting_go cell/routing/subtree.c
-  "if (!may_yield || !hangs_at_border(cell)) {"
-  "if (true) {")
 campaign_mutant(without_turns cell/routing/subtree.c
   "return (demands->round & 6U) != 0U"
   "return false")
 campaign_mutant(without_detour cell/routing/moves.c
   "if (route->draining_ticks <= DETOUR_TICKS + route->subtree_height) return"
   "if (true) return")
-campaign_mutant(without_passing_on section_unit/demands.c
-  "lead->stalled < PASSING_ROUNDS"
-  "false")

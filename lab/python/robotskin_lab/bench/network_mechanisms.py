@@ -26,14 +26,9 @@ KEPT = "docs/balance_mechanisms.json"
 MECHANISMS = {
     "balance": "all of it: without, cells keep their shortest ways",
     "depth_raise": "the cap on the depth rises where nothing else helps",
-    "depth_of_others": "parts that are less deep than the deepest may become as deep",
-    "last_resort": "rounds in which all that levels may move",
-    "letting_go": "in these, cells at the border let go of what hangs on them",
+    "last_resort": "where no cell offers itself, cells at the border let go of what hangs on them",
     "detour": "what they let go takes farther parents too",
-    "turns": "in most of these, one in eight of them at a time",
-    "wider_wants": "a tree that gets no offer asks for all that levels",
-    "smallest_first": "in rounds of last resort, the smallest subtree goes first",
-    "passing_on": "a tree above an even share gives also to one with a cell less, which passes on",
+    "turns": "in most of these rounds, one in eight of them at a time",
 }
 
 Job = tuple[str, int, int]
