@@ -101,7 +101,7 @@ def cycle_figures(seed: int, samples: int) -> dict[str, Any]:
         "cycle_budget_percent_48mhz_250hz": 100 * worst.cycles / BUDGET_CYCLES,
         "cycle_budget_percent_slow_multiplier": 100 * worst.cycles_slow_multiplier / BUDGET_CYCLES,
         "cycle_budget_percent_one_wait_state": 100 * worst.cycles_one_wait / BUDGET_CYCLES,
-        **_lone_figures(seed),
+        **leaf_figures(seed),
         "stack_bytes": rig.chip.stack_bytes,
         "differences_metered": rig.external.differences,
         **_profile(meter, samples),
@@ -122,8 +122,8 @@ def _profile(meter: Meter, samples: int) -> dict[str, float]:
     return figures
 
 
-def _lone_figures(seed: int) -> dict[str, float]:
-    """The same without frames to pass on: a leaf of the tree."""
+def leaf_figures(seed: int) -> dict[str, float]:
+    """Cycles of a cell without frames to pass on, a leaf of the tree."""
     rig = rig_of(seed, 4, 1, [(0, 3)], 3)
     meter = Meter(rig.chip)
     rig.run_ms(300)
