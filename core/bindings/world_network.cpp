@@ -130,6 +130,9 @@ void bind_options(nb::module_& module) {
       .def_rw("batch_us", &NetworkOptions::batch_us, "a frame waits at most this long for its datagram; 0: no other")
       .def_rw("unasked", &NetworkOptions::unasked, "section units send without a keep-alive")
       .def_rw("powered", &NetworkOptions::powered, "ports have power from the start")
+      .def_rw(
+          "threads", &NetworkOptions::threads,
+          "that run groups of section units that share no wire side by side, the caller's among them; 0: all is one")
       .def_rw("epoch_ns", &NetworkOptions::epoch_ns, "the section units' clock at virtual time 0")
       .def_rw("seed", &NetworkOptions::seed, "of all that is drawn by chance")
       .def_rw("clock_rate_hz", &NetworkOptions::clock_rate_hz, "kept in the cells' flash: 0, 63, 125 or 250")
@@ -177,6 +180,7 @@ void bind_network(nb::module_& module) {
       .def_prop_ro("depths", &Network::depths, "(N) hops to the nearest powered port over wires that work, -1: none")
       .def_prop_ro("formed", &Network::formed, "every cell that can be reached has an id and its shortest path")
       .def_prop_ro("log_hash", &Network::log_hash, "of every frame and datagram so far")
+      .def_prop_ro("lane_count", &Network::lane_count, "parts that share nothing, if they are run apart")
       .def(
           "alive",
           [check](const Network& self, std::size_t cell) {
@@ -340,15 +344,14 @@ void bind_world_network(nb::module_& module) {
           "__init__",
           [](World* self, Body* body, const Neighbours& neighbours, const std::vector<std::uint16_t>& id,
              const std::vector<UnitDescription>& units, const NetworkOptions& options, Transport& transport,
-             double step_s) {
-            new (self) World(body, wiring_of(neighbours, id, units), options, transport, step_s);
-            if (auto* mailbox = dynamic_cast<InProcess*>(&transport)) mailbox->set_clock(&self->network());
-          },
+             double step_s) { new (self) World(body, wiring_of(neighbours, id, units), options, transport, step_s); },
           nb::keep_alive<1, 2>(), nb::keep_alive<1, 7>(), "body"_a.none(), "neighbours"_a, "id"_a, "units"_a,
           "options"_a, "transport"_a, "step_s"_a = 0.001)
       .def("run", &World::run, nb::call_guard<nb::gil_scoped_release>(), "duration_ns"_a,
            "So much virtual time passes.")
       .def_prop_ro("time_ns", &World::time_ns, "virtual time")
+      .def_prop_ro("body_took_ns", &World::body_took_ns, "real time of the body's steps so far")
+      .def_prop_ro("network_took_ns", &World::network_took_ns, "real time of the network so far")
       .def_prop_ro("formed_ns", &World::formed_ns, "virtual time when the network first was whole, -1: not yet")
       .def_prop_ro("network", nb::overload_cast<>(&World::network), nb::rv_policy::reference_internal, "the Network");
 }

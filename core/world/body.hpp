@@ -34,7 +34,8 @@ class Body {
   void step(std::int64_t time_ns);
   double timestep_s() const;
 
-  // The reading of a cell; true if a channel is at the end of its range.
+  // The reading of a cell; true if a channel is at the end of its range. Between two steps several threads may read,
+  // each its own cells.
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample);
   // Without the distance, which takes longest, it is 0.
   Truth truth(std::size_t cell, std::int64_t time_ns, bool with_distance = true) const;

@@ -272,8 +272,8 @@ bool Sensors::sample(std::size_t cell, double time_s, const Truth& truth, rs_sam
   }
   RS_FURTHER_TRUTH(ROBOTSKIN_FEEL)
 #undef ROBOTSKIN_FEEL
-  samples_ += 1;
-  saturated_ += saturated ? 1 : 0;
+  samples_.fetch_add(1, std::memory_order_relaxed);
+  if (saturated) saturated_.fetch_add(1, std::memory_order_relaxed);
   return saturated;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -38,8 +39,8 @@ class Sensors {
   void set_fault(std::size_t cell, const SensorFault& fault);
 
   std::size_t cell_count() const { return individuals_.size(); }
-  std::uint64_t samples() const { return samples_; }
-  std::uint64_t saturated_samples() const { return saturated_; }
+  std::uint64_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  std::uint64_t saturated_samples() const { return saturated_.load(std::memory_order_relaxed); }
 
  private:
   // What measures on a clock of its own.
@@ -82,8 +83,8 @@ class Sensors {
   std::vector<Individual> individuals_;
   double hysteresis_, creep_;
   std::vector<Strangeness> strange_;
-  std::vector<SensorFault> faults_;  // (N), or none at all
-  std::uint64_t samples_ = 0, saturated_ = 0;
+  std::vector<SensorFault> faults_;                         // (N), or none at all
+  std::atomic<std::uint64_t> samples_ = 0, saturated_ = 0;  // by whichever thread reads
 };
 
 }  // namespace robotskin::world

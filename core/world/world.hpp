@@ -30,11 +30,16 @@ class World : public SampleSource {
 
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
 
+  // Real time that body and network have taken so far.
+  std::int64_t body_took_ns() const { return body_took_ns_; }
+  std::int64_t network_took_ns() const { return network_took_ns_; }
+
  private:
   Body* body_;
   Transport& transport_;
   std::int64_t step_ns_;
   std::int64_t formed_ns_ = -1;
+  std::int64_t body_took_ns_ = 0, network_took_ns_ = 0;
   Network network_;
 };
 

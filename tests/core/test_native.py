@@ -60,13 +60,14 @@ def address() -> Path:
         "check_further_channels",
         "check_active_set",
         "check_event_queue",
+        "check_lanes",
     ]
     return build("address,undefined", *programs)
 
 
 @pytest.fixture(scope="module")
 def thread() -> Path:
-    return build("thread", "check_snapshot_table")
+    return build("thread", "check_snapshot_table", "check_lanes")
 
 
 def test_a_million_random_datagrams_find_nothing(address: Path, seed: int) -> None:
@@ -92,6 +93,11 @@ def test_further_channels_reach_the_state_of_the_skin(address: Path, seed: int) 
 
 def test_events_come_in_order_however_many_wait(address: Path, seed: int) -> None:
     check(address, "check_event_queue", seed)
+
+
+def test_a_network_in_lanes_is_the_network_whatever_threads_run_it(address: Path, thread: Path, seed: int) -> None:
+    check(address, "check_lanes", seed)
+    check(thread, "check_lanes", seed)
 
 
 def test_the_active_set_finds_the_best_of_random_programmes(address: Path, seed: int) -> None:

@@ -10,14 +10,19 @@ namespace robotskin::world {
 
 void Network::inject(const Fault& fault) {
   check_fault(fault, wiring_);
-  if (fault.time_ns < now_ns_)
-    throw FaultError("fault '" + to_string(fault) + "': it is " + std::to_string(now_ns_) + " ns already");
+  if (fault.time_ns < time_ns())
+    throw FaultError("fault '" + to_string(fault) + "': it is " + std::to_string(time_ns()) + " ns already");
   const FaultType& type = type_of(fault);
   if (type.at_start != nullptr)
     throw FaultError("fault '" + to_string(fault) + "': the clocks are set when a network is built");
   RunningFault& act = acts_.emplace_back(*this, acts_.size(), fault);
   if (type.await != nullptr) type.await(act);
-  queue_.push(fault.time_ns, act_event | static_cast<std::uint32_t>(act.number));
+  plan_act(fault.time_ns, act.number);
+}
+
+void Network::plan_act(std::int64_t time_ns, std::size_t index) {
+  acts_due_.insert(std::ranges::upper_bound(acts_due_, time_ns, {}, &Event::time_ns),
+                   {time_ns, static_cast<std::uint32_t>(index)});
 }
 
 void Network::act(std::size_t index) {
@@ -25,7 +30,10 @@ void Network::act(std::size_t index) {
   const Fault fault = act.fault;
   const FaultType& type = type_of(fault);
   const int phase = act.phase++;
-  log(static_cast<std::uint64_t>(now_ns_) ^ (static_cast<std::uint64_t>(index) << 48) ^ static_cast<unsigned>(phase));
+  Lane& lane = lane_of(fault);
+  const std::int64_t now_ns = lane.now_ns;
+  lane.log(static_cast<std::uint64_t>(now_ns) ^ (static_cast<std::uint64_t>(index) << 48) ^
+           static_cast<unsigned>(phase));
   if (phase % 2 == 0 || type.course == FaultCourse::repeated) {
     type.begin(act, phase);
   } else if (type.end != nullptr) {
@@ -34,18 +42,18 @@ void Network::act(std::size_t index) {
   std::int64_t next_ns = never;
   switch (type.course) {
     case FaultCourse::repeated:
-      if (phase + 1 < fault.count) next_ns = now_ns_ + fault.by_ns;
+      if (phase + 1 < fault.count) next_ns = now_ns + fault.by_ns;
       break;
     case FaultCourse::alternating:
-      if (phase + 1 < 2 * fault.count) next_ns = now_ns_ + fault.by_ns / 2;
+      if (phase + 1 < 2 * fault.count) next_ns = now_ns + fault.by_ns / 2;
       break;
     case FaultCourse::lasting:
-      if (phase == 0 && fault.lasts_ns > 0) next_ns = now_ns_ + fault.lasts_ns;
+      if (phase == 0 && fault.lasts_ns > 0) next_ns = now_ns + fault.lasts_ns;
       break;
     case FaultCourse::momentary:
       break;
   }
-  if (next_ns != never) queue_.push(next_ns, act_event | static_cast<std::uint32_t>(index));
+  if (next_ns != never) plan_act(next_ns, index);
   tell([&](Observer& observer) { observer.fault_applied(*this, fault, phase); });
 }
 
@@ -77,7 +85,7 @@ void Network::sever(std::size_t index, std::uint8_t why, bool out, bool in) {
       way->torn = way->end_ns != never;
     }
   }
-  supply();
+  supply(lane_of_wire(index));
 }
 
 // ---- What a kind may do ----

@@ -5,12 +5,12 @@
 
 namespace robotskin::world {
 
-void InProcess::send(std::size_t unit, std::span<const std::uint8_t> datagram) {
+void InProcess::send(std::size_t unit, std::int64_t time_ns, std::span<const std::uint8_t> datagram) {
   if (up_.size() == waiting_max) {
     up_.pop_front();
     ++overflowed_;
   }
-  up_.push_back({unit, clock_ == nullptr ? 0 : clock_->time_ns(), {datagram.begin(), datagram.end()}});
+  up_.push_back({unit, time_ns, {datagram.begin(), datagram.end()}});
 }
 
 void InProcess::deliver(Network& network) {

@@ -22,16 +22,14 @@ class InProcess : public Transport {
     std::vector<std::uint8_t> datagram;
   };
 
-  void send(std::size_t unit, std::span<const std::uint8_t> datagram) override;
+  void send(std::size_t unit, std::int64_t time_ns, std::span<const std::uint8_t> datagram) override;
   void deliver(Network& network) override;
 
   void post(std::size_t unit, std::span<const std::uint8_t> datagram);  // from the host
   std::vector<Waiting> take();                                          // to the host, in the order sent
   std::uint64_t overflowed() const { return overflowed_; }
-  void set_clock(const Network* network) { clock_ = network; }
 
  private:
-  const Network* clock_ = nullptr;
   std::deque<Waiting> up_;
   std::vector<Waiting> down_;
   std::uint64_t overflowed_ = 0;

@@ -19,19 +19,15 @@ bool due(std::uint32_t now_us, std::uint32_t at_us) {
 
 }  // namespace
 
-void Network::log(std::uint64_t word) {
-  log_hash_ = (log_hash_ ^ word) * 0x9E3779B97F4A7C15U;
-  log_hash_ ^= log_hash_ >> 29;
-}
-
 // ---- Stepping the firmware ----
 
 void Network::boot(std::size_t index) {
   Cell& cell = cells_[index];
   cell.power = Cell::Power::on;
-  cell.booted_ns = now_ns_;
+  Lane& lane = lane_of_cell(index);
+  cell.booted_ns = lane.now_ns;
   cell.sent = 0;
-  ++topology_revision_;
+  ++lane.topology_revision;
   rs_boot boot{};
   boot.uid = static_cast<std::uint32_t>(index) + 1;
   boot.random = static_cast<std::uint32_t>(random_bits(cell.boot_key, cell.boots++));
@@ -51,14 +47,15 @@ void Network::boot(std::size_t index) {
 
 void Network::step_cell(std::size_t index, rs_input input) {
   Cell& cell = cells_[index];
+  Lane& lane = lane_of_cell(index);
   input.sent = std::exchange(cell.sent, std::uint8_t{0});
   rs_output output;
-  const std::uint32_t now_us = cell.clock_us(now_ns_);
+  const std::uint32_t now_us = cell.clock_us(lane.now_ns);
   const BeforeInput before(cell.state, now_us);
   rs_cell_step(&cell.state, &input, now_us, &output);
   if (external_ != nullptr && index == external_index_)
     external_->step(input, kind_of(input, before, cell.state), now_us, output);
-  ++counts_.cell_steps;
+  ++lane.counts.cell_steps;
   cell.sample_us = output.sample_us;
   cell.sampling = output.sampling;
   cell.waiting = output.waiting;
@@ -66,7 +63,7 @@ void Network::step_cell(std::size_t index, rs_input input) {
     const auto frames = RS_PORTS - std::ranges::count(output.frame, nullptr);
     const std::int64_t taken_ns =
         processing_ns(options_.processor, kind_of(input, before, cell.state), static_cast<std::uint32_t>(frames));
-    cell.free_ns = std::max(cell.free_ns, now_ns_) + taken_ns;
+    cell.free_ns = std::max(cell.free_ns, lane.now_ns) + taken_ns;
   }
   for (std::size_t p = 0; p < RS_PORTS; ++p)
     if (output.frame[p] != nullptr) send(RS_PORTS * index + p, output.frame[p]);
@@ -76,7 +73,7 @@ void Network::step_cell(std::size_t index, rs_input input) {
   if (output.sampling) delay_us = std::min(delay_us, static_cast<std::int32_t>(output.sample_us - now_us));
   // A slow cell wakes so much later than it asked, however often frames make it step, and ask again, meanwhile.
   const auto delay_ns = static_cast<std::int64_t>(delay_us * cell.ns_per_us) + cell.slow_ns;
-  wake_cell(index, now_ns_ + std::max(delay_ns, static_cast<std::int64_t>(cell.ns_per_us)) + 1);
+  wake_cell(index, lane.now_ns + std::max(delay_ns, static_cast<std::int64_t>(cell.ns_per_us)) + 1);
   tell([&](Observer& observer) { observer.cell_stepped(*this, index, input, output); });
   if (output.restart) reboot(index, restart_ns);
 }
@@ -94,31 +91,32 @@ void Network::boot_unit(std::size_t index) {
 
 void Network::step_unit(std::size_t index, const rs_unit_input& input) {
   Unit& unit = units_[index];
+  Lane& lane = lane_of_unit(index);
   rs_unit_output output;
-  rs_section_unit_step(unit.state.get(), &input, static_cast<std::uint64_t>(unit.clock_ns(now_ns_)), &output);
+  rs_section_unit_step(unit.state.get(), &input, static_cast<std::uint64_t>(unit.clock_ns(lane.now_ns)), &output);
   const auto first_wire = static_cast<std::uint32_t>(cell_wires() + RS_SECTION_UNIT_PORTS_MAX * index);
   for (std::uint32_t p = 0; p < unit.config.ports; ++p)
-    if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p], now_ns_);
+    if (output.frame[p] != nullptr) start(first_wire + p, output.frame[p], lane.now_ns);
   if (output.datagram != nullptr && output.to_peers) {
     post_to_peers(index, {output.datagram, output.datagram_bytes});
   } else if (output.datagram != nullptr) {
-    ++counts_.datagrams;
-    counts_.datagram_bytes += output.datagram_bytes;
+    ++lane.counts.datagrams;
+    lane.counts.datagram_bytes += output.datagram_bytes;
     rs_datagram_header header;
     if (rs_datagram_header_unpack(&header, output.datagram, output.datagram_bytes) == RS_DATAGRAM_OK &&
         header.kind == RS_DATAGRAM_KIND_frames)
-      counts_.records += header.count;
-    log(static_cast<std::uint64_t>(now_ns_) ^ output.datagram_bytes);
+      lane.counts.records += header.count;
+    lane.log(static_cast<std::uint64_t>(lane.now_ns) ^ output.datagram_bytes);
     const std::span<const std::uint8_t> datagram(output.datagram, output.datagram_bytes);
-    sink_.send(index, datagram);
+    send_to_host(lane, index, datagram);
     tell([&](Observer& observer) { observer.datagram_to_host(*this, index, datagram); });
   }
   const auto timer_ns =
       static_cast<std::int64_t>(std::min<std::uint64_t>(output.timer_ns, static_cast<std::uint64_t>(never)));
-  wake_unit(index, timer_ns == never ? never : std::max(unit.time_ns(timer_ns), now_ns_));
+  wake_unit(index, timer_ns == never ? never : std::max(unit.time_ns(timer_ns), lane.now_ns));
   if (output.power != unit.power) {
     unit.power = output.power;
-    supply();
+    supply(lane);
   }
   tell([&](Observer& observer) { observer.unit_stepped(*this, index, input, output); });
 }
@@ -129,7 +127,7 @@ void Network::wake_cell(std::size_t index, std::int64_t time_ns) {
   if (takes_time()) {
     plan(index);
   } else if (time_ns < cell.scheduled_ns) {
-    queue_.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
+    lane_of_cell(index).queue.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
   }
 }
 
@@ -137,7 +135,7 @@ void Network::wake_unit(std::size_t index, std::int64_t time_ns) {
   Unit& unit = units_[index];
   unit.due_ns = time_ns;
   if (time_ns < unit.scheduled_ns)
-    queue_.push(unit.scheduled_ns = time_ns, unit_event | static_cast<std::uint32_t>(index));
+    lane_of_unit(index).queue.push(unit.scheduled_ns = time_ns, unit_event | static_cast<std::uint32_t>(index));
 }
 
 // ---- Wires ----
@@ -146,20 +144,21 @@ void Network::start(std::uint32_t index, const std::uint8_t* frame, std::int64_t
   Wire& wire = wires_[index];
   wire.frame = frame;
   const bool of_cell = index < cell_wires();
+  Lane& lane = lane_of_wire(index);
   double duration_ns = of_cell ? frame_us * cells_[index / RS_PORTS].ns_per_us : 1e3 * frame_us;
   if (wire.to >= 0) {
-    ++counts_.frames_sent;
+    ++lane.counts.frames_sent;
     if (options_.line.jitter_us > 0)
       duration_ns += 1e3 * options_.line.jitter_us * random_unit(scramble(wire_keys_ + index), 4ULL * wire.frames);
   }
   ++wire.frames;
   wire.end_ns = begin_ns + static_cast<std::int64_t>(duration_ns);
   if (wire.troubled && of_cell) wire.end_ns += cells_[index / RS_PORTS].slow_ns;
-  queue_.push(wire.end_ns, wire_event | index);
+  lane.queue.push(wire.end_ns, wire_event | index);
   tell([&](Observer& observer) { observer.frame_sent(*this, end_of(index), frame); });
 }
 
-void Network::finish(std::uint32_t index) {
+void Network::finish(Lane& lane, std::uint32_t index) {
   Wire& wire = wires_[index];
   wire.end_ns = never;
   const std::uint8_t* frame = wire.frame;
@@ -188,18 +187,18 @@ void Network::finish(std::uint32_t index) {
         }
         frame = damaged;
         damage = true;
-        ++counts_.frames_damaged;
+        ++lane.counts.frames_damaged;
       }
     }
     const auto to = static_cast<std::uint32_t>(wire.to);
     const bool overrun = to < cells_end && !lost && !has_room(to, frame);
-    if (overrun) ++counts_.frames_overrun;
+    if (overrun) ++lane.counts.frames_overrun;
     lost = lost || overrun ||
            (to < cells_end ? cells_[to / RS_PORTS].power != Cell::Power::on
                            : units_[(to - cells_end) / RS_SECTION_UNIT_PORTS_MAX].stopped);
-    log(static_cast<std::uint64_t>(now_ns_) ^ (static_cast<std::uint64_t>(index) << 40) ^ (lost ? 1U : 0U));
-    log((static_cast<std::uint64_t>(rs_load32(frame)) << 32) | rs_load32(frame + 16));
-    log((static_cast<std::uint64_t>(rs_load32(frame + 4)) << 32) | (rs_load32(frame + 8) ^ rs_load32(frame + 12)));
+    lane.log(static_cast<std::uint64_t>(lane.now_ns) ^ (static_cast<std::uint64_t>(index) << 40) ^ (lost ? 1U : 0U));
+    lane.log((static_cast<std::uint64_t>(rs_load32(frame)) << 32) | rs_load32(frame + 16));
+    lane.log((static_cast<std::uint64_t>(rs_load32(frame + 4)) << 32) | (rs_load32(frame + 8) ^ rs_load32(frame + 12)));
     tell([&](Observer& observer) {
       observer.frame_ended(*this, end_of(index), end_of(to), frame,
                            lost     ? FrameFate::lost
@@ -207,15 +206,15 @@ void Network::finish(std::uint32_t index) {
                                     : FrameFate::delivered);
     });
     if (lost) {
-      ++counts_.frames_lost;
+      ++lane.counts.frames_lost;
     } else if (to < cells_end) {
-      ++counts_.frames_delivered;
+      ++lane.counts.frames_delivered;
       if (wires_[to].taped)
         for (RunningFault& act : acts_)
           if (const auto heard = type_of(act.fault).heard) heard(act, to, frame);
       arrive(to, frame);
     } else {
-      ++counts_.frames_delivered;
+      ++lane.counts.frames_delivered;
       rs_unit_input input{};
       input.kind = RS_UNIT_INPUT_FRAME;
       input.port = static_cast<std::uint8_t>((to - cells_end) % RS_SECTION_UNIT_PORTS_MAX + 1);
@@ -236,11 +235,11 @@ void Network::finish(std::uint32_t index) {
   }
 }
 
-void Network::wake_unit_now(std::size_t index) {
+void Network::wake_unit_now(Lane& lane, std::size_t index) {
   Unit& unit = units_[index];
-  if (unit.scheduled_ns != now_ns_) return;
+  if (unit.scheduled_ns != lane.now_ns) return;
   unit.scheduled_ns = never;
-  if (unit.due_ns > now_ns_) {
+  if (unit.due_ns > lane.now_ns) {
     if (unit.due_ns != never) wake_unit(index, unit.due_ns);
     return;
   }
@@ -250,25 +249,25 @@ void Network::wake_unit_now(std::size_t index) {
   step_unit(index, input);
 }
 
-void Network::wake(std::size_t index) {
+void Network::wake(Lane& lane, std::size_t index) {
   Cell& cell = cells_[index];
-  if (cell.scheduled_ns != now_ns_) return;
+  if (cell.scheduled_ns != lane.now_ns) return;
   cell.scheduled_ns = never;
   if (takes_time() && cell.power == Cell::Power::on) {
     serve(index);
     return;
   }
-  if (cell.due_ns > now_ns_) {
+  if (cell.due_ns > lane.now_ns) {
     if (cell.due_ns != never) wake_cell(index, cell.due_ns);
     return;
   }
   if (cell.power == Cell::Power::on) {
-    const std::uint32_t now_us = cell.clock_us(now_ns_);
+    const std::uint32_t now_us = cell.clock_us(lane.now_ns);
     rs_input input{};
     input.kind = RS_INPUT_TIMER;
     if (cell.sampling && due(now_us, cell.sample_us)) {
       input.kind = RS_INPUT_SAMPLE;
-      input.fault = source_.sample(index, now_ns_, cell.sample);
+      input.fault = source_.sample(index, lane.now_ns, cell.sample);
       input.sample = &cell.sample;
     }
     step_cell(index, input);
@@ -303,26 +302,36 @@ void Network::fetch(std::uint32_t what) const {
   }
 }
 
-void Network::run_until(std::int64_t end_ns) {
+void Network::run(Lane& lane, std::int64_t end_ns) {
   Event event;
-  while (queue_.pop_before(end_ns, event)) {
-    now_ns_ = event.time_ns;
-    fetch(queue_.next_what(unit_event));
-    ++counts_.events;
+  while (lane.queue.pop_before(end_ns, event)) {
+    lane.now_ns = event.time_ns;
+    fetch(lane.queue.next_what(unit_event));
+    ++lane.counts.events;
     if ((event.what & wire_event) != 0) {
       const std::uint32_t wire = event.what & ~wire_event;
-      if (wires_[wire].end_ns == now_ns_) finish(wire);
+      if (wires_[wire].end_ns == event.time_ns) finish(lane, wire);
     } else if ((event.what & unit_event) != 0) {
-      wake_unit_now(event.what & ~unit_event);
+      wake_unit_now(lane, event.what & ~unit_event);
     } else if ((event.what & letter_event) != 0) {
-      deliver_letter(event.what & ~letter_event);
-    } else if ((event.what & act_event) != 0) {
-      act(event.what & ~act_event);
+      deliver_letter(lane, event.what & ~letter_event);
     } else {
-      wake(event.what);
+      wake(lane, event.what);
     }
   }
-  now_ns_ = std::max(now_ns_, end_ns);
+  lane.now_ns = std::max(lane.now_ns, end_ns);
+}
+
+// A fault may strike anywhere: it waits until all lanes have come to its time.
+void Network::run_until(std::int64_t end_ns) {
+  while (!acts_due_.empty() && acts_due_.front().time_ns < end_ns) {
+    const Event next = acts_due_.front();
+    acts_due_.erase(acts_due_.begin());
+    run_lanes(next.time_ns);
+    ++lanes_.front().counts.events;
+    act(next.what);
+  }
+  run_lanes(end_ns);
 }
 
 void Network::contribute(std::size_t index, const rs_contribution& contribution) {
@@ -346,7 +355,8 @@ void Network::receive(std::size_t unit, std::span<const std::uint8_t> datagram) 
   input.kind = RS_UNIT_INPUT_DATAGRAM;
   input.bytes = datagram.data();
   input.count = static_cast<std::uint32_t>(datagram.size());
-  log(static_cast<std::uint64_t>(now_ns_) ^ (datagram.size() << 48) ^ unit);
+  Lane& lane = lanes_[lane_of_unit_.at(unit)];
+  lane.log(static_cast<std::uint64_t>(lane.now_ns) ^ (datagram.size() << 48) ^ unit);
   tell([&](Observer& observer) { observer.datagram_from_host(*this, unit, datagram); });
   if (units_.at(unit).stopped) return;
   step_unit(unit, input);

@@ -4,6 +4,9 @@
 // A discrete-event simulation. A frame occupies its wire for 50 us of the sender's clock; then the receiver gets it and
 // the sender is told. A cell wakes when its firmware asks to. Nothing is allocated once the run has settled, and one
 // seed gives one run, to the byte (`log_hash`).
+//
+// Groups of section units that share no wire know nothing of each other. Asked to (`NetworkOptions::threads`), each
+// such lane is run by itself, on several threads side by side; the run is the same for any number of them.
 #pragma once
 
 #include <array>
@@ -23,6 +26,7 @@
 #include "world/network/observer.hpp"
 #include "world/network/processor.hpp"
 #include "world/network/wiring.hpp"
+#include "world/network/workers.hpp"
 
 namespace robotskin::world {
 
@@ -30,7 +34,8 @@ namespace robotskin::world {
 class SampleSource {
  public:
   virtual ~SampleSource() = default;
-  // The reading of `cell` at `time_ns`; true if a channel is missing or at the end of its range.
+  // The reading of `cell` at `time_ns`; true if a channel is missing or at the end of its range. Of a network whose
+  // lanes have threads of their own, called by several at once, for different cells.
   virtual bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) = 0;
 };
 
@@ -38,7 +43,8 @@ class SampleSource {
 class DatagramSink {
  public:
   virtual ~DatagramSink() = default;
-  virtual void send(std::size_t unit, std::span<const std::uint8_t> datagram) = 0;
+  // Sent at this virtual time.
+  virtual void send(std::size_t unit, std::int64_t time_ns, std::span<const std::uint8_t> datagram) = 0;
 };
 
 struct NetworkOptions {
@@ -47,6 +53,7 @@ struct NetworkOptions {
   std::uint32_t batch_us = 1000;          // of the section units
   bool unasked = false;                   // section units send without a keep-alive
   bool powered = true;                    // ports are on from the start
+  std::size_t threads = 0;                // that run lanes side by side, the caller's among them; 0: all is one lane
   std::int64_t epoch_ns = 0;              // the section units' clock at virtual time 0
   std::uint64_t seed = 1;
   std::uint8_t clock_rate_hz = RS_CLOCK_RATE_DEFAULT_HZ;  // kept in the cells' flash
@@ -68,6 +75,8 @@ struct NetworkCounts {
   std::uint64_t datagrams = 0;
   std::uint64_t datagram_bytes = 0;
   std::uint64_t records = 0;  // frames inside datagrams
+
+  NetworkCounts& operator+=(const NetworkCounts& other);
 };
 
 class Network {
@@ -79,7 +88,7 @@ class Network {
 
   // Runs all events before `end_ns` of virtual time.
   void run_until(std::int64_t end_ns);
-  std::int64_t time_ns() const { return now_ns_; }
+  std::int64_t time_ns() const;
 
   // A datagram from the host, now.
   void receive(std::size_t unit, std::span<const std::uint8_t> datagram);
@@ -116,20 +125,21 @@ class Network {
   bool carries(WireEnd from) const;
   bool unit_runs(std::size_t unit) const;
   bool port_powered(std::size_t unit, int port) const;
-  std::int64_t booted_ns(std::size_t cell) const;                         // when it last started, -1: never
-  std::uint64_t topology_revision() const { return topology_revision_; }  // counts changes of wires and power
+  std::int64_t booted_ns(std::size_t cell) const;  // when it last started, -1: never
+  std::uint64_t topology_revision() const;         // counts changes of wires and power
   std::size_t cell_count() const;
   std::size_t unit_count() const;
   const rs_cell& cell(std::size_t index) const;
   bool alive(std::size_t cell) const;
   bool starting(std::size_t cell) const;  // has power, and has not started yet
   const rs_section_unit& unit(std::size_t index) const;
-  const NetworkCounts& counts() const { return counts_; }
+  NetworkCounts counts() const;
+  std::size_t lane_count() const;                  // parts that share nothing
   std::uint64_t frames_dropped() const;            // by full queues of cells and section units
   std::vector<std::uint32_t> queue_peaks() const;  // (N) frames waiting in a cell at once, at most
   std::vector<std::int32_t> depths() const;        // (N) hops to the nearest port over wires that work, -1: none
   bool formed() const;                             // every cell that can be reached has a parent and that depth
-  std::uint64_t log_hash() const { return log_hash_; }
+  std::uint64_t log_hash() const;                  // of all lanes, in their order
 
   struct RunningFault;  // a fault at work: what faults/ sees of a network
 
@@ -140,19 +150,21 @@ class Network {
   struct Wire;   // one direction
   struct Board;  // of a cell whose processor takes time
 
+  struct Lane;  // cells, section units and events that share nothing with the rest
+
   struct Trouble;  // of a wire
   struct Taped;    // a frame for an act to play again
 
   void boot(std::size_t cell);
   void boot_unit(std::size_t unit);
-  void wake(std::size_t cell);
+  void wake(Lane& lane, std::size_t cell);
   void fetch(std::uint32_t what) const;
-  void wake_unit_now(std::size_t unit);
-  void supply();  // gives or takes power after a change of ports, wires or cells
+  void wake_unit_now(Lane& lane, std::size_t unit);
+  void supply(Lane& lane);  // gives or takes power after a change of ports, wires or cells
   void step_cell(std::size_t cell, rs_input input);
   void step_unit(std::size_t unit, const rs_unit_input& input);
   void start(std::uint32_t wire, const std::uint8_t* frame, std::int64_t begin_ns);
-  void finish(std::uint32_t wire);
+  void finish(Lane& lane, std::uint32_t wire);
   void wake_cell(std::size_t cell, std::int64_t time_ns);
   // Boards and processors (processing.cpp); wires are those that lead out of the cell.
   bool takes_time() const { return options_.processor != Processor::none; }
@@ -168,19 +180,33 @@ class Network {
   void forget_board(std::size_t cell);
   void wake_unit(std::size_t unit, std::int64_t time_ns);
   const std::uint8_t* cell_key() const;
-  void log(std::uint64_t word);
+
+  // Lanes (lanes.cpp).
+  Lane& lane_of_cell(std::size_t cell);
+  Lane& lane_of_unit(std::size_t unit);
+  Lane& lane_of_wire(std::size_t wire);
+  const Lane& lane_of_cell(std::size_t cell) const;
+  Lane& lane_of(const Fault& fault);
+  void find_lanes();
+  void unite(std::size_t kept, std::size_t given_up);
+  void run(Lane& lane, std::int64_t end_ns);
+  void run_lanes(std::int64_t end_ns);
+  bool may_run_side_by_side() const;
+  void send_to_host(Lane& lane, std::size_t unit, std::span<const std::uint8_t> datagram);
+  void hand_over();
 
   std::size_t cell_wires() const { return RS_PORTS * wiring_.cell_count(); }
   std::size_t wire_of(WireEnd end) const;
   WireEnd end_of(std::size_t wire) const;
   // Wires of a fault's port, or of all its ports, or all wires; as indices of the wires that lead out of it.
   std::vector<std::size_t> wires_of(const Fault& fault) const;
+  void plan_act(std::int64_t time_ns, std::size_t index);
   void act(std::size_t index);
   void sever(std::size_t wire, std::uint8_t why, bool out, bool in);
   void join(std::size_t a, std::size_t b);
   void part(std::size_t wire);
   void post_to_peers(std::size_t from, std::span<const std::uint8_t> datagram);
-  void deliver_letter(std::size_t index);
+  void deliver_letter(Lane& lane, std::size_t index);
   void run_zombie(std::size_t cell);
   void report_idle_wires(std::size_t cell);
   template <typename Tell>
@@ -194,23 +220,23 @@ class Network {
   SampleSource& source_;
   DatagramSink& sink_;
   std::uint64_t wire_keys_;
-  EventQueue queue_;
+  std::vector<Lane> lanes_;
+  std::vector<std::uint8_t> lane_of_cell_, lane_of_unit_;
+  bool lanes_run_ = false;
+  std::unique_ptr<Workers> workers_;        // of lanes that are run side by side
+  std::int64_t lanes_end_ns_ = 0;           // of the run that they are in
+  std::vector<std::size_t> next_outgoing_;  // by lane
   std::vector<Cell> cells_;
   std::vector<Board> boards_;  // by cell, if processors take time
   std::vector<Unit> units_;
   std::vector<Wire> wires_;
   std::vector<Trouble> troubles_;  // by wire, once there are any
   std::vector<RunningFault> acts_;
+  std::vector<Event> acts_due_;         // what: of which act; the first one first
   std::vector<Fault> ethernet_faults_;  // in force
-  std::vector<InFlightDatagram> in_flight_;
-  std::uint64_t letters_posted_ = 0;
   std::vector<Observer*> observers_;
   std::size_t external_index_ = 0;
   ExternalCell* external_ = nullptr;
-  NetworkCounts counts_;
-  std::uint64_t topology_revision_ = 0;
-  std::int64_t now_ns_ = 0;
-  std::uint64_t log_hash_ = 0;
 };
 
 }  // namespace robotskin::world

@@ -27,8 +27,7 @@ enum NetworkPurpose : std::uint64_t {
 };
 
 // Kinds of events; the other bits say which one. Else: a cell wakes.
-inline constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U, letter_event = 0x20000000U,
-                               act_event = 0x10000000U;
+inline constexpr std::uint32_t wire_event = 0x80000000U, unit_event = 0x40000000U, letter_event = 0x20000000U;
 
 // Why a wire carries nothing in one direction.
 enum : std::uint8_t { severed_by_cut = 1, severed_as_late = 2 };
@@ -158,6 +157,51 @@ struct Network::Taped {
   std::array<std::uint8_t, RS_FRAME_BYTES> frame;
 };
 
+struct alignas(64) Network::Lane {
+  // A datagram to the host that waits until all lanes have come as far.
+  struct Outgoing {
+    std::int64_t time_ns;
+    std::uint32_t unit, first, bytes;
+  };
+
+  std::int64_t now_ns = 0;
+  std::uint64_t log_hash = 0;
+  std::uint64_t number = 0;
+  EventQueue queue;
+  NetworkCounts counts;
+  std::uint64_t topology_revision = 0;
+  std::uint64_t letters_posted = 0;
+  std::vector<InFlightDatagram> in_flight;
+  std::vector<std::uint32_t> cells, units;  // indices, rising
+  std::vector<Outgoing> outgoing;
+  std::vector<std::uint8_t> outgoing_bytes;
+
+  void log(std::uint64_t word) {
+    log_hash = (log_hash ^ word) * 0x9E3779B97F4A7C15U;
+    log_hash ^= log_hash >> 29;
+  }
+};
+
+inline Network::Lane& Network::lane_of_cell(std::size_t cell) {
+  return lanes_[lane_of_cell_[cell]];
+}
+inline const Network::Lane& Network::lane_of_cell(std::size_t cell) const {
+  return lanes_[lane_of_cell_[cell]];
+}
+inline Network::Lane& Network::lane_of_unit(std::size_t unit) {
+  return lanes_[lane_of_unit_[unit]];
+}
+inline Network::Lane& Network::lane_of_wire(std::size_t wire) {
+  return wire < cell_wires() ? lane_of_cell(wire / RS_PORTS)
+                             : lane_of_unit((wire - cell_wires()) / RS_SECTION_UNIT_PORTS_MAX);
+}
+
+// Of the place where a fault strikes; the first, if that is everywhere.
+inline Network::Lane& Network::lane_of(const Fault& fault) {
+  if (fault.cell >= 0) return lane_of_cell(static_cast<std::size_t>(fault.cell));
+  return fault.unit >= 0 ? lane_of_unit(static_cast<std::size_t>(fault.unit)) : lanes_.front();
+}
+
 // A fault, from its announcement on, and what of the network its file of faults/ may touch.
 struct Network::RunningFault {
   Network& network;
@@ -168,7 +212,7 @@ struct Network::RunningFault {
   std::vector<Taped> tape;         // frames it has heard, for it to play again
   std::size_t played = 0;          // of the tape
 
-  std::int64_t now_ns() const { return network.now_ns_; }
+  std::int64_t now_ns() const { return network.lane_of(fault).now_ns; }
   std::uint64_t random_key(std::uint64_t of) const;
 
   // ---- The fault's targets ----
@@ -196,8 +240,10 @@ struct Network::RunningFault {
   void trouble(double bit_error_rate, double lost_share);
 
   // ---- Cells and units ----
-  void topology_changed() { ++network.topology_revision_; }
-  void supply() { network.supply(); }
+  void topology_changed() { ++network.lanes_.front().topology_revision; }
+  void supply() {
+    for (Lane& lane : network.lanes_) network.supply(lane);
+  }
   void step_cell(const rs_input& input) { network.step_cell(cell_index(), input); }
   void wake_cell(std::int64_t time_ns) { network.wake_cell(cell_index(), time_ns); }
   void report_idle_wires() { network.report_idle_wires(cell_index()); }

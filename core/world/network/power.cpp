@@ -9,8 +9,8 @@
 
 namespace robotskin::world {
 
-void Network::supply() {
-  ++topology_revision_;
+void Network::supply(Lane& lane) {
+  ++lane.topology_revision;
   std::vector<bool> fed(cells_.size());
   std::deque<std::size_t> next;
   const auto feed = [&](std::int32_t to) {
@@ -23,7 +23,7 @@ void Network::supply() {
   const auto conducts = [this](const Wire& wire) {
     return wire.to >= 0 && !(wire.severed != 0 && wires_[wire.to].severed != 0);
   };
-  for (std::size_t u = 0; u < units_.size(); ++u)
+  for (const std::uint32_t u : lane.units)
     for (std::size_t p = 0; p < units_[u].config.ports; ++p) {
       const Wire& wire = wires_[cell_wires() + RS_SECTION_UNIT_PORTS_MAX * u + p];
       if (((units_[u].power & ~units_[u].unfed) >> p & 1) != 0 && conducts(wire)) feed(wire.to);
@@ -34,12 +34,12 @@ void Network::supply() {
     for (std::size_t p = 0; p < RS_PORTS; ++p)
       if (conducts(wires_[RS_PORTS * cell + p])) feed(wires_[RS_PORTS * cell + p].to);
   }
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
+  for (const std::uint32_t i : lane.cells) {
     Cell& cell = cells_[i];
     if (fed[i] && cell.power == Cell::Power::off) {
       cell.power = Cell::Power::starting;
       const double delay_us = options_.line.power_up_spread_us * random_unit(cell.boot_key, 1U << 20 | cell.boots);
-      wake_cell(i, now_ns_ + static_cast<std::int64_t>(1e3 * delay_us));
+      wake_cell(i, lane.now_ns + static_cast<std::int64_t>(1e3 * delay_us));
     } else if (!fed[i] && cell.power != Cell::Power::off && cell.power != Cell::Power::dead) {
       kill(i);
       cell.power = Cell::Power::off;
@@ -57,7 +57,7 @@ void Network::mend(std::size_t cell, int port) {
 
 void Network::kill(std::size_t index) {
   Cell& cell = cells_.at(index);
-  ++topology_revision_;
+  ++lane_of_cell(index).topology_revision;
   cell.power = Cell::Power::dead;
   cell.due_ns = never;
   for (std::size_t p = 0; p < RS_PORTS; ++p) wires_[RS_PORTS * index + p].end_ns = never;
@@ -67,7 +67,7 @@ void Network::kill(std::size_t index) {
 void Network::reboot(std::size_t index, std::int64_t off_ns) {
   kill(index);
   cells_[index].power = Cell::Power::starting;
-  wake_cell(index, now_ns_ + std::max<std::int64_t>(off_ns, 1));
+  wake_cell(index, lane_of_cell(index).now_ns + std::max<std::int64_t>(off_ns, 1));
 }
 
 // Which ports are free is known to the link hardware, whatever the processor's memory says.

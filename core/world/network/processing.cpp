@@ -17,7 +17,7 @@ enum : std::uint32_t { line_event = 1U << 0, sent_event = 1U << 4, timer_event =
 }  // namespace
 
 bool Network::idle(std::size_t index) const {
-  return cells_[index].free_ns <= now_ns_ && boards_[index].events == 0 && boards_[index].in.empty();
+  return cells_[index].free_ns <= lane_of_cell(index).now_ns && boards_[index].events == 0 && boards_[index].in.empty();
 }
 
 // ---- Frames that have come ----
@@ -57,7 +57,7 @@ void Network::arrive(std::size_t wire, const std::uint8_t* frame) {
   const std::size_t index = wire / RS_PORTS, port = wire % RS_PORTS;
   if (takes_time() && !idle(index)) {
     Board::Frame& place = boards_[index].in.push(port);
-    place.time_ns = now_ns_;
+    place.time_ns = lane_of_cell(index).now_ns;
     std::memcpy(place.bytes.data(), frame, RS_FRAME_BYTES);
     return plan(index);
   }
@@ -73,7 +73,7 @@ bool Network::takes_frame(std::size_t wire) const {
 }
 
 void Network::send(std::size_t wire, const std::uint8_t* frame) {
-  if (!takes_time()) return start(static_cast<std::uint32_t>(wire), frame, now_ns_);
+  if (!takes_time()) return start(static_cast<std::uint32_t>(wire), frame, lane_of_wire(wire).now_ns);
   Cell& cell = cells_[wire / RS_PORTS];
   auto& ring = boards_[wire / RS_PORTS].out[wire % RS_PORTS];
   if (ring.full()) return;  // damaged memory may forget that: the board knows, and takes none
@@ -92,7 +92,8 @@ void Network::let_go(std::size_t wire) {
     told = !ring.full();
     if (ring.count > 0) ring.pop();
     if (ring.count > 0)
-      start(static_cast<std::uint32_t>(wire), ring.front().bytes.data(), std::max(now_ns_, ring.front().time_ns));
+      start(static_cast<std::uint32_t>(wire), ring.front().bytes.data(),
+            std::max(lane_of_wire(wire).now_ns, ring.front().time_ns));
   }
   const std::size_t index = wire / RS_PORTS;
   Cell& cell = cells_[index];
@@ -114,28 +115,31 @@ void Network::let_go(std::size_t wire) {
 
 void Network::plan(std::size_t index) {
   Cell& cell = cells_[index];
+  Lane& lane = lane_of_cell(index);
   const Board& board = boards_[index];
   const bool waits =
       cell.power == Cell::Power::on && (board.events != 0 || !board.in.empty() || (cell.sent & cell.waiting) != 0);
   if (!waits && cell.due_ns == never) return;
-  const std::int64_t time_ns = std::max(waits ? now_ns_ : cell.due_ns, cell.free_ns);
-  if (time_ns < cell.scheduled_ns) queue_.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
+  const std::int64_t time_ns = std::max(waits ? lane.now_ns : cell.due_ns, cell.free_ns);
+  if (time_ns < cell.scheduled_ns) lane.queue.push(cell.scheduled_ns = time_ns, static_cast<std::uint32_t>(index));
 }
 
 std::uint32_t Network::events_of(std::size_t index) const {
   const Cell& cell = cells_[index];
+  const std::int64_t now_ns = lane_of_cell(index).now_ns;
   const Board& board = boards_[index];
   std::uint32_t events = (cell.sent & cell.waiting) != 0 ? sent_event : 0;
   events |= board.in.ports() * line_event;
-  if (cell.due_ns > now_ns_) return events;
-  const bool samples = cell.sampling && static_cast<std::int32_t>(cell.clock_us(now_ns_) - cell.sample_us) >= 0;
+  if (cell.due_ns > now_ns) return events;
+  const bool samples = cell.sampling && static_cast<std::int32_t>(cell.clock_us(now_ns) - cell.sample_us) >= 0;
   return events | (samples ? sample_event : timer_event);
 }
 
 void Network::serve(std::size_t index) {
   Cell& cell = cells_[index];
+  const std::int64_t now_ns = lane_of_cell(index).now_ns;
   Board& board = boards_[index];
-  if (cell.free_ns > now_ns_) return plan(index);
+  if (cell.free_ns > now_ns) return plan(index);
   if (board.events == 0) board.events = events_of(index);
   // What has been told meanwhile is no event any more.
   if ((cell.sent & cell.waiting) == 0) board.events &= ~sent_event;
@@ -151,7 +155,7 @@ void Network::serve(std::size_t index) {
     input.port = static_cast<std::uint8_t>(port + 1);
     input.frame = frame.bytes.data();
     input.late_us = static_cast<std::uint16_t>(
-        std::min(static_cast<double>(now_ns_ - frame.time_ns) * cell.us_per_ns, double{UINT16_MAX}));
+        std::min(static_cast<double>(now_ns - frame.time_ns) * cell.us_per_ns, double{UINT16_MAX}));
     return step_cell(index, input);
   }
   if (event == sent_event) {
@@ -159,7 +163,7 @@ void Network::serve(std::size_t index) {
     input.port = static_cast<std::uint8_t>(std::countr_zero(cell.sent) + 1);
   } else if (event == sample_event) {
     input.kind = RS_INPUT_SAMPLE;
-    input.fault = source_.sample(index, now_ns_, cell.sample);
+    input.fault = source_.sample(index, now_ns, cell.sample);
     input.sample = &cell.sample;
   } else {
     input.kind = RS_INPUT_TIMER;

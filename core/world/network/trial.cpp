@@ -132,7 +132,7 @@ void NetworkTrial::frame_ended(const Network& network, WireEnd, WireEnd to, cons
   report_.latency_max_ms = std::max(report_.latency_max_ms, ms(latency_ns));
 }
 
-void NetworkTrial::send(std::size_t unit, std::span<const std::uint8_t> datagram) {
+void NetworkTrial::send(std::size_t unit, std::int64_t, std::span<const std::uint8_t> datagram) {
   rs_datagram_header header;
   const auto length = static_cast<std::uint32_t>(datagram.size());
   if (rs_datagram_header_unpack(&header, datagram.data(), length) != RS_DATAGRAM_OK) return;

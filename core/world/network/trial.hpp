@@ -85,7 +85,7 @@ class NetworkTrial : private SampleSource, private DatagramSink, private Observe
 
   static NetworkOptions prepared(NetworkOptions options);
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
-  void send(std::size_t unit, std::span<const std::uint8_t> datagram) override;
+  void send(std::size_t unit, std::int64_t time_ns, std::span<const std::uint8_t> datagram) override;
   void cell_stepped(const Network&, std::size_t cell, const rs_input&, const rs_output&) override;
   void frame_ended(const Network&, WireEnd from, WireEnd to, const std::uint8_t* frame, FrameFate) override;
   void fault_applied(const Network&, const Fault&, int phase) override;

@@ -17,7 +17,7 @@ UdpTransport::UdpTransport(std::size_t units, const std::string& bind, std::uint
   }
 }
 
-void UdpTransport::send(std::size_t unit, std::span<const std::uint8_t> datagram) {
+void UdpTransport::send(std::size_t unit, std::int64_t, std::span<const std::uint8_t> datagram) {
   const End& end = ends_[unit];
   ++(end.host && end.socket->send(datagram, *end.host) ? sent_ : unsent_);
 }

@@ -25,7 +25,7 @@ class UdpTransport : public Transport {
   UdpTransport(const UdpTransport&) = delete;
   UdpTransport& operator=(const UdpTransport&) = delete;
 
-  void send(std::size_t unit, std::span<const std::uint8_t> datagram) override;
+  void send(std::size_t unit, std::int64_t time_ns, std::span<const std::uint8_t> datagram) override;
   void deliver(Network& network) override;
 
   driver::Address address(std::size_t unit) const { return ends_.at(unit).socket->local(); }

@@ -50,7 +50,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
     }
   }
   if (options.key) hash_.emplace(*options.key);
-  queue_.reserve(4 * wires_.size() + 64);
+  find_lanes();
   for (const Fault& fault : options.faults)
     if (const auto at_start = type_of(fault).at_start) at_start(fault, options_);
 
@@ -95,6 +95,7 @@ Network::Network(const Wiring& wiring, const NetworkOptions& options, SampleSour
 // ---- Wires ----
 
 void Network::join(std::size_t a, std::size_t b) {
+  if (!lanes_.empty() && &lane_of_wire(a) != &lane_of_wire(b)) unite(lane_of_wire(a).number, lane_of_wire(b).number);
   wires_[a].to = static_cast<std::int32_t>(b);
   wires_[b].to = static_cast<std::int32_t>(a);
 }

@@ -83,7 +83,7 @@ class Checkers : public world::Observer, public world::DatagramSink {
   const TopologyChecker& topology() const { return topology_; }
   const ForgeryChecker& forgeries() const { return forgeries_; }
 
-  void send(std::size_t, std::span<const std::uint8_t>) override {}
+  void send(std::size_t, std::int64_t, std::span<const std::uint8_t>) override {}
 
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input,
                     const rs_output& output) override;

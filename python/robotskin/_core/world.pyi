@@ -804,6 +804,14 @@ class NetworkOptions:
     @powered.setter
     def powered(self, arg: bool, /) -> None: ...
     @property
+    def threads(self) -> int:
+        """
+        that run groups of section units that share no wire side by side, the caller's among them; 0: all is one
+        """
+
+    @threads.setter
+    def threads(self, arg: int, /) -> None: ...
+    @property
     def epoch_ns(self) -> int:
         """the section units' clock at virtual time 0"""
 
@@ -955,6 +963,10 @@ class Network:
     @property
     def log_hash(self) -> int:
         """of every frame and datagram so far"""
+
+    @property
+    def lane_count(self) -> int:
+        """parts that share nothing, if they are run apart"""
 
     def alive(self, cell: int) -> bool:
         """Whether it has power and runs."""
@@ -1242,6 +1254,14 @@ class World:
     @property
     def time_ns(self) -> int:
         """virtual time"""
+
+    @property
+    def body_took_ns(self) -> int:
+        """real time of the body's steps so far"""
+
+    @property
+    def network_took_ns(self) -> int:
+        """real time of the network so far"""
 
     @property
     def formed_ns(self) -> int:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 from typing import Literal
@@ -68,6 +69,8 @@ class Session(SkinnedRobot):
         body_limits: limits of contact, at which the guard stops the robot.
         fault_file: where the last second before a fault is written (CSV); None: nowhere.
         scene: the things around the robot (`robotskin.world.load_scene`); by default none.
+        threads: that run the groups of section units of the simulated skin (`World`); by default as many as there are
+            cores and groups.
 
     Raises:
         UnknownNameError: no gains of that name, no such behaviour, interface or mode. SessionError: a layout of another
@@ -96,6 +99,7 @@ class Session(SkinnedRobot):
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
         scene: SceneSpec | None = None,
+        threads: int | None = None,
     ) -> None:
         require_robot_and_layout(robot, layout)
         if layout.robot != robot.name:
@@ -123,6 +127,7 @@ class Session(SkinnedRobot):
             cell_key=(keys or drawn).cell_key,
             transport=self.transport,
             scene=scene,
+            threads=(os.cpu_count() or 1) if threads is None else threads,
         )
         self.driver = Driver(model, key, bind, units, session_seed=None if self.transport else seed)
         self.reader = SkinReader(self.driver, model)

@@ -61,6 +61,8 @@ class World:
         transport: None for in process (`exchange`, or `take_datagrams` and `post`), or a `UdpTransport` with as many
             section units as `CellNetwork.of_layout(layout)` has.
         ambient_temperature: degrees Celsius.
+        threads: so many run groups of section units that share no wire, side by side; the run is the same for any
+            number of them. 0: all in one piece, which takes longer and is another run where there are several groups.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class World:
         epoch_ns: int = 0,
         transport: core.Transport | None = None,
         ambient_temperature: float = 30.0,
+        threads: int = 1,
     ) -> None:
         self.layout = layout
         self.robot_model = robot
@@ -145,6 +148,7 @@ class World:
         options.batch_us = batch_us
         options.unasked = unasked
         options.powered = powered
+        options.threads = threads
         options.epoch_ns = epoch_ns
         options.seed = seed
         if key is not None:
@@ -210,6 +214,16 @@ class World:
     def formation_s(self) -> float | None:
         """Virtual time when every cell first had its shortest path; None before that."""
         return self._core.formed_ns * 1e-9 if self._core.formed_ns >= 0 else None
+
+    @property
+    def body_s(self) -> float:
+        """Real seconds that the body's steps have taken so far."""
+        return float(self._core.body_took_ns) * 1e-9
+
+    @property
+    def network_s(self) -> float:
+        """Real seconds that the network has taken so far."""
+        return float(self._core.network_took_ns) * 1e-9
 
     def exchange(self, driver: Driver) -> None:
         """Carry all datagrams between the section units and a driver in this process, and publish what came."""

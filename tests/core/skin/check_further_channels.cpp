@@ -73,7 +73,7 @@ class Readings : public world::SampleSource {
 
 class Host : public world::DatagramSink {
  public:
-  void send(std::size_t, std::span<const std::uint8_t> datagram) override {
+  void send(std::size_t, std::int64_t, std::span<const std::uint8_t> datagram) override {
     waiting.emplace_back(datagram.begin(), datagram.end());
   }
   std::vector<std::vector<std::uint8_t>> waiting;

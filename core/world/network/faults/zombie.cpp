@@ -68,9 +68,9 @@ void Network::run_zombie(std::size_t index) {
     std::uint8_t* frame = cell.state.queues.sending[port][0];
     rs_tick_pack(frame, &tick);
     rs_frame_seal(frame);
-    start(static_cast<std::uint32_t>(RS_PORTS * index + port), frame, now_ns_);
+    start(static_cast<std::uint32_t>(RS_PORTS * index + port), frame, lane_of_cell(index).now_ns);
   }
-  wake_cell(index, now_ns_ + RS_TICK_US * 1000);
+  wake_cell(index, lane_of_cell(index).now_ns + RS_TICK_US * 1000);
 }
 
 }  // namespace robotskin::world
