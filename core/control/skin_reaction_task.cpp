@@ -5,6 +5,23 @@
 #include <utility>
 
 namespace robotskin::control {
+namespace {
+
+constexpr double gravity = 9.81;
+
+// Of the touch's torque that a robot that stands gives way to. Against what is stronger than it can lean against it
+// stiffens, the more the stronger: a blow leaves no time to bring back a centre of mass that went along with it.
+double bearable_share(const TaskInput& input) noexcept {
+  if (input.standing == nullptr || input.touch == nullptr) return 1;
+  Vector3 force{};
+  for (std::size_t body = 0; body < input.touch->matrix().body_count(); ++body)
+    force = force + input.touch->wrench(body).force;
+  const double bearable = SkinReactionTask::bearable_weight_share * input.dynamics.mass() * gravity;
+  const double share = bearable / std::max(norm(force), bearable);
+  return share * share;
+}
+
+}  // namespace
 
 SkinReactionTask::SkinReactionTask(std::shared_ptr<TouchWrench> touch, double bandwidth_hz, double period_s,
                                    double own_scale)
@@ -18,7 +35,9 @@ bool SkinReactionTask::update(const TaskInput& input) noexcept {
   if (!touch_->update(input)) return false;
   const std::span<const double> used = source_.step(input.source, touch_->torque(), input.skin_computed_torque,
                                                     input.period_s, own_scale_ * input.skin_share);
-  std::ranges::copy(filter_.step(used), torque_.begin());
+  const double share = bearable_share(input);
+  for (std::size_t i = 0; i < joint_count(); ++i) torque_[i] = share * used[i];
+  std::ranges::copy(filter_.step(torque_), torque_.begin());
   row_count_ = 0;
   for (std::size_t body = 0; body < touch_->matrix().body_count(); ++body) {
     const double force = norm(touch_->wrench(body).force);

@@ -27,6 +27,8 @@ class SkinReactionTask final : public Task {
   double source_share() const noexcept { return source_.share(); }  // 1: all of the torque is the skin's own
 
   static constexpr double source_fade_s = 0.25;
+  // A robot that stands yields the most to touches that together press with this share of its weight.
+  static constexpr double bearable_weight_share = 0.09;
 
  private:
   std::shared_ptr<TouchWrench> touch_;

@@ -16,8 +16,9 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import LAWS
-from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells
+from robotskin_lab.bench.balance import LAWS, SHOULDERS
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
+from robotskin_lab.bench.balance_soles import Insole, seven_cells
 
 BACKWARD = (-1.0, 0.0, 0.0)
 
@@ -53,6 +54,24 @@ def test_the_base_is_estimated_and_a_push_is_borne(rig: StandingRig) -> None:
     assert np.abs(true - found)[3:].max() < np.radians(2.0)
     assert np.linalg.norm(rig.cell_place(rig.cell or 0) - before) > 0.01, "it gives way"
     assert rig.skinned.controller.tasks["balance"].skin_shift[0] < -0.01, "the skin tells the shift"
+
+
+def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way(seed: int) -> None:
+    cell = drawn_cells(seed, 1, SHOULDERS[1.0], np.array((0.0, 1.0, 0.0)))[0]
+    rig = StandingRig(ROBOT, LAWS[""], seed, cell, (0.0, 1.0, 0.0))
+    assert rig.push(*impulse(45.0)), "it fell"
+
+
+def test_seven_cells_of_an_insole_tell_load_and_its_middle(seed: int) -> None:
+    half = (0.11, 0.067)
+    draw = np.random.default_rng(seed)
+    insole = Insole(seven_cells(half), half, draw)
+    for _ in range(20):
+        load, middle = draw.uniform(300.0, 800.0), draw.uniform(-0.6, 0.6, 2) * half
+        for share in np.linspace(0.5, 1.0, 8):  # comes slowly, as foam lags
+            told = insole.load(insole.feel(share * load, share * middle))
+        assert told[0] == pytest.approx(load, rel=0.15)
+        assert np.linalg.norm(told[1:] / told[0] - middle) < 0.012
 
 
 def test_a_stop_goes_on_balancing_and_feels_no_touch(rig: StandingRig) -> None:

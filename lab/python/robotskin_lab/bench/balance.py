@@ -14,6 +14,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
+from robotskin_lab.bench.balance_soles import SolePort
 from robotskin_lab.bench.balance_touches import palm_figures, three_figures, touch_figures
 from robotskin_lab.bench.progress import tell
 
@@ -35,10 +36,11 @@ LAWS = {
     "unbalanced": Law("unbalanced", balance=False),
     "skinless": Law("skinless", skin=False, change=_without_skin),
     "footless": Law("footless", change=_without_feet),
+    "soles": Law("soles", sole_cells=7),
 }
 """By what stands before a figure's name. "" is the robot as it is; stiff: touch moves no joint, balance still feels it;
 statue: joints held, its centre of mass truly centred; unbalanced: the skin without the task of balance; skinless:
-balance by the feet alone; footless: by the skin and the inertial unit alone."""
+balance by the feet alone; footless: by the skin and the inertial unit alone; soles: by those and seven cells a sole."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,10 @@ KINDS = (
     Kind("impulse_chest_ns", impulse, 24.0, 60.0),
     Kind("impulse_side_ns", impulse, 38.0, 80.0, side=True),
 )
-PARTS = ("limits", "give", "three", "touches", "palm")
+PARTS = ("limits", "give", "three", "touches", "palm", "soles")
+LARGE_IS_WORSE = ("spread", "max", "falls", "violations", "error_p95_mm")
+TILED_CELLS = 32
+SWAY_N = 60.0
 GIVE_N = (10.0, 20.0)
 GIVE_LINKS = ("arm_left_6_link", "arm_right_6_link", "arm_left_4_link", "arm_right_4_link", "arm_left_3_link")
 SHOULDERS = {1.0: "arm_right_2_link", -1.0: "arm_left_2_link"}
@@ -91,9 +96,10 @@ def run(
         seeds: how many are run; the worst counts.
         cells: drawn for each direction; their median counts.
         halvings: of the last interval of 15 % in which a limit is looked for.
-        laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless; or all.
+        laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless, soles; or all.
         kinds: figures, with commas between; or all.
-        parts: with commas between: limits, give, three (pushes at once), touches (at random), palm.
+        parts: with commas between: limits, give, three (pushes at once), touches (at random), palm, soles (how
+            far their zero-moment point is off).
         triples: of pushes at once.
         touches_s: seconds of random touches.
 
@@ -126,11 +132,13 @@ def run(
             found |= touch_figures(one, touches_s)
         if "palm" in asked:
             found |= palm_figures(one)
+        if "soles" in asked:
+            found |= sole_figures(one)
         each.append(found | _ratios(found))
     figures: dict[str, Any] = {}
     for name in each[0]:
         values = [found[name] for found in each if name in found]
-        most = name.endswith(("spread", "max", "falls", "violations")) or name.startswith(("statue", "stiff"))
+        most = name.endswith(LARGE_IS_WORSE) or name.startswith(("statue", "stiff"))
         figures[name] = max(values) if most else min(values)
     tell("")
     return figures | {"seeds": seeds, "cells": cells, "processor_s": time.process_time() - began}
@@ -144,6 +152,8 @@ def _ratios(figures: dict[str, float]) -> dict[str, float]:
             found[f"compliance_cost_{kind.figure}"] = figures[kind.figure] / max(figures[f"stiff_{kind.figure}"], 1e-9)
         if {kind.figure, f"statue_{kind.figure}"} <= figures.keys():
             found[f"{kind.figure}_over_statue"] = figures[kind.figure] / max(figures[f"statue_{kind.figure}"], 1e-9)
+    if {"ramp_chest_n", "soles_ramp_chest_n"} <= figures.keys():
+        found["soles_over_ankles"] = figures["soles_ramp_chest_n"] / max(figures["ramp_chest_n"], 1e-9)
     if found and any(name.startswith("compliance_cost") for name in found):
         found["compliance_cost"] = min(value for name, value in found.items() if name.startswith("compliance_cost"))
     return found
@@ -206,6 +216,23 @@ def largest_stood(
         middle = np.sqrt(low * high)
         low, high = (middle, high) if stands(middle) else (low, middle)
     return float(low)
+
+
+def sole_figures(seed: int) -> dict[str, float]:
+    """How far the zero-moment point of the soles' cells is off, 95 % of the time, while slow pushes sway the robot."""
+    figures = {}
+    for name, cells in (("zmp", LAWS["soles"].sole_cells), ("tiled_zmp", TILED_CELLS)):
+        errors: list[float] = []
+        for sign in (1.0, -1.0):
+            direction = (sign, 0.0, 0.0)
+            cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
+            rig = StandingRig(ROBOT, Law("soles", sole_cells=cells), seed, cell, direction)
+            rig.push(*ramp(SWAY_N))
+            assert isinstance(rig.port, SolePort)
+            errors += rig.port.errors_m
+        figures[f"{name}_error_p95_mm"] = 1e3 * float(np.percentile(errors, 95))
+        tell(f"balance: seed {seed}, {cells} cells a sole: off by {1e3 * np.percentile(errors, 95):.1f} mm")
+    return figures
 
 
 def give_figures(seed: int, cells: int) -> dict[str, float]:

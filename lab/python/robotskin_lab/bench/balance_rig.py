@@ -23,6 +23,7 @@ from robotskin.skin import Health, InputStatus, SkinInput, SkinState
 from robotskin.tasks import BalanceGains
 from robotskin.world import HandSpec, World
 from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
+from robotskin_lab.bench.balance_soles import SolePort
 
 Array = NDArray[np.float64]
 ROBOT, CHEST = "talos_standing", "torso_2_link"
@@ -71,6 +72,8 @@ class Law:
     """Whether touch moves the robot."""
     change: Callable[[BalanceGains], None] = field(default=lambda gains: None)
     balance: bool = True
+    sole_cells: int = 0
+    """That tell the forces at each foot, in place of the sensors at the ankles; 0: none."""
 
 
 STATUE = Law("statue", behaviour="")
@@ -120,7 +123,9 @@ class StandingRig:
         self.skin = LateSkin(self.world)
         self._joints = np.array(self.gains.home)
         if law.behaviour:
-            self.skinned = SkinnedRobot(self.robot, self.layout, port(self.world.port), self.skin, gains=self.gains)
+            self.port = port(self._sensed(self.world.port, seed))
+            """What the controller takes for the robot's port."""
+            self.skinned = SkinnedRobot(self.robot, self.layout, self.port, self.skin, gains=self.gains)
             controller = self.skinned.controller
             law.change(controller.library.balance_gains)
             behaviour = controller.behaviours[law.behaviour]
@@ -131,6 +136,10 @@ class StandingRig:
             self.skinned.set_skin(law.skin)
             self.skinned.start()
         self.run(SETTLE_S)
+
+    def _sensed(self, port: RobotPort, seed: int) -> RobotPort:
+        cells = self.law.sole_cells
+        return SolePort(self.world, self.robot, port, cells, seed) if cells else port
 
     def _plate(self, cell: int) -> ThingSpec:
         place = self.robot.base_from_link(self.gains.home)[

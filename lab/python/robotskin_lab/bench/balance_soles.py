@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Balance by the soles' skin: cells in an insole tell the force and the moment at each foot, in place of ankle sensors.
+
+The insole is a Winkler foundation under a stiff foot. It carries most of the load beside the cells, and its foam lags.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
+from robotskin.robots import Robot
+from robotskin.robots.standing import Foot
+from robotskin.world import World
+
+Array = NDArray[np.float64]
+SHARE = 0.084
+"""Of a foot's load that its cells carry; the insole carries the rest."""
+SENSORS_AT_M = 0.006 * np.array([(np.cos(a), np.sin(a)) for a in 2 * np.pi / 3 * np.arange(3)])
+"""(3, 2) of a cell's force sensors from its middle."""
+RANGE_N, COUNT_N, NOISE_COUNTS = 10.0, 10.0 / 1024, 0.5
+SCALE, HYSTERESIS, FOAM_HYSTERESIS = 0.02, 0.03, 0.05
+"""Error of a sensor's gain, within ±; between the loading and the unloading branch of sensor and foam, of the load."""
+SAMPLED_TICKS, LATE_TICKS = 8, 4
+"""125 Hz, and the way of a sample through the skin."""
+CALIBRATION = 400
+"""Poses in which the weight is shifted over a force plate."""
+LEAST_N, MOST_N = 150.0, 850.0
+_GRID = (24, 14)
+
+
+def seven_cells(half_m: tuple[float, float]) -> Array:
+    """(7, 2) metres from the sole's middle: three in front, two in the centre, two at the back."""
+    x, y = half_m
+    front = [(0.7 * x, side * 0.6 * y) for side in (-1, 0, 1)]
+    return np.array([*front, *((at * x, side * 0.5 * y) for at in (0.0, -0.7) for side in (-1, 1))])
+
+
+def tiled(half_m: tuple[float, float]) -> Array:
+    """(32, 2) metres: the whole sole in cells, eight by four."""
+    x, y = half_m
+    return np.array([(a * x, b * y) for a in np.linspace(-0.875, 0.875, 8) for b in np.linspace(-0.75, 0.75, 4)])
+
+
+class Insole:
+    """What the cells of one sole feel of the force on it, and what a calibration makes of that."""
+
+    def __init__(self, cells: Array, half_m: tuple[float, float], generator: np.random.Generator) -> None:
+        self._sensors = (cells[:, None, :] + SENSORS_AT_M).reshape(-1, 2)
+        self._half = np.array(half_m)
+        self._draw = generator
+        self._gain = 1 + generator.uniform(-SCALE, SCALE, len(self._sensors))
+        self._lagging = np.zeros(len(self._sensors))
+        axes = [np.linspace(-1, 1, 2 * count + 1)[1::2] * half for count, half in zip(_GRID, half_m, strict=True)]
+        self._points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        self.matrix = self._calibrated()
+        """(3, n + 1): newton, and newton metres of the load about the sole's middle, of sensors in newton and of 1."""
+
+    def feel(self, load_n: float, centre_m: Array) -> Array:
+        """(n,) newton shown under a load that presses at `centre_m` (2,) from the sole's middle."""
+        true = SHARE * load_n / len(self._sensors) * self._pressure(centre_m)
+        # Foam and sensors show less while the load grows and more while it falls.
+        play = (HYSTERESIS + FOAM_HYSTERESIS) / 2
+        self._lagging = np.clip(self._lagging, (1 - play) * true, (1 + play) * true)
+        counts = self._gain * self._lagging / COUNT_N + self._draw.normal(0.0, NOISE_COUNTS, len(true))
+        return np.clip(np.round(counts) * COUNT_N, 0.0, RANGE_N)
+
+    def load(self, felt: Array) -> Array:
+        """(3,) newton and newton metres: the load and its moments, load times x and load times y."""
+        return np.asarray(self.matrix @ np.append(felt, 1.0))
+
+    def _pressure(self, centre_m: Array) -> Array:
+        """(n,) at the sensors, over the mean of the sole: a plane, and nothing where the foot would lift off."""
+        slope = np.zeros(3)
+        slope[0] = 1.0
+        target = np.array([1.0, *(centre_m / self._half)])
+        ones = np.ones(len(self._points))
+        basis = np.column_stack([ones, self._points / self._half])
+        for _ in range(12):
+            pressed = np.maximum(basis @ slope, 0.0)
+            wrong = target - basis.T @ pressed / len(basis)
+            if np.abs(wrong).max() < 1e-3:
+                break
+            touching = basis[pressed > 0]
+            slope += np.linalg.solve(touching.T @ touching / len(basis) + 1e-6 * np.eye(3), wrong)
+        there = np.column_stack([np.ones(len(self._sensors)), self._sensors / self._half])
+        return np.asarray(np.maximum(there @ slope, 0.0))
+
+    def _calibrated(self) -> Array:
+        """By least squares, ridge for sensors that nearly agree, over loads that wander over the middle of the sole."""
+        felt, true = [], []
+        at, load = np.zeros(2), 450.0
+        for _ in range(CALIBRATION):
+            goal = self._draw.uniform(-0.8, 0.8, 2) * self._half
+            newton = self._draw.uniform(LEAST_N, MOST_N)
+            at, load = at + 0.5 * (goal - at), load + 0.5 * (newton - load)
+            felt.append(np.append(self.feel(load, at), 1.0))
+            true.append([load, *(load * at)])
+        a, b = np.array(felt), np.array(true)
+        return np.asarray(np.linalg.solve(a.T @ a + 1e-3 * np.eye(a.shape[1]), a.T @ b).T)
+
+
+@dataclass
+class _Side:
+    foot: Foot
+    insole: Insole
+    body: int
+    shown: Array
+    stamp_ns: int = -1
+
+
+class SolePort(RobotPort):
+    """A robot's port whose forces at the feet are what the cells of the soles tell; the rest is the port's own."""
+
+    def __init__(self, world: World, robot: Robot, port: RobotPort, cells: int, seed: int) -> None:
+        super().__init__(port.joint_count, [CommandMode.position], port.sensors)
+        standing = robot.standing
+        assert standing is not None
+        self._world, self._port = world, port
+        model = world.scene.model
+        self._body_of_geom = np.asarray(model.geom_bodyid)
+        place = seven_cells if cells == 7 else tiled
+        self._sides = [
+            _Side(
+                foot,
+                Insole(place(foot.half_m), foot.half_m, np.random.default_rng([seed, 19, index])),
+                int(model.body(foot.link).id),
+                np.zeros(3),
+            )
+            for index, foot in enumerate(standing.feet)
+        ]
+        self._fresh = SensorReadings(port.sensors)
+        self._waiting: list[tuple[int, int, Array]] = []
+        self._tick = 0
+        self.errors_m: list[float] = []
+        """Between the true zero-moment point and that of the soles, at each sample."""
+
+    def read(self, state: JointState) -> PortStatus:
+        """As the port says."""
+        return self._port.read(state)
+
+    def write(self, command: JointCommand) -> PortStatus:
+        """To the port."""
+        return self._port.write(command)
+
+    def stop(self) -> None:
+        """Of the port."""
+        self._port.stop()
+
+    def read_sensors(self, readings: SensorReadings) -> PortStatus:
+        """The port's inertial unit, and forces along z alone at the place where the cells feel them."""
+        status = self._port.read_sensors(self._fresh)
+        for mine, new in zip(readings.imus, self._fresh.imus, strict=True):
+            mine.acceleration, mine.angular_velocity = new.acceleration, new.angular_velocity
+            mine.up_from_sensor, mine.stamp_ns = new.up_from_sensor, new.stamp_ns
+        if self._tick % SAMPLED_TICKS == 0:
+            self._sample()
+        self._tick += 1
+        while self._waiting and self._waiting[0][0] <= self._tick:
+            _, index, shown = self._waiting.pop(0)
+            self._sides[index].shown = shown
+            self._sides[index].stamp_ns = self._world.now_ns
+        for side, force in zip(self._sides, readings.forces, strict=True):
+            load, moment_x, moment_y = side.shown
+            x, y, _ = side.foot.sole_m
+            force.force = (0.0, 0.0, max(load, 0.0))
+            force.moment = (moment_y + y * load, -moment_x - x * load, 0.0)
+            force.stamp_ns = side.stamp_ns
+        return status
+
+    def _sample(self) -> None:
+        true_point, felt_point = np.zeros(2), np.zeros(2)
+        true_all = felt_all = 0.0
+        for index, side in enumerate(self._sides):
+            load, centre = self._true_load(side)
+            shown = side.insole.load(side.insole.feel(load, centre))
+            self._waiting.append((self._tick + LATE_TICKS, index, shown))
+            pose = self._world.scene.data.body(side.foot.link)
+            middle = pose.xpos[:2] + pose.xmat.reshape(3, 3)[:2, :2] @ np.array(side.foot.sole_m[:2])
+            turn = pose.xmat.reshape(3, 3)[:2, :2]
+            true_point += load * (middle + turn @ centre)
+            felt_point += shown[0] * middle + turn @ shown[1:]
+            true_all, felt_all = true_all + load, felt_all + shown[0]
+        if true_all > LEAST_N and felt_all > LEAST_N:
+            self.errors_m.append(float(np.linalg.norm(true_point / true_all - felt_point / felt_all)))
+
+    def _true_load(self, side: _Side) -> tuple[float, Array]:
+        """Newton on a sole, and the middle of it from the sole's own, in metres."""
+        data = self._world.scene.data
+        contact = data.contact
+        address = np.asarray(contact.efc_address)[: data.ncon]
+        on_foot = (self._body_of_geom[np.asarray(contact.geom)[: data.ncon]] == side.body).any(axis=1) & (address >= 0)
+        if not on_foot.any():
+            return 0.0, np.zeros(2)
+        normal = np.asarray(data.efc_force)[address[on_foot]]
+        total = float(normal.sum())
+        if total <= 0:
+            return 0.0, np.zeros(2)
+        pose = data.body(side.foot.link)
+        local = (np.asarray(contact.pos)[: data.ncon][on_foot] - pose.xpos) @ pose.xmat.reshape(3, 3)
+        centre = normal @ local[:, :2] / total - np.array(side.foot.sole_m[:2])
+        return total, np.clip(centre, -0.95 * np.array(side.foot.half_m), 0.95 * np.array(side.foot.half_m))
