@@ -79,6 +79,7 @@ def timing() -> list[str]:
 TABLES: dict[str, Callable[[], list[str]]] = {
     "channels": channels,
     "frame types": lambda: numbered(firmware.FRAME_TYPES, "type", "frame", "from, to, what for"),
+    "key steps": lambda: numbered(firmware.KEY_STEPS, "step", "name", "what"),
     "operations": lambda: numbered(firmware.OPERATIONS, "number", "operation", "index", "value"),
     "reply statuses": lambda: numbered(firmware.REPLY_STATUSES, "status", "name", "meaning"),
     "datagram kinds": lambda: numbered(firmware.DATAGRAM_KINDS, "kind", "name", "meaning"),

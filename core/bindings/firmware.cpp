@@ -6,6 +6,7 @@
 #include "bindings/bindings.hpp"
 #include "robotskin/cell.h"
 #include "robotskin/channels.h"
+#include "robotskin/commissioning.h"
 #include "robotskin/crc.h"
 #include "robotskin/datagram.h"
 #include "robotskin/geometry.h"
@@ -109,7 +110,7 @@ void bind_limits(nb::module_& module) {
 // ---- Tables: lists of tuples in the order of the headers ----
 
 void bind_tables(nb::module_& module) {
-  nb::list channels, sensors, types, operations, statuses, kinds, thresholds, rates;
+  nb::list channels, sensors, types, key_steps, operations, statuses, kinds, thresholds, rates;
 #define CHANNEL(name, is_signed, bits, numerator, denominator, unit) \
   channels.append(nb::make_tuple(#name, (is_signed) != 0, bits, double{numerator} / (denominator), unit));
   RS_CHANNELS(CHANNEL)
@@ -121,6 +122,9 @@ void bind_tables(nb::module_& module) {
 #define NUMBERED(name, number, text) types.append(nb::make_tuple(#name, number, text));
   RS_FRAME_TYPES(NUMBERED)
 #undef NUMBERED
+#define KEY_STEP(name, number, text) key_steps.append(nb::make_tuple(#name, number, text));
+  RS_KEY_STEPS(KEY_STEP)
+#undef KEY_STEP
 #define OPERATION(name, number, index, value) operations.append(nb::make_tuple(#name, number, index, value));
   RS_OPERATIONS(OPERATION)
 #undef OPERATION
@@ -140,6 +144,7 @@ void bind_tables(nb::module_& module) {
   module.attr("SENSORS") =
       nb::tuple(sensors);  // name, column, channels, unit, whether beyond a sample frame's channels
   module.attr("FRAME_TYPES") = nb::tuple(types);            // name, number, meaning
+  module.attr("KEY_STEPS") = nb::tuple(key_steps);          // name, number, meaning
   module.attr("OPERATIONS") = nb::tuple(operations);        // name, number, index, value
   module.attr("REPLY_STATUSES") = nb::tuple(statuses);      // name, number, meaning
   module.attr("DATAGRAM_KINDS") = nb::tuple(kinds);         // name, number, meaning
@@ -165,6 +170,7 @@ void bind_tables(nb::module_& module) {
 #define FIELDS_OF_reply RS_REPLY_FIELDS(FIELD)
 #define FIELDS_OF_join RS_JOIN_FIELDS(FIELD)
 #define FIELDS_OF_further RS_FURTHER_FIELDS(FIELD)
+#define FIELDS_OF_key RS_KEY_FIELDS(FIELD)
   RS_FRAME_TYPES(FRAME)
   module.attr("FRAMES") = frames;  // name: tuples of field name, signed, bits, meaning
 }

@@ -76,8 +76,9 @@ void bind_loop(nb::module_ module) {
       .def_prop_ro("sensors", &SkinLoop::sensors, nb::rv_policy::reference_internal, "SensorReadings of the last tick")
       .def_prop_ro("command", &SkinLoop::command, nb::rv_policy::reference_internal, "JointCommand of the last tick");
   nb::class_<PacedLoop>(module, "PacedLoop", "Ticks a loop in real time: with the robot's states, or with the clock.")
-      .def(nb::init<SkinLoop&, double>(), "loop"_a, "period_s"_a, nb::keep_alive<1, 2>(),
-           "period_s: of one tick, the one for which the controller was made.")
+      .def(nb::init<SkinLoop&, double, bool>(), "loop"_a, "period_s"_a, "realtime"_a = false, nb::keep_alive<1, 2>(),
+           "period_s: of one tick, the one for which the controller was made. realtime: while it runs, its thread goes "
+           "before all that are not real-time, where the system permits it.")
       .def(
           "run",
           [](PacedLoop& self, double seconds) {
@@ -91,6 +92,7 @@ void bind_loop(nb::module_ module) {
       .def_prop_ro("ticks", &PacedLoop::ticks, "so far")
       .def_prop_ro("late_ticks", &PacedLoop::late_ticks, "those that came more than half a period late")
       .def_prop_ro("worst_gap_s", &PacedLoop::worst_gap_s, "longest time between two ticks of one run")
+      .def_prop_ro("realtime", &PacedLoop::realtime, "whether the system permitted that when it ran last")
       .def("forget", &PacedLoop::forget, "Counts anew.");
 }
 

@@ -14,6 +14,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/bytes.hpp"
 #include "serial/cell_runner.hpp"
+#include "serial/commissioner.hpp"
 #include "serial/pseudo_terminal.hpp"
 #include "serial/serial_error.hpp"
 #include "serial/serial_line.hpp"
@@ -36,6 +37,13 @@ std::optional<CellKey> cell_key_from(const std::optional<nb::bytes>& bytes) {
   if (bytes->size() != key.size()) throw std::invalid_argument("cell_key: 16 bytes");
   std::copy_n(bytes_of(*bytes).data(), key.size(), key.begin());
   return key;
+}
+
+CellKeys cell_keys_from(const nb::bytes& bytes) {
+  CellKeys keys;
+  if (bytes.size() != keys.size()) throw std::invalid_argument("keys of a cell: 32 bytes");
+  std::copy_n(bytes_of(bytes).data(), keys.size(), keys.begin());
+  return keys;
 }
 
 UnitOptions options_of(std::uint16_t group, std::uint8_t unit, std::uint8_t units, std::uint32_t session,
@@ -178,16 +186,18 @@ void bind_cells(nb::module_& module) {
       .def(
           "__init__",
           [](HostCell* self, std::uint32_t uid, const std::vector<std::tuple<int, int, int>>& ends, std::uint16_t id,
-             std::uint32_t random) {
+             std::uint32_t random, const std::optional<nb::bytes>& keys, bool factory) {
             if (ends.size() != RS_PORTS || uid == 0) throw std::invalid_argument("HostCell: four ends, a uid from 1");
-            new (self) HostCell{.uid = uid, .id = id, .random = random, .ends = {}};
+            new (self) HostCell{.uid = uid, .id = id, .random = random, .ends = {}, .factory = factory};
+            if (keys) self->keys = cell_keys_from(*keys);
             for (std::size_t p = 0; p < RS_PORTS; ++p)
               self->ends[p] = {std::get<0>(ends[p]), static_cast<std::uint8_t>(std::get<1>(ends[p])),
                                std::get<2>(ends[p])};
           },
-          "uid"_a, "ends"_a, "id"_a = 0, "random"_a = 1,
+          "uid"_a, "ends"_a, "id"_a = 0, "random"_a = 1, nb::kw_only(), "keys"_a = nb::none(), "factory"_a = false,
           "uid: serial number. ends: (cell, its port 1 to 4, line) by own port; -1 for none. id: kept in its flash, 0: "
-          "named by the section unit. random: another one at each start.");
+          "named by the section unit. random: another one at each start. keys: 32 bytes, its own in place of those "
+          "from the skin's secret; factory: it has none yet, and waits for them at a line.");
   nb::class_<CellRunner> runner(module, "CellRunner", "Host-built cells on serial lines, in real time.");
   runner.def(
       "__init__",
@@ -200,6 +210,16 @@ void bind_cells(nb::module_& module) {
       "Raises SerialError.");
   bind_running(runner);
   runner.def("pull", &CellRunner::pull, "line"_a, "pulled"_a, "A line that is pulled carries nothing either way.")
+      .def(
+          "given_keys",
+          [](const CellRunner& self, std::size_t cell) -> std::optional<nb::bytes> {
+            const std::optional<CellKeys> keys = self.given_keys(cell);
+            if (!keys) return std::nullopt;
+            return nb::bytes(reinterpret_cast<const char*>(keys->data()), keys->size());
+          },
+          "cell"_a, "The keys that a cell has of its own, or that one without any was given; None: none yet.")
+      .def("note_kept", &CellRunner::note_kept, "cell"_a,
+           "Its given keys are stored for good: the cell may say so, and runs.")
       .def(
           "report",
           [](const CellRunner& self) {
@@ -250,6 +270,16 @@ void bind_serial(nb::module_ module) {
   module.attr("LONGEST_LATENCY_MS") = longest_latency_ms;
   module.def("check_latency_timer", &check_latency_timer, "path"_a, "sysfs"_a = "/sys",
              "Raises SerialError for an adapter that holds bytes back for more than 2 ms.");
+  module.def(
+      "commission",
+      [](const std::string& path, const nb::bytes& cell_key, std::optional<std::uint32_t> uid, double within_s) {
+        const std::optional<CellKey> secret = cell_key_from(cell_key);
+        const nb::gil_scoped_release unlocked;
+        return commission(path, *secret, uid, std::chrono::milliseconds(static_cast<std::int64_t>(1000 * within_s)));
+      },
+      "path"_a, "cell_key"_a, "uid"_a = nb::none(), "within_s"_a = 3.0,
+      "Writes the keys of the cell that is alone at a line and has none; its serial number. uid: the one expected. "
+      "Raises SerialError: no cell, one that has keys, another one, firmware of another version, or no answer.");
   bind_sensors(module);
   bind_unit(module);
   bind_cells(module);

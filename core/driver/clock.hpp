@@ -24,10 +24,31 @@ inline std::int64_t calendar_ns() {
   return clock_ns(CLOCK_REALTIME) - monotonic_ns();
 }
 
-// Puts the calling thread before all that are not real-time; false if the system does not permit it.
+// Puts the calling thread before all that are not real-time, but none that it starts; false if the system does not
+// permit it.
 inline bool become_realtime() {
   const sched_param priority{.sched_priority = 10};
-  return sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
+  return sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) == 0;
 }
+
+// The same as long as it lives, for a thread that is an ordinary one before and after.
+class RealtimeWhile {
+ public:
+  explicit RealtimeWhile(bool wanted) : was_(wanted ? sched_getscheduler(0) : -1) {
+    if (was_ >= 0 && sched_getparam(0, &priority_) == 0) realtime_ = become_realtime();
+  }
+  ~RealtimeWhile() {
+    // The flag may be set without a privilege, but not taken back.
+    if (realtime_) (void)sched_setscheduler(0, was_ | SCHED_RESET_ON_FORK, &priority_);
+  }
+  RealtimeWhile(const RealtimeWhile&) = delete;
+  RealtimeWhile& operator=(const RealtimeWhile&) = delete;
+  bool realtime() const { return realtime_; }
+
+ private:
+  int was_;
+  sched_param priority_{};
+  bool realtime_ = false;
+};
 
 }  // namespace robotskin::driver

@@ -2,28 +2,28 @@
 #include "loop/paced_loop.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <string>
 
+#include "driver/clock.hpp"
 #include "loop/loop_error.hpp"
 
 namespace robotskin::loop {
 namespace {
 
 std::int64_t now() noexcept {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  return driver::monotonic_ns();
 }
 
 }  // namespace
 
-PacedLoop::PacedLoop(SkinLoop& loop, double period_s)
-    : loop_(loop), period_ns_(static_cast<std::int64_t>(period_s * 1e9)) {
+PacedLoop::PacedLoop(SkinLoop& loop, double period_s, bool realtime)
+    : loop_(loop), period_ns_(static_cast<std::int64_t>(period_s * 1e9)), wanted_realtime_(realtime) {
   if (period_ns_ <= 0) throw LoopError("period of " + std::to_string(period_s) + " s: must be greater than 0");
 }
 
 void PacedLoop::run(double seconds) noexcept {
+  const driver::RealtimeWhile place(wanted_realtime_);
+  realtime_ = place.realtime();
   const std::int64_t ends_ns = now() + static_cast<std::int64_t>(seconds * 1e9);
   // A robot that tells its states sets the pace; where one is missing, the tick comes half a period late.
   const std::int64_t grace_ns = loop_.port().period_s() > 0 ? period_ns_ / 2 : 0;

@@ -36,6 +36,17 @@ void CellRunner::pull(std::size_t line, bool pulled) {
   pulled_.at(line) = pulled;
 }
 
+std::optional<CellKeys> CellRunner::given_keys(std::size_t cell) const {
+  const std::lock_guard lock(working_);
+  const CellKeys* given = cells_.given_keys(cell);
+  return given != nullptr ? std::optional(*given) : std::nullopt;
+}
+
+void CellRunner::note_kept(std::size_t cell) {
+  const std::lock_guard lock(working_);
+  cells_.note_kept(cell);
+}
+
 CellsReport CellRunner::report() const {
   CellsReport found;
   {

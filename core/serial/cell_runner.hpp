@@ -30,6 +30,9 @@ class CellRunner : public RealTime, private CellSide::Outward {
   CellsReport report() const;
   // A line that is pulled carries nothing either way.
   void pull(std::size_t line, bool pulled);
+  // As of CellSide.
+  std::optional<CellKeys> given_keys(std::size_t cell) const;
+  void note_kept(std::size_t cell);
 
  protected:
   std::int64_t turn(std::int64_t now_ns) override;

@@ -11,7 +11,7 @@
 namespace robotskin::serial {
 namespace {
 
-constexpr std::int64_t restart_ns = 1'000'000;
+constexpr std::int64_t restart_ns = 1'000'000, commissioned_ns = RS_COMMISSIONED_US * 1000LL;
 
 }  // namespace
 
@@ -21,6 +21,7 @@ CellSide::CellSide(std::vector<HostCell> cells, std::optional<CellKey> key, Cell
   for (std::size_t i = 0; i < cells.size(); ++i) {
     Cell& cell = cells_[i];
     cell.made = cells[i];
+    if (cell.made.factory) cell.commissioning.emplace();
     cell.out_ns.fill(never);
     cell.clock_start_us = cell.made.random * 2654435761U;
     rs_settings settings;
@@ -39,7 +40,31 @@ CellSide::CellSide(std::vector<HostCell> cells, std::optional<CellKey> key, Cell
       line_ends_[end.line] = {static_cast<std::int32_t>(i), static_cast<std::uint8_t>(port), end.line};
     }
   }
-  for (std::size_t i = 0; i < cells.size(); ++i) boot(i, now_ns);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (!cells_[i].commissioning) boot(i, now_ns);
+}
+
+const CellKeys* CellSide::given_keys(std::size_t cell) const {
+  const Cell& asked = cells_.at(cell);
+  return asked.made.keys ? &*asked.made.keys : nullptr;
+}
+
+void CellSide::note_kept(std::size_t cell) {
+  cells_.at(cell).stored = true;
+}
+
+void CellSide::commission(Cell& cell, unsigned port, const std::uint8_t* frame, std::int64_t now_ns) {
+  std::array<std::uint8_t, RS_FRAME_BYTES> answer;
+  const rs_commissioning_do next = rs_commissioning_frame(&*cell.commissioning, cell.made.uid, frame, answer.data());
+  if (next == RS_COMMISSIONING_NOTHING) return;
+  if (next == RS_COMMISSIONING_KEEP) std::ranges::copy(cell.commissioning->keys, cell.made.keys.emplace().begin());
+  if (cell.made.keys && !cell.stored) return;  // it is asked again
+  if (cell.made.keys) {
+    cell.due_ns = now_ns + commissioned_ns;
+    events_.push({cell.due_ns, order_++, static_cast<std::uint32_t>(&cell - cells_.data()), RS_PORTS});
+  }
+  if (const std::int32_t line = cell.made.ends[port - 1].line; line >= 0)
+    outward_.frame(static_cast<std::size_t>(line), answer, now_ns);
 }
 
 void CellSide::boot(std::size_t index, std::int64_t now_ns) {
@@ -48,11 +73,10 @@ void CellSide::boot(std::size_t index, std::int64_t now_ns) {
   boot.uid = cell.made.uid;
   boot.random = cell.made.random++;
   boot.flash = cell.flash.data();
-  std::array<std::uint8_t, RS_CELL_KEYS_BYTES> keys;
-  if (key_) {
-    rs_cell_keys(key_->data(), boot.uid, keys.data());
-    boot.keys = keys.data();
-  }
+  CellKeys keys;
+  if (key_) rs_cell_keys(key_->data(), boot.uid, keys.data());
+  if (cell.made.keys) keys = *cell.made.keys;
+  if (key_ || cell.made.keys) boot.keys = keys.data();
   rs_input input{};
   input.kind = RS_INPUT_BOOT;
   input.boot = &boot;
@@ -101,6 +125,11 @@ void CellSide::finish(std::size_t index, std::size_t port, std::int64_t now_ns) 
 void CellSide::wake(std::size_t index, std::int64_t now_ns) {
   Cell& cell = cells_[index];
   cell.due_ns = never;
+  if (cell.commissioning) {
+    cell.commissioning.reset();
+    boot(index, now_ns);
+    return;
+  }
   rs_input input{};
   input.kind = RS_INPUT_TIMER;
   if (cell.sampling && static_cast<std::int32_t>(clock_us(cell, now_ns) - cell.sample_us) >= 0) {
@@ -113,6 +142,10 @@ void CellSide::wake(std::size_t index, std::int64_t now_ns) {
 }
 
 void CellSide::arrive(std::size_t index, unsigned port, const std::uint8_t* frame, std::int64_t now_ns) {
+  if (cells_[index].commissioning) {
+    commission(cells_[index], port, frame, now_ns);
+    return;
+  }
   rs_input input{};
   input.kind = RS_INPUT_FRAME;
   input.port = static_cast<std::uint8_t>(port);

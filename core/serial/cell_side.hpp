@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "robotskin/cell.h"
+#include "robotskin/commissioning.h"
 #include "serial/cell_sensors.hpp"
 #include "serial/unit_side.hpp"
 
@@ -26,11 +27,15 @@ struct WireEnd {
   std::int32_t line = -1;
 };
 
+using CellKeys = std::array<std::uint8_t, RS_CELL_KEYS_BYTES>;
+
 struct HostCell {
   std::uint32_t uid = 1;  // serial number
   std::uint16_t id = 0;   // kept in its flash; 0: the section unit names it
   std::uint32_t random = 1;
   std::array<WireEnd, RS_PORTS> ends;
+  std::optional<CellKeys> keys = {};  // its own, in place of those that come from the skin's secret
+  bool factory = false;               // it has no keys yet, and waits for them at a line
 };
 
 class CellSide {
@@ -41,6 +46,7 @@ class CellSide {
     virtual void frame(std::size_t line, FrameBytes frame, std::int64_t now_ns) = 0;
   };
 
+  // `key`: the skin's secret; none: cells without keys of their own authenticate nothing.
   CellSide(std::vector<HostCell> cells, std::optional<CellKey> key, CellSensors& sensors, Outward& outward,
            std::int64_t now_ns);
 
@@ -48,6 +54,11 @@ class CellSide {
   void frame(std::size_t line, FrameBytes frame, std::int64_t now_ns);
   // Does what is due; when to come again.
   std::int64_t advance(std::int64_t now_ns);
+
+  // The keys that a cell without any was given. It tells that it has them once `note_kept` says that they are stored
+  // for good, and runs when its line has been still for a moment.
+  const CellKeys* given_keys(std::size_t cell) const;
+  void note_kept(std::size_t cell);
 
   std::size_t cell_count() const { return cells_.size(); }
   const rs_cell& state(std::size_t cell) const { return cells_.at(cell).state; }
@@ -64,6 +75,8 @@ class CellSide {
     std::uint32_t sample_us = 0, clock_start_us = 0;
     bool sampling = false;
     rs_sample sample{};
+    std::optional<rs_commissioning> commissioning;  // while it has no keys
+    bool stored = false;
   };
   struct Event {
     std::int64_t time_ns;
@@ -82,6 +95,7 @@ class CellSide {
   void finish(std::size_t index, std::size_t port, std::int64_t now_ns);
   void wake(std::size_t index, std::int64_t now_ns);
   void arrive(std::size_t index, unsigned port, const std::uint8_t* frame, std::int64_t now_ns);
+  void commission(Cell& cell, unsigned port, const std::uint8_t* frame, std::int64_t now_ns);
 
   std::vector<Cell> cells_;
   std::optional<CellKey> key_;

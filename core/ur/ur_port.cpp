@@ -171,7 +171,7 @@ void UrPort::await_state(std::int64_t until_ns) noexcept {
 void UrPort::run() noexcept {
   if (options_.realtime) {
     const sched_param priority{.sched_priority = 20};
-    (void)sched_setscheduler(0, SCHED_FIFO, &priority);
+    (void)sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority);
   }
   while (!closing_.load(std::memory_order_acquire)) {
     pollfd events[2] = {{command_event_, POLLIN, 0}, {connection_ ? connection_->descriptor() : -1, POLLIN, 0}};

@@ -12,7 +12,8 @@
 #include "robotskin/cell.h"
 
 /* Clocks, four serial lines at 4 Mb/s 8N1, timer, sensors. Fills what the cell boots with: its serial number, a number
- * that is another at each boot, and where flash image and keys are, NULL for none. */
+ * that is another at each boot, and where flash image and keys are, NULL for none. A board that was made without keys
+ * waits here until it has been given some over a line (commissioning.h), and lets a person clear them. */
 void rs_board_start(rs_boot* boot);
 
 /* Microseconds since any moment, wrapping at 2^32. */

@@ -3,7 +3,7 @@
 // the sleep of the processor, the boot ROM, the round of the analogue inputs. Its sensors are tables of registers.
 import { RP2040 } from 'rp2040js';
 import { readFileSync } from 'node:fs';
-export const PORTS = 4, SENDS_AT = 2, HEARS_AT = 6, FRAME = 20, BIT_NS = 250;
+export const PORTS = 4, SENDS_AT = 2, HEARS_AT = 6, FORGET_AT = 22, FRAME = 20, BIT_NS = 250;
 const HZ = 128e6, CYCLE_NS = 1e9 / HZ;
 
 function crc32(data) {
@@ -19,12 +19,15 @@ const ROM_LOOKUP = 0x100, ROM_FUNCTIONS = 0x110;
 const CODES = ['IF', 'EX', 'RE', 'RP', 'FC', 'CX'];
 
 export class Chip {
-  constructor(uf2, random) {
+  /** `kept`: the flash of an earlier life, in place of the file; `forget`: the pin for it is at ground. */
+  constructor(uf2, random, { kept, forget } = {}) {
     const mcu = (this.mcu = new RP2040());
     mcu.logger = { debug() {}, info() {}, warn: (n, m) => this.said.push(`${n}: ${m}`), error: (n, m) => this.said.push(`${n}: ${m}`) };
     this.said = [];
     this.record = [];
-    const data = readFileSync(uf2);
+    if (kept) mcu.flash.set(readFileSync(kept));
+    this.forget = !!forget;
+    const data = kept ? Buffer.alloc(0) : readFileSync(uf2);
     for (let at = 0; at < data.length; at += 512) {
       if (data.readUInt32LE(at) !== 0x0a324655 || data.readUInt32LE(at + 28) !== 0xe48bff56) throw new Error('no UF2 of this family');
       mcu.flash.set(data.subarray(at + 32, at + 32 + 256), data.readUInt32LE(at + 12) - 0x10000000);
@@ -86,6 +89,7 @@ export class Chip {
     mcu.core.LR = 0;
     mcu.core.PC = 0x20041f00;
     for (let p = 0; p < PORTS; ++p) this.setPin(HEARS_AT + p, true);
+    this.setPin(FORGET_AT, !this.forget); // rp2040js knows no pull-ups
   }
   romCall(code) {
     const { mcu } = this, { core } = mcu, r = core.registers;

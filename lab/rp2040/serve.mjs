@@ -6,7 +6,7 @@ import { createInterface } from 'node:readline';
 import { writeFileSync } from 'node:fs';
 
 const boot = JSON.parse(process.argv[2]);
-const chip = new Chip(boot.uf2, boot.random);
+const chip = new Chip(boot.uf2, boot.random, boot);
 const log = []; // what the board was asked and answered
 // Words of each kind of record (rp2040_board.c).
 const WORDS = { 1: 2, 2: 2, 3: 5, 4: 2, 5: 3, 6: 3, 7: 2, 8: 2, 9: 2, 10: 1, 11: 11, 12: 3, 13: 2 };
@@ -34,6 +34,7 @@ for await (const line of createInterface({ input: process.stdin })) {
     for (const [register, value] of Object.entries(registers)) part.set(+register, value);
   }
   for (const address of ask.unplug ?? []) chip.parts.delete(address);
+  if (ask.save) writeFileSync(ask.save, chip.mcu.flash);
   if (ask.adc) chip.mcu.adc.channelValues = ask.adc;
   for (const [port, hex, percent] of ask.send ?? []) chip.send(port, Buffer.from(hex, 'hex'), percent ?? 0);
   if (ask.until_us !== undefined) chip.run(Math.ceil(ask.until_us * 128 - 1e-6), true);

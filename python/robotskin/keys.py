@@ -14,16 +14,43 @@ import secrets
 import stat
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from robotskin.errors import RobotskinError
 from robotskin.whole_file import private_file
 
 SECRET_BYTES = 32
-FORMAT = "robotskin keys 1"
+FORMAT, CELL_FORMAT = "robotskin keys 1", "robotskin cell keys 1"
+HEX_OF = {FORMAT: ("secret", SECRET_BYTES), CELL_FORMAT: ("keys", 32)}
 
 
 class SkinKeysError(RobotskinError):
     """A file that holds no keys, or that others may read; or keys that are no secret where one is needed."""
+
+
+def _held(path: Path, form: str, told: str) -> dict[str, Any]:
+    """What such a file holds, its hexadecimal numbers looked at."""
+    try:
+        mode = stat.S_IMODE(path.stat().st_mode)
+        held = json.loads(path.read_text(encoding="utf-8"))
+        name, count = HEX_OF[form]
+        if held["format"] != form or len(bytes.fromhex(held[name])) != count:
+            raise ValueError(held["format"])
+    except OSError as error:
+        raise SkinKeysError(f"keys {path}: {error.strerror}; make some with 'robotskin keys {path}'") from None
+    except (ValueError, KeyError, TypeError):
+        raise SkinKeysError(f"keys {path}: is no file {told}") from None
+    if mode & 0o077:
+        raise SkinKeysError(f"keys {path}: mode {mode:04o} lets others read it; run 'chmod 600 {path}'")
+    return dict(held)
+
+
+def _write(path: Path, held: dict[str, Any]) -> None:
+    try:
+        with private_file(path) as partial:
+            partial.write_text(json.dumps(held), encoding="utf-8")
+    except OSError as error:
+        raise SkinKeysError(f"keys {path}: {error.strerror}") from None
 
 
 def _derived(secret: bytes, use: bytes, count: int) -> bytes:
@@ -54,20 +81,8 @@ class SkinKeys:
     @classmethod
     def load(cls, path: str | Path) -> SkinKeys:
         """Read what `save` wrote. Raises SkinKeysError: no such file, no keys in it, or others may read it."""
-        path = Path(path)
-        try:
-            mode = stat.S_IMODE(path.stat().st_mode)
-            held = json.loads(path.read_text(encoding="utf-8"))
-            if held["format"] != FORMAT:
-                raise ValueError(held["format"])
-            secret = bytes.fromhex(held["secret"])
-        except OSError as error:
-            raise SkinKeysError(f"keys {path}: {error.strerror}; make some with 'robotskin keys {path}'") from None
-        except (ValueError, KeyError, TypeError):
-            raise SkinKeysError(f"keys {path}: is no file of 'robotskin keys'") from None
-        if mode & 0o077:
-            raise SkinKeysError(f"keys {path}: mode {mode:04o} lets others read it; run 'chmod 600 {path}'")
-        return cls(secret)
+        held = _held(Path(path), FORMAT, "of 'robotskin keys'")
+        return cls(bytes.fromhex(held["secret"]))
 
     def save(self, path: str | Path, *, replace: bool = False) -> None:
         """Write a file that its owner alone may read (mode 0600). Raises SkinKeysError if there is one already."""
@@ -76,11 +91,7 @@ class SkinKeys:
             raise SkinKeysError(
                 f"keys {path}: there are some; cells that have them know no others. --replace makes new"
             )
-        try:
-            with private_file(path) as partial:
-                partial.write_text(json.dumps({"format": FORMAT, "secret": self.secret.hex()}), encoding="utf-8")
-        except OSError as error:
-            raise SkinKeysError(f"keys {path}: {error.strerror}") from None
+        _write(path, {"format": FORMAT, "secret": self.secret.hex()})
 
     @property
     def datagram_key(self) -> bytes:
@@ -102,6 +113,34 @@ class SkinKeys:
                 f"keys of a seed on {host}, which others reach: make some with 'robotskin keys FILE' and give those"
             )
         return self.datagram_key
+
+
+@dataclass(frozen=True)
+class KeptCellKeys:
+    """What a host-built cell was given over its line, in place of a board's flash.
+
+    Args:
+        uid: serial number.
+        keys: the group's and its own.
+    """
+
+    uid: int
+    keys: bytes = field(repr=False)
+
+    @classmethod
+    def load(cls, path: str | Path, uid: int) -> KeptCellKeys | None:
+        """Of that cell; None: no such file. Raises SkinKeysError for another cell's, or for no such keys."""
+        path = Path(path)
+        if not path.exists():
+            return None
+        held = _held(path, CELL_FORMAT, "of the keys of a cell")
+        if held["uid"] != uid:
+            raise SkinKeysError(f"keys {path}: found those of cell {held['uid']}, expected cell {uid}")
+        return cls(uid, bytes.fromhex(held["keys"]))
+
+    def save(self, path: str | Path) -> None:
+        """Write a file that its owner alone may read (mode 0600)."""
+        _write(Path(path), {"format": CELL_FORMAT, "uid": self.uid, "keys": self.keys.hex()})
 
 
 def is_loopback(host: str) -> bool:

@@ -10,6 +10,8 @@ from random import Random
 
 import pytest
 
+from key_frames import check, heard, keys_of, said, written
+from robotskin import firmware as firmware_of_host
 from robotskin_lab import firmware
 from robotskin_lab.chip.emulated_pico import FOLDER, EmulatedPico, missing
 from robotskin_lab.chip.pico_image import PicoImage, boot_checksum, build_pico, cell_keys
@@ -178,11 +180,52 @@ def test_the_host_built_program_asks_the_same(key: bytes, seed: int, tmp_path: P
     assert replay(record, tmp_path, UID, keys)["differences"] > 0
 
 
+def answers(pico: EmulatedPico, port: int, frames: bytes, milliseconds: float) -> list[tuple[str, int, int]]:
+    """What comes out of a port in a time after frames were sent to it."""
+    pico.send(port, frames)
+    ends, found = pico.now_us + 1000 * milliseconds, []
+    while pico.now_us < ends:
+        found += [heard(frame) for at, _, _, frame in pico.run(ends) if at == port]
+    return found
+
+
+def test_it_takes_keys_over_its_line_once_and_forgets_them_by_a_wire_alone(image, key, seed, tmp_path) -> None:
+    uf2, flash, keys = tmp_path / "cell.uf2", tmp_path / "flash", cell_keys(key, UID)
+    uf2.write_bytes(image.uf2(UID, None))
+    pico = EmulatedPico(uf2, seed)
+    pico.run(5000)
+    assert answers(pico, 2, said("ask"), 5) == [("factory", UID, firmware_of_host.FIRMWARE_VERSION)]
+    kept = ("kept", UID, check(keys, UID, "kept"))
+    assert answers(pico, 2, written(keys, UID), 60) == [kept]
+    assert answers(pico, 2, written(keys_of(seed + 1, UID), UID), 20) == [("refused", UID, 0)]
+    assert answers(pico, 2, said("keep", UID, check(keys, UID, "keep")), 20) == [kept]
+    pico.save_flash(flash)
+    pico.run(pico.now_us + 250_000)
+    skin = PicoSkin(pico, 0, key)
+    skin.now = pico.now_us
+    assert skin.run_until(lambda: len(skin.of_pico()) > 2, 200)
+    pico.close()
+    # After a power cycle it has them, and is a cell at once.
+    pico = EmulatedPico(uf2, seed + 1, kept=flash)
+    pico.run(20_000)
+    others = answers(pico, 2, written(keys_of(seed + 1, UID), UID), 20)
+    assert others
+    assert {name for name, *_ in others} <= {"tick", "join"}
+    pico.save_flash(flash)
+    pico.close()
+    # A wire at power-up clears them.
+    pico = EmulatedPico(uf2, seed + 2, kept=flash, forget=True)
+    pico.run(20_000)
+    assert [name for name, *_ in answers(pico, 2, said("ask"), 5)] == ["factory"]
+    assert pico.told["said"] == []
+    pico.close()
+
+
 def test_two_picos_hear_each_other_pin_to_pin(image: PicoImage, tmp_path: Path) -> None:
     files = []
     for uid in (11, 22):
         files.append(tmp_path / f"{uid}.uf2")
-        files[-1].write_bytes(image.uf2(uid, None))
+        files[-1].write_bytes(image.uf2(uid, keys_of(1, uid)))
     ran = subprocess.run(["node", FOLDER / "two.mjs", *files, "30"], capture_output=True, text=True, check=True)
     for wired, told in zip((2, 3), json.loads(ran.stdout), strict=True):
         heard: dict[int, list[int]] = {}

@@ -12,9 +12,9 @@
 namespace robotskin::world {
 namespace {
 
-// Further channels go the way of clock samples.
+// Further channels go the way of clock samples; at a key frame a cell that runs looks no further.
 constexpr InputKind kind_named(std::string_view type) {
-  const std::string_view name = type == "further" ? "clock" : type;
+  const std::string_view name = type == "further" ? "clock" : type == "key" ? "damaged" : type;
   return static_cast<InputKind>(std::ranges::find(input_kind_names, name) - input_kind_names.begin());
 }
 

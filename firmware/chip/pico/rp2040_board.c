@@ -2,26 +2,22 @@
  * The board of a Raspberry Pi Pico. It runs at 128 MHz, a whole multiple of the lines' rate, with all code in RAM. */
 #include "board.h"
 #include "pico/kept_images.h"
+#include "pico/kept_keys.h"
 #include "pico/rp2040.h"
 #include "pico/sensor_bus.h"
 #include "pico/serial_lines.h"
 
 enum {
-  LIGHT_AT = 16, /* pins: red, green, blue */
-  STEP_US = 38,  /* 4834 cycles of the emulated chip for a tick that four beacons answer, at 128 MHz */
+  LIGHT_AT = 16,  /* pins: red, green, blue */
+  FORGET_AT = 22, /* pin: at ground when the board is switched on, it forgets its keys */
+  STEP_US = 38,   /* 4834 cycles of the emulated chip for a tick that four beacons answer, at 128 MHz */
   TIMER_ALARM0 = 0x10,
   TIMER_INTR = 0x34,
   TIMER_INTE = 0x38,
   INTERRUPTS = 1 << IRQ_TIMER0 | 1 << IRQ_PIO0 | 1 << IRQ_PIO1 | 1 << IRQ_DMA0 | 1 << IRQ_I2C0
 };
 
-/* What a cell is made with: its own page of the flash. */
-typedef struct {
-  uint32_t uid;
-  uint32_t keyed; /* 1: there are keys */
-  uint8_t keys[RS_CELL_KEYS_BYTES];
-} made;
-extern const made rs_made_start;
+extern const uint32_t rs_made_start; /* the serial number: its own page of the flash */
 
 /* What the program asked and was answered, for a comparison with the same program elsewhere. */
 #ifdef RS_RECORD
@@ -99,6 +95,33 @@ static uint32_t random_word(void) {
   return word;
 }
 
+static void show(uint32_t rgb) {
+  REG(PWM + 0x0C) = (rgb >> 16 & 0xFFU) | (rgb >> 8 & 0xFFU) << 16;
+  REG(PWM + 0x14 + 0x0C) = rgb & 0xFFU;
+}
+
+/* Whether the pin that says so is at ground, all the time. */
+static bool shall_forget(void) {
+  enum { LOOKS = 100, GPIO_IN = 0xD0000004 };
+  REG(PADS + 4 + 4 * FORGET_AT) = PAD_INPUT_PULLED_UP;
+  for (uint32_t look = 0, at = REG(TIMER + TIMER_RAW); look < LOOKS; at = REG(TIMER + TIMER_RAW), ++look) {
+    while (REG(TIMER + TIMER_RAW) == at) {
+    }
+    if (look > 0U && (REG(GPIO_IN) >> FORGET_AT & 1U) != 0U) return false;
+  }
+  return true;
+}
+
+/* Its keys, once it has some. */
+static const uint8_t* await_keys(void) {
+  if (shall_forget()) forget_keys();
+  if (kept_keys() != 0) return kept_keys();
+  show(0x404040); /* white: it waits for them */
+  take_keys(rs_made_start);
+  show(0);
+  return kept_keys();
+}
+
 void rs_board_start(rs_boot* boot) {
   REG(0xE000ED08) = 0x20000000; /* vectors are in RAM */
   start_clocks();
@@ -111,9 +134,9 @@ void rs_board_start(rs_boot* boot) {
   REG(TIMER + TIMER_INTE) = 1;
   REG(0xE000E280) = 0xFFFFFFFF;
   REG(0xE000E100) = INTERRUPTS;
-  boot->uid = rs_made_start.uid;
+  boot->uid = rs_made_start;
+  boot->keys = await_keys();
   boot->random = random_word();
-  boot->keys = rs_made_start.keyed == 1U ? rs_made_start.keys : 0;
   boot->step_us = STEP_US;
   RECORD(12);
   RECORD(boot->random);
@@ -227,8 +250,7 @@ bool rs_board_sense(rs_sample* sample) {
 void rs_board_light(uint32_t rgb) {
   RECORD(8);
   RECORD(rgb);
-  REG(PWM + 0x0C) = (rgb >> 16 & 0xFFU) | (rgb >> 8 & 0xFFU) << 16;
-  REG(PWM + 0x14 + 0x0C) = rgb & 0xFFU;
+  show(rgb);
 }
 
 void rs_board_keep(const uint8_t* flash) {

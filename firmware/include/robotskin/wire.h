@@ -41,19 +41,20 @@ enum {
 };
 
 /* X(name, number, from which sender to which receiver) */
-#define RS_FRAME_TYPES(X)                                                        \
-  X(clock, 1, "cell to host: one sample, at the clock rate")                     \
-  X(event, 2, "cell to host: one sample, because a channel changed")             \
-  X(tick, 3, "to every neighbour: heartbeat, route beacon, clock")               \
-  X(status, 4, "cell to parent: its subtree, and offers for balance")            \
-  X(grant, 5, "section unit to its tree: wants, and leave for one cell to move") \
-  X(joints, 6, "host to all cells: joint positions of one epoch")                \
-  X(torque, 7, "cell to parent: summed joint torques of one epoch")              \
-  X(topology, 8, "cell to host: identity and port-to-port neighbours")           \
-  X(command, 9, "host to one cell or all")                                       \
-  X(reply, 10, "cell to host: answer to a command")                              \
-  X(join, 11, "cell to section unit: a cell without an id asks for one")         \
-  X(further, 12, "cell to host: one sample of the channels that a sample frame has no room for")
+#define RS_FRAME_TYPES(X)                                                                        \
+  X(clock, 1, "cell to host: one sample, at the clock rate")                                     \
+  X(event, 2, "cell to host: one sample, because a channel changed")                             \
+  X(tick, 3, "to every neighbour: heartbeat, route beacon, clock")                               \
+  X(status, 4, "cell to parent: its subtree, and offers for balance")                            \
+  X(grant, 5, "section unit to its tree: wants, and leave for one cell to move")                 \
+  X(joints, 6, "host to all cells: joint positions of one epoch")                                \
+  X(torque, 7, "cell to parent: summed joint torques of one epoch")                              \
+  X(topology, 8, "cell to host: identity and port-to-port neighbours")                           \
+  X(command, 9, "host to one cell or all")                                                       \
+  X(reply, 10, "cell to host: answer to a command")                                              \
+  X(join, 11, "cell to section unit: a cell without an id asks for one")                         \
+  X(further, 12, "cell to host: one sample of the channels that a sample frame has no room for") \
+  X(key, 13, "host to a cell without keys, alone on its line, and back: its keys")
 
 #define RS_TYPE_NUMBER(name, number, text) RS_TYPE_##name = (number),
 typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type;
@@ -252,6 +253,16 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(challenge, 0, 16, "comes back in the assign command") \
   X(spare_1, 0, 32, "")                                   \
   X(spare_2, 0, 32, "")
+
+/* Only a cell without keys reads or sends such a frame (commissioning.h). */
+#define RS_KEY_FIELDS(X)                                           \
+  X(type, 0, 4, "frame type")                                      \
+  X(step, 0, 4, "commissioning.h")                                 \
+  X(spare, 0, 8, "")                                               \
+  X(word_1, 0, 32, "a serial number, or the beginning of a key")   \
+  X(word_2, 0, 32, "a version or a check, or a key goes on")       \
+  X(word_3, 0, 32, "the key goes on")                              \
+  X(word_4, 0, 32, "its end")
 // clang-format on
 
 RS_INLINE rs_frame_type rs_frame_type_of(const uint8_t* bytes) {
@@ -359,6 +370,12 @@ RS_DEFINE_FRAME(join, RS_JOIN_FIELDS)
 #define RS_PACK_further(name, is_signed, bits, text) \
   rs_bits_put(words, RS_further_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(further, RS_FURTHER_FIELDS)
+
+#define RS_POSITION_key(name, is_signed, bits, text) \
+  RS_key_##name##_AT, RS_key_##name##_LAST = RS_key_##name##_AT + (bits) - 1,
+#define RS_UNPACK_key(name, is_signed, bits, text) RS_GET_##is_signed(name, RS_key_##name##_AT, bits)
+#define RS_PACK_key(name, is_signed, bits, text) rs_bits_put(words, RS_key_##name##_AT, (bits), (uint32_t)in->name);
+RS_DEFINE_FRAME(key, RS_KEY_FIELDS)
 
 /* The largest number that an unsigned field holds, by frame and field: RS_FIELD_MAX(tick_age_us). */
 #define RS_FIELD_MAX(field) ((1U << ((unsigned)RS_##field##_LAST - (unsigned)RS_##field##_AT + 1U)) - 1U)

@@ -78,6 +78,7 @@ nb::bytes pack_frame(const std::string& name, const nb::dict& fields) {
 #define SET_reply RS_REPLY_FIELDS(SET_FIELD)
 #define SET_join RS_JOIN_FIELDS(SET_FIELD)
 #define SET_further RS_FURTHER_FIELDS(SET_FIELD)
+#define SET_key RS_KEY_FIELDS(SET_FIELD)
   RS_FRAME_TYPES(PACK_FRAME)
   throw nb::value_error(("no frame is called " + name + "; FRAMES lists those that are").c_str());
 }
@@ -105,6 +106,7 @@ std::pair<std::string, nb::dict> unpack_frame(const nb::bytes& bytes) {
 #define GET_reply RS_REPLY_FIELDS(GET_FIELD)
 #define GET_join RS_JOIN_FIELDS(GET_FIELD)
 #define GET_further RS_FURTHER_FIELDS(GET_FIELD)
+#define GET_key RS_KEY_FIELDS(GET_FIELD)
   switch (static_cast<int>(rs_frame_type_of(data))) {
     RS_FRAME_TYPES(UNPACK_FRAME)
     default:

@@ -29,11 +29,12 @@ def build(
     board: Annotated[str, typer.Argument(help="pico: a Raspberry Pi Pico (RP2040).")],
     file: Annotated[Path, typer.Argument(help="The UF2 file to write.", dir_okay=False)],
     key: Annotated[
-        Path | None, typer.Option(help="The skin's keys (robotskin keys FILE); without, anyone commands the cell.")
+        Path | None,
+        typer.Option(help="The skin's keys, in the file; without, robotskin commission writes them over the cable."),
     ] = None,
     uid: Annotated[int, typer.Option(help="Serial number, 1 to 4294967295; 0: drawn.", min=0, max=4294967295)] = 0,
 ) -> None:
-    """Cross-build the firmware for one cell: each has a file of its own, with its serial number and its keys."""
+    """Cross-build the firmware for one cell: each has a file of its own, with its serial number."""
     if board not in BOARDS:
         raise UnknownNameError("board", board, BOARDS)
     require_writable("FILE", file, (".uf2",))
@@ -46,3 +47,5 @@ def build(
     size = f"{len(image.flash)} bytes of flash, {image.ram_bytes} of RAM"
     typer.echo(f"Wrote {file}: cell {chosen}, {'with' if keys else 'without'} keys, {size}.")
     typer.echo("Hold BOOTSEL, plug the Pico in, and copy the file to the disk that appears.")
+    if keys is None:
+        typer.echo("Then give it its keys: robotskin commission LINE --key FILE. One that has some keeps them.")

@@ -102,8 +102,10 @@ class SkinLoop:
 class PacedLoop:
     """Ticks a loop in real time: with the robot's states, or with the clock."""
 
-    def __init__(self, loop: SkinLoop, period_s: float) -> None:
-        """period_s: of one tick, the one for which the controller was made."""
+    def __init__(self, loop: SkinLoop, period_s: float, realtime: bool = False) -> None:
+        """
+        period_s: of one tick, the one for which the controller was made. realtime: while it runs, its thread goes before all that are not real-time, where the system permits it.
+        """
 
     def run(self, seconds: float) -> None:
         """
@@ -121,6 +123,10 @@ class PacedLoop:
     @property
     def worst_gap_s(self) -> float:
         """longest time between two ticks of one run"""
+
+    @property
+    def realtime(self) -> bool:
+        """whether the system permitted that when it ran last"""
 
     def forget(self) -> None:
         """Counts anew."""

@@ -18,6 +18,11 @@ def check_latency_timer(path: str, sysfs: str = "/sys") -> None:
     Raises SerialError for an adapter that holds bytes back for more than 2 ms.
     """
 
+def commission(path: str, cell_key: bytes, uid: int | None = None, within_s: float = 3.0) -> int:
+    """
+    Writes the keys of the cell that is alone at a line and has none; its serial number. uid: the one expected. Raises SerialError: no cell, one that has keys, another one, firmware of another version, or no answer.
+    """
+
 class CellSensors:
     """Where host-built cells get their readings."""
 
@@ -92,9 +97,18 @@ class UnitDaemon:
 class HostCell:
     """A host-built cell, and what is at its four ports."""
 
-    def __init__(self, uid: int, ends: Sequence[tuple[int, int, int]], id: int = 0, random: int = 1) -> None:
+    def __init__(
+        self,
+        uid: int,
+        ends: Sequence[tuple[int, int, int]],
+        id: int = 0,
+        random: int = 1,
+        *,
+        keys: bytes | None = None,
+        factory: bool = False,
+    ) -> None:
         """
-        uid: serial number. ends: (cell, its port 1 to 4, line) by own port; -1 for none. id: kept in its flash, 0: named by the section unit. random: another one at each start.
+        uid: serial number. ends: (cell, its port 1 to 4, line) by own port; -1 for none. id: kept in its flash, 0: named by the section unit. random: another one at each start. keys: 32 bytes, its own in place of those from the skin's secret; factory: it has none yet, and waits for them at a line.
         """
 
 class CellRunner:
@@ -120,6 +134,14 @@ class CellRunner:
 
     def pull(self, line: int, pulled: bool) -> None:
         """A line that is pulled carries nothing either way."""
+
+    def given_keys(self, cell: int) -> bytes | None:
+        """
+        The keys that a cell has of its own, or that one without any was given; None: none yet.
+        """
+
+    def note_kept(self, cell: int) -> None:
+        """Its given keys are stored for good: the cell may say so, and runs."""
 
     def report(self) -> dict[str, Any]:
         """

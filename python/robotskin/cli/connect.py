@@ -13,7 +13,7 @@ from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Inte
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
-    from robotskin.connecting import ConnectedRobot, ConnectedSkin
+    from robotskin.connecting import ConnectedRobot, ConnectedSkin, TouchOrder
     from robotskin.layout import Layout
 
 
@@ -55,7 +55,11 @@ def command(
         float, typer.Option(help="Share of the velocity limits that may be used until confirmed.", min=0.01, max=1.0)
     ] = 0.2,
     confirmed: Annotated[
-        bool, typer.Option("--confirmed", help="Robot and skin were tried: full speed from the start.")
+        bool, typer.Option("--confirmed", help="Robot and skin were tried: full speed from the start, no touch.")
+    ] = False,
+    skip_touch: Annotated[
+        bool,
+        typer.Option("--skip-touch", help="Ask for no touch of marked cells: nothing checks where the cells are."),
     ] = False,
     headless: Annotated[bool, typer.Option("--headless", help="No page.")] = False,
     seconds: Annotated[float, typer.Option(help="For how long with --headless; 0: until Ctrl-C.", min=0)] = 0.0,
@@ -79,7 +83,8 @@ def command(
 ) -> None:
     """Run a behaviour on a robot and a skin that are really there; robotskin run is the same on simulated ones.
 
-    Before anything moves, skin and robot are compared with layout, keys and model. The robot is slow until confirmed.
+    Before anything moves, skin and robot are compared with layout, keys and model, and a few marked cells must be
+    touched. The robot is slow until confirmed.
     Ctrl-C or SIGTERM stops it smoothly. Exit status 0: no fault stopped it.
     """
     from rich.console import Console
@@ -87,7 +92,7 @@ def command(
     from robotskin import control
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
-    from robotskin.connecting import ConnectedRobot
+    from robotskin.connecting import ConnectedRobot, TouchOrder
     from robotskin.outputs import require_writable
     from robotskin.ports import made_port
     from robotskin.robots.gains import robot_with_gains
@@ -122,8 +127,16 @@ def command(
             )
             for line in session.seen:
                 console.print(f"robot: {line}")
+            order = None if confirmed or skip_touch else TouchOrder(worn)
+            if skip_touch:
+                console.print(
+                    "skin: no touch was asked for, so nothing checks that its cells are where the layout says"
+                )
             with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands, fleet) as sharing:
-                status = run_headless(session, seconds, json_file) if headless else show(session, port, sharing)
+                if headless:
+                    status = run_headless(session, seconds, json_file, order)
+                else:
+                    status = show(session, port, sharing, order)
         finally:
             moved.stop()
             if hasattr(moved, "close"):
@@ -159,7 +172,14 @@ def way_to_skin(
     return lambda worn: SectionUnits(worn, addresses, keys, own)
 
 
-def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None) -> int:
+def begin(session: ConnectedRobot) -> None:
+    """Take the forces' zero and start; tell where the loop has to wait for other programs."""
+    session.begin()
+    if not session.paced.realtime:
+        typer.echo("loop: it waits for other programs; allow otherwise with 'ulimit -r 20', or run it as root")
+
+
+def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None, order: TouchOrder | None) -> int:
     """Run for a time or until interrupted, tell and write the figures; the exit status."""
     from rich.console import Console
 
@@ -168,7 +188,9 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
     console = Console()
     moved = 0.0
     try:
-        session.begin()
+        if order is not None:
+            session.check_order(order, lambda told: typer.echo(f"skin: {told}"))
+        begin(session)
         console.print(f"running {session.behaviour}, {session.speed.told}")
         home = list(session.joints.position)
         ends = seconds if seconds > 0 else float("inf")
@@ -201,7 +223,7 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
     return 1 if session.fault else 0
 
 
-def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
+def show(session: ConnectedRobot, port: int, sharing: Sharing, order: TouchOrder | None) -> int:
     """Serve the page until it is interrupted; the exit status. The terminal takes c (confirm), s (stop), g (go)."""
     import sys
     import threading
@@ -212,8 +234,15 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing) -> int:
     from robotskin.viewer.page import Page
 
     console = Console()
-    session.begin()
-    with ConnectedSession(session) as live, Page(live, port) as page, sharing.heed(live):
+    if order is None:
+        begin(session)
+    else:
+        session.settle()
+    with (
+        ConnectedSession(session, order, lambda told: typer.echo(f"skin: {told}")) as live,
+        Page(live, port) as page,
+        sharing.heed(live),
+    ):
         live.watch_page(lambda: len(page.server.get_clients()))
         page.server.on_client_disconnect(lambda _: live.look_for_page())
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")

@@ -42,6 +42,7 @@ ORDER = (
     "keys",
     "port",
     "chip",
+    "commission",
     "unit",
     "cell",
     "rehearse",

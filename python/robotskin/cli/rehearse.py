@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    import queue
 
 
 def command(
@@ -40,8 +43,9 @@ def command(
 ) -> None:
     """Serve a robot's controller and the section units of its skin on this machine, each in a process of its own.
 
-    Then robotskin connect runs against them as against real ones.
+    Then robotskin connect runs against them as against real ones. The number of a cell, typed here, touches it.
     """
+    import queue
     import random
     import time
     from contextlib import ExitStack
@@ -89,11 +93,42 @@ def command(
                 typer.echo(f"robotskin unit {' '.join(paths)} {at}")
         told = " ".join(f"--units {address}:{port}" for address, port in addresses)
         typer.echo(f"robotskin connect {robot} --robot-port {port} {told} {keyed}{worn}")
-        began, draw = time.monotonic(), random.Random(seed)
+        began, draw, typed = time.monotonic(), random.Random(seed), typed_lines()
         while seconds == 0 or time.monotonic() - began < seconds:
-            if touch:
-                cell = draw.randrange(cells)
-                units.ask(Asked("push", (cell, draw.uniform(5.0, 15.0))))
-                time.sleep(1.0)
-                units.ask(Asked("release"))
-            time.sleep(1.0)
+            cell = draw.randrange(cells) if touch else None
+            if not touch:
+                try:
+                    line = typed.get(timeout=PAUSE_S)
+                except queue.Empty:
+                    continue
+                if not line.isdigit() or int(line) >= cells:
+                    typer.echo(f"{line!r} is no cell: type a number below {cells}")
+                    continue
+                cell = int(line)
+            units.ask(Asked("push", (cell, draw.uniform(5.0, 15.0))))
+            time.sleep(PAUSE_S)
+            units.ask(Asked("release"))
+            time.sleep(PAUSE_S if touch else 0.0)
+
+
+PAUSE_S = 1.0
+
+
+def typed_lines() -> queue.SimpleQueue[str]:
+    """What is typed in this terminal or comes by a pipe, line by line; nothing where this runs in the background."""
+    import os
+    import queue
+    import sys
+    import threading
+
+    typed: queue.SimpleQueue[str] = queue.SimpleQueue()
+    if sys.stdin.isatty() and os.tcgetpgrp(sys.stdin.fileno()) != os.getpgrp():
+        return typed  # to read would stop it
+
+    def read() -> None:
+        for line in sys.stdin:
+            if line.strip():
+                typed.put(line.strip())
+
+    threading.Thread(target=read, daemon=True).start()
+    return typed

@@ -11,5 +11,15 @@ from robotskin.connecting.connected_skin import ConnectedSkin
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
 from robotskin.connecting.section_units import SectionUnits, unit_addresses
+from robotskin.connecting.touch_order import TouchOrder, marked_cells
 
-__all__ = ["ConnectError", "ConnectedRobot", "ConnectedSkin", "SectionUnits", "check_before_motion", "unit_addresses"]
+__all__ = [
+    "ConnectError",
+    "ConnectedRobot",
+    "ConnectedSkin",
+    "SectionUnits",
+    "TouchOrder",
+    "check_before_motion",
+    "marked_cells",
+    "unit_addresses",
+]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from robotskin.connecting.connected_skin import ConnectedSkin
 from robotskin.connecting.errors import ConnectError
 from robotskin.connecting.first_checks import check_before_motion
 from robotskin.connecting.speed_cap import UNTRUSTED_SPEED, SpeedCap
+from robotskin.connecting.touch_order import TouchOrder
 from robotskin.cycle import SafetyState
 from robotskin.firmware import PORTS, CellMode
 from robotskin.franka import FrankaPort
@@ -33,6 +35,8 @@ TOLD_MOST = 3
 SLICE_S = 0.02
 """Of the loop between two looks from outside."""
 TARE_S = 0.5
+TOUCH_WITHIN_S = 60.0
+HOW_TO_SKIP = "--skip-touch leaves this out"
 STOP_S = 2.0
 """In which a robot that is asked to stop must be at rest, before its port is told to stop it."""
 
@@ -69,11 +73,12 @@ class ConnectedRobot(SkinnedRobot):
         self.period_s = port.period_s or PERIOD_S
         own = at_period(gains or gains_of(robot), self.period_s)
         super().__init__(robot, layout, port, skin.input, behaviour, gains=own, fault_file=fault_file, **options)
-        self.paced = PacedLoop(self.loop, self.period_s)
+        self.paced = PacedLoop(self.loop, self.period_s, realtime=True)
         self.mode = "clock"
         self.speed = SpeedCap(speed_share)
         """How fast it may be commanded."""
         self._follow_slider(0.0)
+        self._settled = False
 
     # ---- Time ----
 
@@ -86,11 +91,36 @@ class ConnectedRobot(SkinnedRobot):
             self.fault_file.watch(self.loop.guard, self.controller.task_error)
             self.fault_file.write_at_rest(self.loop.guard, self.controller.cycle, self.robot.joint_names)
 
-    def begin(self, within_s: float = 5.0) -> None:
-        """Take the forces' zero while nothing touches the skin, then start. Raises ConnectError if it does not."""
+    def settle(self) -> None:
+        """Take the forces' zero while nothing touches the skin; nothing moves."""
         self.run(0.1)
         self.connected_skin.tare(TARE_S)
         self.run(TARE_S + 0.1)
+        self._settled = True
+
+    def check_order(self, order: TouchOrder, tell: Callable[[str], None], within_s: float = TOUCH_WITHIN_S) -> None:
+        """Ask for a touch of each marked cell, and tell what was touched; nothing moves.
+
+        Raises ConnectError: no touch in time, or other cells that are touched again and again.
+        """
+        self.settle()
+        tell(order.told)
+        ends = time.monotonic() + within_s
+        while order.marked is not None:
+            if time.monotonic() > ends:
+                raise ConnectError(f"skin: no touch of the marked cell within {within_s:.0f} s; {HOW_TO_SKIP}")
+            self.run(SLICE_S)
+            if not order.look(self.skin, time.monotonic()):
+                continue
+            tell(order.told)
+            if order.refused:
+                raise ConnectError(f"skin: {order.found}; is it the layout of this skin? Give it with --layout")
+            ends = time.monotonic() + within_s
+
+    def begin(self, within_s: float = 5.0) -> None:
+        """Take the forces' zero if that was not done, then start. Raises ConnectError if it does not."""
+        if not self._settled:
+            self.settle()
         self.start()
         ends = time.monotonic() + within_s
         while self.state not in (SafetyState.running, SafetyState.degraded):
@@ -99,6 +129,10 @@ class ConnectedRobot(SkinnedRobot):
             self.run(SLICE_S)
             if self.loop.report.latched:  # it was lost for a moment while it was to start
                 self.start()
+        self.forget_times()
+
+    def forget_times(self) -> None:
+        """Measure latency from now on."""
         self.paced.forget()
         if isinstance(self.port, UrPort):
             self.port.forget_latency()

@@ -64,7 +64,7 @@ class SectionUnits:
             )
         own = bind or (_own_address(self.addresses[0]), 0)
         model = layout.skin_model()
-        self.driver = Driver(model, keys.for_socket(own[0]), own, self.addresses)
+        self.driver = Driver(model, keys.for_socket(own[0]), own, self.addresses, realtime=True)
         self.reader = SkinReader(self.driver, model)
         self.input = DatagramInput(self.reader)
         self.driver.start()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robotskin.choices import member
-from robotskin.connecting import ConnectedRobot
+from robotskin.connecting import ConnectedRobot, TouchOrder
 from robotskin.cycle import SafetyState
 from robotskin.firmware import CellMode
 from robotskin.live.health_beside import HealthBeside
@@ -25,12 +25,17 @@ TOUCH_IT = "there is no simulated hand: touch the skin itself"
 
 
 class ConnectedSession(LiveRobot):
-    """Runs a `ConnectedRobot` that has begun until `close`, as a `robotskin.viewer.session_view.SessionView`."""
+    """Runs a `ConnectedRobot` that has begun until `close`, as a `robotskin.viewer.session_view.SessionView`.
+
+    `order`: the robot has only settled, and is started when every marked cell was touched; `tell` says what is asked.
+    """
 
     network = None
     solids: tuple[Solid, ...] = ()
 
-    def __init__(self, session: ConnectedRobot) -> None:
+    def __init__(
+        self, session: ConnectedRobot, order: TouchOrder | None = None, tell: Callable[[str], None] = print
+    ) -> None:
         super().__init__(session, session)
         self.session = session
         self.title = f"{session.robot.name}, {len(session.layout)} cells, connected"
@@ -40,6 +45,7 @@ class ConnectedSession(LiveRobot):
         self._looked = False
         self._page_lost = False
         self._restart = False
+        self._order, self._tell = order, tell
         self._began_s = time.monotonic()
         self._rates: dict[str, float] = {}
         self._counted = (self._began_s, session.connected_skin.statistics())
@@ -113,11 +119,25 @@ class ConnectedSession(LiveRobot):
         self.session.recover()
         self._page_lost, self._restart = False, True
 
+    def _await_touch(self, order: TouchOrder) -> None:
+        if not order.look(self.session.skin, time.monotonic()):
+            return
+        self._tell(order.told)
+        if order.marked is None:
+            self._order = None
+            self.session.forget_times()
+            self._start_again()
+
     def _work(self) -> None:
         try:
+            if self._order is not None:
+                self._tell(self._order.told)
             while not self._closing.is_set():
                 while self._obey():
                     pass
+                if self._order is not None:
+                    self._restart = False
+                    self._await_touch(self._order)
                 if self._restart and self.session.state is SafetyState.ready:
                     self.session.start()
                     self._restart = False
@@ -161,7 +181,9 @@ class ConnectedSession(LiveRobot):
     def _take(self) -> Snapshot:
         session = self.session
         why = "the page was lost" if self._page_lost else session.why_not_running()
+        order = self._order
         return Snapshot(
+            marked=None if order is None else order.marked,
             time_s=time.monotonic() - self._began_s,
             joint_position=np.array(session.joints.position),
             skin=SkinReading.of(session.skin, time.monotonic_ns(), self._health.told()),
@@ -173,6 +195,6 @@ class ConnectedSession(LiveRobot):
             goal=self._goal,
             held_back=self._held_back,
             controller_state=session.state.name,
-            stop_reason="" if session.state is SafetyState.running else why,
+            stop_reason=order.told if order else "" if session.state is SafetyState.running else why,
             statistics=dict(self._rates),
         )

@@ -43,7 +43,7 @@ def made_port(name: str, robot: Robot | None = None) -> RobotPort:
         if robot is None:
             raise PortError(f"port {name}: which robot is it? Give --robot, such as --robot ur5")
         if kind == "ur":
-            return UrPort(robot.core, rest, expected=_ur_model(robot))
+            return UrPort(robot.core, rest, expected=_ur_model(robot), realtime=True)
         return _ros2(name, robot) if kind == "ros2" else _franka(rest, robot)
     port = _own(name, kind, rest)
     if robot is not None and port.joint_count != robot.joint_count:

@@ -82,9 +82,12 @@ class FakeController:
         self.steps_to_rest: int | None = 0
         """From the last stop by the safety system until the arm was at rest; None: it is not yet."""
         self.cycles_to_stop = self.cycles_to_rest = 0
-        """Worst of all times: from the last command, or a stop by the safety system, until a motion was told to stop;
-        and from the last command until the arm was at rest after it."""
-        self._tripped_at = self._heard_at = 0
+        """Worst of all times: cycles in which a script obeyed one command, or until a stop by the safety system, before
+        the motion was told to stop; and from the last command until the arm was at rest after it."""
+        self.cycles_resumed = 0
+        """Worst of all times: cycles in which a script went on with a command from before a stop for safety."""
+        self._tripped_at = self._heard_at = self._resumed_at = 0
+        self._live, self._heard_live = 0, 0
         self._heard: object = None
         self._told_to_move = self._moved = False
         self.fastest_rad_s = 0.0
@@ -136,6 +139,7 @@ class FakeController:
         self.safety = safety
         if safety != "normal":
             self.steps_to_rest, self._tripped_at = None, self.steps
+        self._resumed_at = self.steps
 
     def slide(self, fraction: float) -> None:
         """A hand at the teach pendant puts the speed slider there, 0 to 1."""
@@ -204,12 +208,17 @@ class FakeController:
     def _note_command(self) -> None:
         newest = self.inputs.get(SEQUENCE)
         if newest != self._heard:
-            self._heard, self._heard_at = newest, self.steps
+            self._heard, self._heard_at, self._heard_live = newest, self.steps, self._live
 
-    def _note_stop(self, since: int) -> None:
+    def _note_motion(self) -> None:
+        self._told_to_move = True
+        if self._heard_at < self._resumed_at:
+            self.cycles_resumed = max(self.cycles_resumed, self.steps + 1 - self._resumed_at)
+
+    def _note_stop(self, cycles: int) -> None:
         if self._told_to_move:
             self._told_to_move = False
-            self.cycles_to_stop = max(self.cycles_to_stop, self.steps - since)
+            self.cycles_to_stop = max(self.cycles_to_stop, cycles)
 
     def _note_rest(self) -> None:
         moving = bool(np.abs(self.arm.velocity).max() > REST_RAD_S)
@@ -219,11 +228,12 @@ class FakeController:
 
     def _run_program(self) -> None:
         if self.safety != "normal" or not self.powered:
-            self._note_stop(self._tripped_at)
+            self._note_stop(self.steps - self._tripped_at)
             self.arm.stop(PROTECTIVE_DECELERATION)
             return
         if self._program is None:
             return
+        self._live += 1
         try:
             next(self._program)
             return
@@ -318,24 +328,24 @@ class FakeController:
             yield
 
         def servoj(q: list[float], a: float, v: float, t: float, lookahead_time: float, gain: float) -> Iterator[None]:
-            self._told_to_move = True
+            self._note_motion()
             self.arm.servo(np.array(q), lookahead_time)
             yield
 
         def speedj(qd: list[float], a: float, t: float) -> Iterator[None]:
-            self._told_to_move = True
+            self._note_motion()
             self.arm.speed(np.array(qd), a)
             yield
 
         def stopj(a: float) -> Iterator[None]:
-            self._note_stop(self._heard_at)
+            self._note_stop(self._live - self._heard_live)
             self.arm.stop(a)
             yield
             while not self.arm.at_rest:
                 yield
 
         def direct_torque(torque: list[float], friction_comp: bool = True) -> Iterator[None]:
-            self._told_to_move = True
+            self._note_motion()
             self.arm.torque(np.array(torque))
             yield
 

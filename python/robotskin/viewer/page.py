@@ -31,6 +31,7 @@ FRAMES_PER_PLOT = 4
 DRAG_NEWTON_PER_METRE = 200.0
 SILENCE_S = 1.5
 FELT_N = 0.3
+MARKED_COLOUR = (255, 0, 200)
 
 
 class Page(ServedPage):
@@ -149,7 +150,7 @@ class Page(ServedPage):
         with self.server.atomic():
             self.scene.move(snapshot.joint_position)
             self._colour(snapshot)
-            self.scene.mark(self.chosen, snapshot.touch)
+            self.scene.mark(self.chosen if snapshot.marked is None else snapshot.marked, snapshot.touch)
             self.scene.show_hands(snapshot.hands)
             if snapshot.solids is not None:
                 self.solids.move(snapshot.solids)
@@ -168,7 +169,10 @@ class Page(ServedPage):
     def _colour(self, snapshot: Snapshot) -> None:
         network = self.session.network
         if self.controls.modality != "network" or network is None or self.wires is None or self.panel is None:
-            self.scene.colour(cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin))
+            colours = cell_colours(self.controls.modality, self.session.layout, self._cable, snapshot.skin)
+            if snapshot.marked is not None:
+                colours[snapshot.marked] = MARKED_COLOUR
+            self.scene.colour(colours)
             return
         reading = network.reading()
         self.scene.colour(network_colours(reading))
@@ -177,6 +181,8 @@ class Page(ServedPage):
             self.panel.update(reading)
 
     def _name_of_chosen(self, snapshot: Snapshot) -> str:
+        if snapshot.marked is not None:
+            return f"touch cell {snapshot.marked}"
         cell = snapshot.touch.cell if snapshot.touch is not None else self.chosen
         if cell is None:
             return ""

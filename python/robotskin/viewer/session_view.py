@@ -204,6 +204,8 @@ class Snapshot:
     touch: Touch | None = None
     hands: Sequence[Ball] = ()
     """Those that are at work."""
+    marked: int | None = None
+    """The cell that a person is asked to touch."""
     solids: Floats | None = None
     """(K, 4, 4) where the session's `solids` are, in the base frame; None where there are none."""
     statistics: Mapping[str, float] = field(default_factory=dict)

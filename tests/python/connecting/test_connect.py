@@ -3,82 +3,43 @@
 
 import contextlib
 import json
-import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from other_version import OtherVersion
+from staged import HOST, ROBOT, PatientGains, Stage, command, held_units, soon
 from typer.testing import CliRunner
 
 from patience import runs_until
-from robotskin import firmware, robots
+from robotskin import firmware
 from robotskin import layout as layouts
 from robotskin.cli.main import app
-from robotskin.connecting import ConnectedRobot, ConnectError, SectionUnits, check_before_motion, unit_addresses
-from robotskin.cycle import GuardLimits, SafetyState
+from robotskin.connecting import (
+    ConnectedRobot,
+    ConnectError,
+    check_before_motion,
+    unit_addresses,
+)
+from robotskin.cycle import SafetyState
 from robotskin.keys import SkinKeys
-from robotskin.layout import Layout
 from robotskin.live.connected_session import ConnectedSession
 from robotskin.model import CommandMode, JointState, PortStatus, RobotDynamics, RobotPort
 from robotskin.ports import PortError, made_port
-from robotskin.rehearsal import Asked, Look, Process, controller, skin
-from robotskin.robots.gains import GainSet, gains_of
+from robotskin.rehearsal import Asked, Look
+from robotskin.robots.gains import gains_of
 from robotskin.session import SessionError
 from robotskin.session.goals import GoalWatch
 from robotskin.simulator import SensorFaultKind
 from robotskin_lab.partial_skin import part_of
 
-HOST = f"127.80.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
-ROBOT = robots.load("ur5")
 ILL_CELL = 5
-PATIENT_NS = 1_000_000_000
-
-
-class PatientGains(GainSet):
-    """For a machine that other tests hold up: the guard waits longer for joints, skin and cycle."""
-
-    def guard_limits(self, robot) -> GuardLimits:
-        limits = super().guard_limits(robot)
-        limits.joints_timeout_ns = limits.largest_cycle_ns = PATIENT_NS
-        return limits
-
-
-@dataclass
-class Stage:
-    arm: Process
-    units: Process
-    layout: Layout
-    layout_file: Path
-    key: Path
-    addresses: list
-
-
-@pytest.fixture(scope="module")
-def stage(tmp_path_factory) -> Iterator[Stage]:
-    folder = tmp_path_factory.mktemp("connect")
-    whole = layouts.finished("ur5")
-    worn = part_of(whole, np.flatnonzero(whole.patch == whole.patch[236]))
-    worn.save(folder / "part.json")
-    SkinKeys.fresh().save(folder / "skin.key")
-    with (
-        controller("ur5", HOST) as arm,
-        skin("ur5", HOST, layout=folder / "part.json", key=folder / "skin.key") as units,
-    ):
-        addresses = units.ask(Look(("addresses",)))[0]
-        yield Stage(arm, units, worn, folder / "part.json", folder / "skin.key", addresses)
-
-
-def held_units(stage: Stage, keys: SkinKeys | None = None, layout: Layout | None = None, addresses=None):
-    return SectionUnits(layout or stage.layout, addresses or stage.addresses, keys or SkinKeys.load(stage.key))
 
 
 def test_the_robot_gives_way_and_comes_back_and_stops_with_its_skin(stage: Stage) -> None:
@@ -237,15 +198,6 @@ def test_a_port_of_another_count_of_joints(tmp_path: Path, monkeypatch) -> None:
         made_port("two_joints", ROBOT)
 
 
-def command(stage: Stage, *more: str, key: Path | None = None, unit: tuple[str, int] | None = None) -> list[str]:
-    host, port = unit or stage.addresses[0]
-    return [
-        str(Path(sys.executable).with_name("robotskin")), "connect", "ur5", "--robot-port", f"ur:{HOST}",
-        "--units", f"{host}:{port}",
-        "--key", str(key or stage.key), "--layout", str(stage.layout_file), "--headless", *more,
-    ]  # fmt: skip
-
-
 def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatch) -> None:
     looks: list[float] = []
     look = GoalWatch.look
@@ -286,12 +238,6 @@ def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatc
 
             def runs() -> bool:
                 return live.snapshot().controller_state in ("running", "degraded")
-
-            def soon(done: Callable[[], bool]) -> bool:
-                ends = time.monotonic() + 20.0
-                while not done() and time.monotonic() < ends:
-                    time.sleep(0.02)
-                return done()
 
             lookers[0] = 1
             time.sleep(0.2)

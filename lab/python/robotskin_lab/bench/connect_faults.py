@@ -79,7 +79,7 @@ class _Mover:
 def faults_of(host: str, random: np.random.Generator, count: int) -> Figures:
     """Faults of a controller at an address while its robot is moved; after each the port must come back by itself."""
     with controller("ur5", host) as arm:
-        port = UrPort(load("ur5").core, host, "UR5", within_s=WITHIN_S)
+        port = UrPort(load("ur5").core, host, "UR5", within_s=WITHIN_S, realtime=True)
         mover = _Mover(port)
         try:
             return _faults(arm, port, mover, random, count)
@@ -126,6 +126,7 @@ def _faults(arm: Process, port: UrPort, mover: _Mover, random: np.random.Generat
         "ur_hangs": float(hangs),
         "ur_moving_after_stop": float(moving),
         "ur_cycles_to_stop_most": float(arm.ask(Look(("cycles_to_stop",)))[0]),
+        "ur_cycles_resumed_most": float(arm.ask(Look(("cycles_resumed",)))[0]),
         "ur_cycles_to_rest_most": float(cycles),
         "ur_version_taken": float(versions),
         "ur_recipe_taken": float(recipes),

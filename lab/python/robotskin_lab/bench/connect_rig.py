@@ -64,7 +64,7 @@ def stage(
 
 def _patient_port(name: str, robot: Robot, silent_s: float) -> RobotPort:
     if name.startswith("ur:"):
-        return UrPort(robot.core, name.removeprefix("ur:"), "UR5", within_s=20.0, silent_s=silent_s)
+        return UrPort(robot.core, name.removeprefix("ur:"), "UR5", within_s=20.0, silent_s=silent_s, realtime=True)
     port = made_port(name, robot)
     port.silent_s = silent_s  # type: ignore[attr-defined]
     return port

@@ -41,11 +41,21 @@ class EmulatedPico:
         uf2: path of the file.
         random: of the ring oscillator's bits.
         record: where to write what the board was asked and answered, of an image that was built with RS_RECORD.
+        kept: the flash of an earlier one (`save_flash`), as after a power cycle; the image in it runs.
+        forget: the pin that asks for that is at ground.
 
     Raises ChipError where Node or rp2040js is missing, or the chip would not boot.
     """
 
-    def __init__(self, uf2: Path, random: int = 1, record: Path | None = None) -> None:
+    def __init__(
+        self,
+        uf2: Path,
+        random: int = 1,
+        record: Path | None = None,
+        *,
+        kept: Path | None = None,
+        forget: bool = False,
+    ) -> None:
         if why := missing():
             raise ChipError(why)
         boot = {
@@ -53,6 +63,8 @@ class EmulatedPico:
             "random": random,
             "record": None if record is None else str(record),
             "flash_bytes": firmware.FLASH_BYTES,
+            "kept": None if kept is None else str(kept),
+            "forget": forget,
         }
         command = ["node", str(FOLDER / "serve.mjs"), json.dumps(boot)]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
@@ -68,6 +80,10 @@ class EmulatedPico:
     def sensors(self, parts: dict[int, dict[int, int]] | None = None, adc: list[int] | None = None) -> None:
         """Set registers of parts on the I2C bus by address, and the readings of the five analogue inputs."""
         self._ask({"parts": parts or {}, **({"adc": adc} if adc else {})})
+
+    def save_flash(self, file: Path) -> None:
+        """Write the whole flash to a file."""
+        self._ask({"save": str(file)})
 
     def unplug(self, address: int) -> None:
         """Take a part from the bus."""

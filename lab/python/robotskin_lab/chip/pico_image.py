@@ -15,7 +15,7 @@ from robotskin_lab import firmware
 from robotskin_lab.chip.errors import ChipError
 from robotskin_lab.chip.image import FLAGS, SOURCES, compiler_caches, compiler_command
 
-FLASH_AT, MADE_AT = 0x10000000, 0x101FF000
+FLASH_AT, KEYS_AT, MADE_AT = 0x10000000, 0x101FE000, 0x101FF000
 BOOT_BYTES = 256
 PAGE = 256
 FAMILY = 0xE48BFF56
@@ -32,12 +32,16 @@ class PicoImage:
     ram_bytes: int
 
     def uf2(self, uid: int, keys: bytes | None) -> bytes:
-        """The file for one cell: serial number 1 to 2^32 - 1, and its `CELL_KEYS_BYTES` bytes of keys or None."""
+        """The file for one cell: serial number 1 to 2^32 - 1, and its `CELL_KEYS_BYTES` bytes of keys.
+
+        None: it keeps the keys that it has, and waits for some over a line if it has none.
+        """
         if not 0 < uid < 1 << 32:
             raise ChipError(f"serial number {uid}: must be 1 to 4294967295")
-        made = struct.pack("<II", uid, keys is not None) + (keys or b"")
         pages = [(FLASH_AT + at, self.flash[at : at + PAGE]) for at in range(0, len(self.flash), PAGE)]
-        pages.append((MADE_AT, made))
+        pages.append((MADE_AT, struct.pack("<I", uid)))
+        if keys is not None:
+            pages.append((KEYS_AT, struct.pack("<I", 1) + keys))
         return b"".join(
             struct.pack("<8I", 0x0A324655, 0x9E5D5157, 0x2000, address, PAGE, number, len(pages), FAMILY)
             + page.ljust(PAGE, b"\xff").ljust(476, b"\0")
