@@ -29,9 +29,10 @@ void PacedLoop::run(double seconds) noexcept {
   const std::int64_t grace_ns = loop_.port().period_s() > 0 ? period_ns_ / 2 : 0;
   std::int64_t due_ns = last_ns_ + period_ns_;
   for (;;) {
+    // A state that has been waited for must be answered: one that ended a run would wait for half a period.
+    if (now() >= ends_ns) return;
     loop_.port().await_state(std::max(due_ns + grace_ns, now()));
     const std::int64_t now_ns = now();
-    if (now_ns >= ends_ns) return;
     if (last_ns_ != 0) {
       const std::int64_t gap_ns = now_ns - last_ns_;
       worst_gap_ns_ = std::max(worst_gap_ns_, gap_ns);

@@ -223,6 +223,10 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
     return 1 if session.fault else 0
 
 
+SWITCH_S = 0.0005
+"""For which the page's thread may hold the interpreter while the robot's waits between two slices of its loop."""
+
+
 def show(session: ConnectedRobot, port: int, sharing: Sharing, order: TouchOrder | None) -> int:
     """Serve the page until it is interrupted; the exit status. The terminal takes c (confirm), s (stop), g (go)."""
     import sys
@@ -234,6 +238,7 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing, order: TouchOrder
     from robotskin.viewer.page import Page
 
     console = Console()
+    sys.setswitchinterval(SWITCH_S)
     if order is None:
         begin(session)
     else:

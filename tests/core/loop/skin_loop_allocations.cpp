@@ -12,6 +12,7 @@
 #include "control/gravity_task.hpp"
 #include "control/joint_task.hpp"
 #include "control/skin_reaction_task.hpp"
+#include "loop/paced_loop.hpp"
 #include "loop/skin_loop.hpp"
 #include "skin/foreign_input.hpp"
 
@@ -19,7 +20,7 @@ using namespace robotskin;
 
 namespace {
 
-constexpr int ticks = 6000;
+constexpr int ticks = 6000, runs = 100;
 
 // Follows its position commands; answers amiss when it is told to.
 class Arm final : public RobotPort {
@@ -28,7 +29,14 @@ class Arm final : public RobotPort {
   std::size_t joint_count() const noexcept override { return position_.size(); }
   bool offers(CommandMode mode) const noexcept override { return mode == CommandMode::position; }
   PortSensors sensors() const override { return {.imus = {{.name = "imu", .link = "base"}}, .forces = {}}; }
+  double period_s() const noexcept override { return 0.0005; }
+  void await_state(std::int64_t until_ns) noexcept override {
+    RobotPort::await_state(until_ns);
+    unread += awaited;
+    awaited = true;
+  }
   PortStatus read(JointState& state) noexcept override {
+    awaited = false;
     if (fails) return PortStatus::disconnected;
     std::copy(position_.begin(), position_.end(), state.position.begin());
     state.stamp_ns = now_ns;
@@ -48,7 +56,8 @@ class Arm final : public RobotPort {
 
   std::int64_t now_ns = 0;
   bool fails = false, refuses = false;
-  long stops = 0;
+  bool awaited = false;
+  long stops = 0, unread = 0;
 
  private:
   std::vector<double> position_;
@@ -141,9 +150,12 @@ int main(int argument_count, char** arguments) {
       felt_ticks += foreign_loop.guard().state == robot::SafetyState::running;
     });
   }
+  // Run after run, a state that was waited for is read before another is waited for.
+  loop::PacedLoop paced(loop, arm.period_s());
+  for (int run = 0; run < runs; ++run) paced.run(2.6 * arm.period_s());
   const long counted = allocations_of([] { std::make_unique<std::vector<double>>(100); });
   std::printf(
       "{\"allocations\": %ld, \"counted_of_two\": %ld, \"running\": %ld, \"latched\": %ld, \"stops\": %ld, "
-      "\"felt_ticks\": %ld}\n",
-      allocations, counted, running, latched, arm.stops, felt_ticks);
+      "\"felt_ticks\": %ld, \"paced_ticks\": %ld, \"unread\": %ld}\n",
+      allocations, counted, running, latched, arm.stops, felt_ticks, static_cast<long>(paced.ticks()), arm.unread);
 }

@@ -290,7 +290,7 @@ def test_what_a_sensor_has_not_measured_is_absent_and_never_zero() -> None:
     assert foot.stamp_ns == NEVER_NS
 
 
-def test_the_loop_allocates_nothing(seed: int, tmp_path: Path, built_program: Callable[[str], Path]) -> None:
+def test_the_loop_allocates_nothing_and_leaves_no_state_unanswered(seed: int, tmp_path: Path, built_program: Callable[[str], Path]) -> None:
     urdf = tmp_path / "robot.urdf"
     urdf.write_text(robots.load("ur5").urdf)
     program = built_program("skin_loop_allocations")
@@ -301,3 +301,5 @@ def test_the_loop_allocates_nothing(seed: int, tmp_path: Path, built_program: Ca
     assert measured["latched"] > 100
     assert measured["stops"] > 100
     assert measured["felt_ticks"] > 1000
+    assert measured["paced_ticks"] >= 100
+    assert measured["unread"] == 0, "a run ended with a state that was waited for and not answered"

@@ -91,9 +91,8 @@ def _real(seed: int, random: np.random.Generator, cells: int, seconds: float, pu
         line = str(Path(folder) / "port1")
         skin = CellRunner(drawn_tree(cells, random), keys.cell_key, _resting(cells), [(line, True)])
         unit = UnitDaemon([line], key=keys.datagram_key, cell_key=keys.cell_key, session=seed)
-        driver = Driver(
-            [GROUP_KEY | at + 1 for at in range(cells)], keys.datagram_key, ("127.0.0.1", 0), [unit.address]
-        )
+        names = [GROUP_KEY | at + 1 for at in range(cells)]
+        driver = Driver(names, keys.datagram_key, ("127.0.0.1", 0), [unit.address], realtime=True)
         try:
             for one in (skin, unit, driver):
                 one.start()
