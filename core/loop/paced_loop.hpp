@@ -14,8 +14,8 @@ class PacedLoop {
   // where the system permits it. The loop is kept and must outlive this. Throws LoopError for a period of 0 or less.
   PacedLoop(SkinLoop& loop, double period_s, bool realtime = false);
 
-  // Ticks for a time on the host's monotonic clock, and until the tick that has begun is over. What is late is not caught
-  // up with.
+  // Ticks for a time on the host's monotonic clock, and until the tick that has begun is over. What is late is not
+  // caught up with.
   void run(double seconds) noexcept;
 
   SkinLoop& loop() noexcept { return loop_; }

@@ -290,7 +290,9 @@ def test_what_a_sensor_has_not_measured_is_absent_and_never_zero() -> None:
     assert foot.stamp_ns == NEVER_NS
 
 
-def test_the_loop_allocates_nothing_and_leaves_no_state_unanswered(seed: int, tmp_path: Path, built_program: Callable[[str], Path]) -> None:
+def test_the_loop_allocates_nothing_and_answers_every_state(
+    seed: int, tmp_path: Path, built_program: Callable[[str], Path]
+) -> None:
     urdf = tmp_path / "robot.urdf"
     urdf.write_text(robots.load("ur5").urdf)
     program = built_program("skin_loop_allocations")
