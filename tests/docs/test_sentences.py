@@ -13,6 +13,8 @@ PAGES = [
     "CONTRIBUTING.md",
     *sorted(page.relative_to(ROOT).as_posix() for page in (ROOT / "docs").glob("*.md")),
 ]
+FRONT = [name for name in PAGES if re.match(r"README|ARCHITECTURE|docs/(tour|tutorial)", name)]
+"""What a newcomer reads first."""
 MEAN_WORDS, MOST_WORDS = 18, 35
 
 
@@ -47,6 +49,13 @@ def test_sentences_are_short(name: str) -> None:
     assert words(longest) <= MOST_WORDS, f"{words(longest)} words: {longest}"
     running = [count for count in map(words, sentences(page)) if count > 3]  # cells of tables are often a name
     assert sum(running) / len(running) <= MEAN_WORDS
+
+
+def test_on_the_first_pages_no_colon_parts_a_sentence() -> None:
+    assert len(FRONT) >= 6
+    for name in FRONT:
+        longest = max(sentences((ROOT / name).read_text(encoding="utf-8")), key=words)
+        assert words(longest) <= MOST_WORDS, f"{name}: {words(longest)} words: {longest}"
 
 
 def test_a_long_sentence_is_seen() -> None:
