@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Let an unconfigured skin find itself, and write the layout that it found."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._waiting import waiting
+
+if TYPE_CHECKING:
+    from robotskin.selfconfig.configuration import ConfiguredPatch
 
 
 def command(
@@ -187,8 +191,8 @@ def command(
             patch.problem.partition(":")[0] or ("nothing" if place else "not asked for"),
         )
     console.print(table)
-    if not camera and any("limb did not move" in patch.problem for patch in found.patches):
-        console.print("a link that turns about gravity only moves no cell's weight: --camera places its patches")
+    if "localisation" in chosen and (left := _left_open(found.patches, camera=camera)):
+        console.print(left)
     spent = ", ".join(f"{step} {seconds:.1f} s" for step, seconds in found.seconds.items())
     console.print(f"{recorded.duration_s:.0f} s of motion; computing: {spent}")
     if "localisation" in chosen:
@@ -221,6 +225,17 @@ def command(
         with waiting("drawing the report"):
             write_report(report, model, recorded, found, learned, truth)
         console.print(f"report written to {report}")
+
+
+def _left_open(patches: Sequence["ConfiguredPatch"], *, camera: bool) -> str:
+    """Which patches are not placed, and what helps; nothing where all are."""
+    left = [number for number, patch in enumerate(patches) if not patch.placed]
+    if not left:
+        return ""
+    cells = sum(len(patches[number].cells) for number in left)
+    which = f"patch{'es' if len(left) > 1 else ''} {', '.join(map(str, left))}"
+    told = f"{cells} cells stay open ({which}), and the layout leaves them out."
+    return told if camera else f"{told} Where no motion turns gravity, pictures of their LEDs tell more: --camera."
 
 
 def _require_step(option: str, path: Path | None, step: str, steps: tuple[str, ...]) -> None:

@@ -151,8 +151,9 @@ def place_by_pictures(
         except LocalisationError as error:
             patches.append(replace(patch, problem=f"{patch.problem}; by pictures: {error}"))
             continue
-        open_ = ", ".join(direction.name for direction in place.open)
-        problem = f"pictures leave open: {open_}" if open_ else ""
+        open_ = [direction.name for direction in place.open]
+        what = "how it is turned" if all(name.startswith("turn ") for name in open_) else "where it sits"
+        problem = f"pictures leave open {what}: {', '.join(open_)}" if open_ else ""
         patches.append(replace(patch, reconstruction=shape, localisation=place, problem=problem, by="pictures"))
     seconds = configuration.seconds | {"pictures": time.perf_counter() - start}
     return replace(configuration, patches=tuple(patches), seconds=seconds)

@@ -80,6 +80,9 @@ def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_pa
     assert same.exit_code == 0, same.output
     assert "no changes" in same.output
     assert "configured anew: none" in same.output
+    told = " ".join(same.output.split())
+    assert "cells stay open (patches 0, 1)" in told, "those of the shoulder, whose axis is vertical"
+    assert "tell more: --camera" in told
     report = tmp_path / "found.html"
     found = CliRunner().invoke(app, [*arguments, str(after), "--report", str(report)])
     assert found.exit_code == 0, found.output
