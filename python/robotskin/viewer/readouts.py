@@ -220,16 +220,17 @@ class _Plot:
 
     def __init__(self, server: viser.ViserServer, title: str, colour: str) -> None:
         axis = uplot.Axis(stroke="#9aa5b5", grid={"stroke": "rgba(140,150,170,.18)", "width": 1}, size=40)
+        time = uplot.Axis(**axis, label="seconds from now", labelSize=16, labelGap=0, labelFont="12px sans-serif")
         self._top = ROUND_NUMBERS[0]
         self._handle = server.gui.add_uplot(
             (np.zeros(2), np.zeros(2)),
             (uplot.Series(label="s"), uplot.Series(label=title, stroke=colour, width=1.6, fill=colour + "22")),
             title=title,
             scales=self._scales(),
-            axes=(axis, axis),
+            axes=(time, axis),
             legend=uplot.Legend(show=False),
             cursor=uplot.Cursor(show=False),
-            height=150,
+            height=166,
             padding=(8, 12, 0, 0),
             visible=False,
         )

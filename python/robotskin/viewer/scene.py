@@ -23,7 +23,7 @@ HAND_COLOUR = (255, 205, 160)
 HAND_MOST_M = 0.3
 HANDLE_LIFT_M = 0.02
 HAND_OPACITY = 0.25
-NAME_LIFT_M, NAME_LIFT_PUSHED_M = 0.02, 0.15
+NAME_ABOVE_M, ARROW_M = 0.03, 0.15
 CABLE_COLOUR = (255, 150, 60)
 TREE_COLOUR = (250, 250, 250)
 TREE_LIFT_M = 0.002
@@ -158,9 +158,7 @@ class Scene:
             visible=False,
         )
         # Drawn over everything, so that the cell is found behind the robot, too.
-        self._name = scene.add_label(
-            "/chosen/name", "", position=(0.0, 0.0, NAME_LIFT_M), anchor="bottom-center", depth_test=False
-        )
+        self._name = scene.add_label("/chosen/name", "", anchor="bottom-center", depth_test=False)
         self._hint = scene.add_label("/hint", "", anchor="bottom-center", depth_test=False, visible=False)
         self.handle = scene.add_transform_controls(
             "/chosen/handle",
@@ -293,7 +291,7 @@ class Scene:
         out = np.linalg.norm(poses[:, :3, 3] - poses[:, :3, 3].mean(axis=0), axis=1)
         seen = np.where(out >= np.median(out), poses[:, :3, 2] @ (self.side / np.linalg.norm(self.side)), -1.0)
         best = poses[int(np.argmax(seen))]
-        self._hint.position = best[:3, 3] + NAME_LIFT_M * best[:3, 2]
+        self._hint.position = best[:3, 3] + best[:3, :3] @ place_of_name(best, pushed=False)
         self._hint.text = text
         self._hint.visible = True
 
@@ -322,9 +320,9 @@ class Scene:
         pushing = touch is not None and touch.force_n > 0
         approaching = touch is not None and not pushing
         self.arrow.visible = pushing
-        lift = NAME_LIFT_PUSHED_M if pushing else NAME_LIFT_M
-        if self._name.position[2] != lift:
-            self._name.position = (0.0, 0.0, lift)
+        place = place_of_name(pose, pushed=pushing)
+        if not np.allclose(self._name.position, place, atol=1e-3):
+            self._name.position = place
         self.handle.visible = approaching
         if touch is not None and pushing:
             self.arrow.scale = (1.0, 1.0, 0.35 + 0.05 * touch.force_n)
@@ -338,6 +336,18 @@ class Scene:
     def cell_position(self, cell: int) -> Floats:
         """(3,) where the face of a cell is now, in the base frame, metres."""
         return base_from_cell(self._poses, self.cell_link[[cell]], self.layout.link_from_cell[[cell]])[0, :3, 3]
+
+
+def place_of_name(base_from_cell: Floats, *, pushed: bool) -> Floats:
+    """(3,) m in the frame of a cell where its name stands: above it as a person sees it, so that it hides no cell.
+
+    Args:
+        base_from_cell: (4, 4) of the cell; z of the base frame is up.
+        pushed: an arrow stands on the cell; where that points down, the name stands at its end.
+    """
+    up = base_from_cell[2, :3]
+    arrow = ARROW_M if pushed and up[2] > 0.5 else 0.0
+    return NAME_ABOVE_M * up + np.array([0.0, 0.0, arrow])
 
 
 def body_corners(bounds: Mapping[int, Floats], base_from_link: Floats) -> Floats:

@@ -8,7 +8,9 @@ import pytest
 from stand_in import StandInSession, resting
 from trimesh import transformations
 
+from robotskin.layout import finished
 from robotskin.layout.cell import CELL_THICKNESS_M, HEXAGON_SIDE_M
+from robotskin.robots.gains import robot_with_gains
 from robotskin.viewer.camera import FREE_OF_CONTROLS, FROM_FRONT_LEFT, NARROW, Camera, side_of_skin
 from robotskin.viewer.cell_card import cell_card
 from robotskin.viewer.cell_shape import base_from_cell, hexagonal_prism, wxyz_position
@@ -16,7 +18,7 @@ from robotskin.viewer.colours import NO_FRESH_VALUE
 from robotskin.viewer.controls import APPROACH, LOOK, WISH_S
 from robotskin.viewer.page import SILENCE_S, Page
 from robotskin.viewer.readouts import History, joint_rows, state_tiles
-from robotskin.viewer.scene import HANDLE_LIFT_M
+from robotskin.viewer.scene import HANDLE_LIFT_M, body_corners, place_of_name
 from robotskin.viewer.session_view import Ball, Touch
 
 
@@ -55,6 +57,24 @@ def test_the_prism_is_closed_and_faces_outward() -> None:
     assert 0.9 * full < volume < full
     assert vertices[:, 2].max() == 0
     assert vertices[:, 2].min() == pytest.approx(-CELL_THICKNESS_M)
+
+
+@pytest.mark.parametrize("pushed", [False, True])
+def test_the_name_of_a_cell_hides_no_cell_that_is_seen(pushed: bool) -> None:
+    """From the opening view, which looks down a little, the name begins where the cell ends."""
+    ready = robot_with_gains("ur5")
+    skin, robot = finished("ur5"), ready.robot
+    poses = robot.base_from_link(np.array(ready.gains.home))
+    cells = poses[[robot.link_index(skin.links[link]) for link in skin.link]] @ skin.link_from_cell
+    camera = Camera.around(body_corners({}, poses), 1.0, side_of_skin(cells[:, :3, 2]))
+    towards = camera.position_m - cells[:, :3, 3]
+    facing = np.einsum("ij,ij->i", cells[:, :3, 2], towards) / np.linalg.norm(towards, axis=1) > 0.3
+    assert facing.sum() > 50
+    corner = np.append(hexagonal_prism()[0].astype(float), np.ones((len(hexagonal_prism()[0]), 1)), axis=1)
+    for cell in cells[facing]:
+        name = cell[:3, 3] + cell[:3, :3] @ place_of_name(cell, pushed=pushed)
+        lower_edge = camera.pixels(name[None], 800, 800)[0, 1]
+        assert lower_edge < camera.pixels((corner @ cell.T)[:, :3], 800, 800)[:, 1].min()
 
 
 @pytest.fixture
