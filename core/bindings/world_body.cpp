@@ -41,14 +41,15 @@ auto rows(const std::vector<Row>& values) {
 world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector<int>& cell_geom,
                             const Poses& body_from_cell, const Neighbours& cell_neighbours,
                             const std::vector<int>& object_body, const std::vector<double>& object_temperature,
-                            double ambient_temperature, const std::vector<int>& material_geom,
-                            const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
-                            const std::vector<double>& material_relaxes_by,
+                            const std::vector<double>& object_reflectance, double ambient_temperature,
+                            const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
+                            const std::vector<bool>& material_local, const std::vector<double>& material_relaxes_by,
                             const std::vector<double>& material_relaxes_in_s, double skin_stiffness) {
   const std::size_t cells = cell_body.size();
   if (cell_geom.size() != cells || body_from_cell.shape(0) != cells ||
-      object_body.size() != object_temperature.size() || (!cell_neighbours.empty() && cell_neighbours.size() != cells))
-    throw std::invalid_argument("Body: one geom and pose a cell, one temperature an object");
+      object_body.size() != object_temperature.size() || object_body.size() != object_reflectance.size() ||
+      (!cell_neighbours.empty() && cell_neighbours.size() != cells))
+    throw std::invalid_argument("Body: one geom and pose a cell, one temperature and reflectance an object");
   if (material_geom.size() != material_stiffness.size() || material_geom.size() != material_local.size() ||
       material_geom.size() != material_relaxes_by.size() || material_geom.size() != material_relaxes_in_s.size())
     throw std::invalid_argument("Body: one stiffness a soft geom");
@@ -61,6 +62,7 @@ world::Mounting mounting_of(const std::vector<int>& cell_body, const std::vector
       if (neighbour >= static_cast<int>(cells)) throw std::invalid_argument("Body: a neighbour that is no cell");
   mounting.object_body = object_body;
   mounting.object_temperature = object_temperature;
+  mounting.object_reflectance = object_reflectance;
   mounting.ambient_temperature = ambient_temperature;
   mounting.material_geom = material_geom;
   mounting.material_stiffness_n_per_m = material_stiffness;
@@ -143,11 +145,11 @@ void bind_world_body(nb::module_& module) {
           [](Body* self, std::uintptr_t model, std::uintptr_t data, const nb::object& /*owner*/,
              const std::vector<int>& cell_body, const std::vector<int>& cell_geom, Poses body_from_cell,
              const Neighbours& cell_neighbours, const std::vector<int>& object_body,
-             const std::vector<double>& object_temperature, double ambient_temperature,
-             const std::vector<int>& material_geom, const std::vector<double>& material_stiffness,
-             const std::vector<bool>& material_local, const std::vector<double>& material_relaxes_by,
-             const std::vector<double>& material_relaxes_in_s, double skin_stiffness,
-             const std::vector<HandDescription>& hands, const std::vector<Carrier>& carriers,
+             const std::vector<double>& object_temperature, const std::vector<double>& object_reflectance,
+             double ambient_temperature, const std::vector<int>& material_geom,
+             const std::vector<double>& material_stiffness, const std::vector<bool>& material_local,
+             const std::vector<double>& material_relaxes_by, const std::vector<double>& material_relaxes_in_s,
+             double skin_stiffness, const std::vector<HandDescription>& hands, const std::vector<Carrier>& carriers,
              const std::vector<int>& robot_joints, const std::vector<double>& effort_limit, const ServoGains& gains,
              const Imperfections& imperfections, std::uint64_t seed, PortSensors sensors, std::vector<int> imu_body,
              std::vector<int> force_body, std::size_t base_joints) {
@@ -155,19 +157,20 @@ void bind_world_body(nb::module_& module) {
               throw std::invalid_argument("Body: one body a sensor");
             if (robot_joints.size() != effort_limit.size())
               throw std::invalid_argument("Body: one effort limit a joint");
-            new (self) Body(reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
-                            mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body,
-                                        object_temperature, ambient_temperature, material_geom, material_stiffness,
-                                        material_local, material_relaxes_by, material_relaxes_in_s, skin_stiffness),
-                            hands, carriers, robot_joints, effort_limit, gains, imperfections, seed,
-                            {std::move(sensors), std::move(imu_body), std::move(force_body)}, base_joints);
+            new (self)
+                Body(reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data),
+                     mounting_of(cell_body, cell_geom, body_from_cell, cell_neighbours, object_body, object_temperature,
+                                 object_reflectance, ambient_temperature, material_geom, material_stiffness,
+                                 material_local, material_relaxes_by, material_relaxes_in_s, skin_stiffness),
+                     hands, carriers, robot_joints, effort_limit, gains, imperfections, seed,
+                     {std::move(sensors), std::move(imu_body), std::move(force_body)}, base_joints);
           },
           nb::keep_alive<1, 4>(), "model_address"_a, "data_address"_a, "owner"_a, "cell_body"_a, "cell_geom"_a,
-          "body_from_cell"_a, "cell_neighbours"_a, "object_body"_a, "object_temperature"_a, "ambient_temperature"_a,
-          "material_geom"_a, "material_stiffness"_a, "material_local"_a, "material_relaxes_by"_a,
-          "material_relaxes_in_s"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a, "robot_joints"_a, "effort_limit"_a,
-          "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{}, "imu_body"_a = std::vector<int>{},
-          "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
+          "body_from_cell"_a, "cell_neighbours"_a, "object_body"_a, "object_temperature"_a, "object_reflectance"_a,
+          "ambient_temperature"_a, "material_geom"_a, "material_stiffness"_a, "material_local"_a,
+          "material_relaxes_by"_a, "material_relaxes_in_s"_a, "skin_stiffness"_a, "hands"_a, "carriers"_a,
+          "robot_joints"_a, "effort_limit"_a, "gains"_a, "imperfections"_a, "seed"_a, "sensors"_a = PortSensors{},
+          "imu_body"_a = std::vector<int>{}, "force_body"_a = std::vector<int>{}, "base_joints"_a = 0)
       .def("step", &Body::step, "time_ns"_a, "One physics step from this time on.")
       .def_prop_ro("robot", &Body::robot, nb::rv_policy::reference_internal, "the port of the simulated robot")
       .def_prop_ro(

@@ -21,6 +21,7 @@ struct Mounting {
   std::vector<std::array<int, 4>> cell_neighbours;  // (N) cell at each port, -1: none; empty: no cell has any
   std::vector<int> object_body;                     // (O) hands first, then the bodies of things
   std::vector<double> object_temperature;           // (O) degrees Celsius
+  std::vector<double> object_reflectance;           // (O) what a proximity sensor sees of it; 0: drawn
   double ambient_temperature = 30;                  // degrees Celsius
   double skin_stiffness_n_per_m = 7500;             // of the foam under one cell
   std::vector<int> material_geom;                   // (M) geoms of things that are not rigid

@@ -66,6 +66,8 @@ Proximity::Proximity(const mjModel& model, const Mounting& mounting, const Imper
   const double least = imperfections.reflectance_least, most = imperfections.reflectance_most;
   for (int body = 0; body < model.nbody; ++body)
     reflectance_[body] = least + (most - least) * random_unit(stream_key(seed, purpose_reflectance, body), 0);
+  for (std::size_t i = 0; i < mounting.object_count(); ++i)
+    if (mounting.object_reflectance[i] > 0) reflectance_[mounting.object_body[i]] = mounting.object_reflectance[i];
   const auto& objects = mounting.object_body;
   const auto& cells = mounting.cell_geom;
   for (int geom = 0; geom < model.ngeom; ++geom) {

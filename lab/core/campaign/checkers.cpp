@@ -59,6 +59,7 @@ void Checkers::frame_sent(const Network& network, world::WireEnd from, const std
 void Checkers::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
                              const world::Fault& fault) {
   const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
+  if (forged) ground_->forged(ground_->wire_of(to));
   forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
   if (forged) return;
   routes_->frame_planted(ground_->wire_of(to), frame);
@@ -106,7 +107,7 @@ void Checkers::poll() {
   torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
-    ledger_.poll(*network_, *ground_, *recovery_, !whole_lines_ || !within_load());
+    ledger_.poll(*network_, *ground_, *recovery_, within_load());
   }
   control_->poll(*ground_, network_->time_ns());
 }
@@ -114,6 +115,7 @@ void Checkers::poll() {
 void Checkers::finish() {
   recovery_->finish();
   balance_.finish(network_->time_ns());
+  ledger_.finish(*network_);
   if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_);
 }
 

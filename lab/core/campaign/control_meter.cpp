@@ -18,8 +18,9 @@ void ControlMeter::frame_sent(const GroundTruth& ground, std::size_t index, cons
   wire.beacon_ns[wire.next] = now_ns;
   wire.next = static_cast<std::uint8_t>((wire.next + 1) % wire.beacon_ns.size());
   const std::int64_t first_ns = wire.beacon_ns[wire.next];
-  if (first_ns == 0 || now_ns - first_ns >= beacon_window_ns || ground.lawless(now_ns)) return;
+  if (first_ns == 0 || now_ns - first_ns >= beacon_window_ns) return;
   const bool cell = ground.is_cell(index);
+  if (cell ? ground.lawless(now_ns, GroundTruth::cell_of(index)) : ground.lawless(now_ns)) return;
   breaks_.add(Invariant::beacon_rate, now_ns, {cell ? GroundTruth::cell_of(index) : index},
               {{"port", static_cast<std::int64_t>(index % RS_PORTS) + 1},
                {"of a cell", cell},

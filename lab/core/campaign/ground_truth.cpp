@@ -31,12 +31,14 @@ GroundTruth::GroundTruth(const world::Network& network)
       cells_(network.cell_count()),
       far_(RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * network.unit_count(), no_wire),
       downs_(far_.size()),
+      forged_(far_.size()),
       joined_(far_.size()),
       ready_ns_(far_.size()),
       moved_ns_(far_.size()),
       runs_(cells_),
       zombie_(cells_),
       booted_ns_(cells_, -1),
+      lawless_cell_ns_(cells_),
       depth_(cells_) {
   for (std::size_t wire = 0; wire < far_.size(); ++wire) look_at(wire);
 }
@@ -97,6 +99,12 @@ void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair) {
   base_ns_ = std::max(base_ns_, end_ns + repair);
   repaired_ns_ = std::max(repaired_ns_, base_ns_);
   samples_disturbed_ns_ = std::max(samples_disturbed_ns_, end_ns + repair);
+}
+
+void GroundTruth::forged(std::size_t wire) {
+  if (++forged_[wire] <= RS_TAGS_BUDGET) return;
+  shake(wire, std::int64_t{RS_TAGS_CLOSED_S} * 1000 * ms, 1);
+  disturb(0, repair_ns);
 }
 
 void GroundTruth::granted() {
@@ -162,6 +170,23 @@ void GroundTruth::memory_overwritten(std::size_t cell) {
   links_of_cell_fall(cell, legal_again_ns, 1);
   disturb(legal_again_ns, 0);
   lawless_until_ns_ = std::max(lawless_until_ns_, network_.time_ns() + legal_again_ns);
+  ++memory_faults_;
+  std::vector<std::size_t> near{cell};
+  std::vector<std::uint8_t> seen(cells_);
+  seen[cell] = 1;
+  for (int wires = 0; !near.empty(); ++wires) {
+    std::vector<std::size_t> next;
+    for (const std::size_t one : near) {
+      lawless_cell_ns_[one] = lawless_until_ns_;
+      for (unsigned port = 1; port <= RS_PORTS && wires < memory_reach; ++port) {
+        const std::int32_t far = far_[wire_of_cell(one, port)];
+        if (far == no_wire || !is_cell(static_cast<std::size_t>(far))) continue;
+        const std::size_t other = cell_of(static_cast<std::size_t>(far));
+        if (seen[other]++ == 0) next.push_back(other);
+      }
+    }
+    near = std::move(next);
+  }
   while (!overwritten_ns_.empty() && overwritten_ns_.back() <= network_.time_ns()) overwritten_ns_.pop_back();
   if (!overwritten_ns_.empty()) next_overwritten_ns_ = overwritten_ns_.back();
 }

@@ -22,6 +22,7 @@ inline constexpr std::int64_t repair_ns = 6 * ms;
 // A cell that was granted a move holds back the ticks of its tree for so long, and cells behind it wait as long.
 inline constexpr std::int64_t held_ns = RS_HOLD_US * us * 102 / 100;
 inline constexpr std::int64_t legal_again_ns = 60 * ms;
+inline constexpr int memory_reach = 4;
 
 class GroundTruth : private world::FaultWitness {
  public:
@@ -34,9 +35,10 @@ class GroundTruth : private world::FaultWitness {
   void expect(const std::vector<world::Fault>& faults);
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
-  void granted();  // a cell may move
-  void misled();   // a cell alone for long may follow a tick from earlier
-  void settle();   // after either of them
+  void forged(std::size_t wire);  // a frame under a wrong tag came in there: so many close the port
+  void granted();                 // a cell may move
+  void misled();                  // a cell alone for long may follow a tick from earlier
+  void settle();                  // after either of them
 
   // ---- Wires: 4 a cell, then 15 a section unit ----
   std::size_t wire_of_cell(std::size_t cell, unsigned port) const { return RS_PORTS * cell + port - 1; }
@@ -70,10 +72,13 @@ class GroundTruth : private world::FaultWitness {
   // Repairs may take until then; the checkers adds the hops that the last fault cut off.
   std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
   void allow_hops(std::int32_t hops) { repaired_ns_ = std::max(repaired_ns_, base_ns_ + hops * hop_ns); }
-  // Memory was overwritten: what is false until then comes from that.
-  bool lawless(std::int64_t now_ns) const {
-    return now_ns < lawless_until_ns_ || (now_ns >= next_overwritten_ns_ && now_ns < next_overwritten_ns_ + us);
+  // Memory was overwritten: what is false until then may come from that.
+  bool lawless(std::int64_t now_ns) const { return now_ns < lawless_until_ns_ || about_to_be_overwritten(now_ns); }
+  // The same of a cell within `memory_reach` wires of the one that was damaged. Farther ones keep every law.
+  bool lawless(std::int64_t now_ns, std::size_t cell) const {
+    return now_ns < lawless_cell_ns_[cell] || about_to_be_overwritten(now_ns);
   }
+  std::int32_t memory_faults() const { return memory_faults_; }
   std::int64_t lawless_until_ns() const { return lawless_until_ns_; }
   bool samples_disturbed_since(std::int64_t since_ns) const { return samples_disturbed_ns_ >= since_ns; }
   std::uint64_t revision() const { return revision_; }
@@ -86,6 +91,9 @@ class GroundTruth : private world::FaultWitness {
   void memory_overwritten(std::size_t cell) override;
   void samples_disturbed(std::int64_t for_ns) override;
 
+  bool about_to_be_overwritten(std::int64_t now_ns) const {
+    return now_ns >= next_overwritten_ns_ && now_ns < next_overwritten_ns_ + us;
+  }
   void disturb(std::int64_t for_ns, std::int64_t repair);
   void shake(std::size_t wire, std::int64_t quarantine_ns, std::int32_t downs);
   void look_at(std::size_t wire);
@@ -93,11 +101,11 @@ class GroundTruth : private world::FaultWitness {
 
   const world::Network& network_;
   std::size_t cells_;
-  std::vector<std::int32_t> far_, downs_;
+  std::vector<std::int32_t> far_, downs_, forged_;
   std::vector<std::uint8_t> joined_;
   std::vector<std::int64_t> ready_ns_, moved_ns_;
   std::vector<std::uint8_t> runs_, zombie_;
-  std::vector<std::int64_t> booted_ns_;
+  std::vector<std::int64_t> booted_ns_, lawless_cell_ns_;
   std::vector<std::int32_t> depth_, queue_;
   std::int64_t next_ready_ns_ = 0, depth_since_ns_ = -1;
   std::uint64_t depth_revision_ = ~std::uint64_t{0};
@@ -107,6 +115,7 @@ class GroundTruth : private world::FaultWitness {
   std::int64_t moving_until_ns_ = -1;
   bool waits_ = false;  // the present repair, for a move
   std::int64_t lawless_until_ns_ = 0, samples_disturbed_ns_ = 0;
+  std::int32_t memory_faults_ = 0;
   std::uint64_t revision_ = 0;
 };
 

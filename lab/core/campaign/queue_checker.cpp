@@ -42,7 +42,7 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
     return that_came();
   }
   const std::int64_t now_ns = network.time_ns();
-  const bool lawless = ground.lawless(now_ns);
+  const bool lawless = ground.lawless(now_ns, index);
   if (ring.count > RS_QUEUE_DATA || state.queues.slow.count > RS_QUEUE_SLOW ||
       state.queues.down.count > RS_QUEUE_DOWN) {
     if (!lawless)

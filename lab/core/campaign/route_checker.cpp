@@ -67,7 +67,7 @@ void RouteChecker::frame_taken(std::size_t at_wire, const std::uint8_t* frame, s
     const std::size_t cell = GroundTruth::cell_of(at_wire);
     const Shadow& shadow = shadow_[cell];
     const unsigned port = static_cast<unsigned>(at_wire % RS_PORTS) + 1;
-    if (shadow.port != port || ground_.lawless(now_ns)) return;
+    if (shadow.port != port || ground_.lawless(now_ns, cell)) return;
     // Believed to lead elsewhere, or back only by chance: the plug was moved.
     const std::int32_t far = ground_.far(at_wire);
     if (!ground_.ready(at_wire, now_ns) || far == GroundTruth::no_wire ||
@@ -92,7 +92,7 @@ void RouteChecker::cell_stepped(std::size_t cell, const rs_input& input, std::op
   if (state.counts.hops_exhausted != shadow.hops_exhausted) {
     shadow.hops_exhausted = state.counts.hops_exhausted;
     const std::int64_t since_ns = taken_ns.value_or(network_.time_ns() - frame_lives_ns);
-    if (!is_report(input) && !ground_.lawless(network_.time_ns()) && since_ns > changed_ns_)
+    if (!is_report(input) && !ground_.lawless(network_.time_ns(), cell) && since_ns > changed_ns_)
       breaks_.add(Invariant::hops_left, network_.time_ns(), {cell}, {{"out of hops at", route.hops}});
   }
   const bool same_parent = route.parent_port == shadow.port && route.hops == shadow.hops &&
@@ -109,7 +109,7 @@ void RouteChecker::cell_stepped(std::size_t cell, const rs_input& input, std::op
     }
   }
   copy(cell);
-  if (ground_.lawless(network_.time_ns())) return;
+  if (ground_.lawless(network_.time_ns(), cell)) return;
   check_order(cell);
   check_children(cell);
 }
@@ -119,7 +119,7 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
   const std::int64_t now_ns = network_.time_ns();
   Shadow& shadow = shadow_[cell];
   ++adoptions_;
-  const bool lawless = ground_.lawless(now_ns);
+  const bool lawless = ground_.lawless(now_ns, cell);
   const unsigned port = route.parent_port;
   if (port > RS_PORTS) {
     if (!lawless) breaks_.add(Invariant::true_adoption, now_ns, {cell}, {{"parent port", port}});
@@ -194,9 +194,11 @@ void RouteChecker::frame_planted(std::size_t at_wire, const std::uint8_t* frame)
 
 void RouteChecker::check_circle(std::size_t cell) {
   std::int32_t at = shadow_[cell].parent;
+  const std::int64_t now_ns = network_.time_ns();
   for (std::size_t hops = 1; at >= 0 && hops <= shadow_.size(); ++hops) {
+    if (ground_.lawless(now_ns, static_cast<std::size_t>(at))) return;
     if (at == static_cast<std::int32_t>(cell)) {
-      breaks_.add(Invariant::acyclic, network_.time_ns(), {cell, static_cast<std::size_t>(shadow_[cell].parent)},
+      breaks_.add(Invariant::acyclic, now_ns, {cell, static_cast<std::size_t>(shadow_[cell].parent)},
                   {{"cells in the circle", static_cast<std::int64_t>(hops)}});
       return;
     }
@@ -209,6 +211,7 @@ void RouteChecker::check_order(std::size_t child) {
   if (below.parent < 0) return;
   if (ground_.is_zombie(child)) return;  // adopts nothing; after half the tick numbers its own seems new
   const auto parent = static_cast<std::size_t>(below.parent);
+  if (ground_.lawless(network_.time_ns(), child) || ground_.lawless(network_.time_ns(), parent)) return;
   const Shadow& above = shadow_[parent];
   // A parent that has none itself can close no circle; one that has lost its memory must be let go before it has.
   if (above.parent == none) return;

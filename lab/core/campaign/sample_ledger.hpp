@@ -29,6 +29,8 @@ class SampleLedger : public world::SampleSource {
  public:
   static constexpr std::size_t kept = 256;              // samples of a cell
   static constexpr std::int64_t delivery_ns = 40 * ms;  // from cell to host, at most
+  // What one damaged cell holds of others, and what it says of itself until it is healed.
+  static constexpr std::uint64_t excused_max = 256;
 
   SampleLedger(const FaultCase& drawn, BreakLog& breaks);
 
@@ -46,12 +48,16 @@ class SampleLedger : public world::SampleSource {
   void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.
   void struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery, bool within_load);
-  // Looks for samples that are missing by now; only if nothing but the protocol can have lost them.
-  void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery, bool may_lose);
+  // Looks for samples that are missing by now, while no port has more cells than it can carry. Where only the protocol
+  // can have lost them each counts; on lossy lines they are counted.
+  void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
+            bool within_load);
+  void finish(const world::Network& network);  // at the end
 
   std::uint64_t taken() const { return taken_; }
   std::uint64_t delivered() const { return delivered_; }
   std::uint64_t repeated() const { return repeated_; }  // events that came again, marked so
+  std::uint64_t excused() const { return excused_; }    // samples that were false, as memory had been damaged
 
  private:
   struct Entry {
@@ -76,6 +82,8 @@ class SampleLedger : public world::SampleSource {
     std::vector<std::uint8_t> spared;  // cells that run and can be reached all the time
   };
 
+  bool must_arrive(const GroundTruth& ground, const RecoveryChecker& recovery, std::size_t cell,
+                   const Entry& entry) const;
   bool must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
   bool touched(std::size_t cell, std::int64_t time_ns) const;
   void record(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
@@ -85,8 +93,13 @@ class SampleLedger : public world::SampleSource {
   std::vector<Cell> cells_;
   Workload workload_;
   std::uint64_t seed_;
+  bool whole_lines_;
+  double frame_loss_;  // of a frame on a line
+  double lost_at_most_ = 0;
+  std::uint64_t lost_ = 0;
   Failure failure_;
-  std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0;
+  void excuse(const world::Network& network, const GroundTruth& ground, std::size_t cell);
+  std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0, excused_ = 0;
 };
 
 }  // namespace robotskin::campaign

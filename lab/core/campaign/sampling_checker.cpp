@@ -73,7 +73,7 @@ void SamplingChecker::cell_stepped(const world::Network& network, const GroundTr
       if (!cell.changed) cell.largest = cell.divisor;
       cell.changed = false;
     } else if (events_ && std::abs(value - cell.sent_value) >= threshold_ && cell.sent_ns > ground.booted_ns(index) &&
-               cell.sent_ns > ground.lawless_until_ns() && !ground.lawless(now_ns) && !refused) {
+               cell.sent_ns > ground.lawless_until_ns() && !ground.lawless(now_ns, index) && !refused) {
       breaks_.add(Invariant::sampled, now_ns, {index}, {{"value", value}, {"sent last", cell.sent_value}});
     }
   }

@@ -14,8 +14,9 @@ from robotskin_lab.executors.named import HELP
 from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import table
 from robotskin_lab.reproduce.catalogue import Catalogue, Run
+from robotskin_lab.reproduce.cited import unstored
 from robotskin_lab.reproduce.measure import RunFailedError, measure
-from robotskin_lab.reproduce.result import ResultError, is_old, load
+from robotskin_lab.reproduce.result import TREE, ResultError, is_old, load
 
 console = Console()
 
@@ -85,4 +86,7 @@ def _tell_stale(chosen: list[Run]) -> int:
         if is_old(result, run.measures):
             old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
     console.print(old if old.row_count else "every kept result is of the code as it is")
+    for page in table.PAGES:
+        for heading in unstored(page.read_text(encoding="utf-8")):
+            console.print(f"{page.relative_to(TREE)}, {heading}: figures of no stored result", highlight=False)
     return int(old.row_count > 0)

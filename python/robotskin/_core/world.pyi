@@ -430,6 +430,7 @@ class Body:
         cell_neighbours: Sequence[Sequence[int]],
         object_body: Sequence[int],
         object_temperature: Sequence[float],
+        object_reflectance: Sequence[float],
         ambient_temperature: float,
         material_geom: Sequence[int],
         material_stiffness: Sequence[float],

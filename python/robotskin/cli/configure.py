@@ -11,7 +11,9 @@ from robotskin.cli._ideal import Ideal
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
+    from robotskin.robots import Robot
     from robotskin.selfconfig.configuration import ConfiguredPatch
+    from robotskin.selfconfig.readings.recording import BabblingRecording
 
 
 def command(
@@ -33,7 +35,11 @@ def command(
     ] = None,
     recording: Annotated[
         Path | None,
-        typer.Option(help="Write what the cells felt here (.npz), to configure from again.", dir_okay=False),
+        typer.Option(
+            help="Write what the cells felt here, to configure from again (.npz); or all of it over time (.csv), and "
+            "beside it which cell is plugged into which.",
+            dir_okay=False,
+        ),
     ] = None,
     record: Annotated[
         Path | None,
@@ -44,7 +50,21 @@ def command(
     ] = None,
     source: Annotated[
         Path | None,
-        typer.Option("--from", help="Configure from this recording; nothing moves.", exists=True, dir_okay=False),
+        typer.Option(
+            "--from",
+            help="Configure from this recording (.npz), or from joints and accelerations over time of any robot (.csv, "
+            "docs/selfconfig.md); nothing moves.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    neighbours: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --from FILE.csv: which cell is plugged into which (.csv); without it each is alone.",
+            exists=True,
+            dir_okay=False,
+        ),
     ] = None,
     check: Annotated[
         Path | None,
@@ -94,12 +114,14 @@ def command(
     from robotskin.cli._sharing import told_recorded
     from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
     from robotskin.configuring.kept_exploration import KeptExploration
+    from robotskin.configuring.kept_series import KeptSeries
     from robotskin.errors import InputError
     from robotskin.outputs import PICTURES, require_writable
     from robotskin.robots.gains import robot_with_gains
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
     from robotskin.selfconfig.learned_map import learn_map
+    from robotskin.selfconfig.readings.neighbour_files import save_neighbours
     from robotskin.selfconfig.readings.recording import BabblingRecording
 
     console = Console()
@@ -124,7 +146,13 @@ def command(
     require_writable("--recording", recording)
     require_writable("--report", report)
     require_writable("--record", record)
+    from_series = source is not None and source.suffix == ".csv"
+    if neighbours is not None and not from_series:
+        raise InputError(f"--neighbours {neighbours}: goes with --from FILE.csv; other recordings hold them")
+    if recording is not None and from_series:
+        raise InputError(f"--recording {recording} with --from {source}: nothing moves, and the CSV is the recording")
     kept = None if record is None else KeptExploration(record)
+    series = KeptSeries() if recording is not None and recording.suffix == ".csv" and source is None else None
     earlier = BabblingRecording.load(check) if check is not None else None
     if earlier is not None:
         require_joints(model, earlier)
@@ -134,7 +162,7 @@ def command(
             stack.enter_context(kept)
         tell = stack.enter_context(waiting("waking the skin"))
         if source is not None:
-            recorded = BabblingRecording.load(source)
+            recorded = _from_series(source, neighbours, model) if from_series else BabblingRecording.load(source)
         else:
             assert truth is not None
             recorded = babble(
@@ -145,9 +173,13 @@ def command(
                 swing_postures=swing_postures,
                 floor_m=floor_m,
                 kept=kept,
+                series=series,
                 progress=tell,
             )
-        if recording is not None:
+        if series is not None and recording is not None:
+            series.series().save(recording)
+            save_neighbours(recorded.lists, recording.with_name(f"{recording.stem}-neighbours.csv"))
+        elif recording is not None:
             recorded.save(recording)
         checked = None
         if earlier is not None:
@@ -236,6 +268,17 @@ def _left_open(patches: Sequence["ConfiguredPatch"], *, camera: bool) -> str:
     which = f"patch{'es' if len(left) > 1 else ''} {', '.join(map(str, left))}"
     told = f"{cells} cells stay open ({which}), and the layout leaves them out."
     return told if camera else f"{told} Where no motion turns gravity, pictures of their LEDs tell more: --camera."
+
+
+def _from_series(path: Path, neighbours: Path | None, robot: "Robot") -> "BabblingRecording":
+    """What a CSV of joints and accelerations tells. Raises RecordingError."""
+    from robotskin.selfconfig.readings.felt_series import FeltSeries
+    from robotskin.selfconfig.readings.neighbour_files import load_neighbours
+    from robotskin.selfconfig.readings.rests_and_swings import recording_of
+
+    series = FeltSeries.load(path, robot.joint_names)
+    lists = None if neighbours is None else load_neighbours(neighbours, series.keys())
+    return recording_of(series, robot.name, lists)
 
 
 def _require_step(option: str, path: Path | None, step: str, steps: tuple[str, ...]) -> None:

@@ -71,7 +71,7 @@ def command(
         Path | None,
         typer.Option(
             "--skin-map",
-            help="React to touch by this map (robotskin configure --map FILE), without a kinematic model.",
+            help="React to touch by this map (robotskin configure --map FILE); recalling it needs no kinematic model.",
             exists=True,
             dir_okay=False,
         ),

@@ -40,6 +40,6 @@ def command(
             "–" if thing.moves in ("fixed", "path") else f"{sum(part.mass_kg for part in parts):g}",
             f"{thing.friction:g}",
             "rigid" if thing.stiffness_n_per_m is None else f"{thing.stiffness_n_per_m:g} ({thing.gives})",
-            f"{thing.reflectance:g}",
+            "drawn" if thing.reflectance is None else f"{thing.reflectance:g}",
         )
     console.print(table)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from robotskin.configuring.exploration import Exploration, Progress
 from robotskin.configuring.identification import identified, record_torques
 from robotskin.configuring.kept_exploration import KeptExploration
+from robotskin.configuring.kept_series import KeptSeries
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
@@ -59,6 +60,7 @@ def babble(
     swing_postures: int = 3,
     floor_m: float | None = None,
     kept: KeptExploration | None = None,
+    series: KeptSeries | None = None,
     progress: Progress | None = None,
 ) -> BabblingRecording:
     """Wake the skin of a simulated robot and let it babble.
@@ -72,6 +74,7 @@ def babble(
         swing_postures: see postures.
         floor_m: height of the floor in the base frame; None: none.
         kept: records all that is felt and done.
+        series: keeps joints and accelerometers of the whole motion.
         progress: told what is done.
 
     Raises:
@@ -88,6 +91,8 @@ def babble(
     exploration = Exploration(robot, layout, seed, start)
     if kept is not None:
         kept.begin(exploration)
+    if series is not None:
+        series.begin(exploration)
     try:
         return exploration.babble(plan, progress=progress)
     finally:

@@ -34,7 +34,7 @@ class Behaviour:
         return replace(self, fusion=fusion)
 
     def with_map(self) -> Behaviour:
-        """The same, its reaction to touch recalled from a sensory-motor map: no kinematic model needed (IV-A).
+        """The same, its reaction to touch recalled from a sensory-motor map, which needs no kinematic model (IV-A).
 
         Raises InputError where touch moves the hand, for which there is no map.
         """

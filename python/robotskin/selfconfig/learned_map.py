@@ -27,8 +27,11 @@ def learn_map(
 ) -> SensoryMotorMap:
     """The sensory-motor map of all cells; gravity is removed from those whose orientation is known.
 
+    With the sign rule "motion" nothing but topology and activity is needed of the configuration: the skin learns the
+    map without a kinematic model and without knowing where its cells are.
+
     Args:
-        robot: kinematic model.
+        robot: kinematic model; with the sign rule "motion" only its names are used.
         recording: of the babbling.
         configuration: made from it.
         sign: rule of `sensory_motor_map.weights`; suppression, normalise: of `build_map`.
@@ -57,7 +60,7 @@ def learn_map(
         configuration.topology.cell,
         swings,
         configuration.activity,
-        gravity_in,
+        None if sign == "motion" else gravity_in,
         sign=sign,
         suppression=suppression,
         normalise=normalise,

@@ -283,7 +283,7 @@ def _dynamics_now(session: Session) -> RobotDynamics:
     return dynamics
 
 
-def _reached_now(session: Session, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def reached_cells(session: Session, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(N,) which of the cells (N,) a hand reaches where the robot stands; all of them if it reaches none."""
     reached = _within_reach(session.robot, np.array(session.joints.position), session.layout, cells)
     return reached if reached.any() else cells
@@ -305,7 +305,7 @@ def flat_seam(session: Session, link: str) -> tuple[int, tuple[float, float]] | 
     On a ridge the sum of the cells' forces is less than the contact force, since each feels along its own normal alone.
     """
     layout = session.layout
-    on_link = np.flatnonzero(_reached_now(session, layout.link == layout.links.index(link)))
+    on_link = np.flatnonzero(reached_cells(session, layout.link == layout.links.index(link)))
     pose = layout.link_from_cell[on_link]
     sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells[on_link], 2, 2])
     found, best = None, -1.0
@@ -326,7 +326,7 @@ def edge_of_patch(session: Session, link: str) -> tuple[int, tuple[float, float]
     # Two free ports on one side: nothing but the bare link lies beyond that side.
     sides = np.stack([free[:, 0] & free[:, 1], free[:, 2] & free[:, 3]], axis=1)
     sideways = 1.0 - np.abs(session.world.base_from_cell()[session.world_cells, 2, 2])
-    edges = _reached_now(session, (layout.link == layout.links.index(link)) & sides.any(axis=1))
+    edges = reached_cells(session, (layout.link == layout.links.index(link)) & sides.any(axis=1))
     cell = int(np.argmax(np.where(edges, sideways, -1.0)))
     direction = 1.0 if sides[cell, 0] else -1.0
     return cell, (direction * 0.008, 0.0)

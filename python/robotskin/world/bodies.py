@@ -39,7 +39,7 @@ class Piece:
     parts: tuple[tuple[Shape, NDArray[np.float64]], ...]
     colour: str
     temperature_c: float
-    reflectance: float
+    reflectance: float | None
 
 
 def body_name(thing: str, part: str) -> str:

@@ -70,8 +70,8 @@ class Scene:
 
     @property
     def object_reflectance(self) -> list[float]:
-        """(O) what a proximity sensor sees of each, 1: the surface with which it was calibrated."""
-        return [1.0] * len(self.hands) + [piece.reflectance for piece in self.pieces]
+        """(O) what a proximity sensor sees of each, 1: the surface it was calibrated with; 0: the world draws it."""
+        return [0.0] * len(self.hands) + [piece.reflectance or 0.0 for piece in self.pieces]
 
 
 def parking_m(hand: int) -> tuple[float, float, float]:

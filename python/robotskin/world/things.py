@@ -15,7 +15,6 @@ Vector = tuple[float, float, float]
 Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 FRICTION = 0.8
-REFLECTANCE = 0.9
 TEMPERATURE_C = 22.0
 
 
@@ -150,8 +149,9 @@ class ThingSpec(Spec, frozen=True):
     gives: Literal["whole", "local"] = "whole"
     """whole: one side has this stiffness, however many cells press it (a fruit). local: a flat probe 50 mm across finds
     it, and every cell finds its own share of that, whatever the others do (flesh, foam)."""
-    reflectance: Annotated[float, Meta(gt=0, le=2)] = REFLECTANCE
-    """What the proximity sensor sees of it, 1: the surface with which it was calibrated."""
+    reflectance: Annotated[float, Meta(gt=0, le=2)] | None = None
+    """What the proximity sensor sees of it, 1: the surface with which it was calibrated; left out: the world draws
+    it (`reflectance_least`, `reflectance_most` of its imperfections)."""
     temperature_c: float = TEMPERATURE_C
     colour: Colour | None = None
 
@@ -168,7 +168,7 @@ class FloorSpec(Spec, frozen=True):
     height_m: float = 0.0
     friction: NotNegative = FRICTION
     stiffness_n_per_m: Positive | None = None
-    reflectance: Annotated[float, Meta(gt=0, le=2)] = REFLECTANCE
+    reflectance: Annotated[float, Meta(gt=0, le=2)] | None = None
     temperature_c: float = TEMPERATURE_C
     robot_stands: bool = False
     """The robot stands on it; else the links that reach into it at the beginning pass through it."""

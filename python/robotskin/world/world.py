@@ -117,6 +117,7 @@ class World:
             cell_neighbours=bodies.beside(layout).tolist(),
             object_body=self.scene.object_body.tolist(),
             object_temperature=self.scene.object_temperature,
+            object_reflectance=self.scene.object_reflectance,
             ambient_temperature=ambient_temperature,
             material_geom=soft_geom,
             material_stiffness=soft_stiffness,

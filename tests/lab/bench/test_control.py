@@ -8,8 +8,12 @@ import pytest
 
 from robotskin.control import BEHAVIOURS
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.robots.gains import GainSet
+from robotskin_lab.bench import control_collision, control_proximity, control_spread
 from robotskin_lab.bench.control import run
+from robotskin_lab.bench.control_chain import without_estimates
 from robotskin_lab.bench.control_peer import PYTHON_VARIABLE
+from robotskin_lab.bench.control_soak import PAIRINGS, soak_figures
 
 
 def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
@@ -50,11 +54,36 @@ def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
     assert figures["switch_slope_ok"] == 1
 
 
-def test_every_behaviour_bears_touches_on_every_pairing(seed: int) -> None:
-    figures = run(seed=seed, parts="soak", soak_seconds=0.3)
-    assert figures["soak_s"] == pytest.approx(0.3 * 3 * len(BEHAVIOURS))
+def test_behaviours_bear_touches_through_the_whole_chain(seed: int) -> None:
+    figures = soak_figures(seed, 2.0, PAIRINGS[:1], list(BEHAVIOURS)[:2])
+    assert figures["soak_s"] == pytest.approx(4.0)
+    assert figures["soak_touches"] >= 2
     assert figures["soak_violations"] == 0
     assert figures["soak_stops"] == 0
+
+
+def test_a_robot_that_feels_meets_a_post_more_softly_with_one_cell(seed: int) -> None:
+    with_skin, share = control_collision.meet(seed, "velocity", True)
+    without, _ = control_collision.meet(seed, "velocity", False)
+    assert with_skin < 0.6 * without
+    assert share > 0.8, "the rest is what the soft layer carries to the neighbours"
+
+
+def test_a_robot_draws_back_from_a_dark_ball(seed: int) -> None:
+    touched, gap_m, retreat_m = control_proximity.come(seed, "position", 0.4)
+    assert not touched
+    assert gap_m > 0
+    assert retreat_m > 0.02
+
+
+def test_answers_spread_more_where_friction_is_not_estimated(seed: int) -> None:
+    gains = GainSet.load("ur5")
+    interfaces = ("position", "torque")
+    whole = control_spread.spreads(seed, 1, gains, interfaces, (15.0,))
+    bare = control_spread.spreads(seed, 1, without_estimates(gains), interfaces, (15.0,))
+    assert whole.shape == bare.shape == (1, 2)
+    assert whole.max() < 0.1
+    assert bare.max() > whole.max()
 
 
 def test_a_part_that_is_none_is_refused() -> None:

@@ -82,6 +82,16 @@ def test_a_figure_in_the_text_is_written_from_its_result(tmp_path: Path) -> None
 def test_a_figure_that_cites_nothing_is_found() -> None:
     page = "# Idea\n20 ms\n## Figures\nit takes 3.2 ms\nand <!-- driver.wait_ms .1f -->3.0<!-- --> ms\n```\n9 ms\n```\n"
     assert cited.uncited(page) == ["it takes 3.2 ms"]
+    deeper = "## Figures\nwith `0.3 N`\n### Of one skin\nit takes 3.2 ms\n## What is not there\n20 ms\n"
+    assert cited.uncited(deeper) == ["it takes 3.2 ms"]
+    told = deeper.replace("it takes", f"**{cited.UNSTORED}.** It takes")
+    assert not cited.uncited(told)
+    assert cited.unstored(told) == ["Of one skin"]
+
+
+@pytest.mark.parametrize("page", table.PAGES, ids=lambda page: str(page.relative_to(TREE)))
+def test_every_figure_of_a_page_cites_a_result_or_is_said_to_have_none(page: Path) -> None:
+    assert not cited.uncited(page.read_text(encoding="utf-8")), "cite a result: <!-- RUN.KEY FORMAT --><!-- -->"
 
 
 def test_a_wrong_name_is_refused_with_the_choices() -> None:

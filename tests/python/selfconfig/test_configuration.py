@@ -104,6 +104,17 @@ def test_a_recording_becomes_the_layout_that_the_robot_wears(ur5, worn, recordin
     assert sign_agreement(raw, true[:, placed], least=0.3) >= 0.99
 
 
+def test_a_map_needs_neither_model_nor_places(ur5, worn, recording) -> None:
+    bare = configure(ur5, recording, steps=("topology", "activity"))
+    learned = learn_map(ur5, recording, bare, sign="motion")
+    keys = worn.group.astype(np.int64) << 16 | worn.id
+    order = np.searchsorted(keys, learned.cell)
+    link = np.array([ur5.link_index(worn.links[i]) for i in worn.link])[order]
+    true = np.array([normal_jacobian(ur5, link, worn.link_from_cell[order], q) for q in learned.posture])
+    assert (np.abs(learned.weight) > 0.3).sum() > len(keys)
+    assert sign_agreement(learned.weight, true, least=0.3) >= 0.98
+
+
 def test_pictures_place_what_motion_leaves_open_and_nothing_else(ur5, worn, recording, found, pytestconfig) -> None:
     with ideal_world():
         whole = placed_by_camera(ur5, worn, recording, found, pytestconfig.getoption("--seed"))

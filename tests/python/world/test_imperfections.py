@@ -9,6 +9,7 @@ import pytest
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.world import Imperfections, World, ideal_world
 from robotskin.world.robot_as_built import build_differently
+from robotskin.world.things import SceneSpec, Sphere, ThingSpec
 
 NAMES = [row[0] for row in Imperfections.table()]
 
@@ -147,6 +148,24 @@ def test_proximity_depends_on_the_surface_and_sees_the_robot(make_body, skin) ->
     )
     assert np.isinf(blind).all()
     assert 0 < np.isfinite(seen).sum() < 0.5 * len(skin), "the folded arm sees itself, but not everywhere"
+
+
+def test_a_thing_reflects_as_its_scene_says_and_else_as_drawn(make_body, skin) -> None:
+    cell = int(skin.cells_on("forearm_link")[40])
+    pose = make_body().base_from_cell(cell)
+    before = tuple(float(x) for x in pose[:3, 3] + 0.08 * pose[:3, 2])
+
+    def reading(reflectance: float | None, **values: float) -> int:
+        ball = ThingSpec(
+            name="ball", shape=Sphere(radius_m=0.05), moves="fixed", position_m=before, reflectance=reflectance
+        )
+        world = settled(make_body, only(**values), scene=SceneSpec(things=(ball,)))
+        return world.body.sample(cell, 10**9)[0]
+
+    assert reading(0.4) == pytest.approx(0.5 * reading(0.8), rel=0.05)
+    drawn = {"reflectance_least": 1.2, "reflectance_most": 1.2}
+    assert reading(None, **drawn) == pytest.approx(1.2 * reading(1.0), rel=0.02)
+    assert reading(0.4, **drawn) == reading(0.4), "what is stated is not drawn"
 
 
 def test_joints_are_read_late_and_in_steps(make_body, ur5) -> None:

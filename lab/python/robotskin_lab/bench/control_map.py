@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotskin.layout import finished
+from robotskin.layout import Layout, finished
 from robotskin.model import RobotDynamics
-from robotskin.robots import load
+from robotskin.robots import Robot, load
 from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.learned_map import learn_map
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
 from robotskin.selfconfig.simulated.recording import simulate_babbling
@@ -24,18 +25,26 @@ LEAST_TORQUE_NM = 0.2
 
 
 def map_figures(seed: int, touches: int = 400) -> dict[str, float]:
-    """One learnt map of the UR5 in its 260 cells; touches of single cells in the postures it was learnt in.
+    """Maps that the UR5 learns in its 260 cells; touches of single cells in the postures it was learnt in.
 
     `map_task_agreement`: share of touches whose torque makes less than 90 degrees with that of [Cheng19 eq. 17], so
-    that the joints move the cell inward; `map_task_cosine`: median of the cosine.
+    that the joints move the cell inward; `map_task_cosine`: median of the cosine. The map is learnt through the robot's
+    model; keys that end in `_without_model` are of one that is learnt from the joints' own motion alone.
     """
     robot, layout = load("ur5"), finished("ur5")
     random = np.random.default_rng(seed)
     plan = plan_babbling(FreeSpace(robot, floor_m=0.0), START, np.random.default_rng(PLAN_SEED))
     faults = AccelerometerFaults.draw(random, len(layout), AccelerometerImperfections())
     recording = simulate_babbling(robot, layout, plan, random, faults=faults)
-    learnt = learn_map(robot, recording, configure(robot, recording, steps=STEPS))
+    found = configure(robot, recording, steps=STEPS)
+    bare = configure(robot, recording, steps=("topology", "activity"))
+    without = _agreement(robot, layout, learn_map(robot, recording, bare, sign="motion"), seed, touches)
+    with_model = _agreement(robot, layout, learn_map(robot, recording, found), seed, touches)
+    return with_model | {f"{key}_without_model": value for key, value in without.items()}
 
+
+def _agreement(robot: Robot, layout: Layout, learnt: SensoryMotorMap, seed: int, touches: int) -> dict[str, float]:
+    random = np.random.default_rng(seed)
     skin = layout.skin_model()
     row = {int(key): index for index, key in enumerate(learnt.cell)}
     keys = layout.group.astype(np.int64) << 16 | layout.id

@@ -54,6 +54,8 @@ def tick_figures(seed: int, ticks: int) -> Figures:
     ):
         entries = talos.five_levels(("gripper_left_base_link", "gripper_right_base_link"))
         figures |= talos.times(f"talos_tick_{key}", entries, fusion, ticks, squeeze)
+    shares = [value for key, value in figures.items() if key.endswith("_fallback_ticks_share")]
+    figures["fallback_ticks_share"] = max(shares)
     figures |= ur5.times("ur5_tick", ur5.five_levels(("ee_link",)), Fusion.null_space, ticks, 1.0)
     return figures
 

@@ -142,7 +142,7 @@ def reconstruction_figures(seeds: range) -> Figures:
         "position_error_mm": max(one["position_mm"] for one in by_set.values()),
         "gain_over_paper": min(
             by_set[name][f"paper_{key}"] / by_set[name][key]
-            for name in ("random", "half")
+            for name in by_set
             for key in ("rotation_deg", "position_mm")
         ),
         "loop_gap_error_mm": max(one["gap_mm"] for one in by_set.values()),

@@ -65,17 +65,20 @@ def _check_largest_models() -> bool:
     return whole
 
 
-def _sample_mutants(count: int, first: int, seeds: int, processes: int) -> int:
+def _sample_mutants(count: int, first: int, seeds: int, processes: int, with_tests: bool) -> int:
     def told(fate: Fate) -> None:
         print(fate, flush=True)
 
     print(f"{count} changes drawn by seed {first}, seeds {first} to {first + seeds - 1} each", flush=True)
-    fates = sampled_fates(count, first, first_seed=first, seeds=seeds, processes=processes, told=told)
-    alive = [fate for fate in fates if fate.counts and not fate.caught]
+    fates = sampled_fates(
+        count, first, first_seed=first, seeds=seeds, processes=processes, with_tests=with_tests, told=told
+    )
+    alive = [fate for fate in fates if fate.counts and not fate.caught and not fate.test]
     equivalent = sum(not fate.counts for fate in fates)
     print(
         f"{len(fates)} changes, {equivalent} of which make no difference to the compiler; caught of the others: "
-        f"{caught_share(fates):.3f}; alive: {len(alive)}, without a reason: {sum(not fate.reason for fate in alive)}"
+        f"{caught_share(fates):.3f}, with the tests {caught_share(fates, by_tests=True):.3f}; "
+        f"alive: {len(alive)}, without a reason: {sum(not fate.reason for fate in alive)}"
     )
     return 0
 
@@ -125,6 +128,9 @@ def main() -> int:
         metavar="N",
         help="draw N small changes of the firmware, --count seeds each",
     )
+    parser.add_argument(
+        "--with-tests", action="store_true", help="those that live meet the tests of the firmware, a minute each"
+    )
     parser.add_argument("--cells-take-time", action="store_true", help="cells at 48 MHz with one flash wait state")
     parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
     options = parser.parse_args()
@@ -134,7 +140,9 @@ def main() -> int:
         return 0 if all([_again(seed, options.shrink, options.cells_take_time) for seed in options.seeds]) else 1
     first = fresh_seed() if options.first is None else options.first
     if options.sampled_mutants is not None:
-        return _sample_mutants(options.sampled_mutants, first, options.count or 200, options.on.workers)
+        return _sample_mutants(
+            options.sampled_mutants, first, options.count or 200, options.on.workers, options.with_tests
+        )
     seeds = itertools.count(first) if options.count is None else range(first, first + options.count)
     if options.count is None and options.soak is None:
         parser.error("give seeds, --count or --soak")

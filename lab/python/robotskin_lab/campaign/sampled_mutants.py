@@ -2,7 +2,9 @@
 """A random sample of small changes of the firmware, and which of them the fault campaign catches.
 
 A change counts as proven equivalent if the compiler makes the same code of it. One that the campaign lets live is
-listed; `tests/lab/campaign/survivors.toml` may hold the reason why no checker could see it.
+listed; `tests/lab/campaign/survivors.toml` may hold the reason why no checker could see it. The campaign plays whole
+skins and does not look at what a cipher or a rounding comes to: those laws are stated by the tests of the firmware,
+which may be asked as well.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
+from robotskin_lab.campaign.law_tests import LawTests
 from robotskin_lab.campaign.mutants import CampaignBuildError, build, source_tree
 from robotskin_lab.campaign.mutation import Mutation, drawn
 
@@ -28,12 +31,14 @@ _OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
 class Fate:
     """How a change fared. by: the invariant that it broke, "crash" or "standstill", "same code" if it is proven
     equivalent, "no build", or "" if it lived; seed: in which, if in any; reason: why no checker could see it.
+    test: of the firmware's, which fails with it; "" if none does or none was asked.
     """
 
     mutation: Mutation
     by: str
     seed: int | None = None
     reason: str = ""
+    test: str = ""
 
     @property
     def counts(self) -> bool:
@@ -47,13 +52,14 @@ class Fate:
 
     def __str__(self) -> str:
         where = f" in seed {self.seed}" if self.seed is not None else ""
-        return f"{self.mutation}: {self.by or 'LIVES'}{where}{': ' + self.reason if self.reason else ''}"
+        by = self.by or (f"{self.test} fails" if self.test else "LIVES")
+        return f"{self.mutation}: {by}{where}{': ' + self.reason if self.reason else ''}"
 
 
-def caught_share(fates: list[Fate]) -> float:
-    """Of the changes that are not proven equivalent, the share that was caught."""
+def caught_share(fates: list[Fate], *, by_tests: bool = False) -> float:
+    """Of the changes that are not proven equivalent, the share that the campaign caught; or it or a test."""
     counted = [fate for fate in fates if fate.counts]
-    return sum(fate.caught for fate in counted) / max(len(counted), 1)
+    return sum(fate.caught or (by_tests and fate.test != "") for fate in counted) / max(len(counted), 1)
 
 
 class Workshop:
@@ -72,10 +78,10 @@ class Workshop:
         self._linker = shutil.which("c++") or "c++"
         self._whole: dict[str, str] = {}
 
-    def _compile(self, source: Path, include: Path | None, to: Path) -> bool:
+    def _compile(self, source: Path, include: Path | None, to: Path, *more: str) -> bool:
         includes = [f"-I{path}" for path in (include, include and include / "include") if path is not None]
         includes += [f"-I{self.firmware}", f"-I{self.firmware / 'include'}"]
-        command = [self._compiler, *_OPTIONS, *includes, "-c", str(source), "-o", str(to)]
+        command = [self._compiler, *_OPTIONS, *more, *includes, "-c", str(source), "-o", str(to)]
         return subprocess.run(command, capture_output=True, timeout=COMPILE_S).returncode == 0
 
     def _users(self, path: str) -> list[str]:
@@ -125,8 +131,35 @@ class Workshop:
             raise CampaignBuildError(f"{mutation}: {linked.stderr[-2000:]}")
         return program
 
-    def fate(self, mutation: Mutation, number: int, first_seed: int, seeds: int, reasons: dict[str, str]) -> Fate:
-        """Build it and run seeds until an invariant breaks."""
+    def failing_test(self, mutation: Mutation, number: int, tests: LawTests) -> str:
+        """The first test of the firmware that fails with this change; "" if none does."""
+        place = self.folder / "sampled" / f"{number}_tests"
+        shutil.rmtree(place, ignore_errors=True)
+        changed = place / mutation.path
+        changed.parent.mkdir(parents=True)
+        changed.write_text(mutation.applied((self.firmware / mutation.path).read_text()))
+        objects = []
+        for path in sorted(self._users(mutation.path)):
+            own = path == mutation.path
+            to = place / (path.replace("/", "_") + ".o")
+            if not self._compile(changed if own else self.firmware / path, None if own else place, to, "-fPIC"):
+                raise CampaignBuildError(f"{mutation}: {path} does not build for the tests")
+            objects.append(str(to))
+        try:
+            return tests.caught(mutation.path, objects, place)
+        finally:
+            shutil.rmtree(place, ignore_errors=True)
+
+    def fate(
+        self,
+        mutation: Mutation,
+        number: int,
+        first_seed: int,
+        seeds: int,
+        reasons: dict[str, str],
+        tests: LawTests | None = None,
+    ) -> Fate:
+        """Build it and run seeds until an invariant breaks; if none does, the tests until one fails."""
         program = self.build(mutation, number)
         if isinstance(program, str):
             return Fate(mutation, program)
@@ -142,7 +175,8 @@ class Workshop:
         found = json.loads(run.stdout.splitlines()[-1])
         if "invariant" in found:
             return Fate(mutation, found["invariant"], found["seed"])
-        return Fate(mutation, "", None, reasons.get(key_of(mutation, self.firmware), ""))
+        test = "" if tests is None else self.failing_test(mutation, number, tests)
+        return Fate(mutation, "", None, reasons.get(key_of(mutation, self.firmware), ""), test)
 
 
 def key_of(mutation: Mutation, firmware: Path) -> str:
@@ -164,6 +198,7 @@ def sampled_fates(
     first_seed: int,
     seeds: int,
     processes: int = 2,
+    with_tests: bool = False,
     told: Callable[[Fate], None] = lambda fate: None,
 ) -> list[Fate]:
     """What became of so many changes, drawn by `seed`, each in at most `seeds` seeds of the campaign.
@@ -171,10 +206,12 @@ def sampled_fates(
     Args:
         count: of changes.
         first_seed, seeds: of the campaign, up to the first that the shipping firmware breaks.
+        with_tests: those that live meet the tests of the firmware.
         told: is given each fate as it is known.
 
     Raises:
-        CampaignBuildError: the shipping firmware does not build, or breaks the first seed.
+        CampaignBuildError: there is no build tree for the tests, the shipping firmware does not build, or breaks the
+            first seed.
     """
     workshop = Workshop()
     shipping = [str(workshop.folder / "campaign_shipping"), "run", str(first_seed), str(seeds)]
@@ -183,11 +220,11 @@ def sampled_fates(
         seeds = whole["seed"] - first_seed
         if seeds == 0:
             raise CampaignBuildError(f"the shipping firmware breaks the first seed: {whole['break']}")
-    reasons = known_survivors()
+    reasons, tests = known_survivors(), LawTests() if with_tests else None
     fates = []
     with concurrent.futures.ThreadPoolExecutor(processes) as pool:
         jobs = [
-            pool.submit(workshop.fate, mutation, number, first_seed, seeds, reasons)
+            pool.submit(workshop.fate, mutation, number, first_seed, seeds, reasons, tests)
             for number, mutation in enumerate(drawn(workshop.firmware, count, seed))
         ]
         for job in jobs:

@@ -9,6 +9,8 @@ The comments are not shown. `robotskin reproduce --table` writes what stands bet
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from robotskin_lab.reproduce.result import FOLDER, Result, ResultError, load
@@ -38,16 +40,59 @@ def with_figures(page: str, folder: Path = FOLDER) -> str:
 
 
 def uncited(page: str) -> list[str]:
-    """The lines in sections called Figures that say a number with a fraction or a unit and cite no result."""
-    found, inside, fenced = [], False, False
+    """The lines of sections called Figures, and of sections in them, that say a figure and cite no result.
+
+    A figure is a number with a fraction or a unit. One in backticks belongs to a set-up; 95 % and 99 % name a quantile.
+    A section that says `UNSTORED` is left out; `unstored` finds those.
+    """
+    return [line for section in _figure_sections(page) if not section.says(UNSTORED) for line in section.uncited()]
+
+
+def unstored(page: str) -> list[str]:
+    """The headings in sections called Figures that say that no stored result holds theirs."""
+    return [section.heading for section in _figure_sections(page) if section.says(UNSTORED)]
+
+
+UNSTORED = "No stored result holds these figures"
+_NUMBER = re.compile(r"(?<![\w.(])(?!9[59] %)\d+(?:[.,]\d+| ?(?:%|°|(?:ms|µs|mm|N|s)\b))")
+_MARK = re.compile(r"<!-- (?:end|mechanisms|results|table: \w+) -->")
+"""Around what is made from a file."""
+_CODE = re.compile(r"`[^`]*`")
+
+
+@dataclass
+class _Section:
+    heading: str
+    lines: list[str]
+
+    def says(self, sentence: str) -> bool:
+        return sentence in " ".join(self.lines)
+
+    def uncited(self) -> list[str]:
+        return [line for line in self.lines if _NUMBER.search(_CODE.sub("", CITED.sub("", line)))]
+
+
+def _figure_sections(page: str) -> Iterator[_Section]:
+    """Each heading within Figures with its own lines, without code blocks and tables that are made from files."""
+    figures_level, fenced, made = 0, False, False
+    section = _Section("", [])
     for line in page.splitlines():
         if line.startswith("```"):
             fenced = not fenced
+        elif _MARK.fullmatch(line):
+            made = "end" not in line
+        elif fenced or made or line.startswith("    "):
+            continue
         elif line.startswith("#"):
-            inside = line.strip("# ").lower().startswith("figures")
-        elif inside and not fenced and _NUMBER.search(CITED.sub("", line)):
-            found.append(line)
-    return found
-
-
-_NUMBER = re.compile(r"(?<![\w.`(])\d+(?:[.,]\d+| ?(?:%|ms|µs|mm|°|N|s)\b)")
+            if figures_level:
+                yield section
+            level = len(line) - len(line.lstrip("#"))
+            if figures_level and level <= figures_level:
+                figures_level = 0
+            if line.strip("# ").lower().startswith("figures"):
+                figures_level = level
+            section = _Section(line.strip("# "), [])
+        else:
+            section.lines.append(line)
+    if figures_level:
+        yield section

@@ -14,17 +14,18 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.selfconfig.common.archive import ArchiveError, read_arrays
 from robotskin.selfconfig.common.side_by_side import side_by_side
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
+from robotskin.selfconfig.readings.swing_statistics import SwingStatistics
 from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
-SignRule = Literal["correlation", "first extremum"]
-SIGN_RULES: tuple[SignRule, ...] = ("correlation", "first extremum")
+SignRule = Literal["correlation", "first extremum", "motion"]
+SIGN_RULES: tuple[SignRule, ...] = ("correlation", "first extremum", "motion")
 
 FORMAT = "robotskin-sensory-motor-map"
 VERSION = 1
@@ -41,6 +42,8 @@ def weights(
     gravity: Array | None = None,
     sign: SignRule = "correlation",
     bandwidth_over_pattern: float = BANDWIDTH_OVER_PATTERN,
+    *,
+    causal: bool = False,
 ) -> Array:
     """Weights w (N,) of one swing [Cheng19 eq. 8 to 12], w > 0 where positive joint velocity moves the cell along +z.
 
@@ -52,8 +55,10 @@ def weights(
         gravity: (N, M, 3) m/s², what gravity alone would make each cell feel at each instant, from its reconstructed
             orientation; None leaves gravity in, as the paper does.
         sign: "correlation" with the joint's acceleration; or "first extremum", the paper's rule [Cheng19 eq. 9 to 11],
-            which for one sine of velocity compares two extrema of equal height.
+            which for one sine of velocity compares two extrema of equal height; or "motion": all of w is what goes with
+            the joint's acceleration once the turning of gravity is regressed away, so that no orientation is needed.
         bandwidth_over_pattern: cut-off over the frequency of the swing, above 10.
+        causal: the low-pass goes forth alone, from rest.
 
     Raises:
         UnknownNameError: no such rule.
@@ -63,11 +68,13 @@ def weights(
         raise UnknownNameError("sign rule", sign, SIGN_RULES)
     if not bandwidth_over_pattern > 10.0:
         raise SensoryMotorMapError(f"bandwidth {bandwidth_over_pattern} times the pattern: must be above 10")
+    if sign == "motion":
+        return _by_motion(recording)
     felt = _filled(recording)
     if gravity is not None:
         felt = felt - gravity
     felt = felt - felt.mean(axis=1, keepdims=True)
-    smooth = _low_pass(felt, recording, bandwidth_over_pattern)
+    smooth = _low_pass(felt, recording, bandwidth_over_pattern, causal)
     span = smooth.max(axis=1) - smooth.min(axis=1)  # [Cheng19 eq. 8]
     total = span.sum(axis=1)
     along = smooth[:, :, 2]
@@ -80,6 +87,13 @@ def weights(
     heard = recording.present.any(axis=1)
     # [Cheng19 eq. 12]
     return np.where(heard & (total > 0), direction * span[:, 2] / np.maximum(total, 1e-12), 0.0)
+
+
+def _by_motion(recording: MotionRecording) -> Array:
+    """The tangential acceleration of one rad/s², c₃ of `SwingStatistics`, along the normal over all axes."""
+    along = SwingStatistics.of_recording(recording).coefficient[:, 3]
+    total = np.abs(along).sum(axis=1)
+    return np.where(total > 0, along[:, 2] / np.maximum(total, 1e-12), 0.0)
 
 
 def _filled(recording: MotionRecording) -> Array:
@@ -95,7 +109,7 @@ def _filled(recording: MotionRecording) -> Array:
     return filled
 
 
-def _low_pass(felt: Array, recording: MotionRecording, bandwidth_over_pattern: float) -> Array:
+def _low_pass(felt: Array, recording: MotionRecording, bandwidth_over_pattern: float, causal: bool) -> Array:
     time_s = recording.time_s
     if len(time_s) < 32:
         raise SensoryMotorMapError(f"a swing of {len(time_s)} instants: at least 32 are needed")
@@ -103,7 +117,8 @@ def _low_pass(felt: Array, recording: MotionRecording, bandwidth_over_pattern: f
     cut_hz = bandwidth_over_pattern * recording.swing.frequency_hz
     if cut_hz >= 0.45 * rate_hz:
         return felt
-    return np.asarray(sosfiltfilt(butter(2, cut_hz, fs=rate_hz, output="sos"), felt, axis=1))
+    through = sosfilt if causal else sosfiltfilt
+    return np.asarray(through(butter(2, cut_hz, fs=rate_hz, output="sos"), felt, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +207,7 @@ def build_map(
     suppression: float = 0.1,
     normalise: bool = True,
     same_posture: float = 0.05,
+    causal: bool = False,
 ) -> SensoryMotorMap:
     """The map of swings in any number of postures.
 
@@ -207,6 +223,7 @@ def build_map(
             grounded on a static reference (0 to 1).
         normalise: give the others unit length.
         same_posture: rad or m.
+        causal: of `weights`.
 
     Raises:
         SensoryMotorMapError: no recordings, or an activity matrix of another shape.
@@ -224,7 +241,7 @@ def build_map(
         found = np.zeros(cells)
         if len(moved):
             own = replace(recording, acceleration=recording.acceleration[moved])
-            found[moved] = weights(own, None if gravity is None else gravity(recording)[moved], sign)
+            found[moved] = weights(own, None if gravity is None else gravity(recording)[moved], sign, causal=causal)
         return found
 
     for recording, found in zip(recordings, side_by_side(moved_by, recordings), strict=True):
