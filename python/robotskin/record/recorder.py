@@ -24,7 +24,8 @@ from robotskin.record.tape import Recorder as Tapes
 from robotskin.record.tape_memory import TapeMemory
 from robotskin.record.writer_process import WriterProcess
 
-DRAIN_S = 0.02
+DRAIN_S = 0.05
+"""Each time wakes the process that writes, and may take the caches of a control thread that shares its core."""
 FOLLOWED_DRAIN_S = 0.002
 """While others look on: what they see is no older than this."""
 FLUSH_S = 0.05

@@ -53,7 +53,8 @@ class Writer:
         while not self._ending:
             # Its end of the pipe may live on in another process that it started.
             self._ending = os.getppid() != robot
-            ready, _, _ = select.select([0], [], [], self._drain_s)
+            until_flush_s = max(0.0, flushed + self._flush_s - time.monotonic())
+            ready, _, _ = select.select([0], [], [], min(self._drain_s, until_flush_s))
             self._tape_file.drain()
             if ready:
                 got = os.read(0, 1 << 16)
