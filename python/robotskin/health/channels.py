@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from robotskin.health.evidence import Evidence
 from robotskin.health.healthy import ACCELERATIONS, BOARD, FORCES, PROXIMITY, STEP, SURFACE
@@ -35,11 +36,29 @@ def _at_end(evidence: Evidence) -> Iterator[Finding]:
     long[:, BOARD:] = False  # that is heat
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
-    beside = np.append(now["most"][:, PROXIMITY], 0.0)[evidence.neighbours].max(axis=1, initial=0.0)
     long[:, FORCES] &= ~near[:, None]
-    long[:, PROXIMITY] &= ~evidence.pressed & (beside < evidence.healthy.untouched_share)
+    long[:, PROXIMITY] = _see_what_is_not_there(evidence, long[:, PROXIMITY] & ~evidence.pressed)
     for cell in np.flatnonzero(long.any(axis=1)):
         yield Finding(int(cell), Kind.end_of_range, _names(long[cell]))
+
+
+def _see_what_is_not_there(evidence: Evidence, suspect: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(N) of the cells that seem to see something at their faces, those around which no other cell sees anything.
+
+    Suspects beside each other are judged together: they cannot speak for each other, but a thing that lies on all of
+    them is seen by those around. As many of these must be there to look.
+    """
+    cells = evidence.cells
+    beside = (evidence.neighbours[:, :, None] == np.flatnonzero(suspect)).any(axis=1)[suspect]
+    count, group = connected_components(beside, directed=False)
+    sees = np.append(evidence.now["most"][:, PROXIMITY], 0.0)
+    found = np.zeros(cells, bool)
+    for number in range(count):
+        members = np.flatnonzero(suspect)[group == number]
+        around = np.setdiff1d(evidence.neighbours[members], [*members, cells])
+        alone = sees[around].max(initial=0.0) < evidence.healthy.untouched_share
+        found[members] = alone and (len(members) == 1 or len(around) >= len(members))
+    return found
 
 
 def _stuck(evidence: Evidence) -> Iterator[Finding]:

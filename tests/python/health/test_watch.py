@@ -91,6 +91,24 @@ def test_a_proximity_that_is_ill_hides_no_illness_of_the_cells_beside_it(body: R
     assert {one.cell: one.kind for one in watched(rig).findings} == {ill: kind for ill, (kind, _) in given.items()}
 
 
+def test_proximities_at_their_end_beside_each_other_do_not_speak_for_each_other(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed)
+    one = int(rig.draw.integers(len(rig.layout)))
+    other = int(rig.layout.neighbours[one, 0, 0] if rig.layout.neighbours[one, 0, 0] >= 0 else one)
+    for cell in {one, other}:
+        rig.sensors.set_fault(cell, SensorFaultKind.end_of_range, channels=[0], size=1.0, begin_s=SETTLED_S)
+    named = {finding.cell: finding.kind for finding in watched(rig).findings}
+    assert named == dict.fromkeys((one, other), Kind.end_of_range)
+
+
+def test_a_thing_that_lies_lightly_on_several_cells_makes_none_ill(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed)
+    cell = int(rig.draw.integers(len(rig.layout)))
+    under = [cell, *(int(n) for n in rig.layout.neighbours[cell, :, 0] if n >= 0)]
+    rig.touches = [Touch(one, SETTLED_S, SECONDS + 1.0, 0.05, np.full(3, 1 / 3)) for one in under]
+    assert watched(rig).findings == []
+
+
 def test_what_the_soft_layer_carries_over_makes_no_cell_blind(body: Robot, seed: int) -> None:
     rig = rig_of(body, seed, 14.0)
     cell = int(rig.draw.integers(len(rig.layout)))
