@@ -19,6 +19,7 @@ from robotskin.whole_file import whole_file
 
 FORMAT, VERSION = "robotskin-force-calibration", 1
 DECIMALS = 7
+LEAST_GAIN, MOST_GAIN = 0.1, 10.0
 _UPPER = np.triu_indices(PARAMETERS)
 
 
@@ -150,10 +151,18 @@ class Calibration:
             raise
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
             raise CalibrationError(f"{named}: damaged: {type(error).__name__}: {error}") from error
-        gains = whole.parameters[:, :3]
-        if not np.isfinite(whole.parameters).all() or (gains < 0.1).any() or (gains > 10).any():
-            raise CalibrationError(f"{named}: a gain is not between 0.1 and 10, or a value is not finite")
+        if not can_be(whole.parameters).all():
+            raise CalibrationError(
+                f"{named}: a gain is not between {LEAST_GAIN} and {MOST_GAIN:.0f}, or a value is not finite"
+            )
         return whole
+
+
+def can_be(parameters: Array) -> NDArray[np.bool_]:
+    """(...) whether parameters (..., 12) are those of a force sensor at all."""
+    gains = parameters[..., :3]
+    within = ((gains >= LEAST_GAIN) & (gains <= MOST_GAIN)).all(axis=-1)
+    return np.asarray(within & np.isfinite(parameters).all(axis=-1))
 
 
 def skin_name(layout: Layout) -> str:

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
-from robotskin.calibration.calibration import Calibration
+from robotskin.calibration.calibration import Calibration, can_be
 from robotskin.calibration.force_sensors import CROSS, GAIN, OFFSET, PARAMETERS, UNTOUCHED, Array, felt, shares, shown
 from robotskin.calibration.presses import Presses
 from robotskin.layout import Layout
@@ -59,7 +59,7 @@ class Known:
 
 @one_thread
 def calibrate(layout: Layout, presses: Iterable[Presses], known: Known | None = None, *, method: str) -> Calibration:
-    """The calibration of the cells that were pressed.
+    """The calibration of the cells that were pressed; those whose presses fit no sensor are left out.
 
     Args:
         layout: of N cells. presses: of different cells. known: beforehand. method: how it was done, for the file.
@@ -70,8 +70,9 @@ def calibrate(layout: Layout, presses: Iterable[Presses], known: Known | None = 
     covariance = np.zeros((len(layout), PARAMETERS, PARAMETERS))
     calibrated = np.zeros(len(layout), bool)
     for one in listed:
-        parameters[one.cell], covariance[one.cell] = estimated(one, known, soft, soft_error)
-        calibrated[one.cell] = True
+        found, uncertain = estimated(one, known, soft, soft_error)
+        if can_be(found):
+            parameters[one.cell], covariance[one.cell], calibrated[one.cell] = found, uncertain, True
     date = datetime.now(UTC).isoformat(timespec="seconds")
     return Calibration.of(layout, parameters, covariance, calibrated, date=date, method=method, soft_share=soft)
 
@@ -121,7 +122,7 @@ def _before(one: Presses, known: Known) -> tuple[Array, Array]:
     return mean, deviation
 
 
-def _slopes(place_m: Array) -> Array:
+def share_slopes(place_m: Array) -> Array:
     """(K, 3, 2) change of the shares with the place, 1/m."""
     small = 1e-5
     return np.stack(
@@ -132,7 +133,7 @@ def _slopes(place_m: Array) -> Array:
 def _probe(one: Presses, known: Known, kept: float, scale_error: float) -> Moments:
     assert one.force_n is not None
     force = kept * one.force_n
-    share, slopes = shares(one.place_m), _slopes(one.place_m)
+    share, slopes = shares(one.place_m), share_slopes(one.place_m)
     used = (one.reading_n > LEAST_N).ravel()
     noise = (known.reading_n**2 + (known.force_share * one.reading_n) ** 2).ravel()
     common = np.hypot(known.probe_share, scale_error) * (force[:, None] * share).ravel()
@@ -160,7 +161,7 @@ def _torque(one: Presses, known: Known, kept: float, scale_error: float) -> Mome
     force = np.maximum(reading - one.rest_n, 0).sum(axis=1)  # as a measure of size alone
     joints = torque.shape[1]
     friction = np.array(known.friction_nm or np.zeros(joints))
-    share, slopes = shares(one.place_m[used]), _slopes(one.place_m[used])
+    share, slopes = shares(one.place_m[used]), share_slopes(one.place_m[used])
     expected = (lever * force[:, None]).T  # (n, K)
     noise = known.torque_nm**2 + (known.force_share * expected) ** 2
     blocks = [

@@ -2,7 +2,9 @@
 """Force sensors that show too much or too little, found from some twenty touches of known force or joint torques.
 
 What three sensors show above rest, a, times their inverse gains w, is the force of the touch: F = a w, wherever on the
-cell it is. Each explanation lets one inverse gain, or all by one factor, be anything; the rest are about 1.
+cell it is. Where it is tells which share s of it each sensor has: a_i w_i = s_i F, which tells one sensor from the
+others even where the force is poorly known. Each explanation lets one inverse gain, or all by one factor, be anything;
+the rest are about 1.
 """
 
 from __future__ import annotations
@@ -10,9 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from robotskin.calibration.estimate import Known
-from robotskin.calibration.force_sensors import Array
+from robotskin.calibration.estimate import Known, share_slopes
+from robotskin.calibration.force_sensors import Array, shares
 from robotskin.calibration.presses import Presses
 from robotskin.health.healthy import FORCES
 from robotskin.health.kinds import CHANNELS, Finding, Kind
@@ -25,7 +28,13 @@ SOFT_UNKNOWN = 0.1
 ANYTHING = 0.5
 BETTER = 15.0
 LEAST = 0.12
+LEAST_TOLD_N = 0.5
+"""A touch that never felt more tells nothing of shares."""
 CELLS_AT_LEAST = 5
+TOUCHES_AT_LEAST = 5
+"""Whose places tell how well they are known."""
+REGISTERED = 3.0
+"""Times the error of a place, by which all places of a cell together may be off."""
 EXPLANATIONS: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (0, 1, 2))
 
 
@@ -79,6 +88,9 @@ def _judged(one: Presses, known: Known, kept: float, common: float) -> Finding |
         rows, off = np.linalg.solve(whole, rows), np.linalg.solve(whole, reference[:, gauge] - rows.sum(axis=1))
         square += rows.T @ rows
         side += rows.T @ off
+    rows, off = _split(one, known)
+    square += rows.T @ rows
+    side += rows.T @ off
     before = HEALTHY**2 * np.eye(3) + common**2
     healthy, _ = _cost(square, side, before)
     best, size, which = np.inf, 0.0, EXPLANATIONS[0]
@@ -91,6 +103,38 @@ def _judged(one: Presses, known: Known, kept: float, common: float) -> Finding |
         return None
     channels = tuple(CHANNELS[FORCES.start + sensor] for sensor in which)
     return Finding(one.cell, Kind.mis_scaled, channels, size=size, unit="times")
+
+
+def _split(one: Presses, known: Known) -> tuple[Array, Array]:
+    """(2 T, 3) and (2 T) of T touches, in standard deviations: how the numbers show in what two of the sensors have of
+    the whole beyond their shares, and what is left over where all are 0.
+
+    How well places are known is seen in what no numbers explain; it is never taken to be less than `known` says.
+    """
+    above = _above_rest(one)
+    begins = np.flatnonzero(np.append(True, (np.diff(one.place_m, axis=0) != 0).any(axis=1)))
+    rows, off, noise, moved = [], [], [], []
+    for touch in np.split(np.arange(len(above)), begins[1:]):
+        share, total = shares(one.place_m[touch[0]]), above[touch].sum(axis=1)
+        if total.max() < LEAST_TOLD_N:
+            continue
+        weight = total / (total @ total)
+        shown = weight @ above[touch]  # (3) of a newton
+        # By what is shown, not by the place, whose errors would then seem to be gains.
+        rows.append((np.diag(shown) - np.outer(shown, shown))[:2])
+        off.append((share - shown)[:2])
+        slopes = known.place_m * share_slopes(one.place_m[touch[:1]])[0, :2]
+        crept = known.creep_n * weight.sum()
+        noise.append(slopes @ slopes.T + np.diag((known.force_share * shown[:2]) ** 2 + crept**2))
+        moved.append(REGISTERED * slopes)
+    if len(rows) < TOUCHES_AT_LEAST:
+        return np.zeros((0, 3)), np.zeros(0)
+    together = np.concatenate(moved)
+    whole = np.linalg.cholesky(block_diag(*noise) + together @ together.T)
+    white, left = np.linalg.solve(whole, np.concatenate(rows)), np.linalg.solve(whole, np.concatenate(off))
+    over = left - white @ np.linalg.lstsq(white, left)[0]
+    worse = np.sqrt(max(1.0, float(over @ over) / (len(left) - 2)))  # a common factor does not show in shares
+    return white / worse, left / worse
 
 
 def _cost(square: Array, side: Array, before: Array) -> tuple[float, Array]:

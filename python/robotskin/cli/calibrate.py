@@ -81,8 +81,11 @@ def command(
             pressed, method = simulated(ready, worn, cells, seed), f"simulated probe, seed {seed}"
         with waiting("least squares"):
             made = calibrate(worn, pressed, known, method=method)
+        for one in pressed:
+            if not made.calibrated[one.cell]:
+                console.print(f"cell {one.cell} is left out: what it showed fits no sensor; press it anew")
     made.save(file)
-    console.print(told(made), highlight=False)
+    console.print(told(made), highlight=False, soft_wrap=True)
     console.print(f"written to {file}", highlight=False, soft_wrap=True)
 
 

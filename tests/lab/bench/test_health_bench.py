@@ -8,6 +8,7 @@ import pytest
 
 from robotskin.health import Finding, Kind
 from robotskin.health.kinds import ILLNESSES
+from robotskin_lab.bench import health_gain
 from robotskin_lab.bench.health_faults import FELT_G, Fault, drawn_kinds, drawn_parts
 from robotskin_lab.bench.health_gain import gain_figures
 from robotskin_lab.bench.health_score import Names, Score
@@ -59,3 +60,10 @@ def test_a_force_gain_that_is_off_is_found_by_twenty_touches_of_known_force(seed
     assert figures["force_gain_cases"] > 0
     assert figures["force_gain_recall"] >= 0.8
     assert figures["force_gain_false_share"] <= 0.1
+
+
+def test_places_that_are_poorly_known_make_no_gain_wrong(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(health_gain, "PLACE_ERROR_M", 0.004)
+    figures = gain_figures("ur5", seed, cells=30, draws=1000)
+    assert figures["force_gain_by_torques_false_share"] <= 0.05
+    assert figures["force_gain_false_share"] <= 0.05

@@ -13,8 +13,10 @@ from robotskin.calibration import Calibration, CalibrationError, Known, Presses,
 from robotskin.calibration.force_sensors import OFFSET, PARAMETERS, felt, shown
 from robotskin.calibration.post import AtPost, Levers
 from robotskin.calibration.press_files import COLUMNS, read_presses
+from robotskin.calibration.probing import probed
 from robotskin.layout import finished
 from robotskin.record import Recorder, Recording
+from robotskin.robots.gains import robot_with_gains
 from robotskin.session import Session
 from robotskin_lab.bench.calibration import TORQUE_NOISE_NM
 from robotskin_lab.bench.calibration_rig import Rig
@@ -131,6 +133,40 @@ def test_a_session_feels_with_it_and_a_recording_replays_it_to_the_byte(tmp_path
     assert (recording.layout.calibration.parameters == made.parameters).all()
     replayed = [np.asarray(frame.skin.normal_force).copy() for frame in recording.frames()]
     assert replayed[-1].tobytes() == states[-1].tobytes() or any(r.tobytes() == states[-1].tobytes() for r in replayed)
+
+
+def test_a_simulated_probe_finds_what_the_sensors_of_the_world_have(tmp_path: Path, seed: int) -> None:
+    robot = robot_with_gains("allegro_right_hand", None)
+    layout = finished("allegro_right_hand")
+    session = Session(robot.robot, layout, "skin_compliance", seed=seed, gains=robot.gains, link="in process")
+    session.set_skin(False)
+    session.boot()
+    pressed = probed(session, np.random.default_rng(seed).permutation(len(layout))[:6].tolist())
+    session.shut_down()
+    assert pressed
+    for one in pressed:
+        above = (one.reading_n - one.rest_n).sum(axis=1)
+        assert np.all(above > 0.5 * one.force_n)
+    made = calibrate(layout, pressed, method="probe")
+    made.save(tmp_path / "probed.json")
+    assert (Calibration.load(tmp_path / "probed.json").calibrated == made.calibrated).all()
+    off = np.abs(made.parameters[:, :3] - 1)
+    unsure = np.sqrt(np.diagonal(made.covariance, axis1=1, axis2=2))[:, :3]
+    assert np.all((off < 0.05 + 4 * unsure)[made.calibrated])
+    assert np.median(off[made.calibrated]) < 0.05
+
+
+def test_presses_that_fit_no_sensor_are_left_out() -> None:
+    """A probe that stands on another cell half of the time, as one was seen to do."""
+    place = np.repeat(0.006 * np.array([[0.0, 1.0], [-0.87, -0.5], [0.87, -0.5]]), 3, axis=0)
+    above = [[0, 0, 0], [0, 0, 0], [0.88, 0.48, 0.5], [0.04, 0.05, 0.06], [0.02, 0.04, 0.04], [0.02, 0.03, 0.03],
+             [1.95, 1.94, 3.6], [1.21, 1.21, 2.24], [0.47, 0.48, 0.89]]  # fmt: skip
+    rest_n = np.array([0.22, 0.24, 0.14])
+    nonsense = Presses(
+        cell=231, neighbours=2, rest_n=rest_n, reading_n=rest_n + above,
+        place_m=place, carried_n=np.full(9, np.nan), force_n=np.array([0, 0, 2.03, 7.76, 5.24, 2.37, 8.11, 5.0, 2.0]),
+    )  # fmt: skip
+    assert calibrate(LAYOUT, [nonsense], method="probe").share == 0.0
 
 
 def test_zeros_are_followed_where_nothing_is_near_and_no_touch_is_taken_for_one(seed: int) -> None:

@@ -16,7 +16,7 @@ from robotskin.health.falling_ill import FORCES
 from robotskin.layout.finished_layouts import finished
 from robotskin.simulator import Imperfections, SensorFaultKind
 from robotskin_lab.bench.calibration import FRICTION_KNOWN_TO, POST_M, POST_RADIUS_M, TORQUE_NOISE_NM
-from robotskin_lab.bench.calibration_rig import PROBE_ERROR, STEP_S, Rig
+from robotskin_lab.bench.calibration_rig import PLACE_ERROR_M, PROBE_ERROR, STEP_S, Rig
 
 TOUCHES = 20
 TOUCH_N = (2.0, 10.0)
@@ -60,14 +60,19 @@ def _fall_ill(rig: Rig, seed: int) -> dict[int, tuple[int, ...]]:
 
 
 def _moments(rig: Rig, cell: int) -> list[tuple[Array, float, Array, int, Array]]:
-    """Touches at places of their own, in and out: (place, newton, readings (N, 3), 1 in or -1 out, truth)."""
+    """Touches at places of their own, in and out: (place, newton, readings (N, 3), 1 in or -1 out, truth).
+
+    The place is known to a millimetre, and all places of a cell together to another one.
+    """
     moments = []
     rig.rest_n = rig.at_rest()
+    together_m = rig.draw.normal(0, PLACE_ERROR_M, 2)
     for _ in range(TOUCHES):
         place, most = rig.draw.uniform(-PLACE_M, PLACE_M, 2), float(rig.draw.uniform(*TOUCH_N))
+        truly_m = place + together_m + rig.draw.normal(0, PLACE_ERROR_M, 2)
         for way, levels in ((1, np.linspace(0, most, WAY + 1)[1:]), (-1, np.linspace(most, 0, WAY + 1)[:-1])):
             for force in levels:
-                truly = rig.pressed(cell, float(force), place)
+                truly = rig.pressed(cell, float(force), truly_m)
                 moments.append((place, float(force), rig.read(truly, STEP_S), way, truly))
         rig.read(np.zeros((rig.cells, 3)), 6 * STEP_S)
     return moments
