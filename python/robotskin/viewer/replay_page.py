@@ -205,6 +205,7 @@ def activity_strip(activity: NDArray[np.float64], time_s: float, seconds: float)
         for index, share in enumerate(activity / largest)
         if share > 0.0
     )
+    time_s = min(time_s, seconds)  # the last block of a recording ends a little behind its time
     at = len(activity) * time_s / max(seconds, 1e-9)
     told = f"{time_s:.2f} of {seconds:.2f} s; highest {largest if largest > 1e-6 else 0.0:.1f} N"
     return (
