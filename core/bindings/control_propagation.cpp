@@ -51,6 +51,8 @@ void bind_gains(nb::module_& module) {
       .def_rw("largest_lead_m", &PropagationGains::largest_lead_m, "m, by which it may run ahead of the contact")
       .def_rw("tracking_per_s", &PropagationGains::tracking_per_s, "1/s, how fast the contact comes back to it")
       .def_rw("effort", &PropagationGains::effort, "epsilon of [Cheng19 eq. 27]")
+      .def_rw("kept_m_s2", &PropagationGains::kept_m_s2,
+              "what a limb leaves undone of a contact's acceleration and does not hand on")
       .def_rw("begin_s", &PropagationGains::begin_s, "in which the contacts that there are at the start come to count")
       .def_rw("return_per_s", &PropagationGains::return_per_s, "how fast joints go back to their reference")
       .def_rw("sweeps", &PropagationGains::sweeps, "over all limbs in a tick")

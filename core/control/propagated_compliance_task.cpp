@@ -34,6 +34,7 @@ void check(const PropagationGains& gains) {
   require("largest_lead_m", gains.largest_lead_m, false);
   require("tracking_per_s", gains.tracking_per_s, false);
   require("effort", gains.effort, false);
+  require("kept_m_s2", gains.kept_m_s2, true);
   require("return_per_s", gains.return_per_s, true);
   require("begin_s", gains.begin_s, true);
 }
@@ -233,9 +234,13 @@ bool PropagatedComplianceTask::solve(const TaskInput& input, std::size_t limb, S
   };
   std::size_t rows = 0;
   for (std::size_t k = 0; k < active_.size(); ++k) {
+    const Contact& contact = points_.contacts()[active_[k]];
     if (!takes_part(active_[k])) continue;
+    // As a whole vector less so much: what is handed on begins at 0, and has no step.
+    const double kept = leaf_[contact.body] == limb ? 0 : contact.share * gains_.kept_m_s2;
+    const double taken = 1 - kept / std::max(norm(load3(&residual_[3 * k])), std::max(kept, 1e-12));
     for (std::size_t row = 3 * k; row < 3 * k + 3; ++row, ++rows) {
-      limb_residual_[rows] = residual_[row];
+      limb_residual_[rows] = taken * residual_[row];
       for (std::size_t i = 0; i < count; ++i) limb_jacobian_[rows * count + i] = jacobian_[row * joints + own[i]];
     }
   }
@@ -270,7 +275,7 @@ bool PropagatedComplianceTask::solve(const TaskInput& input, std::size_t limb, S
   for (std::size_t k = 0; k < active_.size(); ++k) {
     if (!takes_part(active_[k])) continue;
     for (std::size_t row = 3 * k; row < 3 * k + 3; ++row, ++rows) {
-      residual_[row] = limb_residual_[rows];
+      for (std::size_t i = 0; i < count; ++i) residual_[row] -= jacobian_[row * joints + own[i]] * change[i];
       squared += residual_[row] * residual_[row];
     }
   }

@@ -26,19 +26,22 @@ struct PropagationGains {
   double largest_joint_speed = 1.57;  // rad/s or m/s, where 95 % of a joint's velocity limit is not less
   double largest_lead_m = 0.05;       // by which it may run ahead of the contact
   double tracking_per_s = 10;         // how fast the contact comes back to it
-  double effort = 1e-3;               // epsilon of [Cheng19 eq. 27]
-  double return_per_s = 1;            // how fast joints go back to their reference
-  double begin_s = 0.25;              // in which the contacts that there are at the start come to count
-  std::size_t sweeps = 4;             // over all limbs in a tick
-  std::size_t steps = 400;            // of the solver, in a tick
+  double effort = 1e-4;               // epsilon of [Cheng19 eq. 27]
+  // What a limb leaves undone of a contact's acceleration and does not hand on. By this over tracking_per_s^2 a contact
+  // is behind its motion before the parent moves, which rests where the limb suffices.
+  double kept_m_s2 = 0.3;
+  double return_per_s = 1;  // how fast joints go back to their reference
+  double begin_s = 0.25;    // in which the contacts that there are at the start come to count
+  std::size_t sweeps = 4;   // over all limbs in a tick
+  std::size_t steps = 400;  // of the solver, in a tick
 };
 
 // A contact is drawn to where its point of the body lies in the reference posture, which is that of the start. Its
 // desired motion is integrated beside the robot. Limbs are solved from the outermost inwards: each gives its contacts
-// what it can within its limits, and hands the residual of their accelerations to its parent, whose programme has the
-// residuals of all limbs that it carries. What is left after the last one goes back to the first: an arm alone does not
-// know that what is level of its task could be left to the base. After some sweeps all limbs together do as well as one
-// programme over all joints would. Joints of no limb keep to the reference.
+// what it can within its limits, and hands the residual of their accelerations to its parent, less what it may keep.
+// The parent's programme has the residuals of all limbs that it carries. What is left after the last one goes back to
+// the first: an arm alone does not know that what is level of its task could be left to the base. After some sweeps all
+// limbs together do nearly as well as one programme over all joints would. Joints of no limb keep to the reference.
 //
 // The torque gives all joints the accelerations found, gravity excepted. Claims 3 rows for each contact.
 class PropagatedComplianceTask final : public Task {

@@ -1099,6 +1099,14 @@ class PropagationGains:
     @effort.setter
     def effort(self, arg: float, /) -> None: ...
     @property
+    def kept_m_s2(self) -> float:
+        """
+        what a limb leaves undone of a contact's acceleration and does not hand on
+        """
+
+    @kept_m_s2.setter
+    def kept_m_s2(self, arg: float, /) -> None: ...
+    @property
     def begin_s(self) -> float:
         """in which the contacts that there are at the start come to count"""
 

@@ -50,6 +50,20 @@ def test_the_base_rests_where_the_arm_suffices(rig: PropagationRig) -> None:
     assert np.linalg.norm(way[:2]) < 0.005
 
 
+def test_a_base_takes_no_share_of_what_the_arm_can_do() -> None:
+    moved = {}
+    for kept in (0.0, PropagationGains().kept_m_s2):
+        gains = PropagationGains()
+        gains.kept_m_s2 = kept
+        rig = PropagationRig("with", gains)
+        # The forearm, pushed along a direction in which the arm is nearly singular at home.
+        followed = rig.follow(281, 0.2)
+        assert followed.range_m == pytest.approx(0.2)
+        moved[kept] = 1e3 * rig.base_way_m()
+    assert moved[0.0] > 5.0
+    assert max(value for kept, value in moved.items() if kept) < 2.0
+
+
 def test_without_the_base_the_shoulder_stays() -> None:
     rig = PropagationRig("without")
     cell = rig.cell_on("right_shoulder_link", np.array([0.0, 1.0, 0.0]))
@@ -190,9 +204,9 @@ def test_limbs_that_do_not_fit_are_refused(limbs: list[Limb], told: str) -> None
 def test_gains_that_make_no_motion_are_refused() -> None:
     library = TaskLibrary(robots.load("ur5").core, finished("ur5").skin_model())
     gains = GainSet.load("ur5").choose("skin_compliance")
-    for name in ("tracking_per_s", "effort", "largest_speed_m_s"):
+    for name, value in (("tracking_per_s", 0.0), ("effort", 0.0), ("largest_speed_m_s", 0.0), ("kept_m_s2", -0.1)):
         chosen = PropagationGains()
-        setattr(chosen, name, 0.0)
+        setattr(chosen, name, value)
         with pytest.raises(ControlError, match=name):
             propagated_compliance(library, gains, chosen=chosen)
     assert isinstance(propagated_compliance(library, gains), PropagatedComplianceTask)
