@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from robotskin import robots
 from robotskin.apps.grasp.carriage import Carriage, grasp_place
-from robotskin.apps.grasp.contacts import Shape, find_contacts, plan_paths
+from robotskin.apps.grasp.contacts import Shape, find_contacts, moved_contacts, plan_paths
 from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
 from robotskin.apps.grasp.fingers import Hand, base_from_hand
@@ -99,6 +99,22 @@ def test_pads_come_to_their_contacts_also_where_the_thing_is_elsewhere(hand: Han
         pads = hand.pads(paths.at(np.full(4, distance)))
         away = np.linalg.norm((pads.place - contacts.centre - aside) * shape.seen, axis=1)
         np.testing.assert_allclose(away, shape.radius_m + distance, atol=0.004)
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_a_finger_that_cannot_get_to_its_contact_touches_beside_it(hand: Hand, name: str, seed: int) -> None:
+    shape = believed_shape(name)
+    believed = find_contacts(hand, shape)
+    generator = np.random.default_rng(seed)
+    # Low, so that a finger's sideways joint is at its end; and anywhere.
+    asides = [np.array([0.003, 0.004, -0.013]), *(0.010 * generator.normal(size=(4, 3)) / np.sqrt(3))]
+    for aside in asides:
+        contacts = moved_contacts(hand, shape, believed, believed.centre + aside * shape.seen)
+        paths = plan_paths(hand, shape, contacts)
+        for distance in (0.012, 0.004, 0.0):
+            pads = hand.pads(paths.at(np.full(4, distance)))
+            away = np.linalg.norm((pads.place - contacts.centre) * shape.seen, axis=1)
+            np.testing.assert_allclose(away, shape.radius_m + distance, atol=0.005)
 
 
 @pytest.mark.parametrize("name", ROUND)

@@ -17,6 +17,9 @@ FARTHEST_M, DEEPEST_M = 0.032, -0.030
 """Of the paths: the pad's distance from the surface, and how far inside of it the path goes on."""
 _STEPS = 32
 _ASIDE_M = 0.003
+_FARTHEST_ASIDE_M = 0.008
+_BESIDE_TRIES = 6
+_UP = np.array([0.0, 0.0, 1.0])
 _FROM_END_RAD = 0.08
 """Kept from the ends of joints, since what a finger holds bends it."""
 _REST = np.array([[-0.3, 0.2, 1.5, 0.1], [0.0, 0.2, 1.5, 0.1], [0.3, 0.2, 1.5, 0.1], [1.33, 0.3, 0.3, 1.0]])
@@ -129,6 +132,26 @@ def find_contacts(hand: Hand, shape: Shape) -> Contacts:
     return Contacts(grip.centre, outward, grip.height, hand.pads(angles).normal, angles)
 
 
+def moved_contacts(hand: Hand, shape: Shape, contacts: Contacts, centre: Array) -> Contacts:
+    """The contacts on a thing at another (3,) `centre`. A finger that cannot get to its own touches beside it."""
+    outward, height, angles = contacts.outward.copy(), contacts.height.copy(), contacts.angles
+    facing = contacts.facing.copy()
+    for _ in range(_BESIDE_TRIES):
+        place = centre + outward * shape.radius_m + np.outer(height, _UP)
+        angles, error = _reached(hand, angles, place, facing)
+        away = error > _ASIDE_M / 2
+        if not away.any():
+            break
+        found = hand.pads(angles).place - centre
+        height = np.where(away & (shape.length_m > 0), found @ _UP, height)
+        level = found * shape.seen
+        turned = level / np.linalg.norm(level, axis=1)[:, None]
+        outward = np.where(away[:, None], turned, outward)
+        facing = np.where(away[:, None], -outward, facing)
+    facing = np.where((facing == contacts.facing).all(axis=1)[:, None], facing, hand.pads(angles).normal)
+    return Contacts(centre, outward, height, facing, angles)
+
+
 def plan_paths(hand: Hand, shape: Shape, contacts: Contacts, centre: Array | None = None) -> Paths:
     """Joint paths along which each pad comes straight to its contact, facing it, for a thing at another `centre`."""
     middle = contacts.centre if centre is None else centre
@@ -140,10 +163,10 @@ def plan_paths(hand: Hand, shape: Shape, contacts: Contacts, centre: Array | Non
         angles = contacts.angles if order.step > 0 else table[:, begin]
         for index in order:
             place = middle + contacts.outward * (shape.radius_m + distances[index])
-            place = place + np.outer(contacts.height, [0.0, 0.0, 1.0])
+            place = place + np.outer(contacts.height, _UP)
             found, error = _reached(hand, angles, place, contacts.facing)
             # Where a finger cannot get, its path ends.
-            angles = np.where((error < _ASIDE_M)[:, None], found, angles)
+            angles = np.where((error < _FARTHEST_ASIDE_M)[:, None], found, angles)
             table[:, index] = angles
             if -0.006 <= distances[index] <= 0.02:
                 worst = max(worst, float(error.max()))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.grasp.carriage import Carriage
-from robotskin.apps.grasp.contacts import DEEPEST_M, Shape, find_contacts, plan_paths
+from robotskin.apps.grasp.contacts import DEEPEST_M, Shape, find_contacts, moved_contacts, plan_paths
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre
 from robotskin.apps.grasp.fingers import Hand
 from robotskin.apps.grasp.levers import MOST_N, Levers
@@ -68,7 +68,8 @@ class GraspControl:
         # With handles a share is a newton.
         self.grip = grip or (Grip(force_n=1.0) if shape.flat else Grip())
         self.hand = Hand(session.robot, session.layout)
-        self.contacts = find_contacts(self.hand, shape)
+        self._believed = find_contacts(self.hand, shape)
+        self.contacts = self._believed
         self.centre = self.contacts.centre
         """(3,) metres, where the thing is believed to be, in the hand's frame."""
         self.paths = plan_paths(self.hand, shape, self.contacts)
@@ -111,6 +112,7 @@ class GraspControl:
         self._asked_to_release = False
         self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
         self.press = np.zeros(4)
+        self.contacts = self._believed
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)
         self.shares = self._shares()
@@ -186,7 +188,8 @@ class GraspControl:
             if self.shape.flat:  # each finger finds its handle by itself
                 return
             self.centre = self._estimate()
-            self.paths = plan_paths(self.hand, self.shape, self.contacts, self.centre)
+            self.contacts = moved_contacts(self.hand, self.shape, self._believed, self.centre)
+            self.paths = plan_paths(self.hand, self.shape, self.contacts)
             self.shares = self._shares()
             self.distance = np.full(4, SURVEY_M + 0.002)
         if self.state is State.SQUEEZE and self.levers is not None:

@@ -62,7 +62,7 @@ def bounds(plan: Plan) -> list[Bound]:
     held = [Bound("held", 1, 1), Bound("lifted_mm", least=0.95e3 * LIFT_M), *sound]
     touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n else []
     if plan.name == PLIERS:
-        return [*held, Bound("jaw_gap_mm", most=1.0), Bound("turned_deg", most=3.0)]
+        return [*held, Bound("jaw_gap_mm", most=1.0), Bound("turned_deg", most=3.0), *touched]
     return [*held, Bound("moved_mm", most=1e3 * UNDISTURBED_M), Bound("force_before_grip_n", most=1.5), *touched]
 
 
