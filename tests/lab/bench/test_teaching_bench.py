@@ -16,6 +16,7 @@ from robotskin.teaching.signals import Frame
 from robotskin_lab.bench.teaching import run
 from robotskin_lab.bench.teaching_shown import before_squeezes, delays_s
 from robotskin_lab.bench.teaching_sorted import by_threshold, threshold_of
+from robotskin_lab.bench.teaching_stacked import TOWER, Tower, tower_of
 
 SEEN = {"idle": "still", "reach": "moves"}
 
@@ -51,6 +52,18 @@ def test_a_fruit_that_was_not_measured_is_told_wrong() -> None:
     threshold = threshold_of(usual_plan())
     found = [one(True, 2 * threshold), one(False, 0.5 * threshold), one(False, 2 * threshold), one(False, None)]
     assert by_threshold(found, threshold) == 0.5
+
+
+def test_a_tower_grows_by_a_block_and_blocks_wait_apart(seed: int) -> None:
+    tower = tower_of(np.random.default_rng(seed), 4)
+    shapes = {one.name: one.shape for one in tower.scene.things}
+    grown = Tower(tower.scene, tower.fruits, tower.origin, tower.usual_radius_m, stacked=1)
+    higher = grown.places[TOWER] - tower.places[TOWER]
+    np.testing.assert_allclose(higher, [0, 0, 2 * tower.usual_radius_m])
+    assert shapes["block_1"].length_m == pytest.approx(2 * tower.usual_radius_m)
+    shelf = np.array([tower.on_shelf(number) for number in range(4)])
+    apart = np.linalg.norm(shelf[:, None] - shelf, axis=2) + np.eye(4)
+    assert apart.min() > 2 * tower.usual_radius_m
 
 
 def test_a_part_that_is_none_is_refused() -> None:

@@ -15,11 +15,13 @@ from robotskin.apps.grasp.script import TIPS_WITH_BACKS, Plan, session_of
 from robotskin.apps.grasp.script import run as grasp
 from robotskin.errors import InputError, UnknownNameError
 from robotskin_lab.bench.grasp_picture import draw_grasps, followed
+from robotskin_lab.bench.grasp_soak import soak_figures
 from robotskin_lab.bench.progress import tell, tell_step
 
 ON_ARM = ("arm", "arm_primitive")
-PARTS = ("reactive", "equal", "primitive", "exact", "hold", *ON_ARM)
-WITHOUT = {PLIERS: ("primitive", "exact", *ON_ARM), "ball": ("equal",), "cylinder": ("equal",)}
+SOAK = "soak"
+PARTS = ("reactive", "equal", "primitive", "exact", "hold", *ON_ARM, SOAK)
+WITHOUT = {PLIERS: ("primitive", "exact", *ON_ARM, SOAK), "ball": ("equal",), "cylinder": ("equal",)}
 """The parts that an object has no part in."""
 METHODS: dict[str, Method] = {
     "primitive": "primitive",
@@ -43,6 +45,7 @@ def run(
     exact_trials: int = 10,
     hold_trials: int = 10,
     arm_trials: int = 10,
+    soak_seconds: float = 600.0,
     least_mm: float = 5.0,
     most_mm: float = 15.0,
     picture: Path | None = None,
@@ -54,6 +57,7 @@ def run(
     up to 10 mm off along their handles: `pliers_trials` reactive, and `equal_trials` with equal forces of the fingers.
     hold: `hold_trials` lifted, held for 5 s, shaken by 0.5 g at 2 Hz for 5 s, and touched on a finger's back with 5 N.
     arm, arm_primitive: `arm_trials` of both grasps with the hand on a UR5, which brings it to the thing and lifts it.
+    soak: `soak_seconds` of grasps with touches of up to 5 N on the other cells, and one grasp more without.
     `picture`: where a reactive and a primitive grasp of the same ball are drawn.
     """
     wanted, things = [part.strip() for part in parts.split(",")], [one.strip() for one in objects.split(",")]
@@ -74,6 +78,9 @@ def run(
         counts["reactive"] = pliers_trials if name == PLIERS else trials
         for part in wanted:
             if part in WITHOUT[name]:
+                continue
+            if part == SOAK:
+                figures |= soak_figures(name, seed, soak_seconds)
                 continue
             method = METHODS.get(part, "reactive")
             found: list[dict[str, float]] = []

@@ -12,7 +12,9 @@ from robotskin.errors import UnknownNameError
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.teaching_rig import Felt, squeezed
 from robotskin_lab.bench.teaching_shown import led, told
+from robotskin_lab.bench.teaching_soak import soak_figures
 from robotskin_lab.bench.teaching_sorted import sorted_by_plan
+from robotskin_lab.bench.teaching_stacked import stacked
 
 TAUGHT = 5
 """Fruits of each class from which the threshold is learnt."""
@@ -20,9 +22,17 @@ RATIOS = (2.0, 1.5, 1.2)
 
 
 def run(
-    *, seed: int = 1, parts: str = "squeeze", fruits: int = 200, unseen: int = 20, sorted_fruits: int = 20
+    *,
+    seed: int = 1,
+    parts: str = "squeeze",
+    fruits: int = 200,
+    unseen: int = 20,
+    sorted_fruits: int = 20,
+    blocks: int = 10,
+    soak_seconds: int = 600,
 ) -> dict[str, Any]:
-    """Measure the parts named in `parts`, with commas between them: squeeze, told, led, sorted.
+    """Measure the parts named in `parts`, with commas between them: squeeze, told, led, sorted, stacked,
+    soak.
 
     squeeze: `fruits` oranges at each stiffness ratio of 2, 1.5 and 1.2, with 10 % spread, ±1.5 mm of radius, ±3 mm off
     centre, and 10 % of relaxation in 2 s, by a gripper whose arm wears no cells; five of each class are taught. The
@@ -32,14 +42,18 @@ def run(
     led: 10 N at the wrist of a robot that is led; beside it one that is not.
     sorted: the plan of four demonstrations on `sorted_fruits` fruits each, at places moved by up to 100 mm: oranges,
     oranges on a Panda, lemons. A demonstration that is played back is the baseline.
+    stacked: rules of four demonstrations with fruit, untrained where `blocks` blocks are stacked in three styles. The
+    same without what was shown of squeezing are to call it unknown. Rules that know motion alone are the baseline.
+    soak: `soak_seconds` of sorting with touches of up to 12 N on the arm, and one fruit more without.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
         if part not in PARTS:
             raise UnknownNameError("part of bench teaching", part, PARTS)
+    counts = {"squeeze": fruits, "told": unseen, "sorted": sorted_fruits, "stacked": blocks, "soak": soak_seconds}
     figures: dict[str, Any] = {}
     for part in wanted:
-        figures |= PARTS[part](seed, {"squeeze": fruits, "told": unseen, "sorted": sorted_fruits}.get(part, 0))
+        figures |= PARTS[part](seed, counts.get(part, 0))
     tell("")
     return figures
 
@@ -83,4 +97,6 @@ PARTS: dict[str, Callable[[int, int], dict[str, float]]] = {
     "told": told,
     "led": lambda seed, _count: led(seed),
     "sorted": sorted_by_plan,
+    "stacked": stacked,
+    "soak": soak_figures,
 }

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A person who touches the skin at random while an application works, and the largest contact that comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotskin.session import SafetyState, Session
+
+LEAST_N, PUSHES_S, RESTS_S = 1.0, (0.2, 1.5), (0.5, 4.0)
+LOOK_PERIODS = 4
+
+
+class RandomTouches:
+    """Touches one of `cells` after the other by the last hand of the world; call `step` after each of the session's."""
+
+    def __init__(self, session: Session, cells: Sequence[int], most_n: float, seed: int) -> None:
+        self.session, self.cells, self.most_n = session, list(cells), most_n
+        self.generator = np.random.default_rng([seed, 67])
+        self.hand = session.world.hands[-1]
+        self.count = 0
+        self.peak_n = 0.0
+        """The largest force of one hand, or of one thing, on all cells together."""
+        self.running = True
+        self._until_s, self._periods = session.world.time_s + 1.0, 0
+        self._pushes = False
+
+    def step(self) -> None:
+        """One period."""
+        session = self.session
+        self._periods += 1
+        self.running = self.running and session.state in (SafetyState.running, SafetyState.degraded)
+        if self._periods % LOOK_PERIODS:
+            return
+        self.peak_n = max(self.peak_n, float(session.world.contact_normal_force().max(initial=0.0)))
+        if session.world.time_s < self._until_s:
+            return
+        self._pushes = not self._pushes
+        if self._pushes:
+            cell = int(self.generator.choice(self.cells))
+            self.hand.push(session.in_world(cell), float(self.generator.uniform(LEAST_N, self.most_n)))
+            self.count += 1
+        else:
+            self.hand.leave()
+        self._until_s = session.world.time_s + float(self.generator.uniform(*(PUSHES_S if self._pushes else RESTS_S)))
+
+    def end(self) -> None:
+        """The hand leaves."""
+        self.hand.leave()
+        self._pushes, self._until_s = False, np.inf
+
+    def figures(self, label: str) -> dict[str, float]:
+        """What must hold of a soak."""
+        return {
+            f"{label}_soak_touches": float(self.count),
+            f"{label}_soak_peak_contact_n": self.peak_n,
+            f"{label}_soak_violations": float(self.session.controller.report.violations),
+            f"{label}_soak_stops": float(not self.running),
+        }
