@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A person who touches the skin at random while an application works, and the largest contact that comes of it."""
+"""Touches of the skin at random while an application works, and the largest contact that comes of them."""
 
 from __future__ import annotations
 
