@@ -64,7 +64,11 @@ def command(
     known = finished_names() if network else ()
     for name in files:
         if name not in known and not Path(name).exists():
-            also = f", nor a finished layout: {', '.join(known)}" if network else ""
+            also = "; robotskin cover ROBOT -o FILE makes one"
+            if network:
+                also = f", nor a finished layout: {', '.join(known)}"
+            elif name in finished_names():
+                also = f"; the wiring of that finished layout is judged by robotskin check --network {name}"
             raise InputError(f"{name}: there is no such file or folder{also}")
     if network:
         judge_networks(files, rate or STANDARD_RATE_HZ, picture, json_file, strict)

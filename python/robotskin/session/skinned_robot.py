@@ -313,7 +313,9 @@ class SkinnedRobot:
         return self.loop.command
 
     def felt_force_n(self, threshold_n: float = 0.1) -> float:
-        """Newton at the driver: the sum over the cells that feel more than the threshold."""
+        """Newton at the driver: the sum over cells that feel more than the threshold; NaN where no cell is alive."""
         force = np.asarray(self.skin.normal_force).sum(axis=1)
         alive = np.asarray(self.skin.health) == int(Health.alive)
+        if not alive.any():
+            return float("nan")
         return float(force[alive & (force > threshold_n)].sum())

@@ -16,6 +16,8 @@ from robotskin.cli import main
             "--json nowhere/a.json: there is no folder nowhere",
         ),
         (["check", "ur5", "--network", "--robot", "ur5"], "--robot ur5: is not for --network"),
+        (["check", "ur5"], "ur5: there is no such file or folder; the wiring of that finished layout is judged by"),
+        (["check", "mine.json"], "no such file or folder; robotskin cover ROBOT -o FILE makes one"),
         (["check", "a.json", "--rate", "300"], "--rate 300.0: is for --network"),
         (["check", "a.json", "--picture", "a.png"], "--picture a.png: is for --network"),
         (["cover", "ur5", "--picture", "ur5.jpg"], "--picture ur5.jpg: the name must end in .png"),

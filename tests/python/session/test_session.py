@@ -34,6 +34,7 @@ def session(seed: int) -> Iterator[Session]:
 def test_a_skin_without_power_tells_nothing(session: Session) -> None:
     with pytest.raises(SessionError, match=r"call boot\(\) first"):
         session.run(0.1)
+    assert np.isnan(session.felt_force_n()), "nothing felt is no number"
 
 
 def test_behaviours_change_while_the_robot_is_touched(session: Session) -> None:
