@@ -15,6 +15,8 @@ from robotskin_lab.bench.random_touches import RandomTouches
 
 MOST_N = 5.0
 """Of a touch: a push of 15 N at a fingertip is more than its motors have."""
+INSIDE = 0.4
+"""Part of a cell's normal along the palm's side of its link, from which on it faces what is held."""
 HELD_S, LIFTED_M = 2.0, 0.05
 
 
@@ -26,9 +28,9 @@ class _Cycles:
         self.control = GraspControl(self.session, believed_shape(name))
         self.thing = self.session.world.thing(name)
         self.start = self.thing.position_m
-        # Touches come from outside: what faces the thing is the grasp's own.
-        own = set(np.concatenate(self.control.hand.front).tolist())
-        outside = [cell for cell in range(len(self.session.layout)) if cell not in own]
+        # Touches come from outside: between palm and fingers there is no room for a hand.
+        faces = np.array(self.session.layout.link_from_cell)[:, 0, 2]
+        outside = np.flatnonzero(faces < INSIDE).tolist()
         self.touches = RandomTouches(self.session, outside, MOST_N, seed)
         self.cycles = self.lifted = 0
 
