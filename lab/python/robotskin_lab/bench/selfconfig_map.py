@@ -85,6 +85,6 @@ def _either_sign(weight: Array, true: Array) -> float:
 
 
 def _papers(swing: JointSine, times: int) -> VelocitySine:
-    """One velocity sine, so many times as fast as a swing, with the acceleration that the swing's span has at 1 Hz."""
+    """One velocity sine of so many times a swing's frequency, and of the velocity that the swing's span asks for."""
     frequency_hz = times * swing.frequency_hz
-    return VelocitySine(swing.joint, swing.centre, 2 * swing.amplitude / times**2, frequency_hz, 1 / frequency_hz)
+    return VelocitySine(swing.joint, swing.centre, 2 * swing.amplitude / times, frequency_hz, 1 / frequency_hz)
