@@ -23,7 +23,7 @@ void ForgeryChecker::frame_planted(const world::Network& network, const GroundTr
   Planted& planted = planted_frame_;
   planted = {};
   ++planted_;
-  if (ground.lawless(network.time_ns(), cell)) return;
+  if (ground.lawless(network.time_ns(), cell) || ground.tags_spent(ground.wire_of_cell(cell, port))) return;
   planted.waits = true;
   planted.forged = forged;
   planted.cell = cell;

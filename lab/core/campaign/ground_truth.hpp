@@ -78,6 +78,8 @@ class GroundTruth : private world::FaultWitness {
   bool lawless(std::int64_t now_ns, std::size_t cell) const {
     return now_ns < lawless_cell_ns_[cell] || about_to_be_overwritten(now_ns);
   }
+  // So many wrong tags have come in that the port may close, and whatever used it lets go of it.
+  bool tags_spent(std::size_t wire) const { return forged_[wire] > RS_TAGS_BUDGET; }
   std::int32_t memory_faults() const { return memory_faults_; }
   std::int64_t lawless_until_ns() const { return lawless_until_ns_; }
   bool samples_disturbed_since(std::int64_t since_ns) const { return samples_disturbed_ns_ >= since_ns; }

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotskin.choices import INTERFACES
 from robotskin.robots.gains import GainSet
-from robotskin.session import PERIOD_S, Session, SessionError
+from robotskin.session import PERIOD_S, SafetyState, Session, SessionError
 from robotskin_lab.bench.control_chain import chain, require_running, soft_cells, without_estimates
 from robotskin_lab.bench.progress import tell
 
@@ -27,11 +27,14 @@ def spread_figures(seed: int, cells: int) -> Figures:
 
     Rise: from a tenth to nine tenths of the displacement. `interface_spread_worst` is the worst push of the two,
     `interface_spread` the worse of their means over pushes. `interface_spread_uncompensated*`: the same where no
-    interface estimates friction and load; a third of the cells.
+    interface estimates friction and load; a third of the cells. `interface_pushes_stopped`: pushes at which the guard
+    stopped the robot through one of the interfaces; they tell no spread.
     """
     gains = GainSet.load("ur5")
-    whole = spreads(seed, cells, gains)
+    answered = spreads(seed, cells, gains)
+    whole = answered[~np.isnan(answered).any(axis=1)]
     bare = spreads(seed, max(1, cells // 3), without_estimates(gains))
+    bare = bare[~np.isnan(bare).any(axis=1)]
     tell("")
     return {
         "interface_spread": float(whole.mean(axis=0).max()),
@@ -43,6 +46,7 @@ def spread_figures(seed: int, cells: int) -> Figures:
         "interface_spread_uncompensated": float(bare.mean(axis=0).max()),
         "interface_spread_uncompensated_worst": float(bare.max()),
         "interface_pushes": float(len(whole)),
+        "interface_pushes_stopped": float(len(answered) - len(whole)),
     }
 
 
@@ -53,7 +57,7 @@ def spreads(
     interfaces: Sequence[str] = INTERFACES,
     forces_n: Sequence[float] = FORCES_N,
 ) -> NDArray[np.float64]:
-    """(pushes, 2) of displacement and rise, of so many cells with each force."""
+    """(pushes, 2) of displacement and rise, of so many cells with each force; NaN where the guard stopped the robot."""
     answers = []
     for interface in interfaces:
         session = chain("ur5", "skin_compliance", interface, seed, gains=gains)
@@ -63,7 +67,6 @@ def spreads(
         for cell in cells:
             tell(f"spread: {interface}, cell {cell}")
             answers.append([_answer(session, cell, force) for force in forces_n])
-        require_running(session, interface)
         session.shut_down()
     values = np.array(answers).reshape(len(interfaces), -1, 2)
     return np.asarray((values.max(axis=0) - values.min(axis=0)) / values.mean(axis=0))
@@ -85,6 +88,14 @@ def _answer(session: Session, cell: int, force_n: float) -> tuple[float, float]:
         moved[tick] = np.linalg.norm(session.cell_position(cell) - start)
     session.world.release()
     session.run(REST_S)
+    if session.state not in (SafetyState.running, SafetyState.degraded):
+        tell(f"spread: {force_n} N on cell {cell}: the robot stopped: {session.why_not_running()}")
+        session.stop()
+        session.run(1.0)
+        session.start()
+        session.run(2 * REST_S)
+        require_running(session, f"after {force_n} N on cell {cell}")
+        return np.nan, np.nan
     end = float(moved[-100:].mean())
     first, last = (int(np.argmax(moved >= share * end)) for share in RISE)
     return end, PERIOD_S * (last - first)
