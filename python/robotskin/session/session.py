@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 from typing import Literal
@@ -69,8 +68,7 @@ class Session(SkinnedRobot):
         body_limits: limits of contact, at which the guard stops the robot.
         fault_file: where the last second before a fault is written (CSV); None: nowhere.
         scene: the things around the robot (`robotskin.world.load_scene`); by default none.
-        threads: that run the groups of section units of the simulated skin (`World`); by default as many as there are
-            cores and groups.
+        threads: that run the groups of section units of the simulated skin (`World`); more help where cores are free.
 
     Raises:
         UnknownNameError: no gains of that name, no such behaviour, interface or mode. SessionError: a layout of another
@@ -99,7 +97,7 @@ class Session(SkinnedRobot):
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
         scene: SceneSpec | None = None,
-        threads: int | None = None,
+        threads: int = 1,
     ) -> None:
         require_robot_and_layout(robot, layout)
         if layout.robot != robot.name:
@@ -127,7 +125,7 @@ class Session(SkinnedRobot):
             cell_key=(keys or drawn).cell_key,
             transport=self.transport,
             scene=scene,
-            threads=(os.cpu_count() or 1) if threads is None else threads,
+            threads=threads,
         )
         self.driver = Driver(model, key, bind, units, session_seed=None if self.transport else seed)
         self.reader = SkinReader(self.driver, model)
@@ -136,6 +134,8 @@ class Session(SkinnedRobot):
         self._powered = False
         self.driver_seconds = 0.0
         """Processor time of the driver so far."""
+        self.control_seconds = 0.0
+        """Processor time of the loop so far: skin, control, robot."""
         self.torques = _cell_torques(known, model, gains, cell_torques)
         """What the cells are told, if they are."""
         if self.torques is not None:
@@ -165,7 +165,9 @@ class Session(SkinnedRobot):
             raise SessionError("the skin has no power yet, and feels nothing: call boot() first")
         self.world.step(PERIOD_S)  # body, cells, network and section units
         self._carry_datagrams()
+        began = time.thread_time()
         self.tick(self.world.now_ns)
+        self.control_seconds += time.thread_time() - began
 
     @property
     def skin_computed_torque(self) -> SkinTorque:

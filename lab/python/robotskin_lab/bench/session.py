@@ -35,8 +35,9 @@ def run(
 ) -> dict[str, Any]:
     """Run a session of this robot in its whole skin at the clock rate, pushed all the time.
 
-    session_realtime: virtual over real seconds, through UDP on loopback. network_s_per_s, body_s_per_s,
-    control_s_per_s, driver_s_per_s: real seconds that each takes of a virtual one; processor_s_per_s: of all threads.
+    session_realtime: virtual over real seconds, through UDP on loopback. network_s_per_s, body_s_per_s:
+    real seconds that each takes of a virtual one; control_s_per_s, driver_s_per_s: processor time of these;
+    processor_s_per_s: of all threads; rest_s_per_s: real time that none of them took.
     over_before: how many times as fast as in one piece, in runs that take turns. ideal: in the ideal world; imperfect:
     with all imperfections, and cells that take their time; its figures begin with `imperfect_`.
     page_s_per_s: of drawing for one browser.
@@ -100,13 +101,18 @@ class Timed:
         self.virtual_s += seconds
 
     def _parts(self) -> dict[str, float]:
-        world = self.session.world
-        return {"body": world.body_s, "network": world.network_s, "driver": self.session.driver_seconds}
+        session, world = self.session, self.session.world
+        return {
+            "body": world.body_s,
+            "network": world.network_s,
+            "driver": session.driver_seconds,
+            "control": session.control_seconds,
+        }
 
     def per_second(self) -> dict[str, float]:
-        """Real seconds of a virtual one, by what took them; control is the rest."""
+        """Seconds of a virtual one, by what took them."""
         found = {name: (now - self._before[name]) / self.virtual_s for name, now in self._parts().items()}
-        found["control"] = self.real_s / self.virtual_s - sum(found.values())
+        found["rest"] = self.real_s / self.virtual_s - sum(found.values())
         found["processor"] = self.processor_s / self.virtual_s
         return {f"{name}_s_per_s": value for name, value in found.items()}
 
