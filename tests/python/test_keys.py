@@ -6,6 +6,7 @@ import stat
 import pytest
 
 from robotskin.cli import keys as verb
+from robotskin.errors import InputError
 from robotskin.keys import SkinKeys, SkinKeysError
 
 
@@ -44,6 +45,8 @@ def test_the_verb_writes_a_file_for_its_owner_alone(tmp_path) -> None:
     assert SkinKeys.load(path) == made
     verb.command(path, replace=True)
     assert SkinKeys.load(path) != made
+    with pytest.raises(InputError, match="there is no folder"):
+        verb.command(tmp_path / "none" / "skin.keys")
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"format": "robotskin keys 1", "secret": "00"}', '{"secret": 3}'])

@@ -16,6 +16,8 @@ def command(
     A simulation needs none: it draws its own. Keep the file: cells that have its keys obey no others.
     """
     from robotskin.keys import SkinKeys
+    from robotskin.outputs import require_writable
 
+    require_writable("keys", file)
     SkinKeys.fresh().save(file, replace=replace)
     typer.echo(f"Wrote {file} (mode 0600).")

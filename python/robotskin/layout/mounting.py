@@ -71,6 +71,8 @@ def read_for(robot: Robot, path: str | Path, link: str | None = None, *, seed: i
                 raise LayoutFileError(path, "links", foreign[0], why)
             return layout
     if link is None:
+        if path.is_file():
+            read(path)  # a file that is no skin is named as one
         raise LayoutError(f"{path}: a skin made for another robot; name the link of {robot.name} to mount it on")
     return mount(path, robot, link, seed=seed)
 

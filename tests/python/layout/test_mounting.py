@@ -72,6 +72,9 @@ def test_what_cannot_be_mounted_is_refused(
     file = tum_file()
     with pytest.raises(LayoutError, match="name the link"):
         read_for(small_robot, file)
+    (tmp_path / "no_skin.md").write_text("# a page")
+    with pytest.raises(LayoutFileError, match="known are"):
+        read_for(small_robot, tmp_path / "no_skin.md")
     with pytest.raises(UnknownNameError, match="pipe"):
         mount(file, small_robot, "pip")
     (tmp_path / "empty").mkdir()
