@@ -10,7 +10,7 @@ from typer.exceptions import TyperException
 NEXT = {
     "layout": "robotskin layouts lists the finished ones, and robotskin cover ROBOT -o FILE makes one",
     "gains": "robotskin gains ROBOT -o FILE writes them",
-    "keys": "robotskin keys FILE writes them",
+    "key": "robotskin keys FILE makes them",
     "robot": "robotskin robots lists them",
 }
 """By name of an option or argument, where a file or name of its kind comes from."""

@@ -83,6 +83,7 @@ def test_a_bug_is_not_taken_for_a_users_mistake(monkeypatch: pytest.MonkeyPatch)
         ("cover", "robotskin cover: missing argument 'robot'; robotskin robots lists them"),
         ("cover ur5 --cells 0", "robotskin cover: invalid value for '--cells'.*, not '0'; robotskin cover -h tells .*"),
         ("demo --layout panda", "robotskin demo: .* 'panda' does not exist; robotskin layouts lists .*"),
+        ("rehearse ur5 --key none", "robotskin rehearse: .* 'none' does not exist; robotskin keys FILE makes them"),
         ("demo --robot", "robotskin: option '--robot' requires an argument; robotskin -h tells all that it takes"),
         ("demoo", "robotskin: no such command 'demoo'. Did you mean 'demo'.*"),
         ("robots ur5", r"robotskin robots: got unexpected extra argument\(s\) \(ur5\); robotskin robots -h tells .*"),
