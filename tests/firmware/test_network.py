@@ -72,6 +72,24 @@ def test_forms_breadth_first_within_10_ms(skin: SmallWorld) -> None:
     assert sizes == len(skin.nodes)
 
 
+def test_a_link_that_falls_often_is_left_alone_while_there_is_another_way(seed: int) -> None:
+    world = SmallWorld(3, [((0, 2), (1, 1)), ((0, 3), (2, 1)), ((1, 2), (2, 2))], [(0, 1)], seed)
+    world.run_ms(100)
+    assert world.parent(2) == 0
+    near = []
+    for _ in range(12):
+        world.cut_link((2, 1))
+        world.run_ms(6 + world.random.random())
+        world.join_link((2, 1))
+        world.run_ms(24)
+        near.append(world.parent(2) == 0)
+        assert world.parent(2) is not None
+    assert near[0]
+    assert sum(near) <= 6
+    world.run_ms(2100)
+    assert_tree_is_breadth_first(world)
+
+
 def test_every_cell_has_a_name_of_its_own(skin: SmallWorld) -> None:
     skin.run_ms(60)
     ids = [skin.cell(index).id for index in range(len(skin.nodes))]

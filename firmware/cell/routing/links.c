@@ -65,7 +65,10 @@ void rs_link_heard(rs_cell* cell, unsigned port, uint32_t now_us) {
   check_flaps(neighbour);
   if (neighbour->hold_down) {
     const uint32_t left_us = neighbour->hold_down_until_us - now_us;
-    if (left_us != 0U && neighbour->flaps > 1U && neighbour->flaps <= 16U &&
+    /* Where there is no other way, one that falls now and then is better than none. */
+    const bool cut_off =
+        cell->route.parent_port == RS_NO_PARENT && now_us - cell->route.orphaned_us >= RS_HOLD_DOWN_ALONE_US;
+    if (!cut_off && left_us != 0U && neighbour->flaps > 1U && neighbour->flaps <= 16U &&
         left_us <= hold_down_us(neighbour->flaps - 1U))
       return;
     neighbour->hold_down = false;

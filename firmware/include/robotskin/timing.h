@@ -24,6 +24,7 @@ enum {
   RS_SEQUENCE_WINDOW = 16,    /* ticks a neighbour may be ahead of a living parent */
   RS_HOLD_DOWN_US = 8000,     /* after a second loss of a link, doubling with each further one */
   RS_HOLD_DOWN_MAX_US = 2000000,
+  RS_HOLD_DOWN_ALONE_US = 20000, /* a cell that has been cut off for so long holds no link down */
   RS_LOSSY_US = 4000,            /* what a damaged frame adds to a line's bucket, from which time takes, */
   RS_LOSSY_MANY_US = 5000,       /* when that is full enough for going elsewhere, */
   RS_LOSSY_MAX_US = 12000,       /* and when it is full */

@@ -95,6 +95,21 @@ def test_a_line_that_is_pulled_loses_samples_and_heals_within_a_second(seed: int
     assert counted["clock_frames"] >= 12 * 249
 
 
+def test_the_only_line_of_a_skin_is_not_held_down_while_it_falls_now_and_then(seed: int) -> None:
+    """As under a machine that stalls: 10 ms of silence, three times a second."""
+    virtual = Virtual(12, seed)
+    virtual.run(1.0)
+    heard = taken = 0
+    for _ in range(30):
+        virtual.skin.pull(0, True)
+        silent = virtual.run(0.01)
+        virtual.skin.pull(0, False)
+        counted = virtual.run(0.29)
+        heard += silent["clock_frames"] + counted["clock_frames"]
+        taken += silent["taken"] + counted["taken"]
+    assert heard > 0.8 * taken
+
+
 def wait_until(holds, within_s: float) -> bool:
     ends = time.monotonic() + within_s
     while time.monotonic() < ends:
