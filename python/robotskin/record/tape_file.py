@@ -55,12 +55,12 @@ class TapeFile:
             times = np.array([time_ns for time_ns, _ in joints])
             rows = np.frombuffer(b"".join(payload for _, payload in joints)).reshape(len(joints), 3, -1)
             values = {"stamp_ns": times, "position": rows[:, 0], "velocity": rows[:, 1], "effort": rows[:, 2]}
-            self._file.log("/robot/joints", values, int(times[0]))
+            self._file.log("/robot/joints", values, int(times[-1]))  # so that the file ends where they do
         if commands:
             times = np.array([time_ns for time_ns, _ in commands])
             sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
             values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
-            self._file.log("/robot/commands", values, int(times[0]))
+            self._file.log("/robot/commands", values, int(times[-1]))
 
     def _write_felt(self, payload: bytes, time_ns: int) -> None:
         """The samples that are new in a state of a skin without our driver, for those that read samples."""
