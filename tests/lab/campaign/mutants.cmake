@@ -61,7 +61,10 @@ campaign_mutant(moves_lose_samples cell/routing/parent.c
   "if (moved) route->handover = false, rs_queues_forget_samples(cell)")
 campaign_mutant(moves_too_deep cell/routing/moves.c
   "return target->hops + 1U + route->subtree_height <= wave->depth_cap"
-  "return true")
+  "return true"
+  cell/routing/offers.c
+  "if (hops + route->subtree_height > route->wave.depth_cap) continue;"
+  "")
 campaign_mutant(sizes_uncounted cell/routing/subtree.c
   "size += neighbour->size"
   "size += 1U")

@@ -57,7 +57,7 @@ MUTANTS = {
     "damaged_time_believed": Mutant("a damaged time makes true ticks look old", ("legal_again",), directed=True),
     "moves_not_held": Mutant("a granted cell changes over at once, feasible or not"),
     "moves_lose_samples": Mutant("a cell that moves leaves its samples behind", ("none_lost",), seed=106),
-    "moves_too_deep": Mutant("the depth cap is not asked", ("depth_cap",), directed=True),
+    "moves_too_deep": Mutant("the depth cap is asked neither of offers nor of moves", ("depth_cap",)),
     "sizes_uncounted": Mutant("a cell counts each child as one cell", ("tree_sizes",)),
     "stuck_child_counts_again": Mutant(
         "a stuck child counts again after half the tick numbers", ("tree_sizes",), directed=True
