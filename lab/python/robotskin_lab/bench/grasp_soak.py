@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from robotskin.apps.grasp.control import GraspControl
@@ -51,9 +53,8 @@ class _Cycles:
         self.cycles, self.lifted = self.cycles + 1, self.lifted + lifted
         return lifted
 
-    def _until(self, done: object) -> None:
+    def _until(self, done: Callable[[], bool]) -> None:
         begun = self.session.world.time_s
-        assert callable(done)
         while not done() and self.session.world.time_s - begun < PATIENCE_S:
             self._run(0.02)
 

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from robotskin.apps.sort.scene import POST, POST_M, Bench, Fruit, bench_of
 from robotskin.apps.teach.demonstration import Recorder, Recording
 from robotskin.apps.teach.script import DEMONSTRATIONS_A_SCENE, begin, labelled, shown_by
-from robotskin.apps.teach.teacher import ON_THE_WAY_M, STYLES
+from robotskin.apps.teach.teacher import STYLES
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.session import Session
-from robotskin.teaching.execution import GRASP_ABOVE_M, UP_M
 from robotskin.teaching.knowledge import load_knowledge
-from robotskin.teaching.learning import IDLE, LEAVE, Act
+from robotskin.teaching.learning import Act
 from robotskin.teaching.rules import UNKNOWN, lessons_of
 from robotskin.teaching.signals import FEATURES
 from robotskin.world.things import Cylinder, ThingSpec
@@ -82,24 +81,10 @@ class Stacker(Recorder):
 
     def acts(self, fruit: Fruit) -> Iterator[None]:
         """What the teacher does, period by period."""
-        teacher = self.teacher
-        block, goal = self.bench.on_post(fruit) + GRASP_ABOVE_M, self.seeing.places[TOWER]
-        yield from self._as(IDLE, teacher.rest())
-        if teacher.style.detour_m:
-            yield from self._as("reach", teacher.lead(teacher.beside(block + UP_M), ON_THE_WAY_M))
-        yield from self._as("reach", teacher.lower(block))
-        yield from self._as(IDLE, teacher.rest())
-        yield from self._asked("take", teacher.double_tap())
-        yield from self._as("put", teacher.lead(block + UP_M, ON_THE_WAY_M))
-        yield from self._as(IDLE, teacher.rest())
+        yield from self.fetched(fruit)
         if self.pressed:
-            yield from self._asked("squeeze", teacher.press())
-            yield from self._as(IDLE, teacher.rest())
-        yield from self._as("put", teacher.lower(goal))
-        yield from self._as(IDLE, teacher.rest())
-        yield from self._asked("release", teacher.double_tap())
-        yield from self._as(LEAVE, teacher.lead(goal + UP_M, ON_THE_WAY_M))
-        yield from self._as(IDLE, teacher.rest())
+            yield from self.squeezed()
+        yield from self.left_at(self.seeing.places[TOWER])
 
     def true_acts(self) -> tuple[Act, ...]:
         """What is meant to be shown."""

@@ -121,8 +121,17 @@ class Recorder:
 
     def acts(self, fruit: Fruit) -> Iterator[None]:
         """What the teacher does, period by period, to show what becomes of a fruit."""
-        teacher, places = self.teacher, self.seeing.places
-        thing, goal = self.bench.on_post(fruit) + GRASP_ABOVE_M, places[fruit.belongs_to]
+        teacher = self.teacher
+        goal = self.seeing.places[fruit.belongs_to]
+        yield from self.fetched(fruit)
+        yield from self.squeezed()
+        if teacher.style.detour_m:
+            yield from self._as("put", teacher.lead(teacher.beside(goal + UP_M), ON_THE_WAY_M))
+        yield from self.left_at(goal)
+
+    def fetched(self, fruit: Fruit) -> Iterator[None]:
+        """To a fruit on the post, take it, lift it."""
+        teacher, thing = self.teacher, self.bench.on_post(fruit) + GRASP_ABOVE_M
         yield from self._as(IDLE, teacher.rest())
         if teacher.style.detour_m:
             yield from self._as("reach", teacher.lead(teacher.beside(thing + UP_M), ON_THE_WAY_M))
@@ -131,10 +140,15 @@ class Recorder:
         yield from self._asked("take", teacher.double_tap())
         yield from self._as("put", teacher.lead(thing + UP_M, ON_THE_WAY_M))
         yield from self._as(IDLE, teacher.rest())
-        yield from self._asked("squeeze", teacher.press())
-        yield from self._as(IDLE, teacher.rest())
-        if teacher.style.detour_m:
-            yield from self._as("put", teacher.lead(teacher.beside(goal + UP_M), ON_THE_WAY_M))
+
+    def squeezed(self) -> Iterator[None]:
+        """Press what the gripper holds."""
+        yield from self._asked("squeeze", self.teacher.press())
+        yield from self._as(IDLE, self.teacher.rest())
+
+    def left_at(self, goal: Array) -> Iterator[None]:
+        """Down to a place (3,) in metres, let go, away."""
+        teacher = self.teacher
         yield from self._as("put", teacher.lower(goal))
         yield from self._as(IDLE, teacher.rest())
         yield from self._asked("release", teacher.double_tap())
