@@ -218,7 +218,7 @@ def _corrected(swing: SwingStatistics, offset: Array, scale: Array) -> SwingStat
 
 
 def settled(
-    problem: KinematicAdjustment, state: KinematicState, least_gain: float = 0.1, passes: int = 60
+    problem: KinematicAdjustment, state: KinematicState, least_gain: float = 0.1, passes: int = 300
 ) -> tuple[KinematicState, float, Array, int]:
     """Levenberg-Marquardt until a step lowers the sum of squares by next to nothing.
 
@@ -241,7 +241,8 @@ def settled(
             gained = cost - problem.cost(tried, then, weights)
             if gained >= -1e-10 * cost - 1e-9:
                 break
-            damping *= 10.0
+            # A coarser ladder lands up to ten times too high, and creeps along a curved valley of lone cells.
+            damping *= 3.0
             if damping > 1e8:
                 return state, factor, weights, number
         state, residual, damping = tried, then, max(0.1 * damping, 1e-7)

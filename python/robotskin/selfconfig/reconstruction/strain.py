@@ -77,11 +77,12 @@ def smooth_strain(normal: Normal, state: PatchState, checks: float) -> Strain:
             [(check * product.T).sum(), (product * product.T).sum()],
         ]
     )
-    # Loops show the slow strains least, which move places most: two standard deviations are added.
-    uncertain = float(np.sqrt(2.0 * np.linalg.inv(traces)[1, 1]))
-    variance = float(np.linalg.solve(traces, squares)[1])
     if checks < LEAST_CHECKS:
         variance, uncertain = problem.hinge_m**2, 0.0
+    else:
+        # Loops show the slow strains least, which move places most: two standard deviations are added.
+        variance = float(np.linalg.solve(traces, squares)[1])
+        uncertain = float(np.sqrt(2.0 * np.linalg.inv(traces)[1, 1]))
     if variance + 2.0 * uncertain <= 0.0:
         return none
     variance += 2.0 * uncertain

@@ -10,7 +10,7 @@ from robotskin.robots import Robot, from_text, load
 from robotskin.selfconfig.babbling.joint_sine import JointSine
 from robotskin.selfconfig.kinematics.adjustment import KinematicAdjustment, KinematicState
 from robotskin.selfconfig.kinematics.estimate import KinematicEstimate
-from robotskin.selfconfig.kinematics.kinematics import estimate_kinematics
+from robotskin.selfconfig.kinematics.kinematics import estimate_kinematics, settled
 from robotskin.selfconfig.kinematics.start import KinematicsError
 from robotskin.selfconfig.readings.gravity_samples import GravitySamples
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
@@ -250,6 +250,48 @@ def test_two_arms_without_a_common_joint_do_not_know_of_each_other(seed: int) ->
     carried = np.isin(estimate.patches.patch, second[0].patches)
     assert np.array_equal(infinite, carried)
     assert 0 < carried.sum() < len(carried)
+
+
+class Valley:
+    """A curved, narrow valley (Rosenbrock's) in place of a robot: a state is a point, its bottom lies at (1, 1)."""
+
+    def __init__(self, steep: float) -> None:
+        self.steep = steep
+
+    def residual(self, state: np.ndarray) -> np.ndarray:
+        return np.array([self.steep * (state[1] - state[0] ** 2), 10.0 * (1.0 - state[0])])
+
+    def cost(self, state: np.ndarray, residual: np.ndarray, weights: np.ndarray) -> float:
+        return 0.5 * float(weights @ residual**2)
+
+    def linearise(self, state: np.ndarray, weights: np.ndarray) -> "Valley.Normal":
+        jacobian = np.array([[2 * self.steep * state[0], -self.steep], [10.0, 0.0]])
+        return self.Normal(jacobian.T @ jacobian, jacobian.T @ self.residual(state))
+
+    def moved(self, state: np.ndarray, common: np.ndarray, own: np.ndarray) -> np.ndarray:
+        return state + common
+
+    def weights(self, residual: np.ndarray, factor: float) -> np.ndarray:
+        return np.ones(2)
+
+    def noise_factor(self, residual: np.ndarray) -> float:
+        return 1.0
+
+    class Normal:
+        def __init__(self, matrix: np.ndarray, right: np.ndarray) -> None:
+            self.matrix, self.right = matrix, right
+
+        def step(self, damping: float) -> tuple[np.ndarray, np.ndarray]:
+            scaled = self.matrix + damping * np.diag(self.matrix.diagonal())
+            return np.linalg.solve(scaled, self.right), np.zeros(0)
+
+
+def test_a_curved_valley_is_followed_to_its_end(seed: int) -> None:
+    start = np.array([-1.5, 2.25]) + np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
+    state, _, _, passes = settled(Valley(1000.0), start, least_gain=1e-6)  # type: ignore[arg-type]
+    assert state == pytest.approx([1.0, 1.0], abs=1e-3)
+    # Damping each refused step ten times as much takes 130 and more.
+    assert passes < 110
 
 
 def test_too_little_is_an_error(seed: int) -> None:
