@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "control/mailbox.hpp"
 #include "control/task.hpp"
+#include "control/vector_mailbox.hpp"
 #include "model/robot_model.hpp"
 
 namespace robotskin::control {
@@ -44,7 +44,7 @@ class CartesianTask : public Task {
  private:
   std::size_t link_;
   CartesianGains gains_;
-  Mailbox goal_box_;
+  VectorMailbox goal_box_;
   std::array<double, 16> scratch_{};
   std::array<double, 6> error_{};
   std::vector<double> jacobian_;  // (6, n)

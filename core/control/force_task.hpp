@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "control/mailbox.hpp"
 #include "control/task.hpp"
 #include "control/touch_wrench.hpp"
+#include "control/vector_mailbox.hpp"
 #include "model/robot_model.hpp"
 
 namespace robotskin::control {
@@ -37,7 +37,7 @@ class ForceTask final : public Task {
   std::shared_ptr<TouchWrench> felt_;
   ForceGains gains_;
   std::size_t link_, joint_;
-  Mailbox force_box_;
+  VectorMailbox force_box_;
   Vector3 force_{}, integral_{}, measured_{}, scratch_{};
   std::vector<double> jacobian_;  // (6, n)
 };

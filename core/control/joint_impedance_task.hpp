@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "control/joint_task.hpp"
-#include "control/mailbox.hpp"
 #include "control/task.hpp"
+#include "control/vector_mailbox.hpp"
 #include "model/robot_model.hpp"
 
 namespace robotskin::control {
@@ -37,7 +37,7 @@ class JointImpedanceTask final : public Task {
  private:
   JointGains gains_;
   std::vector<double> lower_, upper_;           // (n)
-  Mailbox box_;                                 // (2 n)
+  VectorMailbox box_;                           // (2 n)
   std::vector<double> reference_, scratch_;     // (2 n) position, then velocity
   std::vector<double> push_, acceleration_of_;  // (n)
   double age_s_ = 0;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "control/mailbox.hpp"
 #include "control/task.hpp"
+#include "control/vector_mailbox.hpp"
 #include "model/robot_model.hpp"
 
 namespace robotskin::control {
@@ -47,7 +47,7 @@ class JointTask : public Task {
   std::vector<double> lower_, upper_;                          // (n)
 
  private:
-  Mailbox goal_box_, gain_box_;
+  VectorMailbox goal_box_, gain_box_;
   std::vector<double> stiffness_, damping_;     // (n) in use
   std::vector<double> gain_, asked_, scratch_;  // (2 n) stiffness, then damping
 };

@@ -105,6 +105,8 @@ def command(
     placed by pictures of their blinking LEDs.
     With --check the robot moves (or --from tells what it felt) to find out what has changed: a cell exchanged, a patch
     moved, a link slipped, a plug opened; all else stays as it was configured.
+
+    Where --urdf was asked for and no kinematics were found, all else is written, and the exit status is 2.
     """
     from contextlib import ExitStack
 
@@ -118,6 +120,7 @@ def command(
     from robotskin.errors import InputError
     from robotskin.outputs import PICTURES, require_writable
     from robotskin.robots.gains import robot_with_gains
+    from robotskin.selfconfig.configuration import ConfigurationError
     from robotskin.selfconfig.configure import configure, require_joints, require_steps
     from robotskin.selfconfig.kinematics.configured_kinematics import against_nominal
     from robotskin.selfconfig.learned_map import learn_map
@@ -257,6 +260,8 @@ def command(
         with waiting("drawing the report"):
             write_report(report, model, recorded, found, learned, truth)
         console.print(f"report written to {report}")
+    if urdf is not None and found.kinematics is None:
+        raise ConfigurationError(f"--urdf {urdf}: not written, no kinematics: {found.kinematics_problem}")
 
 
 def _left_open(patches: Sequence["ConfiguredPatch"], *, camera: bool) -> str:

@@ -2,7 +2,7 @@
 """A recorder beside a running robot: two bounded tapes, and a process that writes them into one MCAP file.
 
 The threads of driver and control only copy into the tapes, which lie in shared memory. The other process shares nothing
-else with them, no lock either. Every 50 ms what it wrote is flushed as a chunk of its own, so that a machine that fails
+else with them, no lock either. Every 45 ms what it wrote is flushed as a chunk of its own, so that a machine that fails
 loses no more than that and what is still on the tapes; where the robot's process alone ends, nothing is lost.
 """
 
@@ -24,11 +24,11 @@ from robotskin.record.tape import Recorder as Tapes
 from robotskin.record.tape_memory import TapeMemory
 from robotskin.record.writer_process import WriterProcess
 
-DRAIN_S = 0.05
+DRAIN_S = 0.045
 """Each time wakes the process that writes, and may take the caches of a control thread that shares its core."""
 FOLLOWED_DRAIN_S = 0.002
 """While others look on: what they see is no older than this."""
-FLUSH_S = 0.05
+FLUSH_S = 0.045
 KEYFRAME_S = 5.0
 """A replay that is sought goes on within this time."""
 

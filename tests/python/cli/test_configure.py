@@ -13,6 +13,7 @@ from robotskin.layout import Layout, finished
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
 from robotskin.selfconfig.babbling.plan import plan_babbling
+from robotskin.selfconfig.kinematics.start import KinematicsError
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults
@@ -119,6 +120,22 @@ def test_a_robot_reacts_by_the_map_that_it_has_learnt(recordings, tmp_path, seed
     assert found["running"] == 1
     assert found["limit_violations"] == 0
     assert found["largest_move_m"] > 0.003
+
+
+def test_a_urdf_that_cannot_be_written_is_an_error_and_the_layout_is_kept(recordings, tmp_path, monkeypatch) -> None:
+    before, *_ = recordings
+    layout, urdf = tmp_path / "found.json", tmp_path / "found.urdf"
+
+    def unsettled(*_arguments: object) -> None:
+        raise KinematicsError("no settled kinematics")
+
+    monkeypatch.setattr("robotskin.selfconfig.configure.kinematics_from", unsettled)
+    arguments = ["configure", "ur5", "--from", str(before), "-o", str(layout), "--urdf", str(urdf)]
+    result = CliRunner().invoke(app, [*arguments, "--steps", f"{STEPS},kinematics"])
+    assert result.exit_code != 0
+    assert "found.urdf: not written, no kinematics: no settled kinematics" in " ".join(result.output.split())
+    assert len(Layout.load(layout)) > 0
+    assert not urdf.exists()
 
 
 def test_a_camera_needs_a_skin_to_look_at(tmp_path) -> None:

@@ -26,7 +26,7 @@ STRETCH_TICKS = 2000
 """Ticks in a row with a recorder, or without one."""
 WARM_TICKS = 200
 """Before each stretch, not measured: a writer that has just started leaves cold caches, and the first keyframe."""
-ROUNDS = 20
+ROUNDS = 60
 """Each is three stretches in a drawn order: one with a recorder, two without."""
 TOUCH_S, EVERY_S = 2.0, 10.0
 WHOLE_S = 2.0

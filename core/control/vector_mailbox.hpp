@@ -12,9 +12,9 @@ namespace robotskin::control {
 
 // One writer at a time, one reader. The reader sees whole vectors only: it takes what was written last, or leaves it
 // for its next look if the writer is at work.
-class Mailbox {
+class VectorMailbox {
  public:
-  explicit Mailbox(std::size_t size) : value_(size) {}
+  explicit VectorMailbox(std::size_t size) : value_(size) {}
 
   std::size_t size() const noexcept { return value_.size(); }
 
