@@ -39,10 +39,6 @@ def kills_of(hosts: list[str], seed: int, count: int) -> Figures:
     random.shuffle(drawn)
     ports, others = drawn.count("port"), [kind for kind in drawn if kind != "port"]
     figures: Figures = {"kills": float(count), "kill_hangs": 0.0, "kill_others_ended": 0.0, "kill_standstills": 0.0}
-    if ports:
-        found = side_by_side(port_kills_of, hosts, seed, ports)
-        figures["kill_hangs"] += found["kill_hangs"]
-        figures |= _of("port", [(found["kill_rest_worst_s"], found["kill_rest_worst_s"] - BRAKE_S)] * ports)
     if others:
         with (
             tempfile.TemporaryDirectory() as folder,
@@ -50,6 +46,10 @@ def kills_of(hosts: list[str], seed: int, count: int) -> Figures:
         ):
             for name, value in _kills_of_connected(processes, others, random).items():
                 figures[name] = figures.get(name, 0.0) + value
+    if ports:
+        found = side_by_side(port_kills_of, hosts, seed, ports)
+        figures["kill_hangs"] += found["kill_hangs"]
+        figures |= _of("port", [(found["kill_rest_worst_s"], found["kill_rest_worst_s"] - BRAKE_S)] * ports)
     worst = {name: max(value for figure, value in figures.items() if figure.endswith(name)) for name in WORST}
     return figures | {"kill_rest_worst_s": worst[RESTS], "kill_rest_beyond_stop_s": worst[BEYOND]}
 

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
 import re
 import socket
-import subprocess
 import sys
 import time
 import tty
@@ -21,6 +21,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from robotskin.cli.main import app
 from robotskin.keys import SkinKeys
 from robotskin.layout import finished
 from robotskin.rehearsal import Asked, Look, Process, RehearsalError, serial_skin
@@ -84,35 +85,62 @@ class Looker:
         self._socket.close()
 
 
+PRELOADED = [
+    "robotskin.cli.connect",
+    "robotskin.cli.unit",
+    "robotskin.connecting",
+    "robotskin.live.connected_session",
+    "robotskin.ports",
+    "robotskin.serial_lines",
+    "robotskin.ur",
+    "robotskin.viewer.page",
+    "robotskin_lab.bench.connect_faults",
+    __name__,
+]
+"""What a server process imports once: commands forked from it start within a second."""
+
+
+def _command(terminal: str, output: str, arguments: tuple[str, ...]) -> None:
+    """A `robotskin` command in this process, which has a terminal for its input and a file for its output."""
+    os.setsid()
+    os.dup2(os.open(terminal, os.O_RDWR), 0)
+    sink = os.open(output, os.O_WRONLY)
+    os.dup2(sink, 1)
+    os.dup2(sink, 2)
+    sys.stdin = os.fdopen(0, closefd=False)
+    sys.stdout = sys.stderr = os.fdopen(1, "w", buffering=1, closefd=False)
+    os.environ["COLUMNS"] = "300"
+    os.chdir(Path(output).parent)
+    app(arguments)
+
+
 class Started:
     """A `robotskin` command that has told what `pattern` finds; `said` is the match's first group."""
 
     def __init__(self, output: Path, pattern: str, *arguments: str) -> None:
         self._terminal, theirs = os.openpty()
         tty.setraw(theirs)
-        with output.open("w") as sink:
-            self._process = subprocess.Popen(
-                [sys.executable, "-u", "-c", "from robotskin.cli.main import app; app()", *arguments],
-                stdin=theirs,
-                stdout=sink,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "COLUMNS": "300"},
-                cwd=output.parent,
-            )
-        os.close(theirs)
+        output.write_text("")
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload(PRELOADED)
+        self._process = context.Process(target=_command, args=(os.ttyname(theirs), str(output), arguments), daemon=True)
+        self._process.start()
         ends = time.monotonic() + START_S
-        while not (found := re.search(pattern, output.read_text())):
-            if self.ended or time.monotonic() > ends:
-                told = output.read_text().strip() or "nothing"
-                self.kill()
-                raise RehearsalError(f"robotskin {arguments[0]} does not start; it said: {told}")
-            time.sleep(0.05)
+        try:
+            while not (found := re.search(pattern, output.read_text())):
+                if self.ended or time.monotonic() > ends:
+                    told = output.read_text().strip() or "nothing"
+                    self.kill()
+                    raise RehearsalError(f"robotskin {arguments[0]} does not start; it said: {told}")
+                time.sleep(0.05)
+        finally:
+            os.close(theirs)  # the command has opened it by now
         self.said = found.group(1)
 
     @property
     def ended(self) -> bool:
         """Whether it has ended."""
-        return self._process.poll() is not None
+        return not self._process.is_alive()
 
     def type(self, text: str) -> None:
         """Type a line in its terminal."""
@@ -121,7 +149,7 @@ class Started:
     def kill(self) -> None:
         """End it in the middle of whatever it does."""
         self._process.kill()
-        self._process.wait()
+        self._process.join()
         os.close(self._terminal)
 
 
@@ -221,7 +249,7 @@ class ConnectedProcesses:
         while time.monotonic() < ends and not self.ended():
             self.skin.ask(Asked("release"))
             self.session.type("g")
-            time.sleep(1.0)
+            time.sleep(0.3)
             self.skin.ask(Asked("push", (cell, force_n)))
             pushed = time.monotonic()
             while time.monotonic() < pushed + 1.0:
