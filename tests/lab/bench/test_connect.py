@@ -13,7 +13,7 @@ from robotskin_lab.bench.connect_faults import FAULTS, faults_of, side_by_side
 from robotskin_lab.bench.connect_forged import forged_of
 from robotskin_lab.bench.connect_kills import KINDS, kills_of
 from robotskin_lab.bench.connect_rig import patch_of
-from robotskin_lab.bench.touch_answer import answer, asked_motion
+from robotskin_lab.bench.touch_answer import TouchAnswer, answer, asked_motion, compared
 
 HOST = f"127.91.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 
@@ -56,6 +56,17 @@ def test_a_touch_is_answered_as_the_gains_say_and_a_skin_that_is_off_is_told_apa
     session.world.push(cell, 10.0)
     assert answer(session, worn, 1.0, lambda: session.world.now_ns * 1e-9).displacement < 0.5
     session.shut_down()
+
+
+def test_a_robot_that_stands_still_or_a_touch_that_is_not_felt_is_compared_without_a_division_by_zero() -> None:
+    time = np.arange(0.0, 1.0, 0.01)
+    asked, still = np.outer(time, [0.2, 0.0, -0.1]), np.zeros((len(time), 3))
+    with np.errstate(all="raise"):
+        assert compared(time, still, asked) == TouchAnswer(0.0, 0.0, 0.2 * time[-1])
+        assert compared(time, asked, still) == TouchAnswer(0.0, 0.0, 0.0)
+        twice = compared(time, 2 * asked, asked)
+    assert np.isclose(twice.displacement, 2.0)
+    assert np.isclose(twice.rise, 1.0)
 
 
 def test_nothing_forged_is_obeyed_and_what_is_right_is(seed: int) -> None:

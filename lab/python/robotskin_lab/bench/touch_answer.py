@@ -24,7 +24,8 @@ RISE = (0.1, 0.9)
 class TouchAnswer:
     """Both as shares of what the gains say: of the displacement in the end along it, and of its rise from 10 to 90 %.
 
-    asked_rad: the largest displacement of a joint that the gains say.
+    Both are 0 where nothing moved or nothing was felt. asked_rad: the largest displacement of a joint that the gains
+    say.
     """
 
     displacement: float
@@ -48,12 +49,19 @@ def answer(session: SkinnedRobot, worn: Layout, seconds: float, clock_s: Callabl
         for force, near, at in zip(forces, nears, joints, strict=True)
     ]
     asked = asked_motion(session, time, np.array(torque), joints[0])
-    along = asked[-1] / np.linalg.norm(asked[-1])
-    return TouchAnswer(
-        float(moved[-1] @ along / (asked[-1] @ along)),
-        _rise_s(time, moved @ along) / _rise_s(time, asked @ along),
-        float(np.abs(asked[-1]).max()),
-    )
+    return compared(time, moved, asked)
+
+
+def compared(time: Floats, moved: Floats, asked: Floats) -> TouchAnswer:
+    """Of displacements (T, n) rad at times (T) s, both from 0: what moved beside what the gains asked for."""
+    size = float(np.linalg.norm(asked[-1]))
+    if size == 0.0:
+        return TouchAnswer(0.0, 0.0, 0.0)
+    along = asked[-1] / size
+    displacement, largest = float(moved[-1] @ along / size), float(np.abs(asked[-1]).max())
+    if displacement == 0.0:
+        return TouchAnswer(0.0, 0.0, largest)
+    return TouchAnswer(displacement, _rise_s(time, moved @ along) / _rise_s(time, asked @ along), largest)
 
 
 def asked_motion(session: SkinnedRobot, time: Floats, torque: Floats, home: Floats) -> Floats:
