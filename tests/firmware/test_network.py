@@ -90,6 +90,22 @@ def test_a_link_that_falls_often_is_left_alone_while_there_is_another_way(seed: 
     assert_tree_is_breadth_first(world)
 
 
+def test_the_only_port_of_a_unit_is_back_within_25_ms_however_often_it_falls(seed: int) -> None:
+    """A cell that was cut off for 20 ms holds no link down: by the sixth fall of a second that would last 128 ms."""
+    cells = 12
+    links, roots = random_skin(cells, 1, seed)
+    world = SmallWorld(cells, links, roots, seed)
+    world.run_ms(150)
+    for _ in range(12):
+        world.cut_link(roots[0])
+        world.run_ms(6 + world.random.random())
+        assert not any(world.cell(index).hops < firmware.HOPS_POISON for index in range(cells))
+        world.join_link(roots[0])
+        world.run_ms(25)
+        assert_tree_is_breadth_first(world)
+        world.run_ms(35)
+
+
 def test_every_cell_has_a_name_of_its_own(skin: SmallWorld) -> None:
     skin.run_ms(60)
     ids = [skin.cell(index).id for index in range(len(skin.nodes))]
