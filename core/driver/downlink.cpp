@@ -10,6 +10,7 @@ namespace {
 // Joint positions leave in the middle of an epoch, so that they are with every cell when the next one begins.
 constexpr std::int64_t joints_phase_ns = Driver::epoch_ns / 2;
 
+constexpr std::int32_t counter_leap = 0x5555;
 constexpr std::int64_t commands_patience_ns = 1'000'000'000;
 
 }  // namespace
@@ -85,6 +86,9 @@ void Driver::send_commands(std::int64_t now_ns, const Sink& sink) {
     }
   };
   std::uint8_t* record = out_.data() + RS_DATAGRAM_HEADER_BYTES;
+  if (command_counter_ >= 0 && leap_.exchange(false, std::memory_order_acq_rel)) {
+    command_counter_ = static_cast<std::uint16_t>(command_counter_ + counter_leap);
+  }
   while (ready_to_command(now_ns)) {
     const std::optional<Command> command = commands_.pop();
     if (!command) break;

@@ -93,6 +93,9 @@ class Driver {
   // Sends a command as soon as its section units are known; the ticket that its replies carry, or nothing if 256 are
   // waiting already.
   std::optional<std::uint32_t> command(Command command);
+  // Commands go on a third of the round ahead: where units and hosts have both been started anew, cells may know a later
+  // counter than either. Of three such leaps one is newer than whatever a cell knows.
+  void leap_command_counter() { leap_.store(true, std::memory_order_release); }
   bool power(const Power& power) { return powers_.push(power); }
   // Where the joints of a limb are at `set_ns`; the newest positions go out once an epoch. False for a limb, a count or
   // a time that cannot be, or no room for another limb.
@@ -189,6 +192,7 @@ class Driver {
   std::int64_t calendar_ns_;
   std::int32_t command_counter_ = -1;  // of the last command, -1: no section unit has told it yet
   std::int64_t counter_known_ns_ = 0;
+  std::atomic<bool> leap_{false};
   struct Sent {
     std::uint32_t ticket = 0;
     std::uint16_t counter = 0;

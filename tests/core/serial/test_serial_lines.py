@@ -208,3 +208,44 @@ def test_what_is_no_line_is_refused(tmp_path: Path) -> None:
         CellRunner([HostCell(1, [(7, 1, -1)] * 4)], None, SetSensors(1), [])
     with pytest.raises(SerialError):
         LibrarySensors(str(tmp_path / "file"))
+
+
+def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_know_later_commands(
+    seed: int, tmp_path: Path
+) -> None:
+    keys = SkinKeys.of_seed(seed)
+    sensors, _ = resting(3)
+    line, names = str(tmp_path / "line"), [GROUP | at + 1 for at in range(3)]
+    skin = CellRunner(tree(3, seed), keys.cell_key, sensors, [(line, True)])
+    skin.start()
+
+    def pinged(commands: int, leaps: int) -> int:
+        """Of how many cells an answer comes to one of the last commands, through a unit and a host of their own."""
+        unit = UnitDaemon([line], key=keys.datagram_key, cell_key=keys.cell_key, session=seed + commands)
+        driver = Driver(names, keys.datagram_key, ("127.0.0.1", 0), [unit.address], session_seed=seed + commands)
+        unit.start()
+        driver.start()
+        try:
+            assert wait_until(lambda: driver.statistics()["clock_frames"] > 100, 10.0)
+            for _ in range(commands):
+                driver.command("ping", group=1)
+                time.sleep(0.005)
+            driver.replies()
+            for _ in range(leaps):
+                driver.leap_command_counter()
+                driver.command("ping", group=1)
+                time.sleep(0.2)
+            driver.command("ping", group=1)
+            heard: set[int] = set()
+            wait_until(lambda: heard.update(one["key"] for one in driver.replies()) or len(heard) == 3, 3.0)
+            return len(heard)
+        finally:
+            driver.stop()
+            unit.stop()
+
+    try:
+        assert pinged(50, 0) == 3
+        assert pinged(1, 0) == 0
+        assert pinged(2, 3) == 3
+    finally:
+        skin.stop()

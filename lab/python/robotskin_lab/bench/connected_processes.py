@@ -102,8 +102,7 @@ PRELOADED = [
 
 def _command(terminal: str, output: str, arguments: tuple[str, ...]) -> None:
     """A `robotskin` command in this process, which has a terminal for its input and a file for its output."""
-    os.setsid()
-    os.dup2(os.open(terminal, os.O_RDWR), 0)
+    os.dup2(os.open(terminal, os.O_RDWR | os.O_NOCTTY), 0)
     sink = os.open(output, os.O_WRONLY)
     os.dup2(sink, 1)
     os.dup2(sink, 2)
