@@ -93,8 +93,8 @@ class Driver {
   // Sends a command as soon as its section units are known; the ticket that its replies carry, or nothing if 256 are
   // waiting already.
   std::optional<std::uint32_t> command(Command command);
-  // Commands go on a third of the round ahead: where units and hosts have both been started anew, cells may know a later
-  // counter than either. Of three such leaps one is newer than whatever a cell knows.
+  // Commands go on a third of the round ahead: where units and hosts have both been started anew, cells may know a
+  // later counter than either. Of three such leaps one is newer than whatever a cell knows.
   void leap_command_counter() { leap_.store(true, std::memory_order_release); }
   bool power(const Power& power) { return powers_.push(power); }
   // Where the joints of a limb are at `set_ns`; the newest positions go out once an epoch. False for a limb, a count or
