@@ -338,7 +338,7 @@ class FakeController:
             yield
 
         def stopj(a: float) -> Iterator[None]:
-            self._note_stop(self._live - self._heard_live)
+            self._note_stop(self._live - 1 - self._heard_live)  # this cycle obeys it no more
             self.arm.stop(a)
             yield
             while not self.arm.at_rest:
