@@ -146,8 +146,10 @@ def _stop(arm: Process, name: str) -> int | None:
     while found is None and arm.ask(Look(("steps",)))[0] < began + 100:
         time.sleep(0.002)
         found = arm.ask(Look(("steps_to_rest",)))[0]
+    if found is None:  # this process may have been held up for all that time
+        found = arm.ask(Look(("steps_to_rest",)))[0]
     arm.ask(Asked("trip", ("normal",)))
-    return found
+    return found if found is not None and found <= 100 else None
 
 
 def _takes_it(port: UrPort) -> bool:
