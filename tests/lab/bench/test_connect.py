@@ -4,12 +4,13 @@
 import os
 
 import numpy as np
+import pytest
 
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin_lab.bench.connect import SETTLE_S
-from robotskin_lab.bench.connect_faults import FAULTS, faults_of, side_by_side
+from robotskin_lab.bench.connect_faults import FAULTS, _stop, faults_of, side_by_side
 from robotskin_lab.bench.connect_forged import forged_of
 from robotskin_lab.bench.connect_kills import KINDS, kills_of
 from robotskin_lab.bench.connect_rig import patch_of
@@ -25,6 +26,25 @@ def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
         assert figures[f"ur_{name}"] == 0, name
     assert figures["ur_faults"] == len(FAULTS)
     assert 0 < figures["ur_fastest_rad_s"] < 2 * figures["ur_speed_commanded_rad_s"]
+
+
+class LateLooked:
+    """A controller that has gone 500 steps between any two looks: the bench was held up, and the arm was not."""
+
+    def __init__(self, rested_after: int | None) -> None:
+        self.steps, self.steps_to_rest = 0, rested_after
+
+    def trip(self, name: str) -> None:
+        pass
+
+    def ask(self, what):
+        self.steps += 500
+        return what(self)
+
+
+@pytest.mark.parametrize(("rested_after", "told"), [(12, 12), (150, None), (None, None)])
+def test_an_arm_that_rested_while_the_bench_was_held_up_did_not_move_on(rested_after: int | None, told) -> None:
+    assert _stop(LateLooked(rested_after), "protective_stop") == told
 
 
 def test_whatever_is_killed_the_robot_rests_and_works_on_once_that_is_started_again(seed: int) -> None:
