@@ -110,7 +110,7 @@ def build(
     chosen = checked_scene(scene or (STANDING_SCENE if robot.standing else SceneSpec()))
     if robot.standing and (chosen.floor is None or not chosen.floor.robot_stands):
         raise SceneError(f"scene for {robot.name}, which stands: it needs a [floor] with robot_stands = true")
-    if chosen.robots and robot.name not in chosen.robots:
+    if not chosen.is_for(robot.name):
         raise SceneError(f"scene for {', '.join(chosen.robots)}: the robot is {robot.name}")
     spec = robot.mujoco_spec()
     differ(spec)

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from robotskin.errors import RobotskinError, UnknownNameError
+from robotskin.robots.catalog import models_folder, robot_names
 from robotskin.world import things
 from robotskin.world.things import SceneSpec, Spec, ThingSpec
 
@@ -73,7 +74,21 @@ def read_scene(text: str, source: str) -> SceneSpec:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{source}: no TOML: {error}") from None
-    return _checked(raw, source)
+    scene = _checked(raw, source)
+    _check_robots(scene.robots, source)
+    return scene
+
+
+def _check_robots(names: tuple[str, ...], source: str) -> None:
+    """Every robot that a file names has a name to load it by, or is the URDF of a user, NAME.urdf."""
+    if models_folder() is None:  # without the models most names are not known
+        return
+    for index, name in enumerate(names):
+        if not name.endswith(things.URDF) and name not in robot_names():
+            unknown = UnknownNameError(
+                "robot", name, robot_names(), further=f"a URDF of yours is named by its file, NAME{things.URDF}"
+            )
+            raise SceneError(f"{source}: robots[{index}]: {unknown}")
 
 
 def _told(message: str) -> str:

@@ -16,6 +16,8 @@ Colour = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 FRICTION = 0.8
 TEMPERATURE_C = 22.0
+URDF = ".urdf"
+"""How the name of a robot ends that is a file of the user's."""
 
 
 class Spec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -180,9 +182,13 @@ class SceneSpec(Spec, frozen=True):
     about: str = ""
     """One sentence for lists."""
     robots: tuple[str, ...] = ()
-    """Names of the robots that it was made for; empty: any."""
+    """Names of the robots that it was made for, or files of their URDFs (`my_arm.urdf`); empty: any."""
     floor: FloorSpec | None = None
     things: tuple[ThingSpec, ...] = ()
+
+    def is_for(self, robot: str) -> bool:
+        """Whether it was made for a robot of that name; one that was loaded from `my_arm.urdf` is named my_arm."""
+        return not self.robots or robot in [name.removesuffix(URDF) for name in self.robots]
 
     def thing(self, name: str) -> ThingSpec:
         """The thing of that name. Raises UnknownNameError."""

@@ -46,6 +46,8 @@ BROKEN = {
         "rise",
     ),
     "floor: unknown field 'depth'": ("[floor]\ndepth = 1.0", "height_m"),
+    "robots[1]: unknown robot 'ur55'": ("robots = ['ur5', 'ur55']" + BALL, "did you mean ur5"),
+    "robots[0]: unknown robot 'my_arm'": ("robots = ['my_arm']" + BALL, "NAME.urdf"),
     "no TOML": ("[[things", "no TOML"),
 }
 
@@ -98,6 +100,13 @@ def test_a_thing_inside_of_the_robot_is_refused_by_name(make_body, generator):
 def test_a_scene_for_other_robots_is_refused(make_body):
     with pytest.raises(SceneError, match="scene for talos: the robot is ur5"):
         make_body(scene=load_scene("soft_person"))
+
+
+def test_a_scene_of_a_file_names_a_robot_of_a_users_by_its_urdf():
+    scene = read_scene("robots = ['ur5', 'my_arm.urdf']", "my.toml")
+    assert scene.is_for("my_arm")
+    assert scene.is_for("ur5")
+    assert not scene.is_for("talos")
 
 
 def test_a_mounted_robot_is_not_pushed_by_the_floor_it_stands_in(make_body, generator):
