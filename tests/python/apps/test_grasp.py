@@ -49,6 +49,16 @@ def test_pads_are_where_the_model_has_their_cells(hand: Hand, seed: int) -> None
         np.testing.assert_allclose((later.place - pads.place) / 1e-6, pads.moves[:, :, joint], atol=1e-5)
 
 
+def test_every_cell_of_a_finger_feels_what_is_held_or_what_touches_from_outside(hand: Hand) -> None:
+    """A touch that is aimed at the back of one finger may meet the side of its neighbour."""
+    layout = finished(ROBOT)
+    on_fingers = [cell for cell, link in enumerate(layout.link) if layout.links[link].startswith("link_")]
+    felt = np.concatenate([*hand.front, *hand.outside])
+    assert sorted(felt) == on_fingers
+    assert all(set(back) <= set(outside) for back, outside in zip(hand.back, hand.outside, strict=True))
+    assert sum(map(len, hand.back)) < sum(map(len, hand.outside))
+
+
 def test_a_hand_on_an_arm_is_the_hand_on_a_carriage(hand: Hand, seed: int) -> None:
     robot = robots.load("ur5_allegro")
     other = Hand(robot, finished("ur5_allegro"))

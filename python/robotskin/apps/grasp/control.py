@@ -48,7 +48,7 @@ SLIP_SHARE, SLIP_LEAST_N, SLIP_LOOKS = 0.7, 0.5, 5
 HELD_N = 0.1
 PUSHED_N = 0.5
 YIELD_PER_S, YIELD_M_S, YIELD_MOST_M = 4.0, 0.006, 0.004
-"""From which force on a finger's back on all fingers go along, and how fast and how far."""
+"""From which force on backs and sides on all fingers go along, and how fast and how far."""
 FARTHEST_SHIFT_M = 0.02
 
 
@@ -82,8 +82,8 @@ class GraspControl:
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
         """(4,) newton that each finger's front feels."""
-        self.back_n = 0.0
-        """Newton on the backs of all fingers."""
+        self.outside_n = 0.0
+        """Newton on the backs and sides of all fingers."""
         self._stretch, self._gave = np.zeros(4), np.zeros(4)
         self.near = np.full(4, np.inf)
         """(4,) metres from each pad, as its cell takes it."""
@@ -139,7 +139,7 @@ class GraspControl:
     def _look(self) -> None:
         cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
         force = np.array([cells[front].sum() for front in self.hand.front])
-        self.back_n = float(sum(cells[back].sum() for back in self.hand.back))
+        self.outside_n = float(sum(cells[outside].sum() for outside in self.hand.outside))
         if self.state is State.OPENING:
             self._tare, self._tares = self._tare + force, self._tares + 1
             force = np.zeros(4)
@@ -240,9 +240,9 @@ class GraspControl:
             self._press(lacks)
 
     def _hold(self) -> None:
-        """The fingers close or open together; where a person pushes a finger from behind, all go along."""
+        """The fingers close or open together; where a person pushes a finger from outside, all go along."""
         stretch = self._away() - self.distance
-        if self.back_n < PUSHED_N:
+        if self.outside_n < PUSHED_N:
             self._stretch, self._gave = stretch, np.zeros(4)
         else:
             speed = np.clip(YIELD_PER_S * (stretch - self._stretch), -YIELD_M_S, YIELD_M_S)

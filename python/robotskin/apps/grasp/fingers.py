@@ -95,6 +95,8 @@ class Hand:
         """Of each finger, its cells that touch what it holds."""
         self.back: list[NDArray[np.int64]] = []
         """Of each finger, its cells on the other side."""
+        self.outside: list[NDArray[np.int64]] = []
+        """Of each finger, all cells but those of its front: what touches them is not what it holds."""
         self.tip = np.zeros(4, dtype=int)
         """(4,) the cell of each finger's pad."""
         for finger, numbers in enumerate(FINGERS.values()):
@@ -103,6 +105,7 @@ class Hand:
             out = layout.link_from_cell[on, 0, 2] if len(on) else np.zeros(0)
             self.front.append(on[out > _PALMAR])
             self.back.append(on[out < -_PALMAR])
+            self.outside.append(on[out <= _PALMAR])
             tips = [cell for cell in self.front[-1] if layout.links[layout.link[cell]] == links[-1]]
             if not tips:
                 raise SessionError(
