@@ -16,7 +16,7 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import LAWS, SHOULDERS
+from robotskin_lab.bench.balance import GIVE_N, LAWS, SHOULDERS, TOUCH_N, give_cells, pushed_by_ball
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
 from robotskin_lab.bench.balance_soles import Insole, seven_cells
 
@@ -60,6 +60,20 @@ def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way
     cell = drawn_cells(seed, 1, SHOULDERS[1.0], np.array((0.0, 1.0, 0.0)))[0]
     rig = StandingRig(ROBOT, LAWS[""], seed, cell, (0.0, 1.0, 0.0))
     assert rig.push(*impulse(45.0)), "it fell"
+
+
+def test_the_way_a_cell_gives_is_that_of_the_force_on_it(seed: int) -> None:
+    for one in range(seed, seed + 40):
+        for cell, wrist in give_cells(one, 2):
+            out_of_wrist = np.linalg.norm(finished(ROBOT).link_from_cell[cell, :3, 3])
+            assert (out_of_wrist < 0.12) == wrist
+    cell, _ = give_cells(seed, 1)[1]
+    rig = StandingRig(ROBOT, LAWS[""], seed, hands=1)
+    places, forces = pushed_by_ball(rig, cell)
+    assert forces == pytest.approx([TOUCH_N, *GIVE_N], rel=0.15), "all of it is on cells"
+    felt = rig.world.cell_true_force().sum(axis=1)
+    assert felt[cell] > 0.4 * felt.sum(), "the ball is on the drawn cell"
+    assert np.all(np.diff(np.linalg.norm(places[:, :3] - places[0, :3], axis=1)) > 0.005), "it gives way"
 
 
 def test_seven_cells_of_an_insole_tell_load_and_its_middle(seed: int) -> None:

@@ -15,7 +15,7 @@ from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
 from robotskin_lab.bench.balance_soles import SolePort
-from robotskin_lab.bench.balance_touches import palm_figures, three_figures, touch_figures
+from robotskin_lab.bench.balance_touches import inner_cells, palm_figures, three_figures, touch_figures
 from robotskin_lab.bench.progress import tell
 
 Profile = tuple[Callable[[float], float], float]
@@ -27,6 +27,11 @@ def _without_skin(gains: BalanceGains) -> None:
 
 def _without_feet(gains: BalanceGains) -> None:
     gains.by_feet = False
+
+
+def _without_shift(gains: BalanceGains) -> None:
+    """The centre of mass is told to stay where it is, whatever pushes."""
+    gains.by_skin = gains.by_feet = False
 
 
 LAWS = {
@@ -64,8 +69,9 @@ PARTS = ("limits", "give", "three", "touches", "palm", "soles")
 LARGE_IS_WORSE = ("spread", "max", "falls", "violations", "error_p95_mm")
 TILED_CELLS = 32
 SWAY_N = 60.0
-GIVE_N = (10.0, 20.0)
-GIVE_LINKS = ("arm_left_6_link", "arm_right_6_link", "arm_left_4_link", "arm_right_4_link", "arm_left_3_link")
+TOUCH_N, GIVE_N, GIVE_S = 2.0, (10.0, 20.0), 3.0
+GIVE_LINKS = ("arm_left_5_link", "arm_right_5_link")
+"""Whose skin covers forearm and wrist."""
 SHOULDERS = {1.0: "arm_right_2_link", -1.0: "arm_left_2_link"}
 """What a push along y, of this sign, meets: an arm hangs on either side of the chest."""
 GROWTH = 1.15
@@ -236,24 +242,54 @@ def sole_figures(seed: int) -> dict[str, float]:
 
 
 def give_figures(seed: int, cells: int) -> dict[str, float]:
-    """How far wrist and forearm give way to a newton along x, and how much the centre of mass moves."""
+    """How far cells of wrist and forearm give way to a newton of a ball, and how far touch alone moves the mass.
+
+    A ball and no plate: a plate is as wide as the forearm is long, and lies across whatever stands beside the cell.
+    """
     gives, moved = [], []
-    for link in [link for link in GIVE_LINKS if link in finished(ROBOT).links][: 2 * cells]:
-        direction = (-1.0, 0.0, 0.0)
-        cell = drawn_cells(seed, 1, link, np.array(direction))[0]
-        rig = StandingRig(ROBOT, LAWS[""], seed, cell, direction)
-        plate = rig.world.thing("plate")
-        places = []
-        for force in (2.0, *GIVE_N):
-            plate.push(force * rig.direction)
-            rig.run(3.0)
-            places.append((rig.cell_place(cell), rig.centre_of_mass()))
-        for force, (cell_at, com_at) in zip(GIVE_N, places[1:], strict=True):
-            gives.append(1e3 * float(np.linalg.norm(cell_at - places[0][0])) / (force - 2.0))
-            moved.append(1e3 * float(np.linalg.norm((com_at - places[0][1])[:2])))
-        tell(f"balance: seed {seed}, {link}: {np.round(gives[-2:], 2)} mm/N")
+    for cell, wrist in give_cells(seed, cells):
+        places, forces = pushed_by_ball(StandingRig(ROBOT, LAWS[""], seed, hands=1), cell)
+        ways = 1e3 * np.linalg.norm(places[1:, :3] - places[0, :3], axis=1)
+        gives += list(ways / (forces[1:] - forces[0]))
+        tell(f"balance: seed {seed}, {'wrist' if wrist else 'forearm'}, cell {cell}: {np.round(gives[-2:], 2)} mm/N")
+        if wrist:
+            rig = StandingRig(ROBOT, Law("unshifted", change=_without_shift), seed, hands=1)
+            places, _ = pushed_by_ball(rig, cell)
+            moved.append(1e3 * float(np.linalg.norm(places[-1, 3:5] - places[0, 3:5])))
+            tell(f"balance: seed {seed}, touch alone moves the centre of mass by {moved[-1]:.1f} mm")
     return {
         "give_mm_per_n": float(np.median(gives)),
+        "give_least_mm_per_n": float(np.min(gives)),
         "give_mm_per_n_spread": float(np.max(np.abs(np.array(gives) / np.median(gives) - 1))),
         "give_com_mm_max": float(np.max(moved)),
     }
+
+
+def give_cells(seed: int, count: int) -> list[tuple[int, bool]]:
+    """So many cells of the wrist and of the forearm, of drawn arms; of each, whether it is the wrist's."""
+    layout = finished(ROBOT)
+    draw = np.random.default_rng([seed, 5])
+    found = []
+    for wrist in (True, False):
+        for _ in range(count):
+            cells = inner_cells(str(draw.choice(GIVE_LINKS)))
+            # The link's own origin is in the wrist.
+            distance = np.linalg.norm(layout.link_from_cell[cells, :3, 3], axis=1)
+            half = (distance < np.median(distance)) == wrist
+            found.append((int(draw.choice(cells[half])), wrist))
+    return found
+
+
+def pushed_by_ball(rig: StandingRig, cell: int) -> tuple[np.ndarray, np.ndarray]:
+    """Push a cell harder and harder, each until all is at rest.
+
+    Returns:
+        (K, 6) m, where the cell and the centre of mass came to be, and (K) N, with what force; the first is a touch.
+    """
+    places, forces = [], []
+    for force in (TOUCH_N, *GIVE_N):
+        rig.world.push(cell, force)
+        rig.run(GIVE_S)
+        places.append(np.concatenate([rig.cell_place(cell), rig.centre_of_mass()]))
+        forces.append(float(rig.world.contact_normal_force()[0]))
+    return np.array(places), np.array(forces)
