@@ -63,14 +63,14 @@ def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way
 
 
 def test_the_way_a_cell_gives_is_that_of_the_force_on_it(seed: int) -> None:
-    for one in range(seed, seed + 40):
-        for cell, wrist in give_cells(one, 2):
-            out_of_wrist = np.linalg.norm(finished(ROBOT).link_from_cell[cell, :3, 3])
-            assert (out_of_wrist < 0.12) == wrist
-    cell, _ = give_cells(seed, 1)[1]
+    cells, layout = give_cells(seed, 2), finished(ROBOT)
+    for cell, wrist in cells:
+        out_of_wrist = np.linalg.norm(layout.link_from_cell[cell, :3, 3])
+        assert out_of_wrist < 0.108 if wrist else out_of_wrist > 0.102
+    cell, _ = cells[-1]
     rig = StandingRig(ROBOT, LAWS[""], seed, hands=1)
-    places, forces = pushed_by_ball(rig, cell)
-    assert forces == pytest.approx([TOUCH_N, *GIVE_N], rel=0.15), "all of it is on cells"
+    places, forces = pushed_by_ball(rig, cell, 1.0)
+    assert forces == pytest.approx([TOUCH_N, *GIVE_N], rel=0.2), "all of it is on cells"
     felt = rig.world.cell_true_force().sum(axis=1)
     assert felt[cell] > 0.4 * felt.sum(), "the ball is on the drawn cell"
     assert np.all(np.diff(np.linalg.norm(places[:, :3] - places[0, :3], axis=1)) > 0.005), "it gives way"

@@ -280,8 +280,8 @@ def give_cells(seed: int, count: int) -> list[tuple[int, bool]]:
     return found
 
 
-def pushed_by_ball(rig: StandingRig, cell: int) -> tuple[np.ndarray, np.ndarray]:
-    """Push a cell harder and harder, each until all is at rest.
+def pushed_by_ball(rig: StandingRig, cell: int, seconds: float = GIVE_S) -> tuple[np.ndarray, np.ndarray]:
+    """Push a cell harder and harder, with each force so many seconds: until all is at rest.
 
     Returns:
         (K, 6) m, where the cell and the centre of mass came to be, and (K) N, with what force; the first is a touch.
@@ -289,7 +289,7 @@ def pushed_by_ball(rig: StandingRig, cell: int) -> tuple[np.ndarray, np.ndarray]
     places, forces = [], []
     for force in (TOUCH_N, *GIVE_N):
         rig.world.push(cell, force)
-        rig.run(GIVE_S)
+        rig.run(seconds)
         places.append(np.concatenate([rig.cell_place(cell), rig.centre_of_mass()]))
         forces.append(float(rig.world.contact_normal_force()[0]))
     return np.array(places), np.array(forces)
