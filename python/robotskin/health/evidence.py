@@ -120,14 +120,15 @@ class Evidence:
         swing = (window["most"] - window["least"])[:, FORCES].sum(axis=1)
         force = window["mean"][:, FORCES].sum(axis=1)
         self.pressed = (force > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
-        # The soft layer carries a little of a hard press to cells that nothing is in front of.
+        # A wrong zero presses for ever: a cell is blind to what came or went. The soft layer carries a little of a hard
+        # press to cells that nothing is in front of.
         load = np.maximum(force, swing)
         carried = healthy.carried_share * np.append(load, 0.0)[self.neighbours].max(axis=1, initial=0.0)
         # It may have moved in the touch, and rest since: all of the window counts.
         unmoved = window["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
         unmoved &= window["most"][:, PROXIMITY] == window["least"][:, PROXIMITY]
         beside = np.append(window["most"][:, PROXIMITY], 0.0)[self.neighbours].max(axis=1, initial=0.0)
-        seen = self.pressed & (load > carried) & (beside > healthy.free_share)
+        seen = (swing > healthy.touched_n) & (load > carried) & (beside > healthy.free_share)
         self.blind = (self.blind | seen) & unmoved
 
 

@@ -13,7 +13,10 @@ from robotskin.health.kinds import CHANNELS, Finding, Kind
 
 OFFSET_WINDOWS = 8
 DRIFT_WINDOWS = 45
-DRIFT_AT_LEAST = 20
+DRIFT_AT_LEAST = 10
+"""Windows without a touch: a cell in the middle of much handling has few of them, but they reach far."""
+DRIFT_ROW = 25
+"""Windows in a row whose line is as exact as it must be, at least."""
 STRAIGHT_N = 0.02
 """How far from a line a drifting zero may be: a step is none."""
 
@@ -41,7 +44,7 @@ def _drifting(evidence: Evidence) -> Iterator[Finding]:
     """A line through the untouched windows; slower than it is creep, which ends, and the wave of a healthy zero."""
     last = evidence.last(DRIFT_WINDOWS)
     windows = len(last["time"])
-    if windows < DRIFT_AT_LEAST:
+    if windows < DRIFT_ROW:
         return
     free = (~last["touched"] & (last["samples"] > 0))[:, :, None]
     count = free.sum(axis=0)
@@ -61,9 +64,8 @@ def _drifting(evidence: Evidence) -> Iterator[Finding]:
     creeping = 1.5 * healthy.creep * 60 / healthy.creep_time_s * np.abs(evidence.crept_n - force_mean)
     bound = healthy.drift_n_per_min + creeping
     # The last of the windows must be free, too: nothing is said of a cell that is being touched.
-    span = np.sqrt(12 * spread / total)
     moves = (np.abs(60 * slope) > bound) & (bent < STRAIGHT_N) & (count >= DRIFT_AT_LEAST)
-    moves &= free[-1] & (span > 0.7 * DRIFT_AT_LEAST * WINDOW_S)
+    moves &= free[-1] & (spread > 0.95 * DRIFT_ROW**3 / 12 * WINDOW_S**2)
     for cell in np.flatnonzero(moves.any(axis=1)):
         channels = tuple(CHANNELS[FORCES.start + i] for i in np.flatnonzero(moves[cell]))
         fastest = float(60 * slope[cell][np.abs(slope[cell]).argmax()])
