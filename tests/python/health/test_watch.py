@@ -40,7 +40,7 @@ def test_each_of_the_ten_kinds_is_named_and_nothing_else(body: Robot, seed: int)
     rig = rig_of(body, seed)
     tilting = np.flatnonzero(np.isin(rig.skin.link, [rig.skin.link_names.index("forearm_link")]))
     one, other = 10, 200
-    cells = iter(rig.draw.permutation(np.setdiff1d(tilting, [one, other])).tolist())
+    cells = iter([cell for cell in rig.draw.permutation(tilting).tolist() if cell not in (one, other)])
     given = {
         Kind.stuck: {"channels": [4, 5, 6]},
         Kind.noisy: {"channels": [1], "size": 5.0},
