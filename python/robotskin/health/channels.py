@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
+from scipy.special import ndtr
 
 from robotskin.health.evidence import Evidence
 from robotskin.health.healthy import ACCELERATIONS, BOARD, FORCES, PROXIMITY, STEP, SURFACE
@@ -31,9 +32,14 @@ def judged(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _at_end(evidence: Evidence) -> Iterator[Finding]:
-    """A force or a proximity sensor may well be at its end while something touches the cell."""
+    """A force or a proximity sensor may well be at its end while something touches the cell.
+
+    An accelerometer of which no axis moves is stuck, wherever its axes stand; one axis alone at its end shows no noise.
+    """
     long = evidence.at_end_s >= evidence.healthy.end_s
     long[:, BOARD:] = False  # that is heat
+    ended = long[:, ACCELERATIONS]
+    long[:, ACCELERATIONS] &= (ended | ~_unchanged(evidence)[:, ACCELERATIONS]).all(axis=1)[:, None]
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
     long[:, FORCES] &= ~near[:, None]
@@ -65,7 +71,7 @@ def _stuck(evidence: Evidence) -> Iterator[Finding]:
     """Noise moves a living channel within a few samples, but where it is at zero with its own zero below."""
     healthy, now = evidence.healthy, evidence.now
     count, seconds, value = now["unchanged"], now["unchanged_s"], now["mean"]
-    fast = (count >= healthy.stuck_samples) & (seconds >= healthy.stuck_s)
+    fast = _unchanged(evidence)
     found = np.zeros(count.shape, bool)
     found[:, ACCELERATIONS] = fast[:, ACCELERATIONS]
     shown = value > 3.5 * STEP
@@ -84,6 +90,12 @@ def _stuck(evidence: Evidence) -> Iterator[Finding]:
     told = evidence.stuck_s >= 1.0
     for cell in np.flatnonzero(found.any(axis=1) | told):
         yield Finding(int(cell), Kind.stuck, _names(found[cell]))
+
+
+def _unchanged(evidence: Evidence) -> NDArray[np.bool_]:
+    """(N, 9) of channels that have shown one value for longer than noise lets one."""
+    healthy, now = evidence.healthy, evidence.now
+    return np.asarray((now["unchanged"] >= healthy.stuck_samples) & (now["unchanged_s"] >= healthy.stuck_s))
 
 
 def _hot(evidence: Evidence) -> Iterator[Finding]:
@@ -122,7 +134,7 @@ def _loudness(evidence: Evidence, last: Mapping[str, NDArray], known: NDArray[np
     A jump, such as a touch, goes much further than noise that is as loud: its window tells nothing. Nor does one in
     which the cell's link shakes, since its far end shakes more than its near one. Of the others the quiet ones tell.
     """
-    noise = last["noise"].astype(float)
+    noise = _unclipped(last)
     tells = last["most"] - last["least"] < WHITE * last["noise"] + 2.5 * STEP
     usual = np.maximum(_by_link(evidence, noise, known), evidence.healthy.noise)
     floor = evidence.healthy.noise[ACCELERATIONS]
@@ -132,6 +144,31 @@ def _loudness(evidence: Evidence, last: Mapping[str, NDArray], known: NDArray[np
     tells[:, :, ACCELERATIONS] &= (power < CALM * (floor**2).sum())[:, :, None]
     ratio = np.sort(np.where(tells, noise / np.maximum(usual, 1e-12), np.inf), axis=0)
     return np.where(tells.sum(axis=0) >= NOISE_AT_LEAST, ratio[1], 0.0)
+
+
+def _unclipped(last: Mapping[str, NDArray]) -> NDArray[np.float64]:
+    """(K, N, 9) noise of each channel, also where its zero lies below what it can show, so that half of it is cut off.
+
+    What is left of white noise of deviation s that is cut off below t s has a mean and a deviation whose ratio tells t.
+    """
+    noise = last["noise"].astype(float)
+    clipped = (last["least"] <= 0) & (noise > 0)
+    clipped[:, :, FORCES.stop :] = False
+    ratio = last["mean"][clipped] / noise[clipped]
+    noise[clipped] /= np.interp(ratio, *_CUT_OFF)
+    return noise
+
+
+def _cut_off() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean over deviation of standard white noise that is cut off below t, rising, and its deviation."""
+    t = np.linspace(2.5, -4.0, 131)
+    density, above = np.exp(-(t**2) / 2) / np.sqrt(2 * np.pi), ndtr(-t)
+    mean = density - t * above
+    deviation = np.sqrt((1 + t**2) * above - t * density - mean**2)
+    return mean / deviation, deviation
+
+
+_CUT_OFF = _cut_off()
 
 
 def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -51,7 +51,7 @@ class Evidence:
         self.pressed = np.zeros(cells, bool)
         """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
         self.blind = np.zeros(cells, bool)
-        """(N) cells that were pressed and saw nothing of it, and whose proximity has not moved since."""
+        """(N) cells that were touched and saw nothing of it, and whose proximity has not moved since."""
         self.sightless = np.zeros(cells, bool)
         """(N) cells whose proximity is named ill: it tells nothing of what touches the cells beside them."""
         self.at_end_s = np.zeros((cells, 9))
@@ -128,7 +128,10 @@ class Evidence:
         unmoved = window["unchanged"][:, PROXIMITY] >= healthy.stuck_samples
         unmoved &= window["most"][:, PROXIMITY] == window["least"][:, PROXIMITY]
         beside = np.append(window["most"][:, PROXIMITY], 0.0)[self.neighbours].max(axis=1, initial=0.0)
-        seen = (swing > healthy.touched_n) & (load > carried) & (beside > healthy.free_share)
+        # Cells beside it see what presses, or several of its own force sensors feel it: one alone may be ill.
+        moved = (window["most"] - window["least"])[:, FORCES] > healthy.touched_n / 2
+        touched = (beside > healthy.free_share) | (moved.sum(axis=1) >= 2)
+        seen = (swing > healthy.touched_n) & (load > carried) & touched
         self.blind = (self.blind | seen) & unmoved
 
 

@@ -31,6 +31,8 @@ FITS = 2.0
 SHARED_AFTER = 25
 MAY_SHARE = ({Kind.offset, Kind.loose}, {Kind.offset, Kind.mis_scaled})
 NEAR_G = 0.13
+UNTURNED_G = 0.1
+"""Gravity that moves less in a cell's frame leaves offset, scale and turn alike."""
 LEAST_TURN_RAD, LEAST_SCALE, LEAST_OFFSET_G, LEAST_CHANGE_G = 0.044, 0.10, 0.085, 0.06
 
 
@@ -84,6 +86,8 @@ class GravityJudge:
         felt = now["mean"][:, ACCELERATIONS].astype(float) / STANDARD_GRAVITY_MPS2
         expected = now["expected"].astype(float) / STANDARD_GRAVITY_MPS2
         known = (now["samples"] >= 3) & np.isfinite(expected).all(axis=1) & ~others_ill
+        # What is cut off at the end of the range has another mean.
+        known &= (now["at_end"][:, ACCELERATIONS] == 0).all(axis=1)
         expected = np.where(known[:, None], expected, 0.0)
         turned = np.einsum("nij,nj->ni", evidence.link_from_cell, felt - expected)
         good = known & (self._doubtful == 0)
@@ -138,11 +142,18 @@ class GravityJudge:
         tried.append(self._loose(expected[:, cells], felt[:, cells], weight[:, cells], mean[cells], covariance[cells]))
         partner, swapped = self._swapped(cells, expected, felt, weight, mean[cells], covariance[cells])
         bound = FITS * weight[:, cells].sum(axis=0) + 12
+        unturned = _unturned(expected[:, cells], weight[:, cells])
+        row_of = {int(cell): row for row, cell in enumerate(cells)}
         for row, cell in enumerate(cells):
-            if partner[row] >= 0 and swapped[row] < min(bound[row], healthy[cell] - BETTER):
-                yield Finding(int(cell), Kind.swapped, partner=int(partner[row]))
-                continue
-            finding = self._named(int(cell), row, tried, float(healthy[cell]), float(bound[row]))
+            if partner[row] >= 0:
+                # Two cells that were exchanged are one explanation, and both of them its evidence.
+                pair = [row, row_of[int(partner[row])]]
+                if swapped[pair].sum() < min(bound[pair].sum(), healthy[cells[pair]].sum() - 2 * BETTER):
+                    yield Finding(int(cell), Kind.swapped, partner=int(partner[row]))
+                    continue
+            finding = self._named(
+                int(cell), row, tried, float(healthy[cell]), float(bound[row]), unturned=bool(unturned[row])
+            )
             if finding is not None:
                 yield finding
 
@@ -204,18 +215,24 @@ class GravityJudge:
                 partner[row], best[row] = int(cells[column]), costs[row, column]
         return partner, best
 
-    def _named(self, cell: int, row: int, tried: list[_Tried], healthy: float, bound: float) -> Finding | None:
+    def _named(
+        self, cell: int, row: int, tried: list[_Tried], healthy: float, bound: float, *, unturned: bool
+    ) -> Finding | None:
         """The explanation that is clearly the best one; two that nothing tells apart for long, if they may share."""
         ordered = sorted((one for one in tried if one.large[row]), key=lambda one: float(one.cost[row]))
         if not ordered or healthy - ordered[0].cost[row] < BETTER or ordered[0].cost[row] > bound:
             return None
         best = ordered[0]
-        rivals = {one.kind for one in tried if one.cost[row] < best.cost[row] + CLEARLY} - {best.kind}
+        rivals = sorted(
+            (one for one in tried if one.kind is not best.kind and one.cost[row] < best.cost[row] + CLEARLY),
+            key=lambda one: float(one.cost[row]),
+        )
         other = None
         if rivals:
-            other = next(iter(rivals))
-            shared = len(rivals) == 1 and {best.kind, other} in MAY_SHARE
-            if not shared or self._doubtful[cell] < SHARED_AFTER:
+            other = rivals[0].kind
+            # Where gravity never turns nothing will ever tell three apart: the two that fit best are told.
+            two = unturned or len({one.kind for one in rivals}) == 1
+            if not two or {best.kind, other} not in MAY_SHARE or self._doubtful[cell] < SHARED_AFTER:
                 return None
         unit = {Kind.offset: "g", Kind.loose: "degrees", Kind.mis_scaled: ""}[best.kind]
         size = float(np.degrees(best.size[row]) if best.kind is Kind.loose else best.size[row])
@@ -223,6 +240,14 @@ class GravityJudge:
             size, unit = 1 + size, "times"
         channels = () if best.kind is Kind.loose else tuple(CHANNELS[ACCELERATIONS.start + axis] for axis in best.axes)
         return Finding(cell, best.kind, channels, size=size, unit=unit, or_kind=other)
+
+
+def _unturned(expected: NDArray, weight: NDArray) -> NDArray[np.bool_]:
+    """(M) whether what should be felt, (K, M, 3) in g, has hardly turned in the windows of a weight (K, M)."""
+    known = weight[..., None] > 0
+    mean = np.where(known, expected, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    away = np.linalg.norm(np.where(known, expected - mean, 0.0), axis=2)
+    return np.asarray(away.max(axis=0) < UNTURNED_G)
 
 
 def _normal(window: tuple[NDArray, NDArray, NDArray]) -> tuple[NDArray, NDArray, NDArray]:
