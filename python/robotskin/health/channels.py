@@ -39,7 +39,8 @@ def _at_end(evidence: Evidence) -> Iterator[Finding]:
     long = evidence.at_end_s >= evidence.healthy.end_s
     long[:, BOARD:] = False  # that is heat
     ended = long[:, ACCELERATIONS]
-    long[:, ACCELERATIONS] &= (ended | ~_unchanged(evidence)[:, ACCELERATIONS]).all(axis=1)[:, None]
+    alive = np.all(ended | ~_unchanged(evidence)[:, ACCELERATIONS], axis=1)
+    long[:, ACCELERATIONS] &= np.asarray(alive)[:, None]
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
     long[:, FORCES] &= ~near[:, None]
