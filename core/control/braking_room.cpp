@@ -42,9 +42,11 @@ bool BrakingRoom::find(const double* factor, const double* matrix, std::span<dou
   bool moved = false;
   for (std::size_t i = 0; i < n_; ++i) {
     const double room = low_[i] - low[i];
-    moved = moved || acceleration_[i] < low[i] || acceleration_[i] > high[i];
-    low[i] = std::min(low[i], acceleration_[i] - room);
-    high[i] = std::max(high[i], acceleration_[i] + room);
+    const bool below = acceleration_[i] < low[i], above = acceleration_[i] > high[i];
+    moved = moved || below || above;
+    // A bound that is kept stays where it is, however near to it the acceleration lies.
+    if (below) low[i] = acceleration_[i] - room;
+    if (above) high[i] = acceleration_[i] + room;
   }
   return moved;
 }

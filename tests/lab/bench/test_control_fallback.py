@@ -11,3 +11,10 @@ def test_cut_ticks_keep_the_limits_and_the_torque(seed: int) -> None:
     assert figures["fallback_states_widened_needlessly"] == 0
     assert figures["fallback_jump_nm"] <= 1e-3
     assert figures["fallback_level_error"] < 0.02
+
+
+def test_a_bound_that_the_first_torque_nearly_meets_is_not_moved() -> None:
+    """In one of these states an acceleration lies .07 rad/s² within its bound before any level is met."""
+    figures = fallback_figures(11, 500)
+    assert figures["fallback_states_widened"] == 0
+    assert figures["fallback_limit_violations"] == 0
