@@ -42,7 +42,8 @@ bool BrakingRoom::find(const double* factor, const double* matrix, std::span<dou
   bool moved = false;
   for (std::size_t i = 0; i < n_; ++i) {
     const double room = low_[i] - low[i];
-    const bool below = acceleration_[i] < low[i], above = acceleration_[i] > high[i];
+    const bool below = acceleration_[i] < low[i];
+    const bool above = acceleration_[i] > high[i];
     moved = moved || below || above;
     // A bound that is kept stays where it is, however near to it the acceleration lies.
     if (below) low[i] = acceleration_[i] - room;
