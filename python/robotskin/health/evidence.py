@@ -117,7 +117,8 @@ class Evidence:
     def _look_at_presses(self, window: Mapping[str, Any]) -> None:
         """A touch lasts a second or two, too short to be judged often: which cells it found blind is kept."""
         healthy = self.healthy
-        swing = (window["most"] - window["least"])[:, FORCES].sum(axis=1)
+        swings = (window["most"] - window["least"])[:, FORCES]
+        swing = swings.sum(axis=1)
         force = window["mean"][:, FORCES].sum(axis=1)
         self.pressed = (force > 3 * healthy.rest_force_n) | (swing > healthy.touched_n)
         # A wrong zero presses for ever: a cell is blind to what came or went. The soft layer carries a little of a hard
@@ -129,8 +130,8 @@ class Evidence:
         unmoved &= window["most"][:, PROXIMITY] == window["least"][:, PROXIMITY]
         beside = np.append(window["most"][:, PROXIMITY], 0.0)[self.neighbours].max(axis=1, initial=0.0)
         # Cells beside it see what presses, or several of its own force sensors feel it: one alone may be ill.
-        moved = (window["most"] - window["least"])[:, FORCES] > healthy.touched_n / 2
-        touched = (beside > healthy.free_share) | (moved.sum(axis=1) >= 2)
+        several = (swings > healthy.touched_n / 2).sum(axis=1) >= 2
+        touched = (beside > healthy.free_share) | several
         seen = (swing > healthy.touched_n) & (load > carried) & touched
         self.blind = (self.blind | seen) & unmoved
 

@@ -111,8 +111,8 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.disable()  # blocks come and go, none of them in a circle
     with contextlib.suppress(OSError):
-        # A control thread that starts this may have a place of its own in front of all others; and what wakes twenty
-        # times a second must not take a core from it in the middle of a tick.
+        # A control thread that starts this may have a place of its own in front of all others; and what wakes as often
+        # as this must not take a core from it in the middle of a tick.
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     try:
         writer = Writer(first_order())

@@ -14,7 +14,7 @@ def test_cut_ticks_keep_the_limits_and_the_torque(seed: int) -> None:
 
 
 def test_a_bound_that_the_first_torque_nearly_meets_is_not_moved() -> None:
-    """In one of these states an acceleration lies .07 rad/s² within its bound before any level is met."""
+    """In one of these states torque and acceleration seem to exclude each other; the first all but meets a bound."""
     figures = fallback_figures(11, 500)
     assert figures["fallback_states_widened"] == 0
     assert figures["fallback_limit_violations"] == 0

@@ -12,6 +12,7 @@ from robotskin_lab.bench.network_mechanisms import FAMILIES, KEPT, MECHANISMS, L
 from robotskin_lab.bench.network_runs import PartLoads, settle
 from robotskin_lab.bench.network_set import KINDS, PORTS, SEEDS
 from robotskin_lab.campaign.mutants import build
+from robotskin_lab.reproduce.result import load
 
 ROOT = Path(__file__).parents[3]
 
@@ -37,6 +38,16 @@ def test_what_stays_can_be_left_out_and_has_been() -> None:
             assert most < 1, name
         elif one["verdict"] == "stays":
             assert most >= 1, f"{name} stays for no reason given"
+
+
+def test_the_stored_result_is_of_the_same_run_as_the_table() -> None:
+    result, measured = load("mechanisms"), kept()
+    for name in MECHANISMS:
+        for family in FAMILIES:
+            key = f"{name}_buys_percent_{family}"
+            assert result.worst({key: ""})[key] == pytest.approx(
+                measured["mechanisms"][name][family]["percent"], abs=5e-4
+            )
 
 
 def test_skins_are_of_the_set() -> None:

@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
+from watched_rig import rig_of, watched
 
-from robotskin import layout, robots
-from robotskin.health import HealthWatch, Kind
+from robotskin.health import Kind
 from robotskin.health.channels import _unclipped
+from robotskin.robots import Robot
 from robotskin.simulator import SensorFaultKind
-from robotskin_lab.bench.health_rig import Rig
 
 SECONDS = 30.0
 
@@ -26,35 +26,31 @@ def test_noise_is_told_where_most_of_it_is_cut_off(below: float, seed: int) -> N
     assert np.median(_unclipped(last)[:, 0, 0]) == pytest.approx(deviation, rel=0.25)
 
 
-def test_an_accelerometer_that_stopped_with_an_axis_at_its_end_is_stuck(seed: int) -> None:
-    rig = Rig(robots.load("ur5"), layout.finished("ur5"), seed, SECONDS, 0.0, 5.0)
-    rig.touches = []
+def test_an_accelerometer_that_stopped_with_an_axis_at_its_end_is_stuck(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, SECONDS)
     stuck, ended = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
-    watch = HealthWatch(rig.skin, rig.robot.core)
-    for step in range(len(rig.times)):
-        now_ns = rig.step(step)
-        if rig.times[step] > 5.0:
+
+    def changed(time_s: float) -> None:
+        if time_s > 5.0:
             rig.state.acceleration[stuck] = (0.153, -19.613, 9.347)
             rig.state.acceleration[ended, 1] = -19.613
-        watch.tick(now_ns, rig.state, rig.position[step], rig.velocity[step])
-    assert {finding.cell: finding.kind for finding in watch.findings} == {
+
+    assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {
         stuck: Kind.stuck,
         ended: Kind.end_of_range,
     }
 
 
-def test_a_proximity_is_blind_that_saw_nothing_of_a_touch_which_no_other_cell_sees(seed: int) -> None:
-    rig = Rig(robots.load("ur5"), layout.finished("ur5"), seed, SECONDS, 0.0, 5.0)
+def test_a_proximity_is_blind_that_saw_nothing_of_a_touch_which_no_other_cell_sees(body: Robot, seed: int) -> None:
+    rig = rig_of(body, seed, SECONDS)
     blind, well = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
-    rig.touches = []
     rig.sensors.set_fault(blind, SensorFaultKind.stuck, channels=[0], begin_s=5.0)
-    watch = HealthWatch(rig.skin, rig.robot.core)
-    for step in range(len(rig.times)):
-        now_ns = rig.step(step)
-        if 12.0 < rig.times[step] < 12.6:
+
+    def changed(time_s: float) -> None:
+        if 12.0 < time_s < 12.6:
             rig.state.normal_force[blind] += np.float32(1.0)
-        if 14.0 < rig.times[step] < 14.6:
-            # A force that one sensor alone tells of is its own illness, not that of an eye beside it.
+        if 14.0 < time_s < 14.6:
+            # A force that one sensor alone tells of is its own illness, not that of the proximity beside it.
             rig.state.normal_force[well, 1] += np.float32(3.0)
-        watch.tick(now_ns, rig.state, rig.position[step], rig.velocity[step])
-    assert {finding.cell: finding.kind for finding in watch.findings} == {blind: Kind.stuck}
+
+    assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {blind: Kind.stuck}

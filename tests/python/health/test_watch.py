@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from watched_rig import SECONDS, SETTLED_S, rig_of, watched
 
 from robotskin import layout, robots
 from robotskin.health import HealthWatch, Kind, work
@@ -13,27 +14,6 @@ from robotskin.simulator import SensorFaultKind
 from robotskin_lab.bench import health_rig
 from robotskin_lab.bench.health_faults import Fault
 from robotskin_lab.bench.health_rig import Rig, Touch
-
-SETTLED_S, SECONDS = 45.0, 95.0
-
-
-@pytest.fixture(scope="module")
-def body() -> Robot:
-    return robots.load("ur5")
-
-
-def rig_of(body: Robot, seed: int, seconds: float = SECONDS) -> Rig:
-    rig = Rig(body, layout.finished("ur5"), seed, seconds, 0.0, SETTLED_S)
-    rig.touches = []
-    return rig
-
-
-def watched(rig: Rig) -> HealthWatch:
-    watch = HealthWatch(rig.skin, rig.robot.core)
-    for step in range(len(rig.times)):
-        now_ns = rig.step(step)
-        watch.tick(now_ns, rig.state, rig.position[step], rig.velocity[step])
-    return watch
 
 
 def test_each_of_the_ten_kinds_is_named_and_nothing_else(body: Robot, seed: int) -> None:

@@ -26,6 +26,8 @@ FAULTS = ("cut", "stall", "half", "noise", "version", "recipes", "scaled", *STOP
 SPEED = 0.3
 CYCLE_S = 0.002
 BRAKE_S = SPEED / 10.0
+REST_WITHIN = 100
+"""Cycles of the controller."""
 HANG_S = 20.0
 """After which a port that has not come back hangs."""
 FASTEST_SHARE = 1.5
@@ -139,17 +141,17 @@ def _faults(arm: Process, port: UrPort, mover: _Mover, random: np.random.Generat
 
 
 def _stop(arm: Process, name: str) -> int | None:
-    """Cycles of the controller from a stop by its safety system to rest; None: it still moves after 100."""
+    """Cycles of the controller from a stop by its safety system to rest; None: it still moves after `REST_WITHIN`."""
     arm.ask(Asked("trip", (name,)))
     began = arm.ask(Look(("steps",)))[0]
-    found: int | None = None
-    while found is None and arm.ask(Look(("steps",)))[0] < began + 100:
+    found, ended = None, False
+    while found is None and not ended:
         time.sleep(0.002)
-        found = arm.ask(Look(("steps_to_rest",)))[0]
-    if found is None:  # this process may have been held up for all that time
+        # Whether the time is up is asked first: this process may be held up in between, and the arm not.
+        ended = arm.ask(Look(("steps",)))[0] >= began + REST_WITHIN
         found = arm.ask(Look(("steps_to_rest",)))[0]
     arm.ask(Asked("trip", ("normal",)))
-    return found if found is not None and found <= 100 else None
+    return found if found is not None and found <= REST_WITHIN else None
 
 
 def _takes_it(port: UrPort) -> bool:
