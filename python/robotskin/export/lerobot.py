@@ -234,15 +234,11 @@ class _Events:
         self._file = parquet.ParquetWriter(
             path, self._schema, compression="snappy", use_dictionary=False, write_statistics=False
         )
-        keys = (np.asarray(recording.layout.group, np.int64) << 16) | np.asarray(recording.layout.id, np.int64)
-        self._order = np.argsort(keys)
-        self._keys = keys[self._order]
         self._start_ns, self._fps = recording.start_ns, fps
 
-    def add(self, fields: Mapping[str, NDArray]) -> None:
-        """Those among some samples."""
-        row = np.minimum(np.searchsorted(self._keys, fields["key"]), len(self._keys) - 1)
-        chosen = (self._keys[row] == fields["key"]) & ((fields["flags"] & EVENT) != 0)
+    def add(self, fields: Mapping[str, NDArray], cell: NDArray) -> None:
+        """Those among some samples of these cells."""
+        chosen = (cell >= 0) & ((fields["flags"] & EVENT) != 0)
         if not chosen.any():
             return
         seconds = (fields["stamp_ns"][chosen] - self._start_ns) / 1e9
@@ -250,7 +246,7 @@ class _Events:
             "stamp_ns": fields["stamp_ns"][chosen],
             "timestamp": seconds,
             "frame_index": np.ceil(seconds * self._fps).astype(np.int64) - 1,
-            "cell": self._order[row[chosen]],
+            "cell": cell[chosen],
             "flags": fields["flags"][chosen].astype(np.int64),
         }
         for name, values in fields.items():

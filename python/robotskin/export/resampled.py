@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.layout import Layout
 from robotskin.record import Recording
 from robotskin.record.recording import WIDTHS
 
@@ -39,11 +40,12 @@ class Frames:
 
 
 def blocks(
-    recording: Recording, fps: int, instants: int, block: int, hear: Callable[[Mapping[str, NDArray]], None]
+    recording: Recording, fps: int, instants: int, block: int, hear: Callable[[Mapping[str, NDArray], NDArray], None]
 ) -> Iterator[Frames]:
     """The frames, at most `block` at a time; the first one is 1 / fps after the recording's begin.
 
-    hear: hears all samples on the way, as `Recording.messages` gives them, in the order of the file.
+    hear: hears all samples on the way, as `Recording.messages` gives them, in the order of the file, and the cell of
+    each as an index of the layout, -1 where it has none.
     """
     count = int(recording.seconds * fps)
     cells, links = len(recording.layout), len(recording.layout.links)
@@ -78,12 +80,9 @@ def blocks(
 class _Held:
     """The last value of every cell, as time goes on."""
 
-    def __init__(self, recording: Recording, hear: Callable[[Mapping[str, NDArray]], None]) -> None:
-        layout = recording.layout
-        cells = len(layout)
-        keys = (np.asarray(layout.group, np.int64) << 16) | np.asarray(layout.id, np.int64)
-        self._order = np.argsort(keys)
-        self._keys = keys[self._order]
+    def __init__(self, recording: Recording, hear: Callable[[Mapping[str, NDArray], NDArray], None]) -> None:
+        cells = len(recording.layout)
+        self._cell_of_key = _cell_of_key(recording.layout)
         self._messages = recording.messages("/skin/samples")
         self._stamp, self._cell, self._values = np.empty(0, np.int64), np.empty(0, int), np.empty((0, 5), np.float32)
         self._hear = hear
@@ -109,7 +108,8 @@ class _Held:
         """Take in every sample up to a time."""
         if self._known_ns < time_ns + LATE_NS:
             self._read(time_ns + LATE_NS + AHEAD_NS)
-        end = self._at + int(np.searchsorted(self._stamp[self._at :], time_ns, side="right"))
+        # A whole number: for another one numpy would make all stamps such.
+        end = self._at + int(np.searchsorted(self._stamp[self._at :], np.int64(time_ns), side="right"))
         # Of several samples of a cell the last one stays.
         self._state[self._cell[self._at : end]] = self._values[self._at : end]
         self._at = end
@@ -128,24 +128,32 @@ class _Held:
         if not taken:
             return
         fields = {name: np.concatenate([one[name] for one in taken]) for name in taken[0]}
-        self._hear(fields)
-        key = fields["key"].astype(np.int64)
-        row = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
-        own = self._keys[row] == key
-        force = fields["normal_force"].reshape(-1, WIDTHS["normal_force"]).sum(axis=1)
+        cell = self._cell_of_key.take(fields["key"], mode="clip")
+        self._hear(fields, cell)
+        values = np.empty((len(cell), 5), np.float32)
         # What the skin lacks is no number; those who write it leave it out.
-        lacking = np.full((len(key), 3), np.nan, np.float32)
-        force = force if len(force) else lacking[:, 0]
-        near = fields["proximity"] if len(fields["proximity"]) else lacking[:, 0]
-        felt = fields["acceleration"].reshape(-1, WIDTHS["acceleration"]) if len(fields["acceleration"]) else lacking
-        values = np.column_stack([force, near, felt])[own]
+        force, near, felt = fields["normal_force"], fields["proximity"], fields["acceleration"]
+        values[:, 0] = sum(force.reshape(len(cell), -1).T) if len(force) else np.nan
+        values[:, 1] = near if len(near) else np.nan
+        values[:, 2:] = felt.reshape(-1, WIDTHS["acceleration"]) if len(felt) else np.nan
+        own = cell >= 0
         stamp = np.concatenate([self._stamp[self._at :], fields["stamp_ns"][own]])
-        order = np.argsort(stamp, kind="stable")
-        self._stamp = stamp[order]
-        self._cell = np.concatenate([self._cell[self._at :], self._order[row[own]]])[order]
-        self._values = np.concatenate([self._values[self._at :], values]).astype(np.float32)[order]
+        cell = np.concatenate([self._cell[self._at :], cell[own]])
+        values = np.concatenate([self._values[self._at :], values[own]])
+        if (stamp[1:] < stamp[:-1]).any():
+            order = np.argsort(stamp, kind="stable")
+            stamp, cell, values = stamp[order], cell[order], values[order]
+        self._stamp, self._cell, self._values = stamp, cell, values
         self._at = 0
         self._known_ns = int(newest_ns)
+
+
+def _cell_of_key(layout: Layout) -> NDArray[np.int64]:
+    """The cell of every key up to the greatest, -1 where there is none; a search for each sample takes far longer."""
+    keys = (np.asarray(layout.group, np.int64) << 16) | np.asarray(layout.id, np.int64)
+    cells = np.full(int(keys.max()) + 2, -1, np.int64)
+    cells[keys] = np.arange(len(keys))
+    return cells
 
 
 LATE_NS = 300_000_000
