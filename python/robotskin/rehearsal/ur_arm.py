@@ -70,6 +70,13 @@ class UrArm:
         """Whether a stop has ended."""
         return self._asked_torque is None and bool((np.abs(self.target_velocity) < REST_RAD_S).all())
 
+    def place(self, posture: Floats) -> None:
+        """Put it elsewhere, (n) rad, at rest: what a person does with the pendant while no script runs."""
+        self.data.qpos[:], self.data.qvel[:] = posture, 0.0
+        mujoco.mj_forward(self.model, self.data)
+        self.target, self.target_velocity = self.position, np.zeros(len(posture))
+        self._asked_torque, self._asked = None, ("hold", self.target.copy(), 0.0)
+
     # ---- What is asked of it; holds until something else is ----
 
     def servo(self, position: Floats, lookahead_s: float) -> None:

@@ -76,6 +76,9 @@ def _kills_of_connected(processes: ConnectedProcesses, kinds: list[str], random:
         for name in fallen:
             processes.kill(name)
         for name in [*fallen, kind]:
+            if name == "session":
+                # Each session holds the posture where it begins: hundreds of touches from one side would fold the arm.
+                processes.arm.ask(Asked("go_home"))
             processes.start(name)
     standstills += not _moving(processes, random)
     figures = {"kill_hangs": float(hangs), "kill_others_ended": float(ended), "kill_standstills": float(standstills)}

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin.rehearsal import FakeController, Process
 from robotskin.rehearsal.ur_controller import REST_RAD_S
-from robotskin.robots import load
+from robotskin.robots import Robot, load
 from robotskin.robots.gains import gains_of
+
+Floats = NDArray[np.float64]
 
 
 class WatchedController(FakeController):
@@ -17,6 +20,10 @@ class WatchedController(FakeController):
     _marked_at = _last_moved_at = 0
     fastest = np.zeros(6)
     """(6) rad/s of each joint since the mark."""
+
+    def __init__(self, robot: Robot, home: Floats, host: str) -> None:
+        super().__init__(robot, home, host)
+        self._home = home
 
     def step(self) -> None:
         """As of any controller."""
@@ -31,6 +38,10 @@ class WatchedController(FakeController):
         self._marked_at = self._last_moved_at = self.steps
         self.fastest = np.abs(self.arm.velocity)
         return float(self.fastest.max())
+
+    def go_home(self) -> None:
+        """Back to where it began."""
+        self.arm.place(self._home)
 
     @property
     def moving_s(self) -> float:
