@@ -3,7 +3,8 @@
 
 A microsecond depends on the machine and on what else runs there, so each time stands beside its ratio to one kernel of
 the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`), and beside the processor's own time of
-the thread, which waiting for others does not stretch.
+the thread, which waiting for others does not stretch. The same ticks run twice, and of each the lesser processor time
+counts: their work is equal to the step, so what differs is what the rest of the machine does to its caches.
 """
 
 from __future__ import annotations
@@ -52,11 +53,11 @@ def tick_figures(seed: int, ticks: int) -> Figures:
         ("hqp", Fusion.quadratic, 1.0),
         ("hqp_limited", Fusion.quadratic, 0.25),
     ):
-        entries = talos.five_levels(("gripper_left_base_link", "gripper_right_base_link"))
-        figures |= talos.times(f"talos_tick_{key}", entries, fusion, ticks, squeeze)
+        hands = ("gripper_left_base_link", "gripper_right_base_link")
+        figures |= talos.times(f"talos_tick_{key}", hands, fusion, ticks, squeeze)
     shares = [value for key, value in figures.items() if key.endswith("_fallback_ticks_share")]
     figures["fallback_ticks_share"] = max(shares)
-    figures |= ur5.times("ur5_tick", ur5.five_levels(("ee_link",)), Fusion.null_space, ticks, 1.0)
+    figures |= ur5.times("ur5_tick", ("ee_link",), Fusion.null_space, ticks, 1.0)
     return figures
 
 
@@ -126,12 +127,23 @@ class Rig:
             StackEntry(JointTask(self.core, self.gain_set.joint, "posture"), 4),
         ]
 
-    def times(self, key: str, entries: list[StackEntry], fusion: Fusion, ticks: int, squeeze: float) -> Figures:
+    def times(self, key: str, hands: tuple[str, ...], fusion: Fusion, ticks: int, squeeze: float) -> Figures:
         """Median, 99 % and worst of ticks; `squeeze` is the share of the torque limits that the programmes get."""
+        (first, counted), (again, counted_again) = (self._run(key, hands, fusion, ticks, squeeze) for _ in range(2))
+        if counted != counted_again:
+            raise RuntimeError(f"{key}: the same ticks took other steps when they ran again")
+        times_us = np.column_stack([first[:, 0], np.minimum(first[:, 1], again[:, 1])])
+        return {**time_figures(key, times_us), **counted}
+
+    def _run(
+        self, key: str, hands: tuple[str, ...], fusion: Fusion, ticks: int, squeeze: float
+    ) -> tuple[NDArray[np.float64], Figures]:
+        """Microseconds (ticks, 2) of each tick on the clock and of the processor, and what the programmes counted."""
         limits = QuadraticLimits.of(self.core)
         gravity = 1.2 * np.abs(_gravity(self.robot, self.gain_set.home))
         limits.torque = np.maximum(squeeze * np.array(limits.torque), gravity).tolist()
         guard = self.gain_set.guard_limits(self.core)
+        entries = self.five_levels(hands)
         cycle = TaskCycle(self.core, self.skin, self.gains, guard, entries, fusion, quadratic=limits)
         cycle.request_mode(CommandMode.torque)
         cycle.request_run(True)
@@ -142,12 +154,13 @@ class Rig:
         measured = cycle.time_steps(self.states, self.touch, start_ns, command, ticks) / 1e3
         if cycle.report.state != SafetyState.running:
             raise RuntimeError(f"{key}: the robot stopped while it was timed: {cycle.report.text}")
-        figures: Figures = time_figures(key, measured)
-        if fusion is Fusion.quadratic:
-            counts = cycle.fusion_counts
-            figures[f"{key}_fallback_ticks_share"] = counts.fallback_ticks / (warm_up + ticks)
-            figures[f"{key}_most_steps"] = float(counts.most_steps)
-        return figures
+        if fusion is not Fusion.quadratic:
+            return measured, {}
+        counts = cycle.fusion_counts
+        return measured, {
+            f"{key}_fallback_ticks_share": counts.fallback_ticks / (warm_up + ticks),
+            f"{key}_most_steps": float(counts.most_steps),
+        }
 
 
 def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
