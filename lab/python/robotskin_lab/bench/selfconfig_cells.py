@@ -38,8 +38,8 @@ def cell_figures(seeds: Sequence[int]) -> Figures:
     """The worst of the seeds, in the imperfect world; the same keys with `_ideal` in the ideal one.
 
     With `_pooled`: over the cells of all seeds. `nees_patches_below`: share of all patches of which fewer than 0.9 of
-    the cells are within their 95 %. `configure_error_alike`: correlation between the errors of place of the same cells in
-    two skins, the median over patches and axes; all skins have the same layout, so this is what the layout itself does.
+    the cells are within their 95 %. `configure_error_alike`: correlation between the errors of place of the same cells
+    in two skins, the median over patches and axes; all skins have one layout, so this is what the layout itself does.
     """
     figures: Figures = {}
     for ideal, suffix in ((False, ""), (True, "_ideal")):
