@@ -70,6 +70,26 @@ def test_gains_do_not_pass_for_another_robot() -> None:
         GainSet.load("ur5").guard_limits(panda)
 
 
+def test_a_standing_robot_gives_as_far_as_stated_although_it_leans_against_the_touch() -> None:
+    robot, skin, gains = (
+        robots.load("talos_standing").core,
+        finished("talos_standing").skin_model(),
+        GainSet.load("talos_standing"),
+    )
+    jacobian, lever = gains.levers(robot, skin)
+    weight, compliance = gains.force_weights(robot, skin), gains.joint_compliance(robot)
+    given = np.einsum("cij,cj->ci", jacobian, lever @ compliance) * (1 + weight[:, None])
+    leaning = np.einsum("cij,cj->ci", jacobian, gains.leaning(robot, skin))
+    free = (weight > 0) & (weight < gains.values["skin"]["largest_force_weight"])
+    assert free.sum() > 30
+    stated = gains.values["skin"]["compliance_m_per_n"]
+    most = gains.values["skin"]["largest_give_rad_per_n"]
+    bounded = (np.abs(lever @ compliance).max(axis=1) * (1 + weight)) > 0.999 * most
+    assert np.allclose(np.linalg.norm(given + leaning, axis=1)[free & ~bounded], stated)
+    assert (np.einsum("ci,ci->c", given, leaning)[free] < 0).mean() > 0.9
+    assert not GainSet.load("ur5").leaning(robots.load("ur5").core, finished("ur5").skin_model()).any()
+
+
 def test_what_the_gains_promise_holds_for_the_finished_skin() -> None:
     """15 N move no cell by 5 mm without the skin task, and most by 0.03 to 0.15 m with it."""
     robot, skin, gains = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")

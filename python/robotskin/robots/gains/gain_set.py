@@ -16,6 +16,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.model import BASE, RobotDynamics, RobotModel
 from robotskin.robots.gains.fields import LOCKED
 from robotskin.robots.gains.gain_file import GainError, read_gains
+from robotskin.robots.gains.leaning import lean_per_newton
 from robotskin.robots.standing import feet_of
 from robotskin.skin import SkinModel
 from robotskin.tasks import (
@@ -84,21 +85,47 @@ class GainSet:
         Where a robot stands, its feet and its centre of mass (x, y) are held before the skin may move anything: with J
         their Jacobian it is K⁻¹ - K⁻¹ Jᵀ (J K⁻¹ Jᵀ)⁻¹ J K⁻¹.
         """
+        compliance, held = self._held(robot, posture)
+        if held is None:
+            return compliance
+        yields = compliance @ held.T
+        return np.asarray(compliance - yields @ np.linalg.solve(held @ yields, yields.T))
+
+    def _held(
+        self, robot: RobotModel, posture: NDArray[np.float64] | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """K⁻¹, and J of what is held where a robot stands: its feet, then its centre of mass (x, y)."""
         compliance = np.diag(1 / np.array(self.values["joint"]["stiffness"]))
         feet = feet_of(robot)
         if not feet:
-            return compliance
+            return compliance, None
+        dynamics = self._dynamics(robot, posture)
+        jacobians = [dynamics.link_jacobian(robot.link_index(foot.link)) for foot in feet]
+        return compliance, np.vstack([*jacobians, dynamics.centre_of_mass_jacobian[:2]])
+
+    def _dynamics(self, robot: RobotModel, posture: NDArray[np.float64] | None) -> RobotDynamics:
         dynamics = RobotDynamics(robot)
         at = self.home if posture is None else posture
         dynamics.update(np.ascontiguousarray(at, dtype=float), np.zeros(robot.joint_count))
-        held = np.vstack(
-            [
-                *(dynamics.link_jacobian(robot.link_index(foot.link)) for foot in feet),
-                dynamics.centre_of_mass_jacobian[:2],
-            ]
-        )
+        return dynamics
+
+    def leaning(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """(N, n) rad/N: how a standing robot turns its joints to lean against an inward newton; 0 for any other."""
+        compliance, held = self._held(robot, posture)
+        if held is None:
+            return np.zeros((len(skin), robot.joint_count))
+        dynamics = self._dynamics(robot, posture)
+        point, inward = np.zeros((len(skin), 3)), np.zeros((len(skin), 3))
+        for index, name in enumerate(skin.link_names):
+            cells = np.flatnonzero(skin.link == index)
+            base_from_cell = dynamics.base_from_link(robot.link_index(name)) @ skin.link_from_cell[cells]
+            point[cells], inward[cells] = base_from_cell[:, :3, 3], -base_from_cell[:, :3, 2]
+        asked = np.zeros((len(held), len(skin)))
+        asked[-2:] = lean_per_newton(dynamics, point, inward).T
         yields = compliance @ held.T
-        return np.asarray(compliance - yields @ np.linalg.solve(held @ yields, yields.T))
+        return np.asarray((yields @ np.linalg.solve(held @ yields, asked)).T)
 
     def levers(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
@@ -112,9 +139,10 @@ class GainSet:
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """(N) w_f of [Cheng19 eq. 14], for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n| (1 + w_f).
+        """(N) w_f of [Cheng19 eq. 14], for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n (1 + w_f)|.
 
-        The length is that of the whole motion, since a cell may move aside more than it gives way. A cell whose normal
+        The length is that of the whole motion, since a cell may move aside more than it gives way. A robot that stands
+        leans against the touch, which takes the cell back some way: that is part of the motion. A cell whose normal
         passes close by the joint axes could only do so by large turns of the joints; its weight is bounded by
         `largest_give_rad_per_n` and `largest_force_weight`.
         """
@@ -122,9 +150,15 @@ class GainSet:
         jacobian, lever = _jacobians(robot, skin, self.home if posture is None else posture)
         turn = lever @ self.joint_compliance(robot, posture)
         give = np.abs(turn).max(axis=1)
-        moved = np.linalg.norm(np.einsum("cij,cj->ci", jacobian, turn), axis=1)
-        with np.errstate(divide="ignore"):
-            total = np.minimum(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
+        wanted = gains["compliance_m_per_n"]
+        moved = np.einsum("cij,cj->ci", jacobian, turn)
+        back = np.einsum("cij,cj->ci", jacobian, self.leaning(robot, skin, posture))
+        # |moved total + back| = wanted; where leaning alone moves a cell farther, it does not count.
+        square, both = (moved**2).sum(axis=1), (moved * back).sum(axis=1)
+        left = np.maximum(wanted**2 - (back**2).sum(axis=1), 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            total = (np.sqrt(both**2 + square * left) - both) / square
+            total = np.minimum(total, gains["largest_give_rad_per_n"] / give)
         return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
 
     def hand_force_weight(self, robot: RobotModel) -> float:
