@@ -17,6 +17,7 @@ from robotskin_lab.chip.emulated_pico import FOLDER, EmulatedPico, missing
 from robotskin_lab.chip.pico_image import PicoImage, boot_checksum, build_pico, cell_keys
 from robotskin_lab.chip.pico_replay import RECORDING, replay
 from robotskin_lab.chip.pico_skin import UID, PicoSkin, wrong_samples
+from robotskin_lab.chip_command import build
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 VCNL4010, LIS3DH, TMP102 = 0x13, 0x18, 0x48
@@ -237,3 +238,9 @@ def test_two_picos_hear_each_other_pin_to_pin(image: PicoImage, tmp_path: Path) 
         assert not any(any(heard[port]) for port in heard if port != wired)
         assert told["framing_errors"] == 0
         assert told["said"] == []
+
+
+def test_a_file_that_is_not_named_is_named_by_the_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    build("pico", uid=UID)
+    assert (tmp_path / f"cell_{UID}.uf2").stat().st_size > 0

@@ -27,7 +27,9 @@ def chip() -> None:
 @app.command("build")
 def build(
     board: Annotated[str, typer.Argument(help="pico: a Raspberry Pi Pico (RP2040).")],
-    file: Annotated[Path, typer.Argument(help="The UF2 file to write.", dir_okay=False)],
+    file: Annotated[
+        Path | None, typer.Argument(help="The UF2 file to write; by default cell_UID.uf2 here.", dir_okay=False)
+    ] = None,
     key: Annotated[
         Path | None,
         typer.Option(help="The skin's keys, in the file; without, robotskin commission writes them over the cable."),
@@ -37,8 +39,9 @@ def build(
     """Cross-build the firmware for one cell: each has a file of its own, with its serial number."""
     if board not in BOARDS:
         raise UnknownNameError("board", board, BOARDS)
-    require_writable("FILE", file, (".uf2",))
     chosen = uid or 1 + secrets.randbelow((1 << 32) - 1)
+    file = file or Path(f"cell_{chosen}.uf2")
+    require_writable("FILE", file, (".uf2",))
     keys = None if key is None else cell_keys(SkinKeys.load(key).cell_key, chosen)
     image = build_pico()
     file.write_bytes(image.uf2(chosen, keys))
