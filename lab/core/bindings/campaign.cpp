@@ -56,6 +56,8 @@ void bind_cases(nb::module_& module) {
           "limbs", [](const FaultCase& self) { return self.workload.limbs; }, "whose torques are summed; 0: none")
       .def_prop_ro(
           "orders", [](const FaultCase& self) { return self.workload.orders; }, "the host sends commands and joints")
+      .def_prop_ro(
+          "touch", [](const FaultCase& self) { return self.workload.touch; }, "cells compute their own torques")
       .def_ro("duration_ns", &FaultCase::duration_ns)
       .def_prop_ro(
           "text", [](const FaultCase& self) { return campaign::text_of(self); },

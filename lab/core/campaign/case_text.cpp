@@ -144,6 +144,8 @@ void read_line(Line& line, FaultCase& read, std::string& faults) {
     read.workload.limbs = line.number<std::int32_t>();
   } else if (name == "orders") {
     read.workload.orders = true;
+  } else if (name == "touch") {
+    read.workload.touch = true;
   } else if (name == "while_forming") {
     read.while_forming = true;
   } else if (name == "duration_ns") {
@@ -186,6 +188,7 @@ std::string text_of(const FaultCase& drawn) {
   if (drawn.workload.events) text += "events " + std::to_string(drawn.workload.touched_percent) + "\n";
   text += "limbs " + std::to_string(drawn.workload.limbs) + "\n";
   if (drawn.workload.orders) text += "orders\n";
+  if (drawn.workload.touch) text += "touch\n";
   if (drawn.while_forming) text += "while_forming\n";
   text += "duration_ns " + std::to_string(drawn.duration_ns) + "\n";
   for (const world::UnitDescription& unit : drawn.wiring.units) {

@@ -36,6 +36,7 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
   routes_->cell_stepped(cell, input, out_of_hops ? ledger_.taken_ns(input.frame) : std::nullopt);
   ledger_.cell_stepped(network, cell, input);
   sampling_.cell_stepped(network, *ground_, cell, input);
+  touch_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
   if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load()))
     ledger_.crowded_out(*lost);
@@ -44,6 +45,7 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
 void Checkers::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
   control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
   if (from.at != world::WireEnd::At::unit) return;
+  tags_.frame_sent(network, from.index, frame);
   if (rs_frame_type_of(frame) == RS_TYPE_grant) {
     balance_.granted(network, *routes_, frame);
     rs_grant grant;
@@ -69,6 +71,7 @@ void Checkers::frame_planted(const Network& network, world::WireEnd to, const st
 void Checkers::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {
   ledger_.datagram(network, *ground_, *routes_, bytes);
   torques_.datagram(network, *ground_, bytes);
+  touch_.datagram(network, bytes);
   topology_.datagram(network, bytes);
 }
 
@@ -107,8 +110,10 @@ void Checkers::poll() {
   torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
+    tags_.poll(*network_, *ground_);
     ledger_.poll(*network_, *ground_, *recovery_, within_load());
   }
+  touch_.poll(*network_, *ground_);
   control_->poll(*ground_, network_->time_ns());
 }
 

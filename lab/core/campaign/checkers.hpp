@@ -19,8 +19,10 @@
 #include "campaign/route_checker.hpp"
 #include "campaign/sample_ledger.hpp"
 #include "campaign/sampling_checker.hpp"
+#include "campaign/tag_checker.hpp"
 #include "campaign/topology_checker.hpp"
 #include "campaign/torque_ledger.hpp"
+#include "campaign/touch_checker.hpp"
 #include "robotskin/timing.h"
 #include "world/network/network.hpp"
 
@@ -58,13 +60,15 @@ class Checkers : public world::Observer, public world::DatagramSink {
       : ledger_(drawn, breaks_),
         sampling_(drawn, breaks_),
         torques_(drawn.wiring.cell_count(), drawn.workload.limbs, breaks_),
+        touch_(drawn, breaks_),
         queues_(drawn.wiring.cell_count(), drawn.workload.events, breaks_),
         forgeries_(breaks_),
-        orders_(drawn.workload.orders, drawn.seed, breaks_),
+        tags_(drawn.options.cell_key, breaks_),
+        orders_(drawn.workload, drawn.seed, breaks_),
         balance_(breaks_),
         topology_(drawn.wiring.cell_count(), breaks_),
         cells_carried_(cells_carried(drawn.options.line)),
-        port_load_(port_load(drawn.options.line, drawn.workload.limbs)),
+        port_load_(port_load(drawn.options.line, drawn.workload.touch ? 1 : drawn.workload.limbs)),
         whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
@@ -79,6 +83,7 @@ class Checkers : public world::Observer, public world::DatagramSink {
   const QueueChecker& queues() const { return queues_; }
   const RouteChecker& routes() const { return *routes_; }
   const TorqueLedger& torques() const { return torques_; }
+  const TouchChecker& touch() const { return touch_; }
   const BalanceChecker& balance() const { return balance_; }
   const TopologyChecker& topology() const { return topology_; }
   const ForgeryChecker& forgeries() const { return forgeries_; }
@@ -102,8 +107,10 @@ class Checkers : public world::Observer, public world::DatagramSink {
   SampleLedger ledger_;
   SamplingChecker sampling_;
   TorqueLedger torques_;
+  TouchChecker touch_;
   QueueChecker queues_;
   ForgeryChecker forgeries_;
+  TagChecker tags_;
   HostOrders orders_;
   BalanceChecker balance_;
   TopologyChecker topology_;

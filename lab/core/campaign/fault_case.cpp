@@ -9,7 +9,7 @@
 namespace robotskin::campaign {
 namespace {
 
-constexpr std::uint64_t purpose_case = 41;
+constexpr std::uint64_t purpose_case = 41, purpose_workload = 42;
 constexpr std::int64_t after_ns = 300 * ms, long_after_ns = 1300 * ms;
 // A frame may take so many hops that a few more, on the way round a fault, are left of its 63.
 constexpr std::int32_t hops_max = 40;
@@ -89,6 +89,8 @@ FaultCase draw_case(std::uint64_t seed, bool cells_take_time) {
     if (count >= 20 && count <= 400 && drawn.ports() >= 2 && depth_of(drawn.wiring) <= hops_max) break;
   }
   drawn.workload = draw_workload(drawn.wiring.cell_count(), draw);
+  world::RandomStream draw_touch(world::stream_key(seed, purpose_workload, 0));
+  drawn.workload.touch = drawn.workload.orders && drawn.workload.limbs == 0 && draw_touch.below(2) == 0;
 
   world::NetworkOptions& options = drawn.options;
   options.seed = seed;
@@ -141,7 +143,8 @@ std::string FaultCase::text() const {
          (whole_lines ? "" : ", lossy") +
          (workload.events ? ", events of " + std::to_string(workload.touched_percent) + " %" : "") +
          (workload.limbs > 0 ? ", torques of " + std::to_string(workload.limbs) + " limbs" : "") +
-         (workload.orders ? ", orders" : "") + ": " + world::to_string(faults);
+         (workload.orders ? ", orders" : "") + (workload.touch ? ", own torques" : "") + ": " +
+         world::to_string(faults);
 }
 
 FaultCase with_faults(const FaultCase& original, const std::vector<bool>& faults) {

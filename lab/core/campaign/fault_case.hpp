@@ -22,6 +22,7 @@ struct Workload {
   std::int32_t touched_percent = 0;  // of the cells at a time, in event mode
   std::int32_t limbs = 0;            // whose torques are summed, 0 to 4; 0: none
   bool orders = false;               // the host sends commands and joint positions down
+  bool touch = false;                // cells compute their own torques; one limb, with orders and without `limbs`
 
   bool operator==(const Workload&) const = default;
 };

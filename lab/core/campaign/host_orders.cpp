@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "campaign/touch_checker.hpp"
 #include "robotskin/datagram.h"
 #include "robotskin/operations.h"
 #include "world/random.hpp"
@@ -35,6 +36,14 @@ void HostOrders::send(world::Network& network) {
   rs_joints joints{};
   joints.type = RS_TYPE_joints;
   joints.joint_1 = static_cast<std::int16_t>(now_ms);
+  if (postures_) {
+    const auto posture = posture_at(seed_, now_ms);
+    joints.joint_2 = posture[1];
+    joints.joint_3 = posture[2];
+    joints.joint_4 = posture[3];
+    joints.joint_5 = posture[4];
+    joints.joint_6 = posture[5];
+  }
   rs_joints_pack(frame.data(), &joints);
   add_record(datagram, frame);
   if (now_ms % orders_every_ms == 0) {

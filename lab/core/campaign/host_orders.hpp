@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
 #include "campaign/recovery_checker.hpp"
@@ -15,7 +16,8 @@ namespace robotskin::campaign {
 
 class HostOrders {
  public:
-  HostOrders(bool in_use, std::uint64_t seed, BreakLog& breaks) : breaks_(breaks), in_use_(in_use), seed_(seed) {}
+  HostOrders(const Workload& workload, std::uint64_t seed, BreakLog& breaks)
+      : breaks_(breaks), in_use_(workload.orders), postures_(workload.touch), seed_(seed) {}
 
   void send(world::Network& network);  // every millisecond; now and then something goes down
   // Every millisecond. `may_lose`: frames get lost on lines without a fault.
@@ -28,7 +30,7 @@ class HostOrders {
   std::uint32_t colour_of(std::uint32_t order) const;
 
   BreakLog& breaks_;
-  bool in_use_;
+  bool in_use_, postures_;
   std::uint64_t seed_;
   std::vector<std::int64_t> sent_ns_;  // of order 1, 2, ...
   std::vector<std::uint8_t> told_;

@@ -40,6 +40,7 @@ namespace robotskin::campaign {
   X(torque_count, 12, "a torque sum has as many different cells in it as it says")                                 \
   X(torque_once, 12, "no cell is in two sums of one epoch")                                                        \
   X(torque_complete, 12, "without faults every cell is in each epoch's sums")                                      \
+  X(torque_true, 12, "a cell's own torques are what double precision says of its touch and the host's posture, and whole sums add them up") \
   X(event_kept, 11, "no event is lost to a single failure of a link or of another cell")                           \
   X(queue_bound, 13, "queues stay within their size")                                                              \
   X(waiting, 13, "no sample waits 8 ms in a cell at up to 66 cells a port")                                        \
@@ -49,6 +50,7 @@ namespace robotskin::campaign {
   X(legal_again, 16, "60 ms after any corruption of a cell's memory everything holds again")                       \
   X(host_topology, 17, "the host's picture is the real graph 1.1 s after the last change")                         \
   X(overload, 18, "the rate divisor takes an overload away before queues lose samples")                            \
+  X(true_tag, 19, "keys and tags are those that the published page states")                                           \
   X(forged, 19, "a frame under a wrong tag changes nothing that tags protect")                                     \
   X(replayed, 19, "a tagged frame that is played again changes nothing that tags protect")
 // clang-format on

@@ -16,6 +16,7 @@ CaseReport run_case(const FaultCase& drawn) {
   checkers.watch(network, drawn.faults);
   for (std::size_t cell = 0; cell < cells && drawn.workload.limbs > 0; ++cell)
     network.contribute(cell, contribution_of(cell, cells, drawn.workload.limbs));
+  checkers.touch().prepare(network);
   for (std::int64_t time_ns = ms; time_ns <= drawn.duration_ns; time_ns += ms) {
     network.run_until(time_ns);
     checkers.poll();

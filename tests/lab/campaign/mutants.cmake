@@ -76,6 +76,9 @@ campaign_mutant(stuck_child_counts_again cell/link/link.c
 campaign_mutant(tags_unchecked cell/wire/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"
   "return difference == difference")
+campaign_mutant(another_cipher cell/wire/chaskey.c
+  "v[1] = rotated_left(v[1], 7) ^ v[2]"
+  "v[1] = rotated_left(v[1], 6) ^ v[2]")
 campaign_mutant(ticks_unchecked cell/routing/beacons.c
   "return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag)"
   "return true")
@@ -167,6 +170,10 @@ campaign_mutant(torques_not_awaited cell/torque/torque_epoch.c
 campaign_mutant(torques_miscounted cell/torque/torque_epoch.c
   "sum.cells = 1"
   "sum.cells = 2")
+
+campaign_mutant(levers_shortened cell/torque/chain.c
+  "point[i] += place->offset[i]"
+  "point[i] += 0 * place->offset[i]")
 
 # ---- What the host is told ----
 campaign_mutant(neighbours_mixed_up cell/routing/identity.c

@@ -63,6 +63,10 @@ class FaultCase:
         """the host sends commands and joints"""
 
     @property
+    def touch(self) -> bool:
+        """cells compute their own torques"""
+
+    @property
     def duration_ns(self) -> int: ...
     @property
     def text(self) -> str:

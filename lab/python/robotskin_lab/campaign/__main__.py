@@ -128,9 +128,7 @@ def main() -> int:
         metavar="N",
         help="draw N small changes of the firmware, --count seeds each",
     )
-    parser.add_argument(
-        "--with-tests", action="store_true", help="those that live meet the tests of the firmware, a minute each"
-    )
+    parser.add_argument("--with-tests", action="store_true", help="those that live meet the tests of the firmware too")
     parser.add_argument("--cells-take-time", action="store_true", help="cells at 48 MHz with one flash wait state")
     parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
     options = parser.parse_args()

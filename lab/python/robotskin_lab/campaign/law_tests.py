@@ -3,37 +3,32 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from typing import Any
 
 from robotskin_lab.campaign.mutants import CampaignBuildError, source_tree
 
-TESTS_S = 600
+TESTS_S, WHOLE_S = 120, 600
+SLOWEST_S = 1.0
+"""Slower tests are not asked, of processor time: they would take most of it."""
 WITHOUT = ("test_frame_digests", "test_chip", "test_machine", "test_pico", "test_main_loop", "test_hostile_input")
 """No laws of behaviour (any change of a byte fails the digests), or built from the sources by a way of their own."""
-LAST = "test_balance"
-"""Takes most of the time; asked only where `_DEEP` may matter."""
-_DEEP = ("cell/routing", "section_unit", "cell/transport", "include")
 _MODULES = {"robotskin._core": "core/_core", "robotskin_lab._lab": "lab/core/_lab"}
 _ARCHIVE = "firmware/librobotskin_firmware.a"
-_FINDER = """
-import importlib.util, sys
-from pathlib import Path
-FILES = {files!r}
-class Changed:
-    @staticmethod
-    def find_spec(name, path=None, target=None):
-        return importlib.util.spec_from_file_location(name, FILES[name]) if name in FILES else None
-sys.meta_path[:] = [Changed, *(one for one in sys.meta_path if "Editable" not in type(one).__name__)]
-"""
 
 
 class LawTests:
-    """Links both extension modules with changed objects and runs the tests of the firmware.
+    """Links both extension modules with changed objects and runs the tests of the firmware, the fastest first.
+
+    Which tests pass and how long they take is found out with the sources as they are.
 
     Raises CampaignBuildError where the tree was never built (`make build`).
     """
@@ -47,6 +42,17 @@ class LawTests:
         ninja = shutil.which("ninja", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}") or "ninja"
         told = subprocess.run([ninja, "-t", "commands"], cwd=self.build, capture_output=True, text=True, check=True)
         self._links = {name: self._link_command(told.stdout, part) for name, part in _MODULES.items()}
+        self._servers = threading.local()
+        files = sorted((self.root / "tests/firmware").glob("test_*.py"))
+        self._tests = [str(file) for file in files if file.stem not in WITHOUT]
+        self._order = self._fastest_first()
+
+    def _fastest_first(self) -> list[str]:
+        modules = {name: str(next(self.build.glob(f"{part}.*.so"))) for name, part in _MODULES.items()}
+        seconds = self._ask(modules, order=None, first=False, seconds=WHOLE_S)["seconds"]
+        if not seconds:
+            raise CampaignBuildError(f"{self.root / 'tests/firmware'}: no test passes")
+        return [name for name in sorted(seconds, key=seconds.__getitem__) if seconds[name] <= SLOWEST_S]
 
     def _link_command(self, commands: str, part: str) -> str:
         for line in commands.splitlines():
@@ -54,35 +60,46 @@ class LawTests:
                 return line.removeprefix(": && ").removesuffix(" && :")
         raise CampaignBuildError(f"{self.build}: there is no command that links {part}")
 
-    def caught(self, path: str, objects: list[str], place: Path) -> str:
+    def caught(self, objects: list[str], place: Path) -> str:
         """The first test that fails with these objects instead of their sources', "crash" or "standstill"; or "".
 
         Args:
-            path: below `firmware`, of what was changed.
             objects: built with -fPIC.
             place: a folder for what is built here.
         """
-        files = {name: str(self._link(name, objects, place)) for name in _MODULES}
-        (place / "sitecustomize.py").write_text(_FINDER.format(files=files))
-        every = sorted(
-            (self.root / "tests/firmware").glob("test_*.py"), key=lambda file: (file.stem == LAST, file.stem)
-        )
-        left_out = (*WITHOUT, *(() if path.startswith(_DEEP) else (LAST,)))
-        tests = [str(file) for file in every if file.stem not in left_out]
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
-        try:
-            run = subprocess.run(
-                command, cwd=self.root, env=self._environment(place), capture_output=True, text=True, timeout=TESTS_S
-            )
-        except subprocess.TimeoutExpired:
+        modules = {name: str(self._link(name, objects, place)) for name in _MODULES}
+        told = self._ask(modules, order=self._order, first=True, seconds=TESTS_S)
+        if told["failed"]:
+            return told["failed"][0]
+        if told["ended"] in (-signal.SIGALRM, -signal.SIGPROF):
             return "standstill"
-        if run.returncode == 0:
-            return ""
-        failed = re.search(r"^(?:FAILED|ERROR) (?:\S*/)?(\S+)", run.stdout, re.MULTILINE)
-        return failed[1] if failed else "crash"
+        return "" if told["ended"] == 0 else "crash"
 
-    def _environment(self, place: Path) -> dict[str, str]:
-        paths = [str(place), str(self.root / "python"), str(self.root / "lab/python")]
+    def _ask(self, modules: dict[str, str], *, order: list[str] | None, first: bool, seconds: int) -> dict[str, Any]:
+        run = {"modules": modules, "tests": self._tests, "order": order, "first": first, "seconds": seconds}
+        server = self._server()
+        assert server.stdin is not None
+        assert server.stdout is not None
+        server.stdin.write(json.dumps(run) + "\n")
+        server.stdin.flush()
+        return json.loads(server.stdout.readline())
+
+    def _server(self) -> subprocess.Popen[str]:
+        """The calling thread's own; it ends when its input does."""
+        if not hasattr(self._servers, "one"):
+            program = Path(__file__).with_name("law_server.py")
+            self._servers.one = subprocess.Popen(
+                [sys.executable, "-P", str(program)],
+                cwd=self.root,
+                env=self._environment(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+        return self._servers.one
+
+    def _environment(self) -> dict[str, str]:
+        paths = [str(self.root / "python"), str(self.root / "lab/python")]
         packages = Path(sys.executable).parents[1] / "lib" / f"python3.{sys.version_info.minor}" / "site-packages"
         libraries = [str(packages / "cmeel.prefix/lib"), str(packages / "mujoco")]
         return os.environ | {"PYTHONPATH": os.pathsep.join(paths), "LD_LIBRARY_PATH": os.pathsep.join(libraries)}

@@ -90,6 +90,10 @@ MUTANTS = {
     "epochs_begun_twice": Mutant("a corrected clock begins the same epoch again", ("torque_count", "torque_once")),
     "torques_not_awaited": Mutant("no cell waits for its children's torque sums", ("torque_complete",), seed=22),
     "torques_miscounted": Mutant("a cell counts itself twice", ("torque_count",)),
+    "levers_shortened": Mutant(
+        "a cell forgets where its own joint is in the frame of the one before", ("torque_true",)
+    ),
+    "another_cipher": Mutant("tags and keys are those of another permutation", ("true_tag",)),
     "orders_out_of_order": Mutant("of what the host orders only what is old is carried out", ("obeyed",)),
     "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",), seed=58),
 }

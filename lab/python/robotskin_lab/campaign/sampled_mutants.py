@@ -146,7 +146,7 @@ class Workshop:
                 raise CampaignBuildError(f"{mutation}: {path} does not build for the tests")
             objects.append(str(to))
         try:
-            return tests.caught(mutation.path, objects, place)
+            return tests.caught(objects, place)
         finally:
             shutil.rmtree(place, ignore_errors=True)
 

@@ -61,6 +61,7 @@ class Distribution:
         self.conditions["event mode"] += case.events
         self.conditions["torque sums"] += case.limbs > 0
         self.conditions["orders from the host"] += case.orders
+        self.conditions["own torques"] += case.touch
         self.conditions["1.3 s after the faults"] += case.after_ns >= 1_300_000_000
         self.least_after_ms = min(self.least_after_ms, 1e-6 * case.after_ns)
 
