@@ -54,10 +54,10 @@ void TouchChecker::cell_stepped(const world::Network& network, const GroundTruth
   const bool begun = state.torque.epoch != cell.epoch;
   cell.epoch = state.torque.epoch;
   if (ground.lawless(now_ns, index))
-    cell.spoilt = true;
+    cell.corrupted = true;
   else if (input.kind == RS_INPUT_BOOT)
-    cell.spoilt = false;
-  if (cell.spoilt) {
+    cell.corrupted = false;
+  if (cell.corrupted) {
     if (begun) epoch_of(cell.epoch, now_ns).excused = true;
     return;
   }

@@ -36,7 +36,7 @@ class TouchChecker {
   struct Cell {
     TouchModel model;
     std::uint32_t epoch = 0;
-    bool spoilt = false;  // its memory was, since it last started
+    bool corrupted = false;  // its memory was, since it last started
   };
   struct Sum {
     std::int64_t cells = 0, active = 0;
