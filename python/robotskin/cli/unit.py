@@ -96,4 +96,13 @@ def told_report(report: dict[str, object]) -> str:
     told = figures_of(report)
     names = ("named", "frames_in", "damaged", "frames_out", "pulled", "stalls")
     parts = [f"{name.replace('_', ' ')} {told[name]:.0f}" for name in names if name in told]
-    return ", ".join([*parts, f"worst stall {1e3 * told['worst_stall_s']:.1f} ms"])
+    return ", ".join([*parts, f"worst stall {1e3 * told['worst_stall_s']:.1f} ms"]) + _doubt(told)
+
+
+def _doubt(told: dict[str, float]) -> str:
+    """What to look at where no cell has taken a name."""
+    if told.get("named", 0.0) > 0:
+        return ""
+    if told.get("frames_in", 0.0) > 0:
+        return "; cells speak, but take no names: are their keys those of --key?"
+    return "; nothing comes: is a cell powered, and its port wired out to in and in to out?"
