@@ -73,7 +73,8 @@ def repair(path: str | Path) -> Repaired:
                 copy.put(record)
                 if isinstance(record, Message) and record.channel_id in copy.channels:
                     messages += 1
-                    newest_ns = max(newest_ns, record.log_time)
+                    # A time that lies, beyond what an entry of a tape holds, is not the file's newest.
+                    newest_ns = max(newest_ns, record.log_time if record.log_time <= MOST_NS else 0)
             if not messages:
                 raise RecordingFileError(
                     f"{path}: it holds nothing that was felt: it cannot be mended, and stays as it is"
@@ -89,6 +90,9 @@ def repair(path: str | Path) -> Repaired:
     finally:
         partial.unlink(missing_ok=True)
     return Repaired(messages, newest_ns, whole, damaged, gaps)
+
+
+MOST_NS = (1 << 63) - 1
 
 
 def _tell_gap(writer: Writer, copy: RecordCopy, topics: Mapping[int, str], time_ns: int) -> int:
