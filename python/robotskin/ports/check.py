@@ -26,6 +26,8 @@ REST = 0.02
 """rad/s below which a joint is at rest."""
 STOP_S = 0.5
 LONGEST_MEDIAN_S = 0.001
+LEAST_STATES = 5
+"""From fewer no velocity can be told."""
 
 
 class Verdict(enum.Enum):
@@ -46,6 +48,15 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.law}: {self.verdict.value}: {self.told}"
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A state that was read; (n) each."""
+
+    stamp_ns: int
+    position: Floats
+    velocity: Floats
 
 
 class _Broken(Exception):
@@ -122,8 +133,8 @@ class _Check:
 
     def _pass(
         self, seconds: float, command: Callable[[float], tuple[CommandMode, Floats]] | None = None
-    ) -> list[Floats]:
-        """Time passes, with a command of the time gone a period; the positions that were read meanwhile."""
+    ) -> list[_Seen]:
+        """Time passes, with a command of the time gone a period; what was read meanwhile."""
         seen = []
         for step in range(round(seconds / PERIOD_S)):
             if command is not None:
@@ -132,7 +143,7 @@ class _Check:
                 _demand(status is PortStatus.ok, f"a {mode.name} command was answered with {_named(status)}")
             self.clock.wait(PERIOD_S)
             if self._read() is PortStatus.ok:
-                seen.append(np.array(self.state.position))
+                seen.append(_Seen(self.state.stamp_ns, np.array(self.state.position), np.array(self.state.velocity)))
         return seen
 
     def _rested(self, within_s: float, what: str) -> None:
@@ -195,7 +206,7 @@ class _Check:
         return f"{median * 1e6:.0f} us, half of {len(self.durations)} calls"
 
     def _units(self) -> str:
-        worst = 0.0
+        worst, states = 0.0, 0
         before, stamp = np.array(self.state.position), self.state.stamp_ns
         for _ in range(50):
             self.clock.wait(PERIOD_S)
@@ -204,6 +215,8 @@ class _Check:
                 rate = (np.array(self.state.position) - before) / gone_s
                 worst = max(worst, float(np.abs(rate - self.state.velocity).max()))
                 before, stamp = np.array(self.state.position), self.state.stamp_ns
+                states += 1
+        _demand(states >= LEAST_STATES, f"{states} states came in {50 * PERIOD_S:.1f} s: too few to tell")
         _demand(worst < 0.5, f"velocity and change of position differ by {worst:.2f} rad/s at rest")
         return f"within {worst:.3f} rad/s"
 
@@ -250,8 +263,7 @@ class _Check:
         if mode not in self.modes:
             raise _NotTested("not offered")
 
-    def _position(self) -> str:
-        self._offered(CommandMode.position)
+    def _ramp(self) -> Callable[[float], tuple[CommandMode, Floats]]:
         here = np.array(self.state.position)
 
         def ramp(gone_s: float) -> tuple[CommandMode, Floats]:
@@ -259,7 +271,12 @@ class _Check:
             aim[-1] += STEP_RAD * min(1.0, gone_s / 0.4)
             return CommandMode.position, aim
 
-        self._pass(1.0, ramp)
+        return ramp
+
+    def _position(self) -> str:
+        self._offered(CommandMode.position)
+        here = np.array(self.state.position)
+        self._pass(1.0, self._ramp())
         moved = np.array(self.state.position) - here
         _demand(abs(moved[-1] - STEP_RAD) < 0.25 * STEP_RAD, f"{STEP_RAD} rad were asked, {moved[-1]:.4f} came")
         _demand(np.abs(moved[:-1]).max(initial=0.0) < 0.01, "other joints moved")
@@ -281,6 +298,25 @@ class _Check:
         self.port.stop()
         self._pass(0.2)
         return f"{moved:.4f} rad of {asked:.4f}"
+
+    def _motion(self) -> str:
+        if not {CommandMode.velocity, CommandMode.position} & set(self.modes):
+            raise _NotTested("neither velocity nor position is offered")
+        seen = self._pass(0.4, self._go if CommandMode.velocity in self.modes else self._ramp())
+        self.port.stop()
+        seen += self._pass(0.2)
+        _demand(len(seen) >= LEAST_STATES, f"{len(seen)} states came in 0.6 s: too few to tell")
+        gone_s = 1e-9 * np.diff([one.stamp_ns for one in seen])
+        speeds = np.array([one.velocity for one in seen])
+        told = gone_s @ (speeds[1:] + speeds[:-1]) / 2
+        moved = seen[-1].position - seen[0].position
+        _demand(abs(moved[-1]) > STEP_RAD / 4, f"it moved by {moved[-1]:.4f} rad alone")
+        worst = int(np.argmax(np.abs(told - moved)))
+        _demand(
+            abs(told[worst] - moved[worst]) < 0.25 * abs(moved[-1]),
+            f"joint {worst} moved by {moved[worst]:.4f} rad, its velocities tell {told[worst]:.4f}",
+        )
+        return f"moved by {moved[-1]:.4f} rad, velocities tell {told[-1]:.4f}"
 
     def _torque(self) -> str:
         self._offered(CommandMode.torque)

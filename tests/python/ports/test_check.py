@@ -42,7 +42,7 @@ class Arm(RobotPort):
 
     def __init__(self, clock: VirtualClock, broken: str = "") -> None:
         super().__init__(3, [] if broken == "shape" else ALL[:2] if broken == "refusal" else ALL)
-        self.clock, self.broken = clock, broken
+        self.clock, self.broken, self.states_left = clock, broken, 10**9
         self.q, self.v, self.goal = np.zeros(3), np.zeros(3), np.zeros(3)
         self.mode, self.value, self.heard_ns, self.unread, self.stopped = None, np.zeros(3), 0, False, False
         clock.steps.append(self.step)
@@ -69,11 +69,13 @@ class Arm(RobotPort):
     def read(self, state: JointState) -> PortStatus:
         if self.broken == "prompt":
             time.sleep(0.0012)
-        if not self.unread and self.broken != "silence":
+        if (not self.unread and self.broken != "silence") or not self.states_left:
             return PortStatus.no_new_state
         self.unread = False
+        self.states_left -= 1
         state.position, state.effort = self.q, np.zeros(3)
-        state.velocity = self.v + (10.0 if self.broken == "units" else 0.0)
+        turned = -1 if self.broken == "motion" else 1
+        state.velocity = turned * self.v + (10.0 if self.broken == "units" else 0.0)
         state.stamp_ns = self.clock.time_ns + (50 * MS if self.broken == "stamps" else 0)
         return PortStatus.ok
 
@@ -127,6 +129,16 @@ def test_a_port_that_breaks_a_law_fails_it(law: str, slider) -> None:
     found = next(finding for finding in findings if finding.law == law)
     assert found.verdict is Verdict.broken, "\n".join(map(str, findings))
     assert len(found.told) > 10
+
+
+def test_a_port_that_falls_silent_keeps_no_law_of_its_velocities(slider) -> None:
+    clock = VirtualClock()
+    arm = Arm(clock)
+    arm.states_left = 122  # the laws before that of units read 120
+    found = {finding.law: finding for finding in check(arm, clock, robot=slider, moves=True)}
+    for law in ("units", "motion"):
+        assert found[law].verdict is Verdict.broken
+        assert "states came" in found[law].told
 
 
 def test_without_leave_nothing_moves() -> None:
