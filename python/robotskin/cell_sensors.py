@@ -11,6 +11,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import traceback
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -68,7 +69,10 @@ def counts_of(reading: Reading) -> tuple[NDArray[np.int32], bool]:
             fault = True
             at += width
             continue
-        values = np.atleast_1d(np.asarray(value, dtype=float))
+        try:
+            values = np.atleast_1d(np.asarray(value, dtype=float))
+        except (TypeError, ValueError):
+            values = np.empty(0)
         if values.shape != (width,) or not np.isfinite(values).all():
             raise SensorsError(
                 f"sensors: {name} is {value!r}: give {width} finite numbers, or None where it is missing"
@@ -83,6 +87,29 @@ def counts_of(reading: Reading) -> tuple[NDArray[np.int32], bool]:
     return counts, fault
 
 
+def read_counts(name: str, sensors: Sensors, seconds: float) -> tuple[NDArray[np.int32], bool]:
+    """`counts_of` what a plug-in reads `seconds` after the cell started.
+
+    Raises SensorsError, naming the plug-in: it raised, answered no Reading, or one of another shape.
+    """
+    try:
+        reading = sensors.read(seconds)
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        raise SensorsError(
+            f"sensors {name}: read({seconds:.3f}) raised {type(error).__name__}: {error} ({place.filename}, line "
+            f"{place.lineno}); for a sensor that is missing, give None in its Reading"
+        ) from error
+    if not isinstance(reading, Reading):
+        raise SensorsError(
+            f"sensors {name}: read({seconds:.3f}) answered {reading!r}: give a robotskin.cell_sensors.Reading"
+        )
+    try:
+        return counts_of(reading)
+    except SensorsError as error:
+        raise SensorsError(f"sensors {name}: {str(error).removeprefix('sensors: ')}") from None
+
+
 def made_sensors(name: str) -> Sensors:
     """The plug-in `MODULE:CLASS`, made without arguments; modules are looked for in the folder in which one works, too.
 
@@ -93,8 +120,11 @@ def made_sensors(name: str) -> Sensors:
         sys.path.insert(0, os.getcwd())
     try:
         made = getattr(importlib.import_module(module), wanted)()
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
-        raise SensorsError(f"sensors {name}: {error}; give MODULE:CLASS, or the path of a library (.so)") from None
+    except Exception as error:
+        raise SensorsError(
+            f"sensors {name}: {type(error).__name__}: {error}; give MODULE:CLASS, made without arguments, or the path "
+            "of a library (.so)"
+        ) from error
     if not isinstance(made, Sensors):
         raise SensorsError(f"sensors {name}: {wanted} has no method read(seconds) that gives a Reading")
     return made

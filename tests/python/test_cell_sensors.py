@@ -30,8 +30,9 @@ def test_readings_become_counts_of_their_channels(seed: int) -> None:
 def test_what_is_missing_or_at_its_end_is_a_fault() -> None:
     assert counts_of(Reading(0.5))[1]
     assert counts_of(Reading(0.5, (30, 0, 0), (0, 0, 1), (20, 20)))[1]
-    with pytest.raises(SensorsError, match="force is"):
-        counts_of(Reading(0.5, (1, 2)))  # type: ignore[arg-type]
+    for force in ((1, 2), "much", (1, 2, None)):
+        with pytest.raises(SensorsError, match="force is"):
+            counts_of(Reading(0.5, force))  # type: ignore[arg-type]
 
 
 def test_plug_ins_come_by_name() -> None:
@@ -39,6 +40,50 @@ def test_plug_ins_come_by_name() -> None:
     for name, why in (("no_such_module:One", "No module"), ("robotskin.errors:InputError", "no method read")):
         with pytest.raises(SensorsError, match=why):
             made_sensors(name)
+
+
+BROKEN = """
+from robotskin.cell_sensors import Reading
+
+class Raises:
+    def read(self, seconds):
+        return Reading(1 / 0)
+
+class Nothing:
+    def read(self, seconds):
+        return 0.5
+
+class Short:
+    def read(self, seconds):
+        return Reading(0.5, (1.0, 2.0))
+
+class Unmade:
+    def __init__(self):
+        raise OSError("no such bus")
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("Raises", "ZeroDivisionError"),
+        ("Nothing", "0.5: give a robotskin.cell_sensors.Reading"),
+        ("Short", "force is (1.0, 2.0): give 3"),
+        ("Unmade", "OSError: no such bus"),
+    ],
+)
+def test_a_plug_in_that_fails_is_named_in_one_line(name: str, told: str, tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "broken_sensors.py").write_text(BROKEN)
+    monkeypatch.chdir(tmp_path)
+    runner = CliRunner()
+    assert runner.invoke(app, ["keys", "skin.key"]).exit_code == 0
+    options = ["--key", "skin.key", "--sensors", f"broken_sensors:{name}", "--make", "--seconds", "5"]
+    ran = runner.invoke(app, ["cell", "line", *options])
+    assert ran.exit_code == 2, ran.output
+    assert "Traceback" not in ran.output
+    output = " ".join(ran.output.split())
+    assert f"broken_sensors:{name}" in output
+    assert told in output
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")

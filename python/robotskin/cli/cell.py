@@ -36,7 +36,7 @@ def command(
     import secrets
     import time
 
-    from robotskin.cell_sensors import counts_of, made_sensors
+    from robotskin.cell_sensors import made_sensors, read_counts
     from robotskin.cli.unit import told_report
     from robotskin.errors import InputError
     from robotskin.keys import KeptCellKeys, SkinKeys
@@ -64,7 +64,7 @@ def command(
                 waits = False
                 typer.echo(f"has its keys, in {kept}")
             if plug_in is not None and isinstance(held, SetSensors):
-                counts, fault = counts_of(plug_in.read(time.monotonic() - began))
+                counts, fault = read_counts(sensors, plug_in, time.monotonic() - began)
                 held.set(counts, [0] if fault else [])
             time.sleep(READ_S)
     finally:

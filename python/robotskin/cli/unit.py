@@ -92,7 +92,7 @@ def figures_of(report: dict[str, object]) -> dict[str, float]:
 
 
 def told_report(report: dict[str, object]) -> str:
-    """The counts in one line."""
+    """The counts in one line; of a report that names cells, also what to look at where none is named."""
     told = figures_of(report)
     names = ("named", "frames_in", "damaged", "frames_out", "pulled", "stalls")
     parts = [f"{name.replace('_', ' ')} {told[name]:.0f}" for name in names if name in told]
@@ -100,8 +100,7 @@ def told_report(report: dict[str, object]) -> str:
 
 
 def _doubt(told: dict[str, float]) -> str:
-    """What to look at where no cell has taken a name."""
-    if told.get("named", 0.0) > 0:
+    if told.get("named", 1.0) > 0:
         return ""
     if told.get("frames_in", 0.0) > 0:
         return "; cells speak, but take no names: are their keys those of --key?"

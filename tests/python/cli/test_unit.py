@@ -12,3 +12,9 @@ def test_a_unit_without_cells_tells_what_to_look_at() -> None:
     assert told_report(report(1, 10)).endswith("worst stall 0.0 ms")
     assert "are their keys those of --key" in told_report(report(0, 10))
     assert "wired out to in" in told_report(report(0, 0))
+
+
+def test_a_cell_names_none_and_is_told_of_no_doubt() -> None:
+    of_cell = report(0, 0)
+    del of_cell["named"]
+    assert told_report(of_cell).endswith("worst stall 0.0 ms")
