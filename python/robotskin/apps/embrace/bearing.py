@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from robotskin.apps.embrace.arms import SIDES, Arms, Paths
 from robotskin.model import RobotDynamics
 from robotskin.session import SessionError
+from robotskin.skin import STANDARD_GRAVITY_MPS2
 
 Array = NDArray[np.float64]
-GRAVITY = 9.81
 FOREARM_THICK_M = 0.055
 """From a forearm's middle to the face of its cells."""
 MOST_SHARE = 0.95
@@ -38,7 +38,7 @@ def torque_shares(arms: Arms, paths: Paths, width_m: float, mass_kg: float, axis
         middle = places[links][:, :3, 3].mean(axis=0)
         outward = np.append(middle[:2] - axis, 0.0)
         force = squeeze_n * outward / np.linalg.norm(outward)
-        force[2] = -SHARE_OF_ARMS * mass_kg * GRAVITY / 2
+        force[2] = -SHARE_OF_ARMS * mass_kg * STANDARD_GRAVITY_MPS2 / 2
         jacobian = np.asarray(dynamics.link_jacobian(links[0]))
         arm = middle - places[links[0]][:3, 3]
         at_middle = jacobian[:3] + np.cross(jacobian[3:].T, arm).T

@@ -8,10 +8,11 @@ from rich.console import Console
 from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.fingers import NAMES
 from robotskin.apps.grasp.scene import PLIERS, believed_shape
-from robotskin.apps.grasp.script import GRAVITY, LIFT_M, Plan
+from robotskin.apps.grasp.script import LIFT_M, Plan
 from robotskin.live.live_session import LiveSession
 from robotskin.live.told_page import Orders, ToldPage
 from robotskin.session import Session
+from robotskin.skin import STANDARD_GRAVITY_MPS2
 from robotskin.viewer.session_view import Snapshot
 
 
@@ -24,7 +25,7 @@ class GraspPage(ToldPage):
         orders: Orders = {
             "Lift": lambda: carriage.go(LIFT_M),
             "Lower": lambda: carriage.go(0.0),
-            "Shake": lambda: carriage.shake(0.5 * GRAVITY, 2.0, 3.0),
+            "Shake": lambda: carriage.shake(0.5 * STANDARD_GRAVITY_MPS2, 2.0, 3.0),
             "Let go": control.release,
             "Grasp again": control.restart,
         }

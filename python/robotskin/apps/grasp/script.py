@@ -20,13 +20,14 @@ from robotskin.robots import load
 from robotskin.robots.gains import gains_of
 from robotskin.robots.limbs import limbs_of
 from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.skin import STANDARD_GRAVITY_MPS2
 
 Progress = Callable[[str], None]
 ROBOT = FITS[0]
 UNDISTURBED_M = 0.005
 TRUE_TOUCH_N = 0.02
 LIFT_M = 0.15
-GRAVITY, SHAKEN_HZ = 9.81, 2.0
+SHAKEN_HZ = 2.0
 LOST_M = 0.05
 """How far a held thing may come from where it was in the hand."""
 PATIENCE_S = 20.0
@@ -168,10 +169,12 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     away = [float(np.linalg.norm(watch.in_hand_m - held_at))]
     if plan.shake_s > 0:
         progress("shakes")
-        control.carriage.shake(plan.shake_g * GRAVITY, SHAKEN_HZ, plan.shake_s)
+        control.carriage.shake(plan.shake_g * STANDARD_GRAVITY_MPS2, SHAKEN_HZ, plan.shake_s)
         watch.lowest_m = watch.highest_m = float(watch.thing.position_m[2])
         watch.run(plan.shake_s + 0.2)
-        figures["shaken_g"] = (2 * np.pi * SHAKEN_HZ) ** 2 * (watch.highest_m - watch.lowest_m) / 2 / GRAVITY
+        figures["shaken_g"] = (
+            (2 * np.pi * SHAKEN_HZ) ** 2 * (watch.highest_m - watch.lowest_m) / 2 / STANDARD_GRAVITY_MPS2
+        )
         away.append(float(np.linalg.norm(watch.in_hand_m - held_at)))
     if plan.name == PLIERS:
         figures |= {key: max(figures[key], now) for key, now in tool_figures(watch).items()}

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from robotskin.cycle import GuardLimits, TaskCycleGains
 from robotskin.errors import UnknownNameError
-from robotskin.model import BASE, RobotDynamics, RobotModel
+from robotskin.model import RobotDynamics, RobotModel
+from robotskin.robots.gains.cell_levers import CellLevers, cell_levers
 from robotskin.robots.gains.fields import LOCKED
 from robotskin.robots.gains.gain_file import GainError, read_gains
 from robotskin.robots.gains.leaning import lean_per_newton
@@ -76,8 +77,9 @@ class GainSet:
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
         """(N) m/N: how far each cell gives way along its normal to the joint task alone, nᵀ J K⁻¹ Jᵀ n."""
-        _, lever = _jacobians(robot, skin, self.home if posture is None else posture)
-        return np.einsum("cj,jk,ck->c", lever, self.joint_compliance(robot, posture), lever)
+        dynamics = self._dynamics(robot, posture)
+        torque = cell_levers(robot, skin, dynamics).torque
+        return np.einsum("cj,jk,ck->c", torque, self._compliance(robot, dynamics), torque)
 
     def joint_compliance(self, robot: RobotModel, posture: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """(n, n) rad/Nm: how the joints give way to torques against the joint task, K⁻¹.
@@ -85,47 +87,14 @@ class GainSet:
         Where a robot stands, its feet and its centre of mass (x, y) are held before the skin may move anything: with J
         their Jacobian it is K⁻¹ - K⁻¹ Jᵀ (J K⁻¹ Jᵀ)⁻¹ J K⁻¹.
         """
-        compliance, held = self._held(robot, posture)
-        if held is None:
-            return compliance
-        yields = compliance @ held.T
-        return np.asarray(compliance - yields @ np.linalg.solve(held @ yields, yields.T))
-
-    def _held(
-        self, robot: RobotModel, posture: NDArray[np.float64] | None
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-        """K⁻¹, and J of what is held where a robot stands: its feet, then its centre of mass (x, y)."""
-        compliance = np.diag(1 / np.array(self.values["joint"]["stiffness"]))
-        feet = feet_of(robot)
-        if not feet:
-            return compliance, None
-        dynamics = self._dynamics(robot, posture)
-        jacobians = [dynamics.link_jacobian(robot.link_index(foot.link)) for foot in feet]
-        return compliance, np.vstack([*jacobians, dynamics.centre_of_mass_jacobian[:2]])
-
-    def _dynamics(self, robot: RobotModel, posture: NDArray[np.float64] | None) -> RobotDynamics:
-        dynamics = RobotDynamics(robot)
-        at = self.home if posture is None else posture
-        dynamics.update(np.ascontiguousarray(at, dtype=float), np.zeros(robot.joint_count))
-        return dynamics
+        return self._compliance(robot, self._dynamics(robot, posture))
 
     def leaning(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
         """(N, n) rad/N: how a standing robot turns its joints to lean against an inward newton; 0 for any other."""
-        compliance, held = self._held(robot, posture)
-        if held is None:
-            return np.zeros((len(skin), robot.joint_count))
         dynamics = self._dynamics(robot, posture)
-        point, inward = np.zeros((len(skin), 3)), np.zeros((len(skin), 3))
-        for index, name in enumerate(skin.link_names):
-            cells = np.flatnonzero(skin.link == index)
-            base_from_cell = dynamics.base_from_link(robot.link_index(name)) @ skin.link_from_cell[cells]
-            point[cells], inward[cells] = base_from_cell[:, :3, 3], -base_from_cell[:, :3, 2]
-        asked = np.zeros((len(held), len(skin)))
-        asked[-2:] = lean_per_newton(dynamics, point, inward).T
-        yields = compliance @ held.T
-        return np.asarray((yields @ np.linalg.solve(held @ yields, asked)).T)
+        return self._leaning(robot, dynamics, cell_levers(robot, skin, dynamics))
 
     def levers(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
@@ -134,7 +103,8 @@ class GainSet:
 
         posture: (n) rad; default: home.
         """
-        return _jacobians(robot, skin, self.home if posture is None else posture)
+        levers = cell_levers(robot, skin, self._dynamics(robot, posture))
+        return levers.jacobian, levers.torque
 
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
@@ -147,13 +117,14 @@ class GainSet:
         `largest_give_rad_per_n` and `largest_force_weight`.
         """
         gains = self.values["skin"]
-        jacobian, lever = _jacobians(robot, skin, self.home if posture is None else posture)
-        turn = lever @ self.joint_compliance(robot, posture)
+        dynamics = self._dynamics(robot, posture)
+        levers = cell_levers(robot, skin, dynamics)
+        turn = levers.torque @ self._compliance(robot, dynamics)
         give = np.abs(turn).max(axis=1)
         wanted = gains["compliance_m_per_n"]
-        moved = np.einsum("cij,cj->ci", jacobian, turn)
-        back = np.einsum("cij,cj->ci", jacobian, self.leaning(robot, skin, posture))
-        # |moved total + back| = wanted; where leaning alone moves a cell farther, it does not count.
+        moved = np.einsum("cij,cj->ci", levers.jacobian, turn)
+        back = np.einsum("cij,cj->ci", levers.jacobian, self._leaning(robot, dynamics, levers))
+        # |moved total + back| = wanted; a cell that leaning alone moves farther than wanted is moved no less than that.
         square, both = (moved**2).sum(axis=1), (moved * back).sum(axis=1)
         left = np.maximum(wanted**2 - (back**2).sum(axis=1), 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -168,14 +139,46 @@ class GainSet:
         directions, trace(J K⁻¹ Jᵀ) / 3.
         """
         gains = self.values["skin"]
-        dynamics = RobotDynamics(robot)
-        dynamics.update(np.ascontiguousarray(self.home), np.zeros(robot.joint_count))
+        dynamics = self._dynamics(robot, None)
         jacobian = dynamics.link_jacobian(robot.link_index(self.values["cartesian"]["link"]))[:3]
-        turn = jacobian @ self.joint_compliance(robot)
+        turn = jacobian @ self._compliance(robot, dynamics)
         moved = float(np.trace(turn @ jacobian.T)) / 3
         give = float(np.linalg.norm(turn, axis=0).max())
         total = min(gains["compliance_m_per_n"] / moved, gains["largest_give_rad_per_n"] / give)
         return float(np.clip(total - 1, 0, gains["largest_force_weight"]))
+
+    def _dynamics(self, robot: RobotModel, posture: NDArray[np.float64] | None) -> RobotDynamics:
+        dynamics = RobotDynamics(robot)
+        at = self.home if posture is None else posture
+        dynamics.update(np.ascontiguousarray(at, dtype=float), np.zeros(robot.joint_count))
+        return dynamics
+
+    def _held(
+        self, robot: RobotModel, dynamics: RobotDynamics
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """K⁻¹, and J of what is held where a robot stands: its feet, then its centre of mass (x, y)."""
+        compliance = np.diag(1 / np.array(self.values["joint"]["stiffness"]))
+        feet = feet_of(robot)
+        if not feet:
+            return compliance, None
+        jacobians = [dynamics.link_jacobian(robot.link_index(foot.link)) for foot in feet]
+        return compliance, np.vstack([*jacobians, dynamics.centre_of_mass_jacobian[:2]])
+
+    def _compliance(self, robot: RobotModel, dynamics: RobotDynamics) -> NDArray[np.float64]:
+        compliance, held = self._held(robot, dynamics)
+        if held is None:
+            return compliance
+        yields = compliance @ held.T
+        return np.asarray(compliance - yields @ np.linalg.solve(held @ yields, yields.T))
+
+    def _leaning(self, robot: RobotModel, dynamics: RobotDynamics, levers: CellLevers) -> NDArray[np.float64]:
+        compliance, held = self._held(robot, dynamics)
+        if held is None:
+            return np.zeros(levers.torque.shape)
+        asked = np.zeros((len(held), len(levers.point)))
+        asked[-2:] = lean_per_newton(dynamics, levers.point, levers.inward).T
+        yields = compliance @ held.T
+        return np.asarray((yields @ np.linalg.solve(held @ yields, asked)).T)
 
     @property
     def joint(self) -> JointGains:
@@ -297,25 +300,3 @@ class ChosenGains:
     def skin_weighted(self, force_weight: NDArray[np.float64]) -> SkinGains:
         """Of tasks of the skin whose force weights (N) for the whole share are these; nearness is weighted alike."""
         return self.gains.skin_gains_of(force_weight, self.share["skin"])
-
-
-def _jacobians(
-    robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of each cell, base frame: (N, 3, n) its velocity by joint velocity; (N, n) the torque of an inward newton."""
-    dynamics = RobotDynamics(robot)
-    dynamics.update(np.ascontiguousarray(posture, dtype=float), np.zeros(robot.joint_count))
-    jacobian = np.zeros((len(skin), 3, robot.joint_count))
-    inward = np.zeros((len(skin), 3))
-    pose = skin.link_from_cell
-    for index, name in enumerate(skin.link_names):
-        cells = np.flatnonzero(skin.link == index)
-        link = robot.link_index(name)
-        if not len(cells) or robot.link_joints[link] == BASE:
-            continue
-        base_from_link = dynamics.base_from_link(link)[:3, :3]
-        linear, angular = np.split(dynamics.link_jacobian(link), 2)
-        arm = pose[cells, :3, 3] @ base_from_link.T
-        jacobian[cells] = linear + np.cross(angular.T, arm[:, None, :]).transpose(0, 2, 1)
-        inward[cells] = -pose[cells, :3, 2] @ base_from_link.T
-    return jacobian, np.einsum("ci,cij->cj", inward, jacobian)

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.model import RobotDynamics
+from robotskin.skin import STANDARD_GRAVITY_MPS2
 from robotskin.tasks import BalanceGains
-
-GRAVITY = 9.81
 
 
 def lean_per_newton(
@@ -22,10 +21,10 @@ def lean_per_newton(
 
     Args:
         dynamics: at the posture.
-        point: (N, 3) m, base frame, where the cells are; inward: (N, 3) unit vectors.
-        inward: see point.
+        point: (N, 3) m, base frame, where the cells are.
+        inward: (N, 3) unit vectors, base frame, into the robot.
     """
     x, y, _ = dynamics.centre_of_mass
     moment = np.cross(point - np.array([x, y, 0.0]), inward)
-    shift = np.stack([moment[:, 1], -moment[:, 0]], axis=1) / (dynamics.mass * GRAVITY)
+    shift = np.stack([moment[:, 1], -moment[:, 0]], axis=1) / (dynamics.mass * STANDARD_GRAVITY_MPS2)
     return -BalanceGains().lean * shift
