@@ -172,4 +172,4 @@ def skin_name(layout: Layout) -> str:
 
 
 def _keys(layout: Layout) -> NDArray[np.uint32]:
-    return (layout.group.astype(np.uint32) << np.uint32(16) | layout.id).astype(np.uint32)
+    return layout.keys.astype(np.uint32)

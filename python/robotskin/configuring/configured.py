@@ -113,7 +113,7 @@ def placed_by_camera(
         configuration: made from it.
         seed: of where the camera stands, and its noise.
     """
-    key = layout.group.astype(np.int64) << 16 | layout.id
+    key = layout.keys
     open_ = [
         np.flatnonzero(np.isin(key, configuration.topology.cell[patch.cells]))
         for patch in configuration.patches

@@ -95,7 +95,7 @@ def unplaced_layout(robot: Robot, keys: NDArray[np.int64]) -> Layout:
 
 def placed_in(layout: Layout, found: Layout) -> Layout:
     """The same cells in the same order, each on the link and at the place that another layout has for it."""
-    here = layout.cells_of(found.group.astype(np.int64) << 16 | found.id)
+    here = layout.cells_of(found.keys)
     links = (*layout.links, *(name for name in found.links if name not in layout.links))
     link, pose = np.array(layout.link), np.array(layout.link_from_cell)
     link[here] = np.array([links.index(name) for name in found.links])[found.link]

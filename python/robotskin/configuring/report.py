@@ -59,7 +59,7 @@ class Truth:
     def link_from_cell(self, keys: NDArray[np.integer]) -> tuple[Array, list[str]]:
         """(N, 4, 4) and the link of each of N cells by key."""
         layout = self.layout
-        own = layout.group.astype(np.int64) << 16 | layout.id
+        own = layout.keys
         row = {int(key): index for index, key in enumerate(own)}
         at = [row[int(key)] for key in keys]
         return layout.link_from_cell[at], [layout.links[layout.link[index]] for index in at]

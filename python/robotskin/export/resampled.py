@@ -150,10 +150,7 @@ class _Held:
 
 def _cell_of_key(layout: Layout) -> NDArray[np.int64]:
     """The cell of every key up to the greatest, -1 where there is none; a search for each sample takes far longer."""
-    keys = (np.asarray(layout.group, np.int64) << 16) | np.asarray(layout.id, np.int64)
-    cells = np.full(int(keys.max()) + 2, -1, np.int64)
-    cells[keys] = np.arange(len(keys))
-    return cells
+    return layout.cells_of(np.arange(layout.keys.max() + 2))
 
 
 LATE_NS = 300_000_000

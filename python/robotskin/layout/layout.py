@@ -141,7 +141,7 @@ class Layout:
         self._require("neighbours", ((neighbour < -1) | (neighbour >= count)).any(1), neighbour, f"-1 to {count - 1}")
         self._require("neighbours' ports", ((neighbour >= 0) & ((port < 1) | (port > PORTS))).any(1), port, "1 to 4")
         self._require("link_from_cell", ~np.isfinite(self.link_from_cell).all((1, 2)), self.link_from_cell, "finite")
-        keys = self.group.astype(np.int64) << 16 | self.id
+        keys = self.keys
         _, first, times = np.unique(keys, return_index=True, return_counts=True)
         repeated = np.zeros(count, dtype=bool)
         repeated[first[times > 1]] = True
@@ -193,9 +193,14 @@ class Layout:
             raise LayoutError(f"no link {link!r} in this layout; it has {', '.join(self.links)}")
         return np.flatnonzero(self.link == self.links.index(link))
 
+    @property
+    def keys(self) -> NDArray[np.int64]:
+        """(N) of each cell, by which samples name it: section-unit group << 16 | id."""
+        return self.group.astype(np.int64) << 16 | self.id
+
     def cells_of(self, keys: ArrayLike) -> NDArray[np.int64]:
-        """(K,) indices of the cells with these keys (K,), section-unit group << 16 | id; -1 for those of no cell."""
-        own, asked = self.group.astype(np.int64) << 16 | self.id, np.asarray(keys, dtype=np.int64)
+        """(K,) indices of the cells with these `keys` (K,); -1 for those of no cell."""
+        own, asked = self.keys, np.asarray(keys, dtype=np.int64)
         order = np.argsort(own)
         at = order[np.clip(np.searchsorted(own, asked, sorter=order), 0, len(own) - 1)]
         return np.where(own[at] == asked, at, -1)
@@ -206,7 +211,7 @@ class Layout:
 
         model = SkinModel(
             link_names=list(self.links),
-            key=(self.group.astype(np.uint32) << np.uint32(16) | self.id).astype(np.uint32),
+            key=self.keys.astype(np.uint32),
             link=self.link,
             link_from_cell=self.link_from_cell,
             neighbours=self.neighbours,

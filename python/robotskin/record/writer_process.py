@@ -59,7 +59,7 @@ class WriterProcess:
         self._asked = self._answered = 0
         self._error, self._said = "", ""
         calibration = layout.calibration
-        key = layout.group.astype(np.uint32) << np.uint32(16) | layout.id
+        key = layout.keys.astype(np.uint32)
         begin = {
             "path": str(path.resolve()), "tapes": descriptors, "key": key.tolist(),
             "calibration": None if calibration is None else [one.tolist() for one in calibration.offset_and_matrix()],

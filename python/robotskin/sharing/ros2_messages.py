@@ -75,7 +75,7 @@ class Ros2Messages:
                 header=self._header(stamp_ns, self._skin.base),
                 robot=layout.robot,
                 links=list(layout.links),
-                key=layout.group.astype(np.uint32) << np.uint32(16) | layout.id,
+                key=layout.keys.astype(np.uint32),
                 link=layout.link.astype(np.uint32),
                 link_from_cell=np.hstack([layout.link_from_cell[:, :3, 3], rotation]).astype(np.float32).ravel(),
                 neighbours=np.ascontiguousarray(layout.neighbours[:, :, 0], np.int32).ravel(),

@@ -47,7 +47,7 @@ def _agreement(robot: Robot, layout: Layout, learnt: SensoryMotorMap, seed: int,
     random = np.random.default_rng(seed)
     skin = layout.skin_model()
     row = {int(key): index for index, key in enumerate(learnt.cell)}
-    keys = layout.group.astype(np.int64) << 16 | layout.id
+    keys = layout.keys
     known = np.array([int(key) in row for key in keys])
     weight = np.zeros((len(learnt.posture), len(layout), robot.joint_count))
     weight[:, known] = learnt.weight[:, [row[int(key)] for key in keys[known]]]

@@ -152,7 +152,7 @@ def topology_figures(seed: int) -> Figures:
     """Exactness on every shipped layout and on a lattice of 10 000 cells, and the time for that one."""
     exact = []
     for layout in layouts().values():
-        key = layout.group.astype(np.int64) << 16 | layout.id
+        key = layout.keys
         topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
         exact.append(_is_exact(topology, key, layout.neighbours))
     table = shuffled_sheet(100, np.random.default_rng(seed))

@@ -108,13 +108,11 @@ def placed_against(layout: Layout, found: Configuration) -> list[PlacedPatch]:
         layout: as the skin truly sits.
         found: by the skin.
     """
-    key = layout.group.astype(np.int64) << 16 | layout.id
-    row = {int(value): number for number, value in enumerate(key)}
     patches = []
     for patch in found.patches:
         if patch.placed:
             cells = np.asarray(found.topology.cell[patch.cells], np.int64)
-            true = layout.link_from_cell[[row[int(one)] for one in cells]]
+            true = layout.link_from_cell[layout.cells_of(cells)]
             error = np.concatenate(pose_errors(patch.link_from_cell(), true), axis=1)
             patches.append(PlacedPatch(cells, error, patch.covariance()))
     assert sum(len(patch.error) for patch in patches) == len(cells_in(layout, found.layout()))

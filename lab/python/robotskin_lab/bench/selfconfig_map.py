@@ -52,7 +52,7 @@ def _map_once(seed: int) -> Figures:
     found = configure(robot, recording, steps=STEPS)
     ours = learn_map(robot, recording, found, suppression=0.0, normalise=False)
     same_data = learn_map(robot, recording, found, sign="first extremum", suppression=0.0, normalise=False)
-    keys = layout.group.astype(np.int64) << 16 | layout.id
+    keys = layout.keys
     row = {int(key): index for index, key in enumerate(keys)}
     order = np.array([row[int(key)] for key in ours.cell])
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])[order]

@@ -30,7 +30,7 @@ POSE_SEED = 2019
 def finished_once(name: str, seed: int) -> Figures:
     """Every patch of a finished layout, whose hinges gape as those of a lattice on a curved limb do; 8 random poses."""
     layout, random = finished(name), np.random.default_rng(seed)
-    key = layout.group.astype(np.int64) << 16 | layout.id
+    key = layout.keys
     topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
     row = np.argsort(key)[np.searchsorted(np.sort(key), topology.cell)]
     inside: list[bool] = []

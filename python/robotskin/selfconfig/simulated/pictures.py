@@ -71,7 +71,7 @@ def photograph(
     """
     scene, lens = RobotScene(robot), errors.lens(camera, random)
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])
-    key = layout.group.astype(np.int64) << 16 | layout.id
+    key = layout.keys
     views = []
     for group in groups:
         blinking = np.flatnonzero(layout.group == layout.group[group[0]])

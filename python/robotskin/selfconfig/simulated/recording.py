@@ -47,7 +47,7 @@ def simulate_babbling(
         for of_posture in plan.swings
         for swing in of_posture
     )
-    key = layout.group.astype(np.int64) << 16 | layout.id
+    key = layout.keys
     ports = [(place.group, place.port, place.cell, place.cell_port) for place in layout.section_unit_ports]
     return BabblingRecording(
         robot=robot.name,
