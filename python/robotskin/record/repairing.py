@@ -21,6 +21,8 @@ from robotskin.record.tape import Entry
 
 CHUNK_BYTES = 1 << 20
 TAPES = ("/skin/tape", "/control/tape")
+MOST_NS = (1 << 63) - 1
+"""What an entry of a tape holds; a later time is a damaged one."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +75,8 @@ def repair(path: str | Path) -> Repaired:
                 copy.put(record)
                 if isinstance(record, Message) and record.channel_id in copy.channels:
                     messages += 1
-                    # A time that lies, beyond what an entry of a tape holds, is not the file's newest.
-                    newest_ns = max(newest_ns, record.log_time if record.log_time <= MOST_NS else 0)
+                    if record.log_time <= MOST_NS:
+                        newest_ns = max(newest_ns, record.log_time)
             if not messages:
                 raise RecordingFileError(
                     f"{path}: it holds nothing that was felt: it cannot be mended, and stays as it is"
@@ -90,9 +92,6 @@ def repair(path: str | Path) -> Repaired:
     finally:
         partial.unlink(missing_ok=True)
     return Repaired(messages, newest_ns, whole, damaged, gaps)
-
-
-MOST_NS = (1 << 63) - 1
 
 
 def _tell_gap(writer: Writer, copy: RecordCopy, topics: Mapping[int, str], time_ns: int) -> int:
