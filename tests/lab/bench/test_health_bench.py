@@ -8,7 +8,9 @@ import pytest
 
 from robotskin.health import Finding, Kind
 from robotskin.health.kinds import ILLNESSES
+from robotskin.health.silence import OWN_S
 from robotskin_lab.bench import health_gain
+from robotskin_lab.bench.health_chain import ChainRun, working_session
 from robotskin_lab.bench.health_faults import FELT_G, Fault, drawn_kinds, drawn_parts
 from robotskin_lab.bench.health_gain import gain_figures
 from robotskin_lab.bench.health_score import Names, Score
@@ -53,6 +55,23 @@ def test_a_cell_that_is_cut_off_is_no_case_and_falsely_named_if_it_is_called_dea
     faults = [Fault(1, Kind.dead, 60.0, {}), *(Fault(cell, Kind.cut_off, 60.0, {}) for cell in (2, 3))]
     score.take(faults, names.named, 13, 600.0)
     assert (score.cases, score.recall, score.false, score.named[Kind.cut_off]) == (1, 1.0, 1, [True, False])
+
+
+@pytest.mark.parametrize("gone_s", [OWN_S - 0.1, OWN_S + 0.1])
+def test_a_cell_that_dies_where_nothing_leads_to_it_is_cut_off_unless_it_was_alone_in_its_silence(
+    seed: int, gone_s: float
+) -> None:
+    session = working_session("ur5", seed)
+    run = ChainRun(session, 0.0)
+    cabled = {place.cell for place in session.layout.section_unit_ports}
+    wired = [{int(one) for one in row if one >= 0} for row in session.layout.neighbours[:, :, 0]]
+    cell = next(cell for cell, beside in enumerate(wired) if cell not in cabled and not beside & cabled)
+    run.faults = [Fault(cell, Kind.dead, 0.0, {}), *(Fault(one, Kind.dead, gone_s, {}) for one in wired[cell])]
+    for fault in run.faults:
+        run.begin(fault, fault.begin_s)
+    assert (cell in run.cut_off) == (gone_s < OWN_S)
+    assert not wired[cell] & set(run.cut_off)
+    session.shut_down()
 
 
 def test_a_force_gain_that_is_off_is_found_by_twenty_touches_of_known_force(seed: int) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from robotskin import layout
 from robotskin.health import HealthWatch, work
 from robotskin.health.kinds import Kind
+from robotskin.health.silence import OWN_S
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, Session
@@ -28,6 +29,15 @@ EVERY_S = 5.0
 
 def chain_run(robot: str, seed: int, share: float) -> Score:
     """One robot: after a minute a share of its cells falls ill; each of them is touched once."""
+    session = working_session(robot, seed)
+    try:
+        return ChainRun(session, share).score()
+    finally:
+        session.shut_down()
+
+
+def working_session(robot: str, seed: int) -> Session:
+    """Up, with cells at the slowest of their rates."""
     ready = robot_with_gains(robot, None)
     session = Session(
         ready.robot, layout.finished(robot), work.BEHAVIOUR, seed=seed, gains=ready.gains, link="in process"
@@ -35,26 +45,26 @@ def chain_run(robot: str, seed: int, share: float) -> Score:
     session.boot()
     for group in sorted({int(group) for group in session.layout.group}):
         session.driver.command("clock_rate", CLOCK_RATE_HZ, group=group)
-    try:
-        return _Run(session, share).score()
-    finally:
-        session.shut_down()
+    return session
 
 
-class _Run:
+class ChainRun:
+    """What happens to one robot, and what a watch finds of it; `cut_off`: cells that lost their ways, by number."""
+
     def __init__(self, session: Session, share: float) -> None:
         self._session, self._share = session, share
         self._draw = np.random.default_rng([session.seed, 67])
         self._space = FreeSpace(session.robot)
         self._begun_s = session.world.time_s
         self._names = Names()
-        self._faults: list[Fault] = []
-        self._cut_off: dict[int, Fault] = {}
+        self.faults: list[Fault] = []
+        self.cut_off: dict[int, Fault] = {}
         self._squares = np.zeros((len(session.layout), 3))
         self._looks = 0
         self._touches: list[tuple[float, float, int]] = []
 
     def score(self) -> Score:
+        """Of the whole run."""
         session = self._session
         watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
         goal_s, touching = 0.0, False
@@ -64,10 +74,10 @@ class _Run:
             if time_s >= goal_s:
                 session.controller.set_reference(work.posture(session, self._space, self._draw))
                 goal_s += work.STAY_S
-            if not self._faults and time_s >= SETTLE_S:
+            if not self.faults and time_s >= SETTLE_S:
                 self._draw_faults()
-            for fault in self._faults:
-                self._begin(fault, time_s)
+            for fault in self.faults:
+                self.begin(fault, time_s)
             touching = self._touch(time_s, touching)
             session.step()
             if work.look(watch, session):
@@ -76,8 +86,8 @@ class _Run:
                 self._squares += (np.asarray(session.skin.acceleration) / STANDARD_GRAVITY_MPS2) ** 2
                 self._looks += 1
         score = Score()
-        faults = [fault for fault in self._faults if fault.cell not in self._cut_off]
-        score.take([*faults, *self._cut_off.values()], self._names.named, len(session.layout), SETTLE_S + JUDGED_S)
+        faults = [fault for fault in self.faults if fault.cell not in self.cut_off]
+        score.take([*faults, *self.cut_off.values()], self._names.named, len(session.layout), SETTLE_S + JUDGED_S)
         return score
 
     def _plan(self, cells: Any, begin_s: float, end_s: float, every_s: float) -> None:
@@ -107,12 +117,13 @@ class _Run:
         felt_g = np.sqrt(self._squares / max(self._looks, 1))
         for cell, kind, partner in drawn_kinds(self._draw, np.asarray(session.layout.group), self._share):
             begin = SETTLE_S + float(self._draw.uniform(0, BEGIN_WITHIN_S))
-            self._faults.append(Fault(cell, kind, begin, drawn_parts(self._draw, kind, felt_g[cell]), partner))
+            self.faults.append(Fault(cell, kind, begin, drawn_parts(self._draw, kind, felt_g[cell]), partner))
         first_s, last_s = SETTLE_S + BEGIN_WITHIN_S, SETTLE_S + 60.0
-        ill = [fault.cell for fault in self._faults]
+        ill = [fault.cell for fault in self.faults]
         self._plan(ill, first_s, SETTLE_S + JUDGED_S, (last_s - first_s) / len(ill))
 
-    def _begin(self, fault: Fault, time_s: float) -> None:
+    def begin(self, fault: Fault, time_s: float) -> None:
+        """Make the cell ill, once its time has come."""
         if fault.applied or time_s < fault.begin_s:
             return
         fault.applied = True
@@ -128,9 +139,21 @@ class _Run:
             world.body.set_sensor_fault(place, kind, begin_s=world.time_s, **fault.more)
 
     def _look_for_cut_off(self, time_s: float) -> None:
-        """Cells that live, but have lost every way to a section unit: whatever ails them, this is what can be told."""
+        """Cells that have lost every way to a section unit: whatever ails them, this is what can be told.
+
+        So it is with one that dies where nothing is left that it could be heard through, or just before.
+        """
         network, depths = self._session.world.network, self._session.world.network.depths
-        for cell in range(len(self._session.layout)):
+        layout = self._session.layout
+        cabled = {place.cell for place in layout.section_unit_ports}
+        died_s = {fault.cell: fault.begin_s for fault in self.faults if fault.applied and fault.kind is Kind.dead}
+        for cell in range(len(layout)):
             place = self._session.in_world(cell)
-            if depths[place] < 0 and network.alive(place):
-                self._cut_off.setdefault(cell, Fault(cell, Kind.cut_off, time_s, {}, applied=True))
+            if network.alive(place):
+                lost = depths[place] < 0
+            else:
+                wired = [self._session.in_world(int(one)) for one in layout.neighbours[cell, :, 0] if one >= 0]
+                alone = cell not in cabled and all(depths[one] < 0 for one in wired)
+                lost = alone and time_s - died_s[cell] < OWN_S
+            if lost:
+                self.cut_off.setdefault(cell, Fault(cell, Kind.cut_off, time_s, {}, applied=True))
