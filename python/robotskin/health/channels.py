@@ -14,7 +14,7 @@ from robotskin.health.evidence import Evidence
 from robotskin.health.healthy import ACCELERATIONS, BOARD, FORCES, PROXIMITY, STEP, SURFACE
 from robotskin.health.kinds import CHANNELS, Finding, Kind
 
-NOISE_WINDOWS, NOISE_AT_LEAST = 8, 4
+NOISE_WINDOWS, NOISE_AT_LEAST = 8, 3
 WHITE = 8.0
 """Times its standard deviation, within which a second of white noise stays."""
 CALM = 4.0
