@@ -58,6 +58,7 @@ def command(
     from robotskin.figures import write_figures
     from robotskin.outputs import require_writable
     from robotskin.record import Recording
+    from robotskin.record.open_loop import BehaviourSteps
     from robotskin.record.summary import summarise
 
     for alone, asked in (("--page", page), ("--fleet", fleet is not None)):
@@ -81,6 +82,8 @@ def command(
 
         play_in_fleet(recording, fleet)
         return
+    if behaviour is not None:
+        BehaviourSteps(recording, behaviour)  # refuses an unknown one before all is read
     until = float("inf") if end is None else end
     for option, target in (("--csv", csv), ("--html", html), ("--json", json_file)):
         require_writable(option, target)
@@ -104,6 +107,8 @@ def command(
         table.add_row(row.link, str(row.cells), f"{row.largest_n:.1f} N", f"{row.seconds:.2f} s")
     if found.links:
         console.print(table)
+    elif not found.frames:
+        console.print("no skin state can be replayed: no keyframe is in that time; --csv writes what samples there are")
     else:
         console.print("no cell felt more than 0.5 N")
     if found.gaps:

@@ -12,7 +12,8 @@ from pathlib import Path
 import lz4.frame
 import zstandard
 from mcap.exceptions import McapError
-from mcap.records import Chunk, McapRecord
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, McapRecord, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from robotskin.errors import RobotskinError
@@ -113,6 +114,16 @@ def records(path: Path, *, skip_damaged: bool = False) -> Iterator[McapRecord]:
             yield from inner
 
 
+def declared(path: Path) -> list[Schema | Channel]:
+    """Schemas, then channels, that the summary at the end of a file repeats; none where it is cut off or damaged."""
+    try:
+        with BoundedFile(path) as file:
+            summary = make_reader(file).get_summary()
+    except DAMAGE:
+        return []
+    return [] if summary is None else [*summary.schemas.values(), *summary.channels.values()]
+
+
 MAGIC = b"\x89MCAP0\r\n"
 
 
@@ -142,4 +153,13 @@ def is_whole(path: Path) -> bool:
         return file.read(8) == MAGIC
 
 
-__all__ = ["BoundedFile", "RecordingFileError", "is_mcap", "is_whole", "records", "require_file", "unpacked"]
+__all__ = [
+    "BoundedFile",
+    "RecordingFileError",
+    "declared",
+    "is_mcap",
+    "is_whole",
+    "records",
+    "require_file",
+    "unpacked",
+]

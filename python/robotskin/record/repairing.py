@@ -14,7 +14,7 @@ from mcap.records import Channel, Header, Message, Schema
 from mcap.writer import CompressionType, Writer
 
 from robotskin.record.entries import HEADER
-from robotskin.record.mcap_file import Damaged, RecordingFileError, is_whole, records, require_file
+from robotskin.record.mcap_file import Damaged, RecordingFileError, declared, is_whole, records, require_file
 from robotskin.record.messages import BLOCK
 from robotskin.record.record_copy import RecordCopy
 from robotskin.record.tape import Entry
@@ -45,7 +45,8 @@ class Repaired:
 def repair(path: str | Path) -> Repaired:
     """Write all that can be read of a file anew, with its indices, in its place; the old file stays until then.
 
-    A damaged chunk is left out, and a gap told in its place: a replay goes on at the next keyframe. A file that is
+    A damaged chunk is left out, and a gap told in its place: a replay goes on at the next keyframe. Where nothing is
+    left before it, the recording begins behind it. A file that is
     whole is left as it is. Raises RecordingFileError for a file that is not there, is no MCAP, or has no message; it
     stays as it is.
     """
@@ -63,13 +64,19 @@ def repair(path: str | Path) -> Repaired:
             for record in records(path, skip_damaged=True):
                 if isinstance(record, Damaged):
                     damaged += 1
-                    gaps += _tell_gap(writer, copy, topics, newest_ns)
+                    if messages:
+                        gaps += _tell_gap(writer, copy, topics, newest_ns)
                     continue
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
                 if isinstance(record, Header) and not started:
                     writer.start(record.profile, library="robotskin")
                     started = True
+                    # The chunk that declares them may be the damaged one.
+                    for one in declared(path):
+                        copy.put(one)
+                        if isinstance(one, Channel):
+                            topics[one.id] = one.topic
                 if not started or _is_known(record, copy):
                     continue
                 copy.put(record)

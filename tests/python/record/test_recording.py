@@ -211,6 +211,26 @@ def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> Non
         assert sum(isinstance(one, Message) for one in StreamReader(file).records) == found.messages > 0
 
 
+def test_a_chunk_that_declares_what_follows_may_be_the_damaged_one(made: Made, tmp_path: Path) -> None:
+    """The first one holds schemas and channels; the summary says them again."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    with made.path.open("rb") as file:
+        first = next(file.tell() for one in StreamReader(file, emit_chunks=True).records if isinstance(one, Chunk))
+    damaged = bytearray(made.path.read_bytes())
+    damaged[first - 20] ^= 255
+    path = tmp_path / "first.mcap"
+    path.write_bytes(damaged)
+    found = repair(path)
+    assert (found.damaged_chunks, found.gaps_told) == (1, 0)
+    mended, whole = Recording(path), Recording(made.path)
+    assert whole.start_ns < mended.start_ns
+    assert mended.end_ns > whole.end_ns - 100_000_000
+    rows = whole.to_pandas()
+    assert len(mended.to_pandas()) >= (rows["stamp_ns"] > mended.start_ns + 100_000_000).sum() > 0
+
+
 def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> None:
     """All behind it was thrown away once, and a whole file was called whole: its replay ended there."""
     from mcap.reader import make_reader
