@@ -85,12 +85,17 @@ class SkinKeys:
         return cls(bytes.fromhex(held["secret"]))
 
     def save(self, path: str | Path, *, replace: bool = False) -> None:
-        """Write a file that its owner alone may read (mode 0600). Raises SkinKeysError if there is one already."""
+        """Write a file that its owner alone may read (mode 0600).
+
+        Raises SkinKeysError: there are keys already, and they are not to be replaced; or something else is there.
+        """
         path = Path(path)
         if path.exists() and not replace:
             raise SkinKeysError(
                 f"keys {path}: there are some; cells that have them know no others. --replace makes new"
             )
+        if path.exists():
+            _held(path, FORMAT, "of 'robotskin keys', and is not replaced; give another name")
         _write(path, {"format": FORMAT, "secret": self.secret.hex()})
 
     @property

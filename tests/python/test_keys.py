@@ -60,6 +60,14 @@ def test_a_file_without_keys_is_named(tmp_path, text: str) -> None:
         SkinKeys.load(tmp_path / "none.keys")
 
 
+def test_what_is_no_keys_is_not_replaced(tmp_path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("hello")
+    with pytest.raises(SkinKeysError, match="not replaced"):
+        SkinKeys.fresh().save(path, replace=True)
+    assert path.read_text() == "hello"
+
+
 def test_keys_that_others_may_read_are_refused(tmp_path) -> None:
     path = tmp_path / "open.keys"
     SkinKeys.fresh().save(path)

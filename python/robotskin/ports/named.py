@@ -18,6 +18,7 @@ from robotskin.ros2.joints_name import joints_name
 from robotskin.ur import UrPort
 
 BUILT_IN = ("ur", "franka", "ros2")
+CHOICES = "give ur:ADDRESS, franka:ADDRESS, ros2:DOMAIN, or MODULE:CLASS of your own"
 REALTIME = ",realtime"
 
 
@@ -40,9 +41,15 @@ def made_port(name: str, robot: Robot | None = None) -> RobotPort:
     """
     kind, _, rest = name.partition(":")
     if kind in BUILT_IN:
+        if not rest.split(",")[0]:
+            raise PortError(f"port {name!r}: its address is missing; {CHOICES}")
         if robot is None:
             raise PortError(f"port {name}: which robot is it? Give --robot, such as --robot ur5")
         if kind == "ur":
+            if rest.count(":") == 1:
+                raise PortError(
+                    f"port {name}: give the address alone, ur:{rest.partition(':')[0]}; its ports are known"
+                )
             return UrPort(robot.core, rest, expected=_ur_model(robot), realtime=True)
         return _ros2(name, robot) if kind == "ros2" else _franka(rest, robot)
     port = _own(name, kind, rest)
@@ -76,19 +83,17 @@ def _own(name: str, module: str, wanted: str) -> RobotPort:
         sys.path.insert(0, os.getcwd())
     try:
         found = importlib.import_module(module)
-    except ImportError as error:
-        raise PortError(
-            f"port {name}: {error}; give ur:ADDRESS, franka:ADDRESS, ros2:DOMAIN, or MODULE:CLASS of your own"
-        ) from None
+    except Exception as error:
+        raise PortError(f"port {name!r}: {type(error).__name__}: {error}; {CHOICES}") from error
     classes: dict[str, Callable[[], RobotPort]] = {
         key: one
         for key, one in vars(found).items()
         if inspect.isclass(one) and issubclass(one, RobotPort) and one.__module__ == found.__name__
     }
     if wanted and wanted not in classes:
-        raise PortError(f"port {name}: {module} has the ports {', '.join(classes) or 'none'}")
+        raise PortError(f"port {name}: {module} has no port {wanted}; its ports: {', '.join(classes) or 'none'}")
     if not wanted and len(classes) != 1:
-        raise PortError(f"port {name}: {module} has the ports {', '.join(classes) or 'none'}: name one, {module}:CLASS")
+        raise PortError(f"port {name}: name one, {module}:CLASS; its ports: {', '.join(classes) or 'none'}")
     chosen = classes[wanted or next(iter(classes))]
     try:
         return chosen()

@@ -200,11 +200,22 @@ def test_the_command_checks_a_port_of_ones_own(answer: str, status: int, tmp_pat
 
 @pytest.mark.parametrize(
     ("name", "told"),
-    [("no_such_module:Mine", "ur:ADDRESS"), ("json:Mine", "has the ports none"), ("ur:127.0.0.1", "--robot")],
+    [
+        ("no_such_module:Mine", "ur:ADDRESS"),
+        ("", "ur:ADDRESS"),
+        ("ur:", "its address is missing"),
+        ("json:Mine", "has no port Mine; its ports: none"),
+        ("ur:127.0.0.1", "--robot"),
+    ],
 )
 def test_a_port_that_cannot_be_had_says_what_to_give(name: str, told: str) -> None:
     with pytest.raises(PortError, match=re.escape(told)):
         made_port(name)
+
+
+def test_a_ur_is_named_by_its_address_alone() -> None:
+    with pytest.raises(PortError, match="give the address alone, ur:[0-9.]+;"):
+        made_port("ur:127.0.0.1:30004", robots.load("ur5"))
 
 
 def test_the_page_has_every_law() -> None:
