@@ -214,7 +214,7 @@ def test_a_port_that_cannot_be_had_says_what_to_give(name: str, told: str) -> No
 
 
 def test_a_ur_is_named_by_its_address_alone() -> None:
-    with pytest.raises(PortError, match="give the address alone, ur:[0-9.]+;"):
+    with pytest.raises(PortError, match=r"give the address alone, ur:[0-9.]+;"):
         made_port("ur:127.0.0.1:30004", robots.load("ur5"))
 
 
