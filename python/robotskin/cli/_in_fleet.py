@@ -27,6 +27,15 @@ def member_of(file: Path, session: Any, tell: Callable[[str], None]) -> Publishe
     return published(member, session, look, session.lock, tell)
 
 
+def require_fleet(file: Path | None) -> None:
+    """Raises FleetError where `member_of` such a file would, before anything else is begun."""
+    if file is not None:
+        from robotskin.fleet import Member, Role
+
+        require_extra()
+        Member.load(file, Role.robot)
+
+
 def told_by(live: Any, look: Callable[[], Told]) -> Callable[[], Told]:
     """What a session says of itself once it runs by itself: why it stopped and which cells are ill, too."""
     from dataclasses import replace

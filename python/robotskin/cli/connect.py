@@ -92,13 +92,18 @@ def command(
     from robotskin import control
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
+    from robotskin.choices import member
+    from robotskin.cli._in_fleet import require_fleet
     from robotskin.connecting import ConnectedRobot, TouchOrder
+    from robotskin.model import CommandMode
     from robotskin.outputs import require_writable
     from robotskin.ports import made_port
     from robotskin.robots.gains import robot_with_gains
 
     require_writable("--json", json_file, (".json",))
     control.behaviour(behaviour)
+    member("interface", CommandMode, interface)
+    require_fleet(fleet)
     open_skin = way_to_skin(units or [], key, skin, bind)
     console = Console()
     with waiting(f"loading {robot}"):

@@ -17,9 +17,10 @@ from robotskin.foreign.errors import ForeignSkinError
 LEAST_RATE_HZ = 20.0
 """A slower skin is lost before its next frame comes."""
 SLOTS_MAX = 100_000
+DATAGRAM_BYTES_MAX = 65_507
 KINDS = ("udp", "serial", "csv", "yarp", "ros2_tactile", "ros2_points", "python")
 NUMBERS = ("u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64")
-CHECKS = ("none", "sum8", "crc16")
+CHECK_BYTES = {"none": 0, "sum8": 1, "crc16": 2}
 SENSORS = {name: channels for name, _, channels, _, further in firmware.SENSORS if not further}
 """Channels of each sensor that may be declared."""
 FORMS = {"force": (1, 3), "proximity": (1,), "acceleration": (3,), "temperature": (1, 2)}
@@ -116,6 +117,12 @@ class Declared:
         """How old a sample of a living cell may be: five frames."""
         return min(max(5 / self.rate_hz, 0.02), 0.25)
 
+    def frame_bytes(self, source: Source) -> int:
+        """Of a binary frame: start, sequence, slots times values numbers, check sum."""
+        values = sum(one.values for one in self.channels)
+        body = source.slots * values * bytes_of(source.number)
+        return len(source.start) + bytes_of(source.sequence) + body + CHECK_BYTES[source.check]
+
     def _error(self, field: str, value: object, valid: str) -> ForeignSkinError:
         return ForeignSkinError(f"{self.name}: {field}: {value!r}: {valid}")
 
@@ -138,7 +145,7 @@ class Declared:
             ("number", one.number, NUMBERS),
             ("byte_order", one.byte_order, ("little", "big")),
             ("sequence", one.sequence, ("", "u8", "u16", "u32")),
-            ("check", one.check, CHECKS),
+            ("check", one.check, tuple(CHECK_BYTES)),
         ):
             if value not in valid:
                 raise self._error(f"{where}: {name}", value, f"one of {', '.join(filter(None, valid))}")
@@ -150,8 +157,16 @@ class Declared:
             raise self._error(f"{where}: group, first_id", [one.group, one.first_id], "of a cell of a layout")
         if one.kind == "serial" and one.encoding == "binary" and not one.start:
             raise self._error(f"{where}: start", "", "the bytes with which a frame begins, or none can be found")
+        if one.kind == "udp" and one.encoding == "binary" and self.frame_bytes(one) > DATAGRAM_BYTES_MAX:
+            held = f"a frame of {self.frame_bytes(one)} bytes, a datagram holds {DATAGRAM_BYTES_MAX}"
+            raise self._error(f"{where}: slots", one.slots, f"{held}: give several inputs")
         if len(one.start) > 16:
             raise self._error(f"{where}: start", one.start.hex(), "at most 16 bytes")
+
+
+def bytes_of(number: str) -> int:
+    """Of a number named such as u16; 0 for none."""
+    return int(number[1:]) // 8 if number else 0
 
 
 def load(path: str | Path) -> Declared:
@@ -218,7 +233,8 @@ def _typed(name: str, where: str, values: dict[str, Any], known: Mapping[str, ty
         if key not in known:
             raise ForeignSkinError(f"{name}: {at}: no such field; there are {', '.join(known)}")
         if not _is(value, known[key]):
-            raise ForeignSkinError(f"{name}: {at}: {value!r}: must be of type {known[key].__name__}")
+            needed = "a finite number" if known[key] is float else f"of type {known[key].__name__}"
+            raise ForeignSkinError(f"{name}: {at}: {value!r}: must be {needed}")
         found[key] = known[key](value)
     return found
 

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.foreign.declared import Declared, Source
+from robotskin.foreign.declared import CHECK_BYTES, Declared, Source, bytes_of
 
 Counts = NDArray[np.float64]
 """(slots, values) of a frame; NaN: no value."""
@@ -35,10 +35,10 @@ class BinaryFrames:
     def __init__(self, source: Source, values: int, tally: Tally) -> None:
         self._source, self._tally = source, tally
         order = {"little": "<", "big": ">"}[source.byte_order]
-        self._dtype = np.dtype(f"{order}{source.number[0]}{int(source.number[1:]) // 8}")
+        self._dtype = np.dtype(f"{order}{source.number[0]}{bytes_of(source.number)}")
         self._shape = (source.slots, values)
-        self._sequence_bytes = int(source.sequence[1:]) // 8 if source.sequence else 0
-        self._check_bytes = {"none": 0, "sum8": 1, "crc16": 2}[source.check]
+        self._sequence_bytes = bytes_of(source.sequence)
+        self._check_bytes = CHECK_BYTES[source.check]
         body = source.slots * values * self._dtype.itemsize
         self._head = len(source.start) + self._sequence_bytes
         self.size = self._head + body + self._check_bytes

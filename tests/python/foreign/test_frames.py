@@ -103,6 +103,9 @@ def test_no_text_makes_the_declaration_fail_otherwise_than_told(seed: int) -> No
     ("change", "told"),
     [
         (("slots = 48", "slots = 0"), "slots: 0"),
+        (("slots = 48", "slots = 40000"), "a datagram holds 65507"),
+        (("scale = 0.01", "scale = nan"), "must be a finite number"),
+        (("rate_hz = 100", "rate_hz = inf"), "must be a finite number"),
         (('sensor = "force"', 'sensor = "forze"'), "one of proximity, force"),
         (("scale = 0.01", "scale = 0"), "not 0"),
         (("rate_hz = 100", "rate_hz = 5"), "20 to 10000"),

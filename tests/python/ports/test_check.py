@@ -141,6 +141,21 @@ def test_a_port_that_falls_silent_keeps_no_law_of_its_velocities(slider) -> None
         assert "states came" in found[law].told
 
 
+@pytest.mark.parametrize("answer", [PortStatus.disconnected, "ok", None, SystemExit(3)])
+def test_a_read_that_never_tells_a_state_is_broken_by_what_it_answers(answer) -> None:
+    class Odd(Arm):
+        def read(self, state: JointState) -> PortStatus:
+            if isinstance(answer, SystemExit):
+                raise answer
+            return answer
+
+    clock = VirtualClock()
+    found = {finding.law: finding for finding in check(Odd(clock), clock)}
+    assert found["reads"].verdict is Verdict.broken
+    assert found["silence"].verdict is Verdict.broken
+    assert "gave a new state" not in found["silence"].told
+
+
 def test_without_leave_nothing_moves() -> None:
     clock = VirtualClock()
     arm = Arm(clock)
