@@ -12,6 +12,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 import robotskin
 from robotskin.whole_file import whole_file
@@ -92,7 +93,9 @@ def table_of(title: str, figures: Mapping[str, float], bounds: Sequence[Bound]) 
     by_name = {bound.figure: bound for bound in bounds}
     for name, value in figures.items():
         bound = by_name.get(name)
-        verdict = "" if bound is None else "[green]holds[/]" if bound.holds(figures) else "[bold red]BROKEN[/]"
+        verdict = Text()
+        if bound is not None:
+            verdict = Text("holds", "green") if bound.holds(figures) else Text("BROKEN", "bold red")
         number = f"{value:.6g}" if isinstance(value, float) else str(value)
         table.add_row(name, number, str(bound or ""), verdict)
     return table

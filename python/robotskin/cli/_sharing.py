@@ -149,6 +149,6 @@ def ros2_bridge(session: Recorded, robot: Robot, domain: int, interface: str | N
 
 def tell(text: str) -> None:
     """Print a line that may hold a path."""
-    from rich.console import Console
+    from robotskin.cli._terminal import terminal
 
-    Console().print(text, markup=False, highlight=False, soft_wrap=True)
+    terminal().print(text, highlight=False, soft_wrap=True)

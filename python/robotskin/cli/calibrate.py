@@ -56,16 +56,15 @@ def command(
 
     Cells that were not pressed are believed as they are.
     """
-    from rich.console import Console
-
     from robotskin import layout as layouts
     from robotskin.calibration import CalibrationError, Known, calibrate
     from robotskin.calibration.press_files import read_presses
+    from robotskin.cli._terminal import terminal
     from robotskin.outputs import require_writable
     from robotskin.robots.gains import robot_with_gains
 
     require_writable("FILE", file, (".json",))
-    console = Console()
+    console = terminal()
     with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, None)
         worn = layouts.finished(ready.robot.name) if layout is None else layouts.Layout.load(layout)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from robotskin.cli._terminal import terminal
 from robotskin.cli._waiting import waiting
 from robotskin.errors import InputError
 
@@ -75,9 +75,9 @@ def command(
         return
     from robotskin.layout.checking import check_files
 
-    console = Console()
+    console = terminal()
     if console.width < TABLE_WIDTH:
-        console = Console(width=TABLE_WIDTH)
+        console = terminal(TABLE_WIDTH)
     results = check_files([Path(file) for file in files], robot)
     summary = Table(title=f"{len(results)} file{'' if len(results) == 1 else 's'}")
     for heading in ("file", "format", "cells", "empty slots", "defects"):
@@ -91,11 +91,11 @@ def command(
             shown[defect.kind] += 1
             if show_all or shown[defect.kind] <= SHOWN_PER_KIND:
                 line = f"{result.file}: {defect.cell}: {defect.kind}: {defect.value}: {defect.why}"
-                console.print(line, markup=False, highlight=False, soft_wrap=True)
+                console.print(line, highlight=False, soft_wrap=True)
         for kind, count in kinds.items():
             if not show_all and count > SHOWN_PER_KIND:
                 line = f"{result.file}: {count - SHOWN_PER_KIND} more {kind} (--all lists them)"
-                console.print(line, markup=False, highlight=False, soft_wrap=True)
+                console.print(line, highlight=False, soft_wrap=True)
     console.print(summary)
     if json_file is not None:
         document: list[dict[str, Any]] = [result.as_json() for result in results]
@@ -111,17 +111,17 @@ def judge_networks(
     from robotskin.layout.network_limits import judge, named_networks, sentences
     from robotskin.layout.network_limits.picture import save_picture
 
-    console = Console()
+    console = terminal()
     if console.width < TABLE_WIDTH:
-        console = Console(width=TABLE_WIDTH)
+        console = terminal(TABLE_WIDTH)
     verdicts = []
     for found in [network for skin in skins for network in named_networks(skin)]:
         with waiting(f"judging {found.source}"):
             verdict = judge(found.network, rate_hz)
         verdicts.append(verdict)
-        console.print(f"{found.source}", style="bold", markup=False, highlight=False)
+        console.print(f"{found.source}", style="bold", highlight=False)
         for line in (*(f"Note: {remark}." for remark in found.remarks), *sentences(verdict)):
-            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
+            console.print(f"  {line}", highlight=False, soft_wrap=True)
         table = Table(title=f"{found.network.name}: the tightest of {len(verdict.parts)} connected parts")
         for heading in ("patches", "cells", "cables", "best loads", "proven", "Hz by trees", "Hz at most", "depth"):
             table.add_column(heading, justify="left" if heading == "patches" else "right", overflow="fold")
@@ -145,7 +145,7 @@ def judge_networks(
         if picture is not None:
             name = picture if len(verdicts) == 1 else picture.with_stem(f"{picture.stem}_{len(verdicts)}")
             save_picture(verdict, name)
-            console.print(f"picture: {name}", markup=False, highlight=False)
+            console.print(f"picture: {name}", highlight=False)
     if json_file is not None:
         json_file.write_text(json.dumps([verdict.as_json() for verdict in verdicts], indent=1) + "\n", encoding="utf-8")
     if strict and any(verdict.tree_rate_hz < rate_hz for verdict in verdicts):

@@ -110,10 +110,10 @@ def command(
     """
     from contextlib import ExitStack
 
-    from rich.console import Console
     from rich.table import Table
 
     from robotskin.cli._sharing import told_recorded
+    from robotskin.cli._terminal import terminal
     from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
     from robotskin.configuring.kept_exploration import KeptExploration
     from robotskin.configuring.kept_series import KeptSeries
@@ -127,7 +127,7 @@ def command(
     from robotskin.selfconfig.readings.neighbour_files import save_neighbours
     from robotskin.selfconfig.readings.recording import BabblingRecording
 
-    console = Console()
+    console = terminal()
     if camera and source is not None and layout is None:
         raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
     if record is not None and source is not None:

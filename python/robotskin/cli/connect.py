@@ -87,13 +87,12 @@ def command(
     touched. The robot is slow until confirmed.
     Ctrl-C or SIGTERM stops it smoothly. Exit status 0: no fault stopped it.
     """
-    from rich.console import Console
-
     from robotskin import control
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.cli._in_fleet import require_fleet
+    from robotskin.cli._terminal import terminal
     from robotskin.connecting import ConnectedRobot, TouchOrder
     from robotskin.model import CommandMode
     from robotskin.outputs import require_writable
@@ -105,7 +104,7 @@ def command(
     member("interface", CommandMode, interface)
     require_fleet(fleet)
     open_skin = way_to_skin(units or [], key, skin, bind)
-    console = Console()
+    console = terminal()
     with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)
         model, chosen = ready.robot, ready.gains
@@ -150,6 +149,8 @@ def command(
         connected_skin.close()
     if session.fault:
         console.print(session.fault_told)
+    if connected_skin.error:
+        console.print(f"skin: {connected_skin.error}", highlight=False)
     raise typer.Exit(status)
 
 
@@ -186,11 +187,10 @@ def begin(session: ConnectedRobot) -> None:
 
 def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None, order: TouchOrder | None) -> int:
     """Run for a time or until interrupted, tell and write the figures; the exit status."""
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.figures import write_figures
 
-    console = Console()
+    console = terminal()
     moved = 0.0
     try:
         if order is not None:
@@ -237,12 +237,11 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing, order: TouchOrder
     import sys
     import threading
 
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.live.connected_session import ConnectedSession
     from robotskin.viewer.page import Page
 
-    console = Console()
+    console = terminal()
     sys.setswitchinterval(SWITCH_S)
     if order is None:
         begin(session)
@@ -255,7 +254,7 @@ def show(session: ConnectedRobot, port: int, sharing: Sharing, order: TouchOrder
     ):
         live.watch_page(lambda: len(page.server.get_clients()))
         page.server.on_client_disconnect(lambda _: live.look_for_page())
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)", markup=True)
         console.print(f"{session.speed.told}; here: c confirms full speed, s stops, g goes on, each with Enter")
         try:
             while sys.stdin.isatty():

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
+from robotskin.cli._terminal import terminal
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ def command(
     from robotskin.layout.report import report
     from robotskin.outputs import require_writable
 
-    console = Console()
+    console = terminal()
     if console.width < TABLE_WIDTH:
-        console = Console(width=TABLE_WIDTH)
+        console = terminal(TABLE_WIDTH)
     require_writable("--output", output, (".json", ".json.gz", ".gz"))
     require_writable("--picture", picture, (".png",))
     # A skin for a purpose is asked for by its own name.
@@ -139,10 +139,9 @@ def command(
         )
     console.print(cables)
     for line in bare_links(chosen, layout, places):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)
     console.print(
         f"layout written to {target}; next: robotskin check {target}, robotskin run {robot} --layout {target}",
-        markup=False,
         highlight=False,
         soft_wrap=True,
     )

@@ -86,9 +86,8 @@ def command(
 
     Exit status 0 means that every figure with a bound keeps it.
     """
-    from rich.console import Console
-
     from robotskin import layout as layouts
+    from robotskin.cli._terminal import terminal
     from robotskin.cli.run import tell_gains
     from robotskin.layout.mounting import read_for
     from robotskin.outputs import require_writable
@@ -99,7 +98,7 @@ def command(
 
     require_writable("--json", json_file, (".json",))
     around = None if scene is None else load_scene(scene)
-    console = Console()
+    console = terminal()
     with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)
         model = ready.robot
@@ -149,12 +148,11 @@ def estimated_model(
 
 def run_script(session: Session, link: str, seconds: float, json_file: Path | None) -> int:
     """Run the scripted demonstration, print its table, write its figures; the exit status."""
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.figures import report
     from robotskin.scripts import push_script
 
-    console = Console()
+    console = terminal()
     try:
         with waiting("boot") as tell:
             figures = push_script.run(session, link, seconds, tell)
@@ -178,13 +176,12 @@ def show(session: Session, port: int, goal: list[float] | None = None, sharing: 
 
     `goal`: where the robot goes first, as `robotskin run --goal` takes it.
     """
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.live.live_session import LiveSession
     from robotskin.session.goals import set_goal
     from robotskin.viewer.page import Page
 
-    console = Console()
+    console = terminal()
     try:
         with waiting("booting the skin"):
             took_s = session.boot()
@@ -198,11 +195,11 @@ def show(session: Session, port: int, goal: list[float] | None = None, sharing: 
         page = stack.enter_context(Page(live, port))
         if sharing is not None:
             stack.enter_context(sharing.heed(live))
-        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)")
+        console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)", markup=True)
         try:
             threading.Event().wait()
         except KeyboardInterrupt:
             console.print("bringing the robot to rest")
     for remark in live.remarks():
-        console.print(remark, markup=False, highlight=False, soft_wrap=True)
+        console.print(remark, highlight=False, soft_wrap=True)
     return 1 if session.fault or live.failure is not None else 0

@@ -41,15 +41,14 @@ def command(
 
     Exit status 0: every cell is well. 1: some are ill.
     """
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.figures import write_figures
     from robotskin.health import report
     from robotskin.outputs import require_writable
 
     require_writable("--json", json_file, (".json",))
     require_writable("--picture", picture, (".png",))
-    console = Console()
+    console = terminal()
     layout: Layout
     robot: Robot | None
     if presses is not None:

@@ -89,13 +89,12 @@ def monitor(
     In the terminal, type `stop NAME` or `stop all` and Enter. Exit status 1: nothing was seen.
     """
     require_extra()
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.fleet import Member, Role
     from robotskin.fleet.table import rows, stop_told, table
     from robotskin.fleet.watch import FleetWatch
 
-    console = Console()
+    console = terminal()
     member = Member.load(file, Role.monitor, Role.follower)
     with FleetWatch(member) as watch, contextlib.ExitStack() as stack:
         if page:
@@ -104,7 +103,7 @@ def monitor(
             stop = (lambda name: stop_told(watch, None if name is None else [name])) if watch.may_stop else None
             shown = FleetPage(lambda: rows(watch.robots(), time.monotonic(), watch.connected), stop, "fleet", port)
             stack.enter_context(shown)
-            console.print(f"open [bold]{shown.address}[/] (Ctrl-C ends)")
+            console.print(f"open [bold]{shown.address}[/] (Ctrl-C ends)", markup=True)
         if seconds > 0:
             time.sleep(seconds)
             console.print(table(watch.robots(), time.monotonic(), watch.connected))

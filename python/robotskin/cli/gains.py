@@ -40,10 +40,10 @@ def command(
     robotskin gains my_arm.urdf -o my_arm.toml --lock gripper_joint=0.02
     """
     import numpy as np
-    from rich.console import Console
     from rich.table import Table
 
     from robotskin import robots
+    from robotskin.cli._terminal import terminal
     from robotskin.cli.run import numbers_of
     from robotskin.errors import InputError
     from robotskin.outputs import require_writable
@@ -52,7 +52,7 @@ def command(
     from robotskin.robots.locking import joints_to_lock
     from robotskin.whole_file import whole_file
 
-    console = Console()
+    console = terminal()
     if robot is None:
         for option, value in (("--output", output), ("--home", home), ("--lock", lock)):
             if value is not None:
@@ -98,7 +98,7 @@ def command(
         f"gains written to {target}; next: robotskin run {robot} --gains {target}",
     ]
     for line in lines:
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)
 
 
 def locks_of(text: str, model: object) -> dict[str, float]:

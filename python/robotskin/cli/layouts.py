@@ -6,9 +6,9 @@ from __future__ import annotations
 
 def command() -> None:
     """List the finished layouts that come with the project, a line each."""
-    from rich.console import Console
     from rich.table import Table
 
+    from robotskin.cli._terminal import terminal
     from robotskin.layout import finished
     from robotskin.layout.finished_layouts import finished_names
 
@@ -20,6 +20,6 @@ def command() -> None:
         skin = finished(name)
         units = len(set(skin.group.tolist()))
         table.add_row(name, skin.robot, str(len(skin)), str(len(skin.patches)), str(units), str(len(skin.links)))
-    console = Console()
+    console = terminal()
     console.print(table)
     console.print("A robot of yours: robotskin cover FILE.urdf")

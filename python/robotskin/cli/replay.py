@@ -52,9 +52,9 @@ def command(
 
     Every skin state comes back to the byte. Exit status 2: the file is cut, damaged or foreign.
     """
-    from rich.console import Console
     from rich.table import Table
 
+    from robotskin.cli._terminal import terminal
     from robotskin.figures import write_figures
     from robotskin.outputs import require_writable
     from robotskin.record import Recording
@@ -87,7 +87,7 @@ def command(
     until = float("inf") if end is None else end
     for option, target in (("--csv", csv), ("--html", html), ("--json", json_file)):
         require_writable(option, target)
-    console = Console()
+    console = terminal()
     with waiting("replay") as tell:
         found = summarise(
             recording,

@@ -9,9 +9,9 @@ def command() -> None:
 
     Any other robot is given by the path of its URDF. A robot without a layout is covered by robotskin cover.
     """
-    from rich.console import Console
     from rich.table import Table
 
+    from robotskin.cli._terminal import terminal
     from robotskin.layout.finished_layouts import finished_names
     from robotskin.robots import robot_names
     from robotskin.robots.catalog import models_folder
@@ -26,17 +26,16 @@ def command() -> None:
         skin = "finished layout" if name in layouts else "robotskin cover"
         own = "of its own" if name in gains else "made when needed"
         table.add_row(name, skin, own)
-    console = Console()
+    console = terminal()
     console.print(table)
     for line in (
         "one with a finished layout: robotskin demo --robot NAME",
         "any other, or yours: robotskin cover NAME, or robotskin cover FILE.urdf",
     ):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)
     if models_folder() is None:
         console.print(
             f"these and some 70 more need the package {PACKAGE}: pip install {models_requirement()}",
-            markup=False,
             highlight=False,
             soft_wrap=True,
         )

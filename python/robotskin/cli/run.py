@@ -109,12 +109,11 @@ def command(
 
     Exit status 0 means that the controller never stopped and no limit was violated.
     """
-    from rich.console import Console
-
     from robotskin import control
     from robotskin import layout as layouts
     from robotskin.calibration import Calibration
     from robotskin.choices import member
+    from robotskin.cli._terminal import terminal
     from robotskin.control.body_limits import BodyLimits
     from robotskin.cycle import SkinSource
     from robotskin.outputs import require_writable
@@ -132,7 +131,7 @@ def command(
     around = None if scene is None else load_scene(scene)
     learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
     limits = None if body_limits is None else BodyLimits.load(body_limits)
-    console = Console()
+    console = terminal()
     with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, gains)
         model, chosen = ready.robot, ready.gains
@@ -173,7 +172,7 @@ def tell_gains(console: Console, ready: RobotWithGains, gains_file: Path | None)
     from robotskin.robots.gains.doubts import doubts
 
     for doubt in doubts(ready.robot, ready.gains) if gains_file is not None else ():
-        console.print(f"--gains {gains_file}: {doubt}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"--gains {gains_file}: {doubt}", highlight=False, soft_wrap=True)
     if ready.made:
         locked = f", with {', '.join(ready.gains.locked)} locked" if ready.gains.locked else ""
         console.print(
@@ -198,14 +197,13 @@ def numbers_of(text: str | None, option: str = "--goal") -> list[float] | None:
 
 def run_script(session: object, seconds: float, goal: list[float] | None, json_file: Path | None) -> int:
     """Run the script, print its table, write its figures; the exit status."""
-    from rich.console import Console
-
+    from robotskin.cli._terminal import terminal
     from robotskin.figures import report
     from robotskin.scripts import behaviour_script
     from robotskin.session import Session
 
     assert isinstance(session, Session)
-    console = Console()
+    console = terminal()
     try:
         with waiting("boot") as tell:
             figures = behaviour_script.run(session, seconds, goal, tell)

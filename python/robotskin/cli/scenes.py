@@ -14,14 +14,14 @@ def command(
     ] = None,
 ) -> None:
     """List the scenes that come with the project, or check a scene file and show what is in it."""
-    from rich.console import Console
     from rich.table import Table
 
+    from robotskin.cli._terminal import terminal
     from robotskin.world.scene_files import load_scene, scene_names
 
-    console = Console()
+    console = terminal()
     if console.width < TABLE_WIDTH:
-        console = Console(width=TABLE_WIDTH)
+        console = terminal(TABLE_WIDTH)
     if scene is None:
         table = Table("scene", "robots", "what is there")
         for name in scene_names():

@@ -59,18 +59,18 @@ def command(
 
     robotskin simulate cylinder:11x18 --ports 4 --units 2 --faults "stop:unit=1,for=50ms@400ms" --json run.json
     """
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
+    from robotskin.cli._terminal import terminal
     from robotskin.errors import InputError
     from robotskin.figures import write_figures
     from robotskin.simulator import fault_help
     from robotskin.world.trial import figures_of, run_trial
 
-    console = Console()
+    console = terminal()
     if console.width < TABLE_WIDTH:
-        console = Console(width=TABLE_WIDTH)
+        console = terminal(TABLE_WIDTH)
     if list_faults:
         console.print(FAULTS_HELP)
         table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
@@ -93,7 +93,7 @@ def command(
             progress=lambda time_s, _: tell(f"{len(skin)} cells", time_s / seconds),
         )
     for remark in remarks:
-        console.print(f"Note: {remark}.", markup=False, highlight=False)
+        console.print(f"Note: {remark}.", highlight=False)
     show(console, skin, report, seed)
     if json_file is not None:
         write_figures(json_file, seed, figures_of(report))
@@ -155,6 +155,7 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
     """Print what happened."""
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     assert isinstance(console, Console)
     formed = "never formed" if report.formation_ms < 0 else f"formed after {report.formation_ms:.2f} ms"
@@ -166,7 +167,7 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
             table.add_column(heading, justify="left" if heading in ("fault", "healed") else "right", overflow="fold")
         for number, outcome in enumerate(report.outcomes, start=1):
             # What the next fault came upon goes on in that one's row.
-            unhealed = "[bold red]no[/]" if number == len(report.outcomes) else "next came first"
+            unhealed = Text("no", "bold red") if number == len(report.outcomes) else "next came first"
             table.add_row(
                 str(outcome.fault),
                 str(outcome.cells_cut_off),
@@ -190,4 +191,4 @@ def show(console: object, skin: CellNetwork, report: TrialReport, seed: int) -> 
     state = "whole" if report.whole else "[bold red]not whole[/]"
     if report.cells_in_reach < len(skin):
         state += f", [bold]{report.cells_in_reach} of {len(skin)} cells in reach of a cable[/]"
-    console.print(f"after {report.seconds:g} s: {state}; seed {seed}, log hash {report.log_hash:016x}")
+    console.print(f"after {report.seconds:g} s: {state}; seed {seed}, log hash {report.log_hash:016x}", markup=True)

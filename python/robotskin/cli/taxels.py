@@ -24,9 +24,9 @@ def command(
     Reads the taxel files of the iCub. robotskin connect --skin then runs on it.
     """
     import numpy as np
-    from rich.console import Console
 
     from robotskin import robots
+    from robotskin.cli._terminal import terminal
     from robotskin.cli._waiting import waiting
     from robotskin.errors import InputError
     from robotskin.layout.taxel_layout import taxel_layout
@@ -49,7 +49,7 @@ def command(
     with waiting(f"loading {robot}"):
         layout, found = taxel_layout(files, robots.load(robot), link, link_from_skin)
     layout.save(out)
-    console = Console()
+    console = terminal()
     for one in found:
         normals = "normals made of the places" if one.made_normals else "normals of the file"
         console.print(

@@ -29,6 +29,10 @@ class ConnectedSkin(Protocol):
     def reader(self) -> SkinReader | None:
         """None: not our cells."""
 
+    @property
+    def error(self) -> str:
+        """Why it ended before its time; empty where it did not."""
+
     def await_skin(self) -> int:
         """Wait until it speaks; how many of its cells do. Raises a RobotskinError that says why it does not."""
 

@@ -67,6 +67,8 @@ class SectionUnits:
         self.driver = Driver(model, keys.for_socket(own[0]), own, self.addresses, realtime=True)
         self.reader = SkinReader(self.driver, model)
         self.input = DatagramInput(self.reader)
+        self.error = ""
+        """Section units end for no reason that is told; see `ConnectedSkin`."""
         self.driver.start()
 
     def close(self) -> None:

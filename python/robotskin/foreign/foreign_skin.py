@@ -96,15 +96,18 @@ class ForeignSkin:
                 with self._handing:
                     self.input.put(stamp_ns, time.monotonic_ns(), cells, values, saturated)
                 if not self._all_heard:
-                    self._heard[cells] = True
+                    self._heard[cells[np.isfinite(values).any(axis=1)]] = True
                     self._all_heard = bool(self._heard.all())
                 self._cpu_s[index] = time.thread_time()
         except Exception as error:
             # Also what a generator of the user's raises: the skin is lost, the robot stops, and it is told why.
-            self.error = f"{self.declared.sources[index].at}: {type(error).__name__}: {error}"
+            kind = "" if isinstance(error, ForeignSkinError) else f"{type(error).__name__}: "
+            self.error = f"{self.declared.sources[index].at}: {kind}{error}"
         finally:
             with self._handing:
                 self._running -= 1
+                if self._running == 0 and not self.error and not self._closing.is_set():
+                    self.error = f"{self.declared.sources[index].at}: it has come to its end"
                 if self._running == 0 or self.error:
                     self.input.end()
 
@@ -123,12 +126,12 @@ class ForeignSkin:
             raise ForeignSkinError(self.error)
         for source, tally in zip(self.declared.sources, self.tallies, strict=True):
             if tally.frames == 0:
-                raise ForeignSkinError(f"{source.at}: {_why_silent(tally)}")
+                raise ForeignSkinError(f"{source.at}: {_why_silent(source, tally)}")
         if alive < least_alive * len(self.layout):
             silent = np.flatnonzero(~self._heard)
             raise ForeignSkinError(
-                f"skin: found {alive} of {len(self.layout)} cells, expected {least_alive:.0%} or more; silent are "
-                f"{silent[:8].tolist()} …"
+                f"skin: found {alive} of {len(self.layout)} cells, expected {least_alive:.0%} or more; silent, or "
+                f"beyond their range, are {silent[:8].tolist()} …"
             )
         self._check_rate()
         return alive
@@ -160,11 +163,13 @@ class ForeignSkin:
         }
 
 
-def _why_silent(tally: Tally) -> str:
+def _why_silent(source: Source, tally: Tally) -> str:
     if tally.bad:
         return f"{tally.bad} frames came, of another length, count or check sum than declared"
     if tally.refused:
         return f"{tally.refused} datagrams came, all of another sender than declared"
     if tally.skipped_bytes:
         return f"{tally.skipped_bytes} bytes came, and no frame began in them: compare start, number and slots"
+    if source.kind.startswith("ros2"):
+        return f"nothing comes in domain {source.domain} on {source.interface or 'this machine alone (no interface)'}"
     return "nothing comes"

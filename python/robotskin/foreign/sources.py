@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import math
 import os
 import select
 import socket
@@ -163,6 +164,7 @@ def _in_time(path: Path, source: Source, decoder: TextFrames, closing: threading
     """Each frame at its time from the first one; a file that repeats begins anew at its end."""
     while True:
         first_s: float | None = None
+        last_s = -math.inf
         began_s = time.monotonic()
         with path.open(encoding="ascii", errors="replace") as lines:
             for number, text in enumerate(lines):
@@ -171,8 +173,13 @@ def _in_time(path: Path, source: Source, decoder: TextFrames, closing: threading
                 found = decoder.line(text)
                 if found is None or not np.isfinite(found[0][time_at]):
                     continue
-                first_s = found[0][time_at] if first_s is None else first_s
-                due_s = began_s + found[0][time_at] - first_s
+                if found[0][time_at] < last_s:
+                    raise ForeignSkinError(
+                        f"line {number + 1}: its time {found[0][time_at]:g} s is before {last_s:g} s"
+                    )
+                last_s = float(found[0][time_at])
+                first_s = last_s if first_s is None else first_s
+                due_s = began_s + last_s - first_s
                 if closing.wait(max(due_s - time.monotonic(), 0.0)):
                     return
                 yield int(due_s * 1e9), found[1]
@@ -186,10 +193,12 @@ def generated(source: Source, declared: Declared, tally: Tally, closing: threadi
         sys.path.insert(0, os.getcwd())
     module, _, wanted = source.at.partition(":")
     try:
-        made = getattr(importlib.import_module(module), wanted)()
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
-        raise ForeignSkinError(f"{source.at}: {error}; give MODULE:FUNCTION of a generator") from None
-    return paced(iter(made), source, declared, tally, closing)
+        made = iter(getattr(importlib.import_module(module), wanted)())
+    except Exception as error:
+        raise ForeignSkinError(
+            f"{source.at}: {type(error).__name__}: {error}; give MODULE:FUNCTION of a generator"
+        ) from error
+    return paced(made, source, declared, tally, closing)
 
 
 def paced(made: Iterator[Any], source: Source, declared: Declared, tally: Tally, closing: threading.Event) -> Frames:

@@ -20,6 +20,7 @@ from robotskin.rehearsal.process import Process, RehearsalError
 from robotskin.robots.gains import robot_with_gains
 
 STEP_S, BEHIND_S = 0.001, 0.5
+JOINTS = 7
 WATCH_PORT = 1338
 STIFFNESS = (22500.0, 22500.0, 17500.0, 17500.0, 2500.0, 2500.0, 2500.0)
 DAMPING = (450.0, 450.0, 350.0, 350.0, 50.0, 50.0, 50.0)
@@ -113,6 +114,8 @@ def franka_controller(robot: str = "panda", host: str = "127.0.0.1", posture: Se
         posture: (7,) rad.
     """
     at = robot_with_gains(robot).gains.home if posture is None else posture
+    if len(at) != JOINTS:
+        raise RehearsalError(f"a Franka has {JOINTS} joints: {robot} has {len(at)}; name panda, or the URDF of yours")
     return Process(make, posture=[float(one) for one in at], host=host)
 
 

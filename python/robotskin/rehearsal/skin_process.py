@@ -8,7 +8,7 @@ from pathlib import Path
 from robotskin import layout as layouts
 from robotskin import robots
 from robotskin.keys import SkinKeys
-from robotskin.rehearsal.process import Process
+from robotskin.rehearsal.process import Process, RehearsalError
 from robotskin.rehearsal.serial_skin import SerialSkin
 from robotskin.rehearsal.skin_units import SkinUnits
 from robotskin.robots.gains import robot_with_gains
@@ -31,6 +31,11 @@ def make_serial(
 def _worn(robot: str, layout: str | None, key: str | None, seed: int) -> tuple[robots.Robot, layouts.Layout, SkinKeys]:
     model = robot_with_gains(robot).robot
     worn = layouts.finished(model.name) if layout is None else layouts.Layout.load(layout)
+    if not worn.section_unit_ports:
+        raise RehearsalError(
+            f"layout {layout}: no section unit is plugged into it, so no cell could be reached; leave it out, and give "
+            "another maker's skin to robotskin connect: --skin FILE"
+        )
     return model, worn, SkinKeys.of_seed(seed) if key is None else SkinKeys.load(key)
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+import socket
 from functools import cache
 from typing import Any
 from weakref import WeakValueDictionary
@@ -119,7 +120,10 @@ class DdsNode:
             self._participant = DomainParticipant(domain)
         except DDSException as error:
             where = "127.0.0.1" if interface is None else f"interface {interface}"
-            raise Ros2Error(f"ROS 2 domain {domain}: no DDS on {where}: {error}") from error
+            there = ", ".join(name for _, name in socket.if_nameindex())
+            raise Ros2Error(
+                f"ROS 2 domain {domain}: no DDS on {where}; this machine has the interfaces {there}"
+            ) from error
 
     def writer(self, topic: Topic, depth: int = DEPTH, waits_s: float = 1.0) -> RawWriter:
         """Of a topic; reliable, and latched where the topic is; `waits_s`: at most for a reader that is slow."""

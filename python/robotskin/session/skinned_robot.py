@@ -13,7 +13,7 @@ import numpy as np
 from robotskin.choices import INTERFACES, member
 from robotskin.control import Behaviour, Controller
 from robotskin.control.body_limits import BodyLimits
-from robotskin.cycle import Condition, SafetyState, SkinSource, safety_table
+from robotskin.cycle import SafetyState, SkinSource, safety_table
 from robotskin.errors import RobotskinError
 from robotskin.layout import Layout
 from robotskin.loop import LoopReport, SkinLoop
@@ -23,6 +23,7 @@ from robotskin.robots.gains import GainSet, gains_of
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session.fault_file import FaultFile
 from robotskin.session.interfaces import ByLimb, modes_by_joint, told
+from robotskin.session.waiting_for import waits_for
 from robotskin.skin import Health, SkinInput, SkinState
 from robotskin.tasks import Fusion
 
@@ -182,8 +183,7 @@ class SkinnedRobot:
         if report.state is not SafetyState.ready:
             return "; ".join(part for part in (report.text, self.controller.task_error) if part)
         needed = next(row[1] for row in safety_table() if row[0] is SafetyState.ready and row[3] is SafetyState.running)
-        absent = [str(one.name) for one in Condition if needed & one.value & ~report.conditions]
-        missing = f"for want of {', '.join(absent)}"
+        missing = waits_for(needed & ~report.conditions)
         return "; ".join(part for part in (missing, self.controller.task_error) if part)
 
     # ---- What may be asked of it ----

@@ -46,7 +46,7 @@ class ServedPage:
 
     def serve(self, console: Console, at_end: str, hint: str = "") -> None:
         """Print the address and what a person may do, wait for Ctrl-C, and print what happens then."""
-        console.print(f"open [bold]{self.address}[/]{hint} (Ctrl-C ends)")
+        console.print(f"open [bold]{self.address}[/]{hint} (Ctrl-C ends)", markup=True)
         try:
             threading.Event().wait()
         except KeyboardInterrupt:

@@ -2,6 +2,7 @@
 """Another maker's skin in the loop: touch moves the robot, what is lacking is absent, and what is lost stops it."""
 
 import dataclasses
+import itertools
 import os
 import pty
 import socket
@@ -244,6 +245,35 @@ def test_files_are_played_in_their_time(kind: str, seed: int, worn: Layout, tmp_
         for slot in (0, 13, 47):
             felt = np.asarray(state.normal_force)[cell_of(worn, slot)].sum()
             assert felt == pytest.approx((counts[slot] - 20) * 0.01, abs=1e-5)
+
+
+def test_cells_beyond_their_range_do_not_speak_and_an_end_is_told(worn: Layout) -> None:
+    far = itertools.repeat(np.full(TRIANGLES * SLOTS, 5000))
+    with ForeignSkin(worn, declared(), {"made": far}) as skin, pytest.raises(ForeignSkinError, match="beyond their"):
+        skin.await_skin(within_s=0.3)
+    with ForeignSkin(worn, declared(), {"made": [np.full(TRIANGLES * SLOTS, 20)] * 3}) as skin:
+        assert until(lambda: bool(skin.error))
+        assert "come to its end" in skin.error
+    with ForeignSkin(worn, declared(), {"made": Pads(1)}) as skin:
+        skin.await_skin()
+    assert skin.error == ""
+
+
+def test_a_time_that_goes_back_is_named_by_its_line(worn: Layout, tmp_path: Path) -> None:
+    file = tmp_path / "back.csv"
+    file.write_text("".join(f"{time_s}," + ",".join(["20"] * TRIANGLES * SLOTS) + "\n" for time_s in (1.0, 1.01, 0.5)))
+    with ForeignSkin(worn, declared("csv", str(file))) as skin:
+        assert until(lambda: bool(skin.error))
+        assert skin.error.endswith("line 3: its time 0.5 s is before 1.01 s")
+
+
+@pytest.mark.parametrize("body", ["return 5", "raise RuntimeError('no glove')"])
+def test_what_is_no_generator_is_refused_by_its_name(body: str, worn: Layout, tmp_path: Path, monkeypatch) -> None:
+    name = f"gen_{len(body)}"
+    (tmp_path / f"{name}.py").write_text(f"def made():\n    {body}\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ForeignSkinError, match=f"{name}:made: .*of a generator"):
+        ForeignSkin(worn, declared("python", f"{name}:made"))
 
 
 def test_what_a_generator_raises_is_told(worn: Layout) -> None:

@@ -213,9 +213,9 @@ def test_a_file_that_cannot_be_made_prevents_no_stop(tmp_path: Path, seed: int, 
     assert session.state == SafetyState.ready, "brought to rest, and not wanted to run"
 
 
-def test_a_robot_that_does_not_start_says_for_want_of_what(session: Session, monkeypatch) -> None:
+def test_a_robot_that_does_not_start_says_what_it_waits_for(session: Session, monkeypatch) -> None:
     monkeypatch.setattr(session, "start", lambda: None)
-    with pytest.raises(SessionError, match="ready, for want of wanted"):
+    with pytest.raises(SessionError, match="ready, it waits for being started"):
         session.boot()
 
 
