@@ -96,6 +96,7 @@ nb::bytes column(const std::vector<Item>& items) {
 }
 
 void bind_recorder(nb::module_& module) {
+  module.attr("KEYFRAME_S") = 1e-9 * static_cast<double>(record::DriverTape::keyframe_period_ns);
   nb::class_<Recorder>(module, "Recorder", R"(Two bounded tapes, one of the driver's thread, one of the control thread.
 
 What happens in these threads is copied into the tapes without waiting; a `TapeReader` empties them in another thread or

@@ -26,10 +26,12 @@ void DriverTape::published(const driver::Driver& driver, std::uint64_t number, s
   if (keyframe_publication() != 0) {
     put(Entry::publication, now_ns, {reinterpret_cast<const std::uint8_t*>(&number), sizeof number});
   }
-  if (!lost_ && !keyframe_due_.load(std::memory_order_acquire)) return;
+  const bool due = keyframe_due_.load(std::memory_order_acquire) || now_ns - keyframe_ns_ >= keyframe_period_ns;
+  if (!lost_ && !due) return;
   const driver::Driver::KeyframeParts parts = driver.keyframe_parts();
   if (!tape_.put(Entry::keyframe, now_ns, parts)) return;  // the next publication tries again
   keyframe_due_.store(false, std::memory_order_release);
+  keyframe_ns_ = now_ns;
   lost_ = false;
   keyframe_publication_.store(number, std::memory_order_release);
 }

@@ -22,6 +22,10 @@ inline constexpr std::uint64_t modes_differ = 3;
 
 class DriverTape final : public driver::Witness {
  public:
+  // A keyframe follows the last one within so much of the recording's own time, which in a simulation passes faster or
+  // slower than the host's.
+  static constexpr std::int64_t keyframe_period_ns = 5'000'000'000;
+
   explicit DriverTape(std::span<std::uint8_t> memory) : tape_(memory, true) {}
 
   void accepted(std::span<const std::uint8_t> datagram, std::int64_t now_ns) noexcept override;
@@ -39,6 +43,7 @@ class DriverTape final : public driver::Witness {
  private:
   Tape tape_;
   std::atomic<bool> keyframe_due_{true};
+  std::int64_t keyframe_ns_ = 0;  // of the last one
   std::atomic<std::uint64_t> keyframe_publication_{0};
   void put(Entry kind, std::int64_t time_ns, std::span<const std::uint8_t> payload) noexcept {
     if (!tape_.put(kind, time_ns, payload)) lost_ = true;

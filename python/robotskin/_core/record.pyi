@@ -67,6 +67,8 @@ class Entry(enum.Enum):
     nothing: a tick in which such a skin had nothing new; time: of the tick
     """
 
+KEYFRAME_S: float = 5.0
+
 class Recorder:
     """
     Two bounded tapes, one of the driver's thread, one of the control thread.

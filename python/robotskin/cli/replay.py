@@ -69,7 +69,7 @@ def command(
         if asked and beside:
             raise InputError(f"{', '.join(beside)} with {alone}: only one at a time; give them without {alone}")
     recording = Recording(file)
-    if start > recording.seconds or (end is not None and end < start):
+    if not start <= recording.seconds or (end is not None and not end >= start):
         raise InputError(
             f"--from {start:g}{'' if end is None else f' --to {end:g}'}: {file} lasts {recording.seconds:.1f} s; give "
             "a time within it, and an end behind it"
@@ -111,9 +111,18 @@ def command(
         console.print("no skin state can be replayed: no keyframe is in that time; --csv writes what samples there are")
     else:
         console.print("no cell felt more than 0.5 N")
+    if found.unplayed_s:
+        console.print(
+            f"the last {found.unplayed_s:.1f} s cannot be replayed: something is missing, and no keyframe follows",
+            highlight=False,
+        )
     if found.gaps:
-        console.print(f"{found.gaps} entries were dropped while it was recorded: the replay passes over that time")
-    console.print(f"{found.frames} skin states, {found.speed:.1f} x real time", highlight=False)
+        console.print(
+            f"{found.gaps} entries are missing, dropped while it was recorded or left out by --repair: the replay passes "
+            "over that time"
+        )
+    fast = f", {found.speed:.1f} x real time" if found.seconds else ""
+    console.print(f"{found.frames} skin state{'s' * (found.frames != 1)}{fast}", highlight=False)
     if behaviour is not None:
         compare(recording, behaviour, start, until, console)
     if csv is not None:

@@ -29,8 +29,6 @@ DRAIN_S = 0.045
 FOLLOWED_DRAIN_S = 0.002
 """While others look on: what they see is no older than this."""
 FLUSH_S = 0.045
-KEYFRAME_S = 5.0
-"""A replay that is sought goes on within this time."""
 
 CONTROL_MIB = 16.0
 FILE_READER, FOLLOWING_READER = 0, 1
@@ -82,7 +80,6 @@ class Recorder:
         self.path = None if path is None else Path(path)
         self.error: str = ""
         """Why nothing is taken down any more, such as a full disk; empty while it is. The robot goes on either way."""
-        self.keyframe_s = KEYFRAME_S
         self._session, self._tell = session, tell
         memory = TapeMemory.made("driver's tape", driver_mib), TapeMemory.made("control tape", CONTROL_MIB)
         self._tapes = Tapes(*(one.bytes for one in memory))
@@ -201,20 +198,14 @@ class Recorder:
         self._tell(self._told())
 
     def _work(self) -> None:
-        """Ask for keyframes, and feed what looks on."""
-        keyframed = time.monotonic()
+        """Feed what looks on."""
         while True:
             last = self._ending.is_set()
             if self._followed is not None:
                 self._feed(self._followed)
-            now = time.monotonic()
-            if now - keyframed >= self.keyframe_s:
-                self._tapes.ask_for_keyframe()
-                keyframed = now
             if last:
                 return
-            until_keyframe_s = max(0.0, keyframed + self.keyframe_s - now)
-            self._ending.wait(until_keyframe_s if self._followed is None else FOLLOWED_DRAIN_S)
+            self._ending.wait(None if self._followed is None else FOLLOWED_DRAIN_S)
 
     def _feed(self, tapes: TapeReader) -> None:
         try:

@@ -33,8 +33,7 @@ from robotskin.record.mcap_file import (
     unpacked,
 )
 from robotskin.record.messages import BLOCK, SKIN_SAMPLES, TOPICS
-from robotskin.record.recorder import KEYFRAME_S
-from robotskin.record.tape import Player
+from robotskin.record.tape import KEYFRAME_S, Player
 from robotskin.skin import SkinState
 
 if TYPE_CHECKING:
@@ -154,9 +153,17 @@ class Recording:
         goes back to the keyframe before it. Raises RecordingFileError for damaged bytes.
         """
         begin_ns, end_ns = self.start_ns + int(start_s * 1e9), self.start_ns + min(end_s, 1e9) * 1e9
+        yield from self._played(self._first_chunk(begin_ns), begin_ns, end_ns)
+
+    def _played(self, first_chunk: int, begin_ns: int, end_ns: float) -> Iterator[Frame]:
         player, state = Player(self.layout.skin_model()), SkinState(len(self.layout))
+        known = first_chunk == 0
         try:
-            for topic, message in self._messages(self._first_chunk(begin_ns)):
+            for topic, message in self._messages(first_chunk):
+                if not known and message.log_time > begin_ns:
+                    # Keyframes are farther apart, such as in earlier recordings of simulations.
+                    yield from self._played(0, begin_ns, end_ns)
+                    return
                 if topic == "/skin/tape":
                     player.give_driver(bytes(BLOCK.unpack(message.data)["entries"]))
                 elif topic == "/control/tape":
@@ -164,6 +171,7 @@ class Recording:
                 else:
                     continue
                 while (time_ns := player.advance(state)) is not None:
+                    known = True
                     if time_ns > end_ns:
                         return
                     if time_ns >= begin_ns:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.records import Attachment, Message
+from mcap.records import Attachment, Chunk, Message
+from mcap.stream_reader import StreamReader
 
 from robotskin import firmware, layout, robots
 from robotskin.errors import UnknownNameError
@@ -21,7 +22,8 @@ from robotskin.record import recorder as recorder_module
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.record.open_loop import open_loop, recorded_gains
-from robotskin.record.summary import summarise
+from robotskin.record.summary import LAST_READ_S, summarise
+from robotskin.record.tape import KEYFRAME_S
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
 from robotskin.robots.gains.gain_file import read_gains, written
 from robotskin.session import Session
@@ -33,6 +35,13 @@ STEPS = 400
 
 def bytes_of(state: SkinState) -> bytes:
     return b"".join(np.asarray(getattr(state, name)).tobytes() for name in COLUMNS) + state.time_ns.to_bytes(8)
+
+
+def _chunk_ends(path: Path) -> list[int]:
+    """Bytes at which its chunks end."""
+    with path.open("rb") as file:
+        chunks = StreamReader(file, emit_chunks=True).records
+        return [file.tell() for record in chunks if isinstance(record, Chunk)]
 
 
 class Made:
@@ -200,7 +209,6 @@ def test_a_file_cut_at_any_byte_is_mended(made: Made, seed: int, round_: int, tm
 
 
 def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> None:
-    from mcap.stream_reader import StreamReader
 
     whole = made.path.read_bytes()
     (size,) = struct.unpack_from("<Q", whole, 9)
@@ -211,13 +219,42 @@ def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> Non
         assert sum(isinstance(one, Message) for one in StreamReader(file).records) == found.messages > 0
 
 
+def test_a_recording_is_sought_in_its_own_time(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A simulation outruns the host's clock, by which keyframes came once: seeks between them found nothing."""
+    session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
+    path = tmp_path / "fast.mcap"
+    session.boot()
+    with Recorder(path, session):
+        for _ in range(round(2.3 * KEYFRAME_S * 1000)):
+            session.step()
+    session.shut_down()
+    recording = Recording(path)
+    for start_s in (0.4 * KEYFRAME_S, 1.1 * KEYFRAME_S, 2.2 * KEYFRAME_S):
+        frame = next(recording.frames(start_s))
+        assert 0 <= frame.time_ns - recording.start_ns - start_s * 1e9 < 3e6
+    # As in files whose keyframes are farther apart: it is played from its beginning then.
+    monkeypatch.setattr(Recording, "_first_chunk", lambda self, begin_ns: len(self._chunks) - 1)
+    assert next(Recording(path).frames(2.2 * KEYFRAME_S)).time_ns == frame.time_ns
+
+
+def test_what_no_keyframe_leads_to_any_more_is_told(made: Made, tmp_path: Path) -> None:
+    found = summarise(Recording(made.path), 0.0, float("inf"))
+    assert (found.frames, found.unplayed_s) == (STEPS, 0.0)
+    damaged = bytearray(made.path.read_bytes())
+    ends = _chunk_ends(made.path)
+    damaged[ends[len(ends) // 2] - 20] ^= 255
+    path = tmp_path / "middle.mcap"
+    path.write_bytes(damaged)
+    repair(path)
+    mended = Recording(path)
+    found = summarise(mended, 0.0, float("inf"))
+    lost_s = mended.seconds - found.seconds
+    assert found.unplayed_s == (pytest.approx(lost_s, abs=0.01) if lost_s >= LAST_READ_S else 0.0)
+
+
 def test_a_chunk_that_declares_what_follows_may_be_the_damaged_one(made: Made, tmp_path: Path) -> None:
     """The first one holds schemas and channels; the summary says them again."""
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader
-
-    with made.path.open("rb") as file:
-        first = next(file.tell() for one in StreamReader(file, emit_chunks=True).records if isinstance(one, Chunk))
+    first = _chunk_ends(made.path)[0]
     damaged = bytearray(made.path.read_bytes())
     damaged[first - 20] ^= 255
     path = tmp_path / "first.mcap"
@@ -234,14 +271,8 @@ def test_a_chunk_that_declares_what_follows_may_be_the_damaged_one(made: Made, t
 def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> None:
     """All behind it was thrown away once, and a whole file was called whole: its replay ended there."""
     from mcap.reader import make_reader
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader
 
-    ends = []
-    with made.path.open("rb") as file:
-        for record in StreamReader(file, emit_chunks=True).records:
-            if isinstance(record, Chunk):
-                ends.append(file.tell())
+    ends = _chunk_ends(made.path)
     damaged = bytearray(made.path.read_bytes())
     damaged[ends[len(ends) // 2] - 20] ^= 255
     for name, content in (("whole.mcap", damaged), ("cut.mcap", damaged[:-40])):
