@@ -118,8 +118,8 @@ def command(
         )
     if found.gaps:
         console.print(
-            f"{found.gaps} entries are missing, dropped while it was recorded or left out by --repair: the replay passes "
-            "over that time"
+            f"{found.gaps} entries are missing, dropped while it was recorded or left out by --repair: the replay "
+            "passes over that time"
         )
     fast = f", {found.speed:.1f} x real time" if found.seconds else ""
     console.print(f"{found.frames} skin state{'s' * (found.frames != 1)}{fast}", highlight=False)
