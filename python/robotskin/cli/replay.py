@@ -162,7 +162,7 @@ def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, 
     console.print(table)
     console.print(
         f"{UNITS[MODES.index(found.mode)]}, root mean square of {len(found.recorded)} ticks; {found.speed:.1f} x real "
-        "time. Goal and fusion began at 0 s. The joints are where they were, whatever is commanded.",
+        f"time. Goal and fusion began at {found.begun_s:.1f} s. The joints are where they were, whatever is commanded.",
         highlight=False,
         soft_wrap=True,
     )

@@ -204,7 +204,10 @@ class Replay(OwnThread):
         if self._commanded is not None and (mode := self._steps.mode) is not None and mode == frame.command_mode:
             unit = UNITS[mode] if mode < len(UNITS) else "each joint in its own unit"
             self._compared = Compared(self._steps.name, self._since_s, unit, self._commanded, np.array(frame.command))
+        before_ns = self._steps.begun_ns
         self._commanded = self._steps.step(frame)
+        if before_ns and self._steps.begun_ns != before_ns:
+            self._since_s = (self._steps.begun_ns - self.recording.start_ns) / 1e9
 
     def _last_read(self, time_s: float) -> Frame | None:
         """The skin's last read before a time after which there is none: a recording may end with something else."""

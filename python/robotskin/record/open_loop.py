@@ -38,6 +38,8 @@ class OpenLoop:
     """(T, n) by this controller; rad, rad/s or Nm, for prismatic joints m, m/s or N."""
     recorded: NDArray[np.float64]
     """(T, n) what was sent to the robot in the same tick."""
+    begun_s: float = 0.0
+    """When goal and fusion began, since the recording's beginning: with the first zero of the forces."""
 
     @property
     def difference(self) -> NDArray[np.float64]:
@@ -61,6 +63,8 @@ def recorded_gains(recording: Recording) -> GainSet | None:
 class BehaviourSteps:
     """A behaviour's tasks, their fusion and the guard, stepped with the frames of a recording. It moves nothing.
 
+    When the forces' zero is taken, goal and fusion begin anew: what each sensor felt before was its own offset.
+
     gains: by default those of the recording, else the robot's own.
 
     Raises RecordingFileError: no robot is in it. Raises GainError: damaged gains. Raises UnknownNameError: no such
@@ -73,6 +77,9 @@ class BehaviourSteps:
         self._gains = gains or recorded_gains(recording) or gains_of(self.robot)
         self.mode: int | None = None
         """Number of the recorded interface, by which it commands, too; None: no frame was stepped yet."""
+        self.begun_ns = 0
+        """Time of the frame at which goal and fusion began; 0: no frame was stepped yet."""
+        self._zeroed = False
         self.begin()
 
     @property
@@ -82,6 +89,11 @@ class BehaviourSteps:
 
     def begin(self) -> None:
         """Goal and fusion begin anew, at the next frame."""
+        self._zeroed = False
+        self._begin()
+
+    def _begin(self) -> None:
+        self.begun_ns = 0
         layout = self._recording.layout
         self._controller = Controller(self.robot.core, layout.skin_model(), self._gains, self._behaviour)
         self._controller.cycle.request_run(True)
@@ -95,6 +107,11 @@ class BehaviourSteps:
 
     def step(self, frame: Frame) -> NDArray[np.float64]:
         """(n) what it commands in the tick of a frame that fits, in the unit of the recorded interface."""
+        if not self._zeroed and frame.zeroed:
+            self._zeroed = True
+            if self.begun_ns:
+                self._begin()
+        self.begun_ns = self.begun_ns or frame.time_ns
         if frame.command_mode != self.mode:
             self.mode = frame.command_mode
             if self.mode < len(MODES):  # joints with interfaces of their own go on by the last one
@@ -155,5 +172,5 @@ def open_loop(
     speed = (last_ns - begun_ns) / 1e9 / max(time.monotonic() - began, 1e-9)
     return OpenLoop(
         tuple(steps.robot.joint_names), MODES[mode], (last_ns - first_ns) / 1e9, speed,
-        np.array(commanded[: len(recorded)]), np.array(recorded),
+        np.array(commanded[: len(recorded)]), np.array(recorded), (steps.begun_ns - recording.start_ns) / 1e9,
     )  # fmt: skip

@@ -66,6 +66,11 @@ class Frame:
     measured_force: NDArray[np.float32]
     """(N, 3) newton before any zero is taken."""
 
+    @property
+    def zeroed(self) -> bool:
+        """Whether the forces' zero was taken: before, each sensor's own offset looks like a touch."""
+        return bool(np.nan_to_num(self.skin.normal_force - self.measured_force).any())
+
 
 class Recording:
     """An MCAP file that a `Recorder` has written.

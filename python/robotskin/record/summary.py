@@ -71,7 +71,7 @@ def summarise(
     for frame in recording.frames(start_s, end_s):
         force = np.asarray(frame.skin.normal_force).sum(axis=1)
         force[np.asarray(frame.skin.health) != int(Health.alive)] = 0
-        if not zeroed and np.nan_to_num(frame.skin.normal_force - frame.measured_force).any():
+        if not zeroed and frame.zeroed:
             zeroed = True
             largest[:], touched_s[:] = 0, 0
         np.maximum(largest, force, out=largest)

@@ -116,6 +116,24 @@ def test_a_controller_is_compared_with_what_was_done(made: Made) -> None:
         open_loop(recording, "none")
 
 
+def test_a_controller_that_was_recorded_from_before_its_tare_commands_the_same(seed: int, tmp_path: Path) -> None:
+    """Each sensor's own offset moved its goal aside, for good, where it had begun before the zero was taken."""
+    session = Session(robots.load("allegro_right_hand"), layout.finished("allegro_right_hand"), seed=seed)
+    path = tmp_path / "whole.mcap"
+    with Recorder(path, session):
+        session.boot()
+        session.world.push(cell=40, force_n=4.0)
+        for _ in range(800):
+            session.step()
+    session.shut_down()
+    found = open_loop(Recording(path), "skin_compliance")
+    later = slice(len(found.recorded) - 600, None)
+    away = np.sqrt(((found.commanded - found.recorded)[later] ** 2).mean(axis=0))
+    assert found.begun_s > 0
+    assert found.recorded[later].std(axis=0).max() > 0.01
+    assert away.max() < 0.1 * found.recorded[later].std(axis=0).max()
+
+
 def test_a_comparison_that_begins_later_is_a_part_of_the_whole(made: Made) -> None:
     """Goal and fusion began anew at its start, and its commands differed."""
     recording = Recording(made.path)
