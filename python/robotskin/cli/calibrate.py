@@ -49,6 +49,7 @@ def command(
         Path | None,
         typer.Option(help="A layout file; by default the robot's finished layout.", exists=True, dir_okay=False),
     ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Write over a calibration that is there.")] = False,
     seed: Annotated[int, typer.Option(help="Of the simulated skin.")] = 1,
     ideal: Ideal = False,
 ) -> None:
@@ -64,6 +65,8 @@ def command(
     from robotskin.robots.gains import robot_with_gains
 
     require_writable("FILE", file, (".json",))
+    if file.exists() and not replace:
+        raise CalibrationError(f"{file}: there is a calibration already; give another name, or --replace")
     console = terminal()
     with waiting(f"loading {robot}"):
         ready = robot_with_gains(robot, None)

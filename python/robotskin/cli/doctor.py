@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def command(
     what: Annotated[str, typer.Argument(help="A robot by name, which then works for a while, or a recording (MCAP).")],
     seconds: Annotated[float, typer.Option(help="How long a robot works, simulated seconds.", min=5)] = 60.0,
-    ill: Annotated[int, typer.Option(help="Let so many cells of the simulated skin fall ill, to see them found.")] = 0,
+    ill: Annotated[
+        int, typer.Option(help="Let so many cells of the simulated skin fall ill, to see them found.", min=0)
+    ] = 0,
     presses: Annotated[
         Path | None,
         typer.Option(
@@ -42,6 +44,7 @@ def command(
     Exit status 0: every cell is well. 1: some are ill.
     """
     from robotskin.cli._terminal import terminal
+    from robotskin.errors import InputError
     from robotskin.figures import write_figures
     from robotskin.health import report
     from robotskin.outputs import require_writable
@@ -56,6 +59,8 @@ def command(
         watched_s, from_what = 0.0, f"the gains of the force sensors of {count} touched cells are well"
     else:
         is_file = Path(what).suffix == ".mcap"
+        if is_file and ill:
+            raise InputError(f"--ill {ill}: cells of a recording cannot fall ill; give a robot, or leave --ill out")
         layout, robot, findings, watched_s = recorded(Path(what)) if is_file else worked(what, seconds, ill, seed)
         from_what = f"all {len(layout)} cells are well, as far as {watched_s:.0f} s tell"
     if findings:
@@ -85,7 +90,7 @@ def recorded(file: Path) -> tuple[Layout, Robot | None, list[Finding], float]:
             position, velocity = (frame.position, frame.velocity) if known else (None, None)
             if watch.tick(frame.time_ns, frame.skin, position, velocity, frame.measured_force):
                 tell("replay", watch.seconds / max(recording.seconds, 1e-9))
-    return recording.layout, robot, watch.findings, recording.seconds
+    return recording.layout, robot, watch.findings, float(watch.seconds)
 
 
 def touched(name: str, presses: Path) -> tuple[Layout, Robot, list[Finding], int]:

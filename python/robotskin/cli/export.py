@@ -51,6 +51,8 @@ def command(
             with waiting("export") as tell:
                 done = export(recording, place, tell=lambda share, tell=tell: tell("export", share))
             typer.echo(f"{', '.join(f'{count} {what}' for what, count in done.items())} written to {place}")
+            if recording.unplayed_s:
+                typer.echo(f"the last {recording.unplayed_s:.1f} s are left out: no keyframe leads there any more")
 
 
 def exporter(option: str) -> Callable[..., dict[str, int]]:

@@ -46,6 +46,10 @@ TIME_END_NS = 1 << 62
 """Times are before it: differences of two fit a number of 64 bits."""
 
 
+LAST_READ_S = 0.25
+"""Other messages may follow the last read of the skin for so long."""
+
+
 @dataclass
 class Frame:
     """One read of the skin, as the controller saw it; arrays are valid until the next frame is taken.
@@ -81,6 +85,8 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        self.unplayed_s = 0.0
+        """What `frames`, gone to the end, could not play there: something is missing, and no keyframe follows."""
         require_file(self.path)
         if not is_mcap(self.path):
             raise RecordingFileError(f"{self.path}: no MCAP file; robotskin record FILE.mcap makes a recording")
@@ -163,6 +169,7 @@ class Recording:
     def _played(self, first_chunk: int, begin_ns: int, end_ns: float) -> Iterator[Frame]:
         player, state = Player(self.layout.skin_model()), SkinState(len(self.layout))
         known = first_chunk == 0
+        last_ns, self.unplayed_s = 0, 0.0
         try:
             for topic, message in self._messages(first_chunk):
                 if not known and message.log_time > begin_ns:
@@ -179,10 +186,13 @@ class Recording:
                     known = True
                     if time_ns > end_ns:
                         return
+                    last_ns = time_ns
                     if time_ns >= begin_ns:
                         position, velocity, effort = player.joints
                         mode, gaps, force = player.command_mode, player.gaps, player.measured_force
                         yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps, force)
+            behind_s = (self.end_ns - last_ns) / 1e9
+            self.unplayed_s = behind_s if last_ns and behind_s > LAST_READ_S else 0.0
         except RecordingFileError:
             raise
         except DAMAGE as error:

@@ -14,8 +14,6 @@ from robotskin.skin import Health
 
 TOUCH_N = 0.5
 FRAMES_PER_REPORT = 500
-LAST_READ_S = 0.25
-"""Other messages may follow the last read of the skin for so long."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class Summary:
     gaps: int
     links: tuple[LinkTouch, ...]
     unplayed_s: float = 0.0
-    """At the end, which no keyframe leads to any more."""
+    """At its end, which no keyframe leads to any more."""
 
     def figures(self) -> dict[str, float]:
         """Flat numbers, as files of figures hold them."""
@@ -92,8 +90,6 @@ def summarise(
         )
         for index in np.unique(link[largest > TOUCH_N])
     ]
-    ends_ns = min(recording.end_ns, recording.start_ns + min(end_s, 1e9) * 1e9)
-    unplayed_s = max(0.0, (ends_ns - last_ns) / 1e9) if frames else 0.0
-    if unplayed_s < LAST_READ_S:
-        unplayed_s = 0.0
-    return Summary(frames, seconds, seconds / max(time.monotonic() - began, 1e-9), gaps, tuple(rows), unplayed_s)
+    return Summary(
+        frames, seconds, seconds / max(time.monotonic() - began, 1e-9), gaps, tuple(rows), recording.unplayed_s
+    )

@@ -123,3 +123,18 @@ def test_a_file_that_is_no_recording_is_not_taken_for_a_cut_one(tmp_path: Path) 
     answer = CliRunner().invoke(main.app, ["doctor", str(file)])
     assert answer.exit_code == 2
     assert answer.output.strip() == f"robotskin: {file}: no MCAP file; robotskin record FILE.mcap makes a recording"
+
+
+def test_a_calibration_that_is_there_stays_unless_told(tmp_path: Path) -> None:
+    file = tmp_path / "forces.json"
+    file.write_text("precious")
+    answer = CliRunner().invoke(main.app, ["calibrate", "ur5", str(file), "--cells", "1"])
+    assert answer.exit_code == 2
+    assert "--replace" in answer.output
+    assert file.read_text() == "precious"
+
+
+def test_cells_of_a_recording_do_not_fall_ill(tmp_path: Path) -> None:
+    answer = CliRunner().invoke(main.app, ["doctor", str(tmp_path / "work.mcap"), "--ill", "3"])
+    assert answer.exit_code == 2
+    assert "--ill 3" in answer.output

@@ -22,7 +22,8 @@ from robotskin.record import recorder as recorder_module
 from robotskin.record.mcap_file import BoundedFile, records
 from robotskin.record.messages import SKIN_SAMPLES, further_fields
 from robotskin.record.open_loop import open_loop, recorded_gains
-from robotskin.record.summary import LAST_READ_S, summarise
+from robotskin.record.recording import LAST_READ_S
+from robotskin.record.summary import summarise
 from robotskin.record.tape import KEYFRAME_S
 from robotskin.robots.gains import GainError, GainSet, robots_with_gains
 from robotskin.robots.gains.gain_file import read_gains, written
