@@ -56,10 +56,10 @@ class Still:
         return Reading(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (25.0, 25.0))
 
 
-def counts_of(reading: Reading) -> tuple[NDArray[np.int32], bool]:
+def counts_of(reading: Reading, whose: str = "sensors") -> tuple[NDArray[np.int32], bool]:
     """(1, 9) counts, and whether a sensor is missing or at the end of its range.
 
-    Raises SensorsError for a reading of another shape.
+    Raises SensorsError for a reading of another shape, which names `whose` it is.
     """
     counts = np.zeros((1, len(firmware.CHANNELS)), dtype=np.int32)
     fault, at = False, 0
@@ -75,7 +75,7 @@ def counts_of(reading: Reading) -> tuple[NDArray[np.int32], bool]:
             values = np.empty(0)
         if values.shape != (width,) or not np.isfinite(values).all():
             raise SensorsError(
-                f"sensors: {name} is {value!r}: give {width} finite numbers, or None where it is missing"
+                f"{whose}: {name} is {value!r}: give {width} finite numbers, or None where it is missing"
             )
         for one in values:
             _, signed, bits, step, _ = firmware.CHANNELS[at]
@@ -104,10 +104,7 @@ def read_counts(name: str, sensors: Sensors, seconds: float) -> tuple[NDArray[np
         raise SensorsError(
             f"sensors {name}: read({seconds:.3f}) answered {reading!r}: give a robotskin.cell_sensors.Reading"
         )
-    try:
-        return counts_of(reading)
-    except SensorsError as error:
-        raise SensorsError(f"sensors {name}: {str(error).removeprefix('sensors: ')}") from None
+    return counts_of(reading, f"sensors {name}")
 
 
 def made_sensors(name: str) -> Sensors:

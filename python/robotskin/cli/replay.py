@@ -58,7 +58,6 @@ def command(
     from robotskin.figures import write_figures
     from robotskin.outputs import require_writable
     from robotskin.record import Recording
-    from robotskin.record.open_loop import BehaviourSteps
     from robotskin.record.summary import summarise
 
     for alone, asked in (("--page", page), ("--fleet", fleet is not None)):
@@ -83,7 +82,9 @@ def command(
         play_in_fleet(recording, fleet)
         return
     if behaviour is not None:
-        BehaviourSteps(recording, behaviour)  # refuses an unknown one before all is read
+        from robotskin import control
+
+        control.behaviour(behaviour)  # refuses an unknown one before all is read
     until = float("inf") if end is None else end
     for option, target in (("--csv", csv), ("--html", html), ("--json", json_file)):
         require_writable(option, target)

@@ -75,6 +75,11 @@ class Source:
     domain: int = 0
     interface: str = ""
 
+    def frame_bytes(self, values: int) -> int:
+        """Of a binary frame, of so many numbers a cell: start, sequence, slots times numbers, check sum."""
+        body = self.slots * values * bytes_of(self.number)
+        return len(self.start) + bytes_of(self.sequence) + body + CHECK_BYTES[self.check]
+
 
 @dataclass(frozen=True)
 class Declared:
@@ -117,11 +122,10 @@ class Declared:
         """How old a sample of a living cell may be: five frames."""
         return min(max(5 / self.rate_hz, 0.02), 0.25)
 
-    def frame_bytes(self, source: Source) -> int:
-        """Of a binary frame: start, sequence, slots times values numbers, check sum."""
-        values = sum(one.values for one in self.channels)
-        body = source.slots * values * bytes_of(source.number)
-        return len(source.start) + bytes_of(source.sequence) + body + CHECK_BYTES[source.check]
+    @property
+    def values(self) -> int:
+        """Numbers that a cell gives in a frame."""
+        return sum(one.values for one in self.channels)
 
     def _error(self, field: str, value: object, valid: str) -> ForeignSkinError:
         return ForeignSkinError(f"{self.name}: {field}: {value!r}: {valid}")
@@ -157,8 +161,9 @@ class Declared:
             raise self._error(f"{where}: group, first_id", [one.group, one.first_id], "of a cell of a layout")
         if one.kind == "serial" and one.encoding == "binary" and not one.start:
             raise self._error(f"{where}: start", "", "the bytes with which a frame begins, or none can be found")
-        if one.kind == "udp" and one.encoding == "binary" and self.frame_bytes(one) > DATAGRAM_BYTES_MAX:
-            held = f"a frame of {self.frame_bytes(one)} bytes, a datagram holds {DATAGRAM_BYTES_MAX}"
+        size = one.frame_bytes(self.values)
+        if one.kind == "udp" and one.encoding == "binary" and size > DATAGRAM_BYTES_MAX:
+            held = f"a frame of {size} bytes, a datagram holds {DATAGRAM_BYTES_MAX}"
             raise self._error(f"{where}: slots", one.slots, f"{held}: give several inputs")
         if len(one.start) > 16:
             raise self._error(f"{where}: start", one.start.hex(), "at most 16 bytes")

@@ -39,9 +39,8 @@ class BinaryFrames:
         self._shape = (source.slots, values)
         self._sequence_bytes = bytes_of(source.sequence)
         self._check_bytes = CHECK_BYTES[source.check]
-        body = source.slots * values * self._dtype.itemsize
         self._head = len(source.start) + self._sequence_bytes
-        self.size = self._head + body + self._check_bytes
+        self.size = source.frame_bytes(values)
         """Bytes of a frame."""
         self._kept = bytearray()
         self._expected: int | None = None
@@ -138,7 +137,7 @@ class TextFrames:
 
 def decoder_of(source: Source, declared: Declared, tally: Tally) -> BinaryFrames | TextFrames:
     """What makes frames of this source's bytes."""
-    values = sum(channel.values for channel in declared.channels)
+    values = declared.values
     if source.encoding == "binary":
         return BinaryFrames(source, values, tally)
     return TextFrames(source.slots, values, tally)

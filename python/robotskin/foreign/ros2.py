@@ -61,7 +61,7 @@ def stamp_of(stamp: Any) -> int:
 
 def tactile_counts(message: Any, source: Source, declared: Declared) -> Counts | None:
     """The values of all sensors of a `TactileState`, in its order; None for another count than declared."""
-    width = sum(channel.values for channel in declared.channels)
+    width = declared.values
     values = np.concatenate([np.asarray(one.values, np.float64) for one in message.sensors] or [np.empty(0)])
     return values.reshape(-1, width) if values.size == source.slots * width else None
 

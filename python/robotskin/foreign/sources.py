@@ -155,7 +155,7 @@ def _played(
     path = Path(source.at)
     if not path.is_file():
         raise ForeignSkinError(f"{source.at}: no such file")
-    values = sum(channel.values for channel in declared.channels)
+    values = declared.values
     decoder = TextFrames(source.slots, values, tally, leading)
     return _in_time(path, source, decoder, closing, time_at)
 
@@ -203,7 +203,7 @@ def generated(source: Source, declared: Declared, tally: Tally, closing: threadi
 
 def paced(made: Iterator[Any], source: Source, declared: Declared, tally: Tally, closing: threading.Event) -> Frames:
     """The counts of any iterator, a frame a period of the declaration."""
-    shape = (source.slots, sum(channel.values for channel in declared.channels))
+    shape = (source.slots, declared.values)
     period_s = 1 / declared.rate_hz
     due_s = time.monotonic()
     with contextlib.suppress(StopIteration):

@@ -228,7 +228,6 @@ def test_a_file_cut_at_any_byte_is_mended(made: Made, seed: int, round_: int, tm
 
 
 def test_a_file_with_two_beginnings_is_mended(made: Made, tmp_path: Path) -> None:
-
     whole = made.path.read_bytes()
     (size,) = struct.unpack_from("<Q", whole, 9)
     path = tmp_path / "twice.mcap"

@@ -52,9 +52,7 @@ def _map_once(seed: int) -> Figures:
     found = configure(robot, recording, steps=STEPS)
     ours = learn_map(robot, recording, found, suppression=0.0, normalise=False)
     same_data = learn_map(robot, recording, found, sign="first extremum", suppression=0.0, normalise=False)
-    keys = layout.keys
-    row = {int(key): index for index, key in enumerate(keys)}
-    order = np.array([row[int(key)] for key in ours.cell])
+    order = layout.cells_of(ours.cell)
     link = np.array([robot.link_index(layout.links[index]) for index in layout.link])[order]
     pose = layout.link_from_cell[order]
     true = np.array([normal_jacobian(robot, link, pose, posture) for posture in ours.posture])

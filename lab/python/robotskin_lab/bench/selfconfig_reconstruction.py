@@ -32,7 +32,7 @@ def finished_once(name: str, seed: int) -> Figures:
     layout, random = finished(name), np.random.default_rng(seed)
     key = layout.keys
     topology = explore(NeighbourLists.from_indices(key, layout.neighbours))
-    row = np.argsort(key)[np.searchsorted(np.sort(key), topology.cell)]
+    row = layout.cells_of(topology.cell)
     inside: list[bool] = []
     rotation, position = [], []
     for patch in range(len(topology.root)):

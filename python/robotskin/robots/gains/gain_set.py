@@ -174,7 +174,7 @@ class GainSet:
     def _leaning(self, robot: RobotModel, dynamics: RobotDynamics, levers: CellLevers) -> NDArray[np.float64]:
         compliance, held = self._held(robot, dynamics)
         if held is None:
-            return np.zeros(levers.torque.shape)
+            return np.zeros((len(levers.point), robot.joint_count))
         asked = np.zeros((len(held), len(levers.point)))
         asked[-2:] = lean_per_newton(dynamics, levers.point, levers.inward).T
         yields = compliance @ held.T
