@@ -138,21 +138,23 @@ class Hand:
 
     def pads(self, angles: Array) -> Pads:
         """Where the pads are for (4, 4) rad, a row a finger."""
-        rotation, shift = np.tile(np.eye(3), (4, 1, 1)), np.zeros((4, 3))
+        sine, rest = np.sin(angles)[..., None, None], 1 - np.cos(angles)[..., None, None]
+        turn = np.eye(3) + sine * self._cross + rest * self._twice
+        # About a point c of the axis: x -> R x + c - R c.
+        moved = self._point - (turn @ self._point[..., None])[..., 0]
+        # Of each joint: its turn, the shift that comes with it, its axis, and a point of this.
+        own = np.concatenate([turn, np.stack([moved, self._axis, self._point], axis=-1)], axis=-1)
+        rotation, shift = np.broadcast_to(np.eye(3), (4, 3, 3)), np.zeros((4, 3))
         axes, points = [], []
         for joint in range(4):
-            axis = np.einsum("fij,fj->fi", rotation, self._axis[:, joint])
-            axes.append(axis)
-            points.append(np.einsum("fij,fj->fi", rotation, self._point[:, joint]) + shift)
-            sine, rest = np.sin(angles[:, joint]), 1 - np.cos(angles[:, joint])
-            turn = np.eye(3) + sine[:, None, None] * self._cross[:, joint] + rest[:, None, None] * self._twice[:, joint]
-            # About a point c of the axis: x -> R x + c - R c.
-            moved = self._point[:, joint] - np.einsum("fij,fj->fi", turn, self._point[:, joint])
-            shift = shift + np.einsum("fij,fj->fi", rotation, moved)
-            rotation = rotation @ turn
-        place = np.einsum("fij,fj->fi", rotation, self._pad[:, :3, 3]) + shift
-        pad_axes = rotation @ self._pad[:, :3, :3]
-        normal = pad_axes[:, :, 2]
-        moves = np.stack([np.cross(axis, place - point) for axis, point in zip(axes, points, strict=True)], axis=2)
-        turns = np.stack([np.cross(axis, normal) for axis in axes], axis=2)
+            placed = rotation @ own[:, joint]
+            axes.append(placed[..., 4])
+            points.append(placed[..., 5] + shift)
+            rotation, shift = placed[..., :3], shift + placed[..., 3]
+        pad = rotation @ self._pad[:, :3]
+        place, pad_axes = pad[..., 3] + shift, pad[..., :3]
+        normal = pad_axes[..., 2]
+        every_axis = np.stack(axes)
+        moves = np.moveaxis(np.cross(every_axis, place - np.stack(points)), 0, 2)
+        turns = np.moveaxis(np.cross(every_axis, normal[None]), 0, 2)
         return Pads(place, normal, pad_axes, moves, turns)
