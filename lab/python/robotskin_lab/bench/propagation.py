@@ -120,24 +120,29 @@ def back_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
 
 
 def pair_figures() -> dict[str, float]:
-    """The base under 6 N on one shoulder, on both from outside, and on both from the same side, after 2 s."""
+    """How far the base has gone along the pushes after 2 s of 6 N each.
+
+    one: on the left shoulder; opposite: on both shoulders against each other; same_side: on both from the front;
+    one_limb: on two links of the right arm from the front. As a palm follows its cell, what turns with the arm does.
+    """
     rig = PropagationRig("with")
-    left_out = rig.cell_on("left_shoulder_link", np.array([0.0, -1.0, 0.0]))
-    right_out = rig.cell_on("right_shoulder_link", np.array([0.0, 1.0, 0.0]))
-    left_front = rig.cell_on("left_shoulder_link", np.array([-1.0, 0.0, 0.0]))
-    right_front = rig.cell_on("right_shoulder_link", np.array([-1.0, 0.0, 0.0]))
-    near_elbow = rig.cell_on("right_forearm_link", np.array([-1.0, 0.0, 0.0]))
+    side, front = np.array([0.0, -1.0, 0.0]), np.array([-1.0, 0.0, 0.0])
+    left_out = rig.cell_on("left_shoulder_link", side)
+    right_out = rig.cell_on("right_shoulder_link", rig.cell_place(left_out)[:3, 2])
+    left_front = rig.cell_on("left_shoulder_link", front)
+    right_front = rig.cell_on("right_shoulder_link", front)
+    near_elbow = rig.cell_on("right_forearm_link", front)
     figures = {}
-    for name, pushed in {
-        "one": [left_out],
-        "opposite": [left_out, right_out],
-        "same_side": [left_front, right_front],
-        "one_limb": [right_front, near_elbow],
-    }.items():
+    for name, along, pushed in (
+        ("one", side, [left_out]),
+        ("opposite", side, [left_out, right_out]),
+        ("same_side", front, [left_front, right_front]),
+        ("one_limb", front, [right_front, near_elbow]),
+    ):
         rig.restart()
         for cell in pushed:
             rig.feel(cell, 6.0)
         for _ in range(2000):
             rig.tick()
-        figures[f"pair_{name}_base_mm"] = 1e3 * rig.base_way_m()
+        figures[f"pair_{name}_base_mm"] = 1e3 * float(along[:2] @ np.asarray(rig.joints.position)[rig.base_joints])
     return figures
