@@ -20,6 +20,7 @@ from robotskin.robots import Robot
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import gains_of
 from robotskin.selfconfig.babbling.plan import plan_babbling
+from robotskin.selfconfig.babbling.postures import BabblingError
 from robotskin.selfconfig.configuration import Configuration
 from robotskin.selfconfig.configure import configure
 from robotskin.selfconfig.patch_steps import place_by_pictures
@@ -78,8 +79,14 @@ def babble(
         progress: told what is done.
 
     Raises:
-        BabblingError: nowhere to move; ExplorationError: a silent skin or a stopped robot; RecordError: no file.
+        BabblingError: nowhere to move, or a robot on its feet; ExplorationError: a silent skin or a stopped robot; RecordError: no file.
     """
+    if robot.standing is not None:
+        mounted = robot.standing.mounted
+        raise BabblingError(
+            f"{robot.name} stands on its feet and would fall over its own legs; as {mounted} it is held at its pelvis: "
+            f"robotskin configure {mounted}"
+        )
     if progress:
         progress("planning", 0.0)
     random = np.random.default_rng(seed)

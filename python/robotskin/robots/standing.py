@@ -38,10 +38,11 @@ class Foot:
 
 @dataclass(frozen=True)
 class Standing:
-    """What a robot stands on, and the link that carries its inertial unit."""
+    """What a robot stands on, the link that carries its inertial unit, and its name where it is mounted instead."""
 
     feet: tuple[Foot, Foot]
     imu_link: str
+    mounted: str
 
 
 # The sole ends 4 mm below the cells under the foot, which so carry none of the robot's weight.
@@ -49,7 +50,7 @@ _TALOS_SOLE = ((-0.0059, 0.0, -0.118), (0.1104, 0.0672))
 
 STANDING = {
     "talos_standing": Standing(
-        (Foot("leg_left_6_link", *_TALOS_SOLE), Foot("leg_right_6_link", *_TALOS_SOLE)), "imu_link"
+        (Foot("leg_left_6_link", *_TALOS_SOLE), Foot("leg_right_6_link", *_TALOS_SOLE)), "imu_link", "talos"
     ),
 }
 """By name of the robot."""

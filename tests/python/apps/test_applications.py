@@ -92,3 +92,17 @@ def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
     source = tmp_path / "own.py"
     source.write_text("from robotskin.cli._lazy import load\nfrom robotskin.session import Session, time\n")
     assert private_names(source) == ["robotskin.cli._lazy.load", "robotskin.session.time"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["embrace", "--mass", "2"], "--mass"),
+        (["embrace", "--standing"], "--standing"),
+        (["balance", "--headless", "--push", "3"], "--push"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str) -> None:
+    answer = CliRunner().invoke(main.app, ["app", *words])
+    assert answer.exit_code == 2
+    assert told in answer.output

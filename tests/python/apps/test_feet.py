@@ -155,6 +155,17 @@ def test_real_motors_hear_a_line_of_text() -> None:
         SerialVibrators("/dev/no_such_line")
 
 
+def test_a_line_that_is_pulled_out_is_named_and_closes() -> None:
+    ours, theirs = pty.openpty()
+    device = os.ttyname(theirs)
+    motors = SerialVibrators(device)
+    os.close(ours)
+    os.close(theirs)
+    with pytest.raises(InputError, match=device):
+        motors.set_duty(np.ones(3))
+    motors.close()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [

@@ -16,6 +16,7 @@ from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
 from robotskin_lab.bench.balance_soles import SolePort
 from robotskin_lab.bench.balance_touches import inner_cells, palm_figures, three_figures, touch_figures
+from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
 
 Profile = tuple[Callable[[float], float], float]
@@ -81,13 +82,13 @@ GROWTH = 1.15
 def run(
     *,
     seed: int = 1,
-    seeds: int = 1,
-    cells: int = 1,
+    seeds: Count = 1,
+    cells: Count = 1,
     halvings: int = 1,
     laws: str = "all",
     kinds: str = "all",
     parts: str = "limits,give",
-    triples: int = 5,
+    triples: Count = 5,
     touches_s: float = 60.0,
 ) -> dict[str, Any]:
     """Pushes of a padded plate about drawn cells of the chest, until the robot falls; the worse of both directions.

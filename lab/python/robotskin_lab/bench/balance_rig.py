@@ -20,7 +20,7 @@ from robotskin.robots.gains import GainSet
 from robotskin.robots.standing import BASE_JOINTS
 from robotskin.session import SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput, SkinState
-from robotskin.tasks import BalanceGains
+from robotskin.tasks import BalanceGains, SelfCollisionTask
 from robotskin.world import HandSpec, World
 from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
 from robotskin_lab.bench.balance_soles import SolePort
@@ -90,6 +90,7 @@ class StandingRig:
         direction: (3,) unit vector along x or y of the world, in which the plate pushes.
         hands: how many balls there are besides, which push cells against their normals.
         port: what the controller takes for the robot's port, made of the real one, such as one with a fault.
+        self_collision: bodies keep apart, and `closest_m` tells how near they are.
     """
 
     def __init__(
@@ -101,6 +102,7 @@ class StandingRig:
         direction: tuple[float, float, float] = (1, 0, 0),
         hands: int = 0,
         port: Callable[[RobotPort], RobotPort] = lambda port: port,
+        self_collision: bool = False,
     ) -> None:
         self.law = law
         self.robot, self.layout, self.gains = robots.load(name), finished(name), GainSet.load(name)
@@ -125,7 +127,9 @@ class StandingRig:
         if law.behaviour:
             self.port = port(self._sensed(self.world.port, seed))
             """What the controller takes for the robot's port."""
-            self.skinned = SkinnedRobot(self.robot, self.layout, self.port, self.skin, gains=self.gains)
+            self.skinned = SkinnedRobot(
+                self.robot, self.layout, self.port, self.skin, gains=self.gains, self_collision=self_collision
+            )
             controller = self.skinned.controller
             law.change(controller.library.balance_gains)
             behaviour = controller.behaviours[law.behaviour]
@@ -207,6 +211,13 @@ class StandingRig:
     def cell_place(self, cell: int) -> Array:
         """(3,) metres, of the simulated cell."""
         return self.world.base_from_cell(cell)[:3, 3]
+
+    @property
+    def closest_m(self) -> float:
+        """Between the two bodies that are nearest to each other, at the joints as measured; infinite beyond 50 mm."""
+        task = None if self.skinned is None else self.skinned.controller.tasks.get("self_collision")
+        assert isinstance(task, SelfCollisionTask), "the rig was made without self_collision"
+        return min((pair.distance_m for pair in task.near), default=np.inf)
 
     @property
     def fallen(self) -> bool:

@@ -23,6 +23,9 @@ TOUCH_S, PAUSE_S = (0.1, 1.2), (0.2, 1.0)
 LARGEST_IMPULSE_NS = 10.0
 """Of touches that are shorter than `SHORT_S`."""
 SHORT_S = 0.25
+LOOK_TICKS = 5
+LOOKS_M = 0.05
+"""Bodies that are farther apart are not looked at."""
 PALM_M_S, PALM_FROM_M, PALM_TO_M = 0.1, 0.15, 0.03
 PALM_LINKS = ("arm_left_4_link", "torso_2_link")
 
@@ -63,12 +66,12 @@ def three_figures(seed: int, triples: int) -> dict[str, float]:
 
 
 def touch_figures(seed: int, seconds: float) -> dict[str, float]:
-    """Touches at random places of the whole skin but the soles: falls, and commands beyond a limit."""
+    """Touches at random places of all but the legs: falls, commands beyond a limit, how near bodies come."""
     draw = np.random.default_rng([seed, 10])
-    rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1)
+    rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1, self_collision=True)
     links = [link for link in rig.layout.links if "leg" not in link and len(inner_cells(link))]
-    falls = stops = count = 0
-    elapsed = 0.0
+    falls = stops = count = violations = 0
+    elapsed, closest = 0.0, np.inf
     while elapsed < seconds:
         cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
         lasts = float(draw.uniform(*TOUCH_S))
@@ -81,9 +84,9 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
             rig.step()
             if rig.world.contact_normal_force()[0] > force / 4:
                 break
-        rig.run(lasts)
+        closest = min(closest, closest_while(rig, lasts))
         rig.world.release()
-        rig.run(float(draw.uniform(*PAUSE_S)))
+        closest = min(closest, closest_while(rig, float(draw.uniform(*PAUSE_S))))
         count += 1
         elapsed = rig.time_s if falls == 0 else elapsed + lasts + PAUSE_S[1]
         assert rig.skinned is not None
@@ -94,15 +97,27 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
                 rig.skinned.start()
         if rig.fallen:
             falls += 1
-            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1)
+            violations += rig.skinned.controller.report.violations
+            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1, self_collision=True)
     assert rig.skinned is not None
     tell(f"balance: seed {seed}, {count} touches, {falls} falls, {stops} stops")
     return {
         "touch_falls": float(falls),
         "touch_stops_max": float(stops),
-        "touch_limit_violations": float(rig.skinned.controller.report.violations),
+        "touch_limit_violations": float(violations + rig.skinned.controller.report.violations),
+        "touch_closest_mm": 1e3 * min(closest, LOOKS_M),
         "touches": float(count),
     }
+
+
+def closest_while(rig: StandingRig, seconds: float) -> float:
+    """Metres between the nearest two bodies of a robot that goes on; a fallen one tells nothing."""
+    closest = np.inf
+    for tick in range(round(seconds / PERIOD_S)):
+        rig.step()
+        if tick % LOOK_TICKS == 0 and not rig.fallen:
+            closest = min(closest, rig.closest_m)
+    return closest
 
 
 def palm_figures(seed: int) -> dict[str, float]:

@@ -19,6 +19,7 @@ from robotskin_lab.bench import (
     control_switch,
     control_ticks,
 )
+from robotskin_lab.bench.count import Count
 
 PARTS = ("ticks", "skin", "peer", "priority", "fallback", "switch", "map", "spread", "collision", "proximity", "soak")
 
@@ -35,11 +36,11 @@ def run(
     *,
     seed: int = 1,
     parts: str = ",".join(PARTS),
-    ticks: int = 20000,
-    states: int = 10000,
-    pushed_cells: int = 10,
+    ticks: Count = 20000,
+    states: Count = 10000,
+    pushed_cells: Count = 10,
     soak_seconds: float = 600.0,
-    seeds: int = 1,
+    seeds: Count = 1,
     tsid_python: str = "",
 ) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them; a part that is left out leaves its keys out.

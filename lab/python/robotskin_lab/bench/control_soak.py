@@ -37,7 +37,8 @@ def soak_figures(
             session = chain(robot, behaviour, interface, seed)
             session.boot()
             rng = np.random.default_rng([seed, index])
-            ends = session.world.time_s + seconds
+            begins = session.world.time_s
+            ends = begins + seconds
             while session.world.time_s < ends and session.state in (SafetyState.running, SafetyState.degraded):
                 cell = int(rng.integers(len(session.layout)))
                 session.world.push(cell, min(float(rng.uniform(*FORCE_N)), bearable_force(session, cell)))
@@ -48,11 +49,12 @@ def soak_figures(
             report = session.controller.report
             running = session.state in (SafetyState.running, SafetyState.degraded)
             end = "running" if running else f"stopped: {session.why_not_running()}"
-            tell(f"soak: {robot}, {behaviour}: {seconds:.0f} s, {report.violations} violations, {end}")
+            lasted = session.world.time_s - begins
+            tell(f"soak: {robot}, {behaviour}: {lasted:.0f} s, {report.violations} violations, {end}")
             violations += report.violations
             interventions += report.interventions
             stops += not running
-            simulated += seconds
+            simulated += min(lasted, seconds)
             session.shut_down()
     tell("")
     return {

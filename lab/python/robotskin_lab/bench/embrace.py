@@ -12,6 +12,7 @@ from robotskin.apps.embrace.scene import Person
 from robotskin.apps.embrace.script import run as hug
 from robotskin.apps.embrace.script import session_of
 from robotskin.errors import UnknownNameError
+from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.embrace_grasps import WAYS, grasp_figures
 from robotskin_lab.bench.progress import tell, tell_step
 
@@ -21,7 +22,7 @@ KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "
 """Of each part; the figures of the other parts have its name before theirs."""
 
 
-def run(*, seed: int = 1, parts: str = "hug,stiff,grasp,open_loop,masked", objects: int = 6) -> dict[str, Any]:
+def run(*, seed: int = 1, parts: str = "hug,stiff,grasp,open_loop,masked", objects: Count = 6) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn `objects`.
 
     hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large

@@ -13,6 +13,7 @@ from robotskin.apps.feet.gait import Gait
 from robotskin.apps.feet.script import figures_of, walk
 from robotskin.apps.feet.settings import read_settings
 from robotskin.apps.feet.walk import FeelingFeet
+from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell, tell_step
 
 LOST_S = 0.5
@@ -22,7 +23,7 @@ SILENT_DUTY = 0.0
 WORSE_IF_LARGE = ("false_share", "scuffs_reported_share", "latency_ms", "lift_off_ms", "duty_", "silent_ms")
 
 
-def run(*, seed: int = 1, seeds: int = 1, steps: int = 500) -> dict[str, Any]:
+def run(*, seed: int = 1, seeds: Count = 1, steps: Count = 500) -> dict[str, Any]:
     """Walk on sound soles; walk on with one dead cell a sole; then lose all cells of a foot that stands.
 
     Everything goes through firmware, network and driver, in the imperfect world. Of several seeds the worst counts.

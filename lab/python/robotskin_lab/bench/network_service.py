@@ -54,8 +54,15 @@ WHOLE = 0.001
 
 
 def cells_carried(seed: int) -> int:
-    """The most cells of a sheet that one cable carries at 250 Hz, none of their samples lost or thinned out."""
+    """The most cells of a sheet that one cable carries at 250 Hz, none of their samples lost or thinned out.
+
+    Looked for from `FEWEST_CELLS` to `MOST_CELLS`; 0 where it does not carry the fewest.
+    """
     least, most = FEWEST_CELLS, MOST_CELLS
+    if not _carries(least, seed):
+        return 0
+    if _carries(most, seed):
+        return most
     while least + 1 < most:
         cells = (least + most) // 2
         if _carries(cells, seed):

@@ -9,6 +9,7 @@ import numpy as np
 
 from robotskin.errors import UnknownNameError
 from robotskin.tasks import PropagationGains
+from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell, tell_step
 from robotskin_lab.bench.propagation_rig import VARIANTS, Followed, PropagationRig, drawn_cells
 from robotskin_lab.bench.propagation_sessions import session_figures, soak_figures
@@ -24,10 +25,10 @@ def run(
     *,
     seed: int = 1,
     parts: str = "range,merging,back,pairs,sessions",
-    cells: int = 60,
-    seeds: int = 3,
+    cells: Count = 60,
+    seeds: Count = 3,
     cap: float = 0.5,
-    session_cells: int = 6,
+    session_cells: Count = 6,
     soak_seconds: float = 600.0,
 ) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them.

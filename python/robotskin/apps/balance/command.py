@@ -30,6 +30,8 @@ def command(
     from robotskin.robots.gains import robot_with_gains
     from robotskin.session import Session
 
+    if headless and push is not None:
+        raise typer.BadParameter("is for the page; without it, --pushes tells how many", param_hint="--push")
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)

@@ -36,6 +36,9 @@ def command(
     from robotskin.apps.embrace.scene import Person
     from robotskin.figures import report
 
+    unused = ["--mass"] * (mass is not None) + ["--standing"] * standing
+    if unused and not grasp:
+        raise typer.BadParameter("is for --grasp", param_hint=", ".join(unused))
     console = Console()
     generator = np.random.default_rng([seed, 18])
     person, large = Person.drawn(generator), Large.drawn(generator)

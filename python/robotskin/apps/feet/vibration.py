@@ -120,6 +120,7 @@ class SerialVibrators:
     """
 
     def __init__(self, device: str | Path) -> None:
+        self._device = device
         try:
             self._line = os.open(device, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError as error:
@@ -131,14 +132,26 @@ class SerialVibrators:
             termios.tcsetattr(self._line, termios.TCSANOW, attributes)
 
     def set_duty(self, duty: Array) -> None:
-        """(3,) 0 to 1. A line that takes nothing loses it: the next one comes soon."""
+        """(3,) 0 to 1. A line that takes nothing loses it: the next one comes soon.
+
+        Raises:
+            InputError: the line is gone, such as one that was pulled out.
+        """
         numbers = np.rint(np.clip(np.nan_to_num(duty), 0.0, 1.0) * STEPS).astype(int)
         try:
             os.write(self._line, f"V {numbers[0]} {numbers[1]} {numbers[2]}\n".encode())
         except BlockingIOError:
             return
+        except OSError as error:
+            raise InputError(
+                f"serial line {self._device}: {error.strerror}; its motors stop: plug it in and begin anew"
+            ) from error
 
     def close(self) -> None:
-        """Silence the motors and close the line."""
-        self.set_duty(np.zeros(len(Region)))
-        os.close(self._line)
+        """Silence the motors, if the line is still there, and close it."""
+        try:
+            self.set_duty(np.zeros(len(Region)))
+        except InputError:
+            pass  # without lines the motors stop
+        finally:
+            os.close(self._line)
