@@ -6,12 +6,22 @@ from typing import Annotated
 
 import typer
 
-from robotskin.outputs import writable_json
+from robotskin.outputs import require_writable, writable_json
 
-__all__ = ["GripperRobot", "Headless", "JsonFile", "KnowledgeFile", "Port", "Seed", "StiffnessRatio"]
+__all__ = [
+    "GripperRobot",
+    "Headless",
+    "JsonFile",
+    "KnowledgeFile",
+    "Port",
+    "Seed",
+    "StiffnessRatio",
+    "refuse_in_page",
+    "writable",
+]
 
 Headless = Annotated[bool, typer.Option("--headless", help="No page: run the script, print its figures, and end.")]
-Seed = Annotated[int, typer.Option(help="Repeats the run.")]
+Seed = Annotated[int, typer.Option(help="Repeats the run.", min=0)]
 JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable_json)
 ]
@@ -23,3 +33,22 @@ StiffnessRatio = Annotated[
 KnowledgeFile = Annotated[
     Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")
 ]
+
+
+def writable(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
+    """The value of an option that names a file to write, as it was given; refused at once where none can be written."""
+    require_writable(parameter.opts[0], path)
+    return path
+
+
+def refuse_in_page(headless: bool, context: typer.Context, *names: str) -> None:
+    """Refuse options, by the names of their arguments, that were given and that a page has no use for.
+
+    Raises:
+        typer.BadParameter: names them.
+    """
+    sources = {name: context.get_parameter_source(name) for name in names}
+    given = [name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"]
+    if given and not headless:
+        options = [parameter.opts[0] for parameter in context.command.params if parameter.name in given]
+        raise typer.BadParameter("is for --headless", param_hint=", ".join(options))

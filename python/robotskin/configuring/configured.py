@@ -79,7 +79,8 @@ def babble(
         progress: told what is done.
 
     Raises:
-        BabblingError: nowhere to move, or a robot on its feet; ExplorationError: a silent skin or a stopped robot; RecordError: no file.
+        BabblingError: nowhere to move, or a robot on its feet. RecordError: no file.
+        ExplorationError: a silent skin, or a stopped robot.
     """
     if robot.standing is not None:
         mounted = robot.standing.mounted

@@ -44,7 +44,7 @@ class Execution:
         plan: of them.
         places: of things and places by name, (3) metres in the base frame: of what is held, or of where it goes.
         skin_n_per_m: of the pads, taken out of what is squeezed.
-        scale: of the conditions' values, for things of another class than taught.
+        scales: of the conditions' values by property, for things of another class than taught.
         lights: called with the number of each step that begins; -1 at the end.
     """
 
@@ -54,11 +54,11 @@ class Execution:
         plan: Plan,
         places: Mapping[str, Array],
         skin_n_per_m: float = SKIN_N_PER_M,
-        scale: float = 1.0,
+        scales: Mapping[str, float] | None = None,
         lights: Callable[[int], None] = lambda _step: None,
     ) -> None:
         self.worker, self.plan, self.places = worker, plan, dict(places)
-        self.skin_n_per_m, self.scale, self.lights = skin_n_per_m, scale, lights
+        self.skin_n_per_m, self.scales, self.lights = skin_n_per_m, dict(scales or {}), lights
         self.done = Done()
 
     def steps(self) -> Steps:
@@ -79,7 +79,8 @@ class Execution:
         done.why, at = "", ""
         needs_hold = False
         for number, step in enumerate(self.plan.steps):
-            if step.when is not None and not step.when.holds(done.measured, self.scale):
+            when = step.when
+            if when is not None and not when.holds(done.measured, self.scales.get(when.property, 1.0)):
                 continue
             self.lights(number)
             if needs_hold and not holds(worker):

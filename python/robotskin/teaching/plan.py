@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 
@@ -16,31 +19,56 @@ from robotskin.whole_file import whole_file
 FORMAT = "robotskin-plan"
 
 
+@dataclass(frozen=True)
+class Skill:
+    """What a step needs, and what is known of the thing after it."""
+
+    place: bool = False
+    held: bool = False
+    measures: str = ""
+
+
+SKILLS = {
+    "reach": Skill(place=True),
+    "take": Skill(measures="diameter_m"),
+    "squeeze": Skill(held=True, measures="stiffness_n_per_m"),
+    "put": Skill(place=True, held=True),
+    "release": Skill(held=True),
+}
+"""What `Execution` carries out."""
+
+
 class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A measured property of the thing above, or not above, a value; of the class that was taught."""
+    """A measured property of the thing above, or not above, a value; of the class that was taught.
+
+    Raises ValueError unless one of both is given, and finite.
+    """
 
     property: str
     above: float | None = None
     not_above: float | None = None
 
+    def __post_init__(self) -> None:
+        if (self.above is None) == (self.not_above is None):
+            raise ValueError(f"condition on {self.property!r}: give either above or not_above")
+        if not math.isfinite(self.bound()):
+            raise ValueError(f"condition on {self.property!r}: {self.bound()}: must be finite")
+
+    def bound(self) -> float:
+        """The value that decides."""
+        return float(self.above if self.above is not None else self.not_above)  # type: ignore[arg-type]
+
     def __str__(self) -> str:
-        return (
-            f"{self.property} > {self.above:.4g}"
-            if self.above is not None
-            else (f"{self.property} ≤ {self.not_above:.4g}")
-        )
+        return f"{self.property} {'>' if self.above is not None else '≤'} {self.bound():.4g}"
 
     def holds(self, measured: Mapping[str, float], scale: float = 1.0) -> bool:
         """Whether it holds, the value multiplied by `scale`. Raises TeachingError for what was not measured."""
-        value = measured.get(self.property, float("nan"))
-        if value != value:
+        found = measured.get(self.property, float("nan"))
+        if found != found:
             raise TeachingError(
                 f"condition {self}: {self.property} was not measured; was: {', '.join(measured) or '–'}"
             )
-        if self.above is not None:
-            return value > scale * self.above
-        assert self.not_above is not None
-        return value <= scale * self.not_above
+        return (found > scale * self.bound()) == (self.above is not None)
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -59,27 +87,48 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     version: int
     about: str
     taught_with: str
-    steps: tuple[Step, ...]
-    tries: int = 3
+    steps: Annotated[tuple[Step, ...], msgspec.Meta(min_length=1)]
+    tries: Annotated[int, msgspec.Meta(ge=1, le=100)] = 3
     """How often a thing is reached for again that was not held."""
 
     def require_doable(self, knowledge: Knowledge, robot: str, places: list[str]) -> None:
-        """Raise, naming the step, for a robot that cannot do one, a place the scene lacks, or a property not measured
-        before it decides. UnknownNameError, TeachingError."""
+        """Raise, naming the step, what could not be carried out to its end; nothing has moved then.
+
+        Raises:
+            UnknownNameError: a place that the scene lacks, a robot or an activity of no knowledge.
+            TeachingError: a step that this robot or this program cannot do, one without its place or with nothing in
+                the gripper, a property that no step before measures, a plan that takes nothing.
+        """
         knowledge.require_skills(robot, [step.do for step in self.steps])
         known: set[str] = set()
-        for step in self.steps:
+        held = False
+        for number, step in enumerate(self.steps, 1):
+            told = f"step {number} {step.do!r}"
+            if step.do not in SKILLS:
+                raise TeachingError(f"{told}: no robot can carry it out; choose from {', '.join(SKILLS)}")
+            skill = SKILLS[step.do]
+            if skill.place and not step.at:
+                raise TeachingError(f"{told}: say where: at = {' or '.join(repr(one) for one in places)}")
             if step.at and step.at != "thing" and step.at not in places:
                 raise UnknownNameError(f"place of step {step.do!r} in the scene", step.at, places)
-            if step.when is not None:
-                if (step.when.above is None) == (step.when.not_above is None):
-                    raise TeachingError(f"condition of step {step.do!r}: give either above or not_above")
-                if step.when.property not in known:
-                    raise TeachingError(
-                        f"condition {step.when} of step {step.do!r}: no step before it measures "
-                        f"{step.when.property}; measured are: {', '.join(sorted(known)) or 'none'}"
-                    )
-            known |= set(knowledge.activities[step.do].measures)
+            if skill.held and not held:
+                raise TeachingError(f"{told}: nothing is in the gripper; a step 'take' has to come before it")
+            if step.do == "take" and number == 1:
+                raise TeachingError(f"{told}: a step 'reach' has to come before it")
+            if step.when is not None and step.when.property not in known:
+                raise TeachingError(
+                    f"condition {step.when} of {told}: no step before it measures "
+                    f"{step.when.property}; measured are: {', '.join(sorted(known)) or 'none'}"
+                )
+            known |= {skill.measures} - {""}
+            held = step.do == "take" or (held and step.do != "release")
+        if not any(step.do == "take" for step in self.steps):
+            raise TeachingError("plan: no step takes the thing; it needs a 'reach' and a 'take'")
+
+    @property
+    def properties(self) -> tuple[str, ...]:
+        """That its conditions ask for."""
+        return tuple(dict.fromkeys(step.when.property for step in self.steps if step.when is not None))
 
     def tree(self, active: int = -1) -> str:
         """As text, a line a step, branches indented; the active step is marked."""
@@ -93,8 +142,8 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             lines.append(f"{inner} {'▶ ' if number == active else ''}{step.do}{target}")
         return "\n".join(lines)
 
-    def save(self, file: Path) -> None:
-        """Write it as TOML, whole or not at all."""
+    def text(self) -> str:
+        """As TOML, which people edit."""
         lines = [
             f"format = {_quoted(self.format)}",
             f"version = {self.version}",
@@ -107,12 +156,16 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             lines += [f"at = {_quoted(step.at)}"] if step.at else []
             if step.when is not None:
                 bound = "above" if step.when.above is not None else "not_above"
-                value = step.when.above if step.when.above is not None else step.when.not_above
-                lines.append(
-                    f"when = {{ property = {_quoted(step.when.property)}, {bound} = {float(value or 0.0)!r} }}"
-                )
-        with whole_file(file) as partial:
-            partial.write_text("\n".join(lines) + "\n")
+                lines.append(f"when = {{ property = {_quoted(step.when.property)}, {bound} = {step.when.bound()!r} }}")
+        return "\n".join(lines) + "\n"
+
+    def save(self, file: Path) -> None:
+        """Write its text, whole or not at all. Raises TeachingError for a file that cannot be written."""
+        try:
+            with whole_file(file) as partial:
+                partial.write_text(self.text())
+        except OSError as error:
+            raise TeachingError(f"plan {file}: cannot be written: {error.strerror}") from None
 
 
 def _quoted(text: str) -> str:
@@ -122,9 +175,19 @@ def _quoted(text: str) -> str:
 def load_plan(file: Path) -> Plan:
     """Read a plan. Raises TeachingError, naming field and value."""
     try:
-        found = msgspec.toml.decode(file.read_bytes(), type=Plan)
-    except (OSError, msgspec.DecodeError, ValueError) as error:
-        raise TeachingError(f"plan {file}: {error}; teach one with robotskin app teach") from None
+        text = file.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "is no text"
+        raise TeachingError(f"plan {file}: {why}; teach one with robotskin app teach -o FILE") from None
+    return plan_of(text, str(file))
+
+
+def plan_of(text: str, source: str) -> Plan:
+    """The plan that a text in TOML tells; `source` names it in errors. Raises TeachingError, naming field and value."""
+    try:
+        found = msgspec.toml.decode(text, type=Plan)
+    except (msgspec.DecodeError, ValueError) as error:
+        raise TeachingError(f"plan {source}: {error}") from None
     if found.format != FORMAT or found.version != 1:
-        raise TeachingError(f"plan {file}: format {found.format} {found.version}; this version reads {FORMAT} 1")
+        raise TeachingError(f"plan {source}: format {found.format} {found.version}; this version reads {FORMAT} 1")
     return found

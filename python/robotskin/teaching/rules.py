@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log2
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 
@@ -38,7 +39,7 @@ class Lessons(msgspec.Struct, forbid_unknown_fields=True):
     format: str
     version: int
     features: tuple[str, ...]
-    seen: dict[str, dict[str, int]]
+    seen: dict[str, dict[str, Annotated[int, msgspec.Meta(ge=1)]]]
 
     def rules(self) -> Rules:
         """The tree; what was seen in fewer than `LEAST_FRAMES` frames counts as not taught."""
@@ -47,7 +48,7 @@ class Lessons(msgspec.Struct, forbid_unknown_fields=True):
         return _node(taught, self.features, tuple(range(len(self.features))))
 
     def save(self, file: Path) -> None:
-        """Write it as TOML, whole or not at all."""
+        """Write it as TOML, whole or not at all. Raises TeachingError for a file that cannot be written."""
         lines = [f'format = "{FORMAT}"', "version = 1", f"features = {msgspec.json.encode(self.features).decode()}"]
         lines += [
             "",
@@ -57,8 +58,11 @@ class Lessons(msgspec.Struct, forbid_unknown_fields=True):
         for words, labels in sorted(self.seen.items()):
             told = ", ".join(f"{label} = {count}" for label, count in sorted(labels.items()))
             lines.append(f'"{words}" = {{ {told} }}')
-        with whole_file(file) as partial:
-            partial.write_text("\n".join(lines) + "\n")
+        try:
+            with whole_file(file) as partial:
+                partial.write_text("\n".join(lines) + "\n")
+        except OSError as error:
+            raise TeachingError(f"lessons {file}: cannot be written: {error.strerror}") from None
 
 
 def lessons_of(frames: Iterable[tuple[Situation, str]], features: tuple[str, ...] = FEATURES) -> Lessons:

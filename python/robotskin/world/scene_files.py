@@ -149,7 +149,9 @@ def _check_thing(thing: ThingSpec, where: str) -> None:
         raise SceneError(f"{where}: give either a shape or parts")
     if thing.parts and thing.mass_kg is not None:
         raise SceneError(f"{where}: mass_kg: {thing.mass_kg}: a thing of parts has the mass of its parts")
-    if (thing.moves == "path") != (thing.path is not None):
+    if thing.moves == "path" and thing.path is None:
+        raise SceneError(f"{where}: moves = 'path' needs a path")
+    if thing.moves != "path" and thing.path is not None:
         raise SceneError(f"{where}: path: belongs to a thing with moves = 'path', this one has {thing.moves!r}")
     if thing.guide is not None and thing.moves != "slides":
         raise SceneError(f"{where}: guide: belongs to a thing with moves = 'slides', this one has {thing.moves!r}")

@@ -106,3 +106,29 @@ def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str)
     answer = CliRunner().invoke(main.app, ["app", *words])
     assert answer.exit_code == 2
     assert told in answer.output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["grasp", "--touch", "2"],
+        ["teach", "--unseen", "3"],
+        ["sort", "--json", "found.json"],
+        ["propagate", "--wait", "2"],
+        ["balance", "--pushes", "2"],
+        ["feet", "--json", "found.json"],
+    ],
+)
+def test_what_a_page_has_no_use_for_is_refused_in_it(words: list[str], tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = CliRunner().invoke(main.app, ["app", *words])
+    assert answer.exit_code == 2
+    assert words[1] in answer.output
+    assert "--headless" in answer.output
+
+
+@pytest.mark.parametrize("option", ["-o", "--lessons"])
+def test_a_file_that_could_not_be_written_is_refused_before_minutes_of_teaching(option: str, tmp_path: Path) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "teach", "--headless", option, str(tmp_path / "nowhere" / "x.plan")])
+    assert answer.exit_code == 2
+    assert "there is no folder" in answer.output

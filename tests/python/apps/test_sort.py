@@ -18,6 +18,7 @@ from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.teaching.gripper import Gripper, TeachingError
 from robotskin.teaching.knowledge import load_knowledge
+from robotskin.teaching.plan import Condition
 
 
 def sorting(**changes: object) -> Sorting:
@@ -72,3 +73,26 @@ def test_a_fruit_is_measured_and_put_where_it_belongs(seed: int, tmp_path: Path)
     assert figures["sorted_right"] == 1.0
     assert figures["stiffness_error"] < 0.1
     assert 6.0 < figures["peak_force_n"] < 10.0
+
+
+def test_a_fruit_wider_than_the_gripper_is_refused_before_anything_moves() -> None:
+    wide = drawn_fruits(np.random.default_rng(1), load_knowledge(), "orange", 1, 2.0)
+    wide = [dataclasses.replace(wide[0], radius_m=0.055)]
+    with pytest.raises(TeachingError, match=r"110 mm wide.*\[classes\.orange\]"):
+        session_of(sorting(), bench_of(wide, 0.033), 1)
+
+
+def test_every_property_is_scaled_by_its_own_usual_value() -> None:
+    plan = usual_plan()
+    by_diameter = msgspec.structs.replace(
+        plan,
+        steps=tuple(
+            one if one.when is None else msgspec.structs.replace(one, when=Condition("diameter_m", above=0.05))
+            for one in plan.steps
+        ),
+    )
+    usual = load_knowledge().usual
+    for chosen, name in ((plan, "stiffness_n_per_m"), (by_diameter, "diameter_m")):
+        scales = sorting(plan=chosen, kind="lemon").scales
+        assert scales == {name: pytest.approx(usual("lemon", name) / usual("orange", name))}
+    assert set(sorting().scales.values()) == {1.0}

@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
 ROBOT = "talos_standing"
 
 
 def command(
+    context: typer.Context,
     headless: Headless = False,
     pushes: Annotated[int, typer.Option(help="How many pushes the script gives.", min=1)] = 3,
     push: Annotated[int | None, typer.Option(help="The cell that the page pushes from the beginning.", min=0)] = None,
@@ -32,6 +33,7 @@ def command(
 
     if headless and push is not None:
         raise typer.BadParameter("is for the page; without it, --pushes tells how many", param_hint="--push")
+    refuse_in_page(headless, context, "json_file", "pushes")
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)

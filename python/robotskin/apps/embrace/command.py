@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
 
 def command(
+    context: typer.Context,
     grasp: Annotated[bool, typer.Option("--grasp", help="Take a large thing with both arms, on a fixed base.")] = False,
     stiff: Annotated[bool, typer.Option("--stiff", help="Arms that do not answer to the skin: the baseline.")] = False,
     standing: Annotated[bool, typer.Option("--standing", help="With --grasp: on the robot's own feet.")] = False,
@@ -39,6 +40,7 @@ def command(
     unused = ["--mass"] * (mass is not None) + ["--standing"] * standing
     if unused and not grasp:
         raise typer.BadParameter("is for --grasp", param_hint=", ".join(unused))
+    refuse_in_page(headless, context, "json_file")
     console = Console()
     generator = np.random.default_rng([seed, 18])
     person, large = Person.drawn(generator), Large.drawn(generator)

@@ -9,10 +9,11 @@ from typing import Annotated
 import typer
 
 from robotskin.apps.feet.settings import FILE
-from robotskin.apps.options import Headless, JsonFile, Port, Seed
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
 
 def command(
+    context: typer.Context,
     steps: Annotated[
         int, typer.Option(help="How many steps both feet make together; the page begins anew.", min=2)
     ] = 40,
@@ -45,6 +46,7 @@ def command(
     from robotskin.apps.feet.walk import FeelingFeet
     from robotskin.figures import report
 
+    refuse_in_page(headless, context, "json_file")
     console = Console()
     chosen = read_settings(settings)
     line = None if serial is None else SerialVibrators(serial)

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
 
 def command(
+    context: typer.Context,
     name: Annotated[str, typer.Option("--object", help="ball, cylinder or pliers.")] = "ball",
     robot: Annotated[
         str, typer.Option("--robot", help="What carries the hand: allegro_grasp, a carriage; ur5_allegro, an arm.")
@@ -51,6 +52,7 @@ def command(
         raise InputError("--primitive with pliers: it knows no handles; use --equal for a baseline")
     if name != PLIERS and equal:
         raise InputError(f"--equal with {name}: it belongs to the pliers; use --primitive for a baseline")
+    refuse_in_page(headless, context, "json_file", "touch")
     console = Console()
     method: Method = "primitive" if primitive else "equal" if equal else "reactive"
     generator = np.random.default_rng([seed, 13])

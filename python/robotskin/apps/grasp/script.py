@@ -27,6 +27,8 @@ ROBOT = FITS[0]
 UNDISTURBED_M = 0.005
 TRUE_TOUCH_N = 0.02
 LIFT_M = 0.15
+FULL_TOUCH_N = 5.0
+"""Of a touch that a finger has to give way to: less than that it may hold against."""
 SHAKEN_HZ = 2.0
 LOST_M = 0.05
 """How far a held thing may come from where it was in the hand."""
@@ -61,7 +63,7 @@ def bounds(plan: Plan) -> list[Bound]:
     if plan.method != "reactive":
         return sound
     held = [Bound("held", 1, 1), Bound("lifted_mm", least=0.95e3 * LIFT_M), *sound]
-    touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n else []
+    touched = [Bound("touch_gives_mm", least=3.0)] if plan.touch_n >= FULL_TOUCH_N else []
     if plan.name == PLIERS:
         return [*held, Bound("jaw_gap_mm", most=1.0), Bound("turned_deg", most=3.0), *touched]
     return [*held, Bound("moved_mm", most=1e3 * UNDISTURBED_M), Bound("force_before_grip_n", most=1.5), *touched]

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
 
 def command(
+    context: typer.Context,
     push: Annotated[
         int | None,
         typer.Option(
@@ -18,7 +19,7 @@ def command(
         ),
     ] = None,
     force: Annotated[float, typer.Option(help="Newton at the end of the rise, of 2 N/s.", min=0.5, max=20)] = 8.0,
-    wait: Annotated[float, typer.Option(help="Seconds to wait after the release.", min=0)] = 10.0,
+    wait: Annotated[float, typer.Option(help="Seconds to wait after the release.", min=0, max=600)] = 10.0,
     without: Annotated[bool, typer.Option("--without", help="Arms that hand nothing on: the base stays.")] = False,
     headless: Headless = False,
     seed: Seed = 1,
@@ -38,6 +39,7 @@ def command(
     from robotskin.robots import load
     from robotskin.session import Session
 
+    refuse_in_page(headless, context, "json_file", "wait")
     console = Console()
     skin = finished("dual_arm")
     session = Session(load("dual_arm"), skin, WITH, seed=seed, interface="velocity", link="in process")

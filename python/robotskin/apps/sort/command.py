@@ -8,10 +8,23 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import GripperRobot, Headless, JsonFile, KnowledgeFile, Port, Seed, StiffnessRatio
+from robotskin.apps.options import (
+    GripperRobot,
+    Headless,
+    JsonFile,
+    KnowledgeFile,
+    Port,
+    Seed,
+    StiffnessRatio,
+    refuse_in_page,
+)
+
+IN_PAGE = 20
+"""Fruits that the shelf beside the robot takes."""
 
 
 def command(
+    context: typer.Context,
     plan_file: Annotated[
         Path | None, typer.Argument(help="A plan made by robotskin app teach; by default that of oranges.")
     ] = None,
@@ -19,7 +32,7 @@ def command(
     fruit: Annotated[
         str, typer.Option(help="A class of fruits of the knowledge file: orange, lemon, apple.")
     ] = "orange",
-    fruits: Annotated[int, typer.Option(help="How many.", min=1, max=1000)] = 4,
+    fruits: Annotated[int, typer.Option(help="How many; at most 20 in the page.", min=1, max=1000)] = 4,
     ratio: StiffnessRatio = 2.0,
     moved_mm: Annotated[float, typer.Option(help="How far places are from those of the file.", min=0, max=100)] = 100.0,
     knowledge_file: KnowledgeFile = None,
@@ -35,19 +48,24 @@ def command(
     import numpy as np
     from rich.console import Console
 
-    from robotskin.apps.sort.script import Sorting, bounds, drawn_bench, run, session_of, usual_plan
+    from robotskin.apps.sort.script import Sorting, bounds, drawn_bench, require_fit, run, session_of, usual_plan
     from robotskin.figures import report
     from robotskin.teaching.knowledge import load_knowledge
     from robotskin.teaching.plan import load_plan
 
+    refuse_in_page(headless, context, "json_file")
+    if not headless and fruits > IN_PAGE:
+        raise typer.BadParameter(
+            f"{fruits}: at most {IN_PAGE} in the page; more with --headless", param_hint="--fruits"
+        )
     console = Console()
     plan = usual_plan() if plan_file is None else load_plan(plan_file)
     sorting = Sorting(plan, load_knowledge(knowledge_file), robot, fruit, fruits, ratio, moved_m=1e-3 * moved_mm)
     if not headless:
         from robotskin.apps.sort.panel import show
 
-        bench = drawn_bench(sorting, np.random.default_rng([seed, 41, 0]), min(fruits, 20))
-        session = session_of(sorting, bench, seed)
+        bench = drawn_bench(sorting, np.random.default_rng([seed, 41, 0]), fruits)
+        session = session_of(sorting, bench, 1000 * seed)
         try:
             with console.status("booting the skin"):
                 session.boot()
@@ -56,6 +74,7 @@ def command(
             raise
         show(session, sorting, bench, port)
         return
+    require_fit(sorting, drawn_bench(sorting, np.random.default_rng([seed, 41, 0]), 1))
     console.print(plan.tree(), markup=False, highlight=False)
     with console.status("sorts") as status:
         figures, found = run(sorting, seed, status.update)

@@ -12,9 +12,10 @@ import numpy as np
 from robotskin.apps.sort.scene import SPREAD, Bench, Fruit, bench_of, drawn_fruits, drawn_places
 from robotskin.figures import Bound
 from robotskin.layout import Layout, finished
-from robotskin.robots import load
+from robotskin.robots import Robot, load
 from robotskin.session import SafetyState, Session
 from robotskin.teaching.execution import SKIN_N_PER_M, Done, Execution
+from robotskin.teaching.gripper import Gripper, TeachingError
 from robotskin.teaching.knowledge import Knowledge
 from robotskin.teaching.plan import Plan, load_plan
 from robotskin.teaching.worker import Worker
@@ -23,6 +24,8 @@ Progress = Callable[[str], None]
 LARGEST_N = 10.0
 FRUITS_A_SCENE = 10
 SETTLE_S = 0.3
+ROOM_M = 0.01
+"""Between fruit and pads, together: a fruit lies up to 3 mm beside the middle."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +42,13 @@ class Sorting:
     moved_m: float = 0.0
 
     @property
-    def scale(self) -> float:
-        """By which the plan's stiffness is multiplied for fruits of another class than taught: usual over usual."""
+    def scales(self) -> dict[str, float]:
+        """By property, by what a plan's value is multiplied for fruits of another class than taught: usual over usual.
+
+        Raises UnknownNameError and TeachingError for what the knowledge file does not say.
+        """
         usual = self.knowledge.usual
-        return usual(self.kind, "stiffness_n_per_m") / usual(self.plan.taught_with, "stiffness_n_per_m")
+        return {one: usual(self.kind, one) / usual(self.plan.taught_with, one) for one in self.plan.properties}
 
 
 def bounds(sorting: Sorting) -> list[Bound]:
@@ -62,12 +68,29 @@ def drawn_bench(sorting: Sorting, generator: np.random.Generator, fruits: int) -
 def session_of(sorting: Sorting, bench: Bench, seed: int, layout: Layout | None = None) -> Session:
     """A session with a scene, not booted.
 
-    Raises TeachingError and UnknownNameError for a plan that the robot or the scene does not fit; nothing moves before.
+    Raises as `require_fit` does; nothing moves before.
+    """
+    robot, skin = require_fit(sorting, bench, layout)
+    return Session(robot, skin, seed=seed, link="in process", scene=bench.scene)
+
+
+def require_fit(sorting: Sorting, bench: Bench, layout: Layout | None = None) -> tuple[Robot, Layout]:
+    """The robot and its skin, by default the one that comes with it.
+
+    Raises TeachingError and UnknownNameError for a plan that robot, knowledge or scene do not fit, and for fruits that
+    do not fit between the pads.
     """
     sorting.plan.require_doable(sorting.knowledge, sorting.robot, list(bench.places))
-    return Session(
-        load(sorting.robot), layout or finished(sorting.robot), seed=seed, link="in process", scene=bench.scene
-    )
+    _ = sorting.scales  # refused here where they are not known
+    robot, skin = load(sorting.robot), layout or finished(sorting.robot)
+    widest_m = 2 * Gripper(robot, skin).most_open_m - ROOM_M
+    for fruit in bench.fruits:
+        if 2 * fruit.radius_m > widest_m:
+            raise TeachingError(
+                f"{fruit.name}: {2e3 * fruit.radius_m:.0f} mm wide, and the pads of {sorting.robot} take "
+                f"{1e3 * widest_m:.0f} mm: change diameter_m of [classes.{sorting.kind}]"
+            )
+    return robot, skin
 
 
 @dataclass(frozen=True)
@@ -104,7 +127,7 @@ class Sorter:
     def execution(self) -> Execution:
         """Of the plan, with the next fruit."""
         plan, sorting = self.sorting.plan, self.sorting
-        return Execution(self.worker, plan, self.bench.places, self.skin_n_per_m, sorting.scale, self._light)
+        return Execution(self.worker, plan, self.bench.places, self.skin_n_per_m, sorting.scales, self._light)
 
     def _light(self, step: int) -> None:
         self.active = step

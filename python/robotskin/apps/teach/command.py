@@ -8,12 +8,23 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import GripperRobot, Headless, JsonFile, KnowledgeFile, Port, Seed, StiffnessRatio
+from robotskin.apps.options import (
+    GripperRobot,
+    Headless,
+    JsonFile,
+    KnowledgeFile,
+    Port,
+    Seed,
+    StiffnessRatio,
+    refuse_in_page,
+    writable,
+)
 
 
 def command(
+    context: typer.Context,
     plan_file: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the plan here.", dir_okay=False)
+        Path | None, typer.Option("--output", "-o", help="Write the plan here.", callback=writable)
     ] = None,
     robot: GripperRobot = "ur5_gripper",
     fruit: Annotated[str, typer.Option(help="A class of fruits of the knowledge file.")] = "orange",
@@ -21,7 +32,7 @@ def command(
     unseen: Annotated[int, typer.Option(help="Further ones, whose activities are told by the rules.", min=0)] = 0,
     ratio: StiffnessRatio = 2.0,
     lessons_file: Annotated[
-        Path | None, typer.Option("--lessons", help="Write here what the rules were learnt from.", dir_okay=False)
+        Path | None, typer.Option("--lessons", help="Write here what the rules were learnt from.", callback=writable)
     ] = None,
     knowledge_file: KnowledgeFile = None,
     headless: Headless = False,
@@ -39,6 +50,7 @@ def command(
     from robotskin.figures import report
     from robotskin.teaching.knowledge import load_knowledge
 
+    refuse_in_page(headless, context, "demonstrations", "unseen", "lessons_file", "json_file")
     console = Console()
     teaching = Teaching(load_knowledge(knowledge_file), robot, fruit, demonstrations, unseen, ratio)
     if not headless:

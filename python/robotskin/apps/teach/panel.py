@@ -6,6 +6,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -23,7 +24,7 @@ from robotskin.teaching.behaviours import LED, WORK
 from robotskin.teaching.execution import Execution
 from robotskin.teaching.leading import Asked
 from robotskin.teaching.learning import Demonstration, acts_of, learn_plan
-from robotskin.teaching.plan import Plan
+from robotskin.teaching.plan import Plan, plan_of
 from robotskin.viewer.session_view import Snapshot
 
 FRUITS = 8
@@ -33,15 +34,34 @@ class TeachPage(ToldPage):
     """The page of a session with a folder of its own."""
 
     def __init__(self, session: LiveSession, steps: TeachSteps, port: int) -> None:
-        self._steps = steps
+        self._steps, self._live = steps, session
+        self._plan_text: Any = None
+        self._shown_text = ""
         orders: Orders = {
             "Open or close the gripper": lambda: steps.ask(Asked.TOGGLE),
             "Squeeze": lambda: steps.ask(Asked.SQUEEZE),
             "Begin to show, end to show": steps.show,
             "Let a scripted teacher show": steps.let_show,
+            "Forget the last": steps.forget,
             "Do it": steps.carry_out,
         }
         super().__init__(session, "Teach", port, orders)
+        with self.server.gui.add_folder("Plan as text", expand_by_default=False):
+            self._plan_text = self.server.gui.add_text("TOML", "", multiline=True)
+            self.server.gui.add_button("Use this text").on_click(self._edited)
+
+    def _edited(self, _event: object) -> None:
+        text = self._plan_text.value
+        self.command(lambda: self._live.ask(lambda: self._steps.edit(text)))
+
+    def draw(self, snapshot: Snapshot, now_s: float) -> None:
+        """Send one moment to the browsers."""
+        super().draw(snapshot, now_s)
+        plan = self._steps.plan
+        text = "" if plan is None else plan.text()
+        # What is being written stays until there is another plan.
+        if self._plan_text is not None and text != self._shown_text:
+            self._plan_text.value = self._shown_text = text
 
     def told(self, snapshot: Snapshot) -> str:
         """What is seen, what was shown so far, and the plan made of it."""
@@ -115,6 +135,27 @@ class TeachSteps:
             self._acts = self.recorder.acts(self.bench.fruits[self._number % len(self.bench.fruits)])
             self.doing = "is shown"
 
+    def forget(self) -> None:
+        """The last demonstration counts no more."""
+        if self.doing or not self.shown:
+            return
+        self.shown.pop()
+        self.told.append(f"{len(self.shown) + 1}: forgotten")
+        self._learn()
+
+    def edit(self, text: str) -> None:
+        """Take a plan that a person has written, in TOML."""
+        if self.doing:
+            return
+        try:
+            plan = plan_of(text, "in the page")
+            plan.require_doable(self.teaching.knowledge, self.teaching.robot, list(self.bench.places))
+            self._keep(plan)
+        except RobotskinError as error:
+            self.told.append(str(error))
+        else:
+            self.told.append("the plan is as it was written")
+
     def carry_out(self) -> None:
         """The robot does by itself what it was shown."""
         if self.doing or self.plan is None:
@@ -161,16 +202,32 @@ class TeachSteps:
         told = ", ".join(f"{act.do} {act.at}".strip() for act in acts)
         stiffness = recording.measured.get("stiffness_n_per_m", float("nan"))
         felt = "" if np.isnan(stiffness) else f" ({1e-3 * stiffness:.1f} N/mm)"
+        self._lay(self._number + 1)
+        if not any(act.do == "take" for act in acts):
+            self.told.append(f"{told or 'nothing'} was seen, and nothing was taken: this one does not count")
+            return
         self.shown.append(Demonstration(acts, recording.measured))
         self.told.append(f"{len(self.shown)}: {told}{felt}")
-        try:
-            self.plan = learn_plan(self.shown, self.teaching.knowledge, self.teaching.kind)
-            if self.output is not None:
-                self.plan.save(self.output)
-        except RobotskinError as error:
-            self.told.append(f"{error}; this one is forgotten")
+        if not self._learn():
             self.shown.pop()
-        self._lay(self._number + 1)
+            self.told.append("this one is forgotten; where an earlier one was wrong, forget the last")
+
+    def _learn(self) -> bool:
+        """Make the plan of all demonstrations; whether they allow one."""
+        try:
+            if self.shown:
+                self._keep(learn_plan(self.shown, self.teaching.knowledge, self.teaching.kind))
+            else:
+                self.plan = None
+        except RobotskinError as error:
+            self.told.append(str(error))
+            return False
+        return True
+
+    def _keep(self, plan: Plan) -> None:
+        self.plan = plan
+        if self.output is not None:
+            plan.save(self.output)
 
 
 def show(teaching: Teaching, seed: int, port: int, output: Path | None) -> None:
