@@ -17,8 +17,9 @@ from robotskin_lab.bench.propagation_sessions import session_figures, soak_figur
 PARTS = ("range", "merging", "back", "pairs", "sessions", "soak")
 FOLLOWED_M = 0.3
 REST_M = 0.2
-ARM_SUFFICES_M = 0.45
-"""A cell that the arms alone let follow so far is one where the arm suffices up to `REST_M`."""
+ARM_SUFFICES_M, ARM_SUFFICES_MM = 0.45, 10.0
+"""Up to `REST_M` the arm suffices for a cell that arms alone let follow so far, and until there no more than this
+behind: an arm whose joint is at its speed limit for a while does not suffice for that while."""
 
 
 def run(
@@ -68,7 +69,10 @@ def range_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
             found[variant].append(rig.follow(int(cell), cap_m))
     ranges = {name: np.array([one.range_m for one in followed]) for name, followed in found.items()}
     rest = np.array([one.base_mm[1] for one in found["with"]])
-    suffices = ranges["without"] >= ARM_SUFFICES_M
+    far = ranges["without"] >= ARM_SUFFICES_M
+    behind = np.array([one.behind_mm[1] for one in found["without"]])
+    suffices = far & (behind <= ARM_SUFFICES_MM)
+    late = far & (behind > ARM_SUFFICES_MM)
     up = np.array([one.up for one in found["with"]])
     level = up < 0.7
     short = ranges["with"] < FOLLOWED_M
@@ -85,12 +89,15 @@ def range_figures(cells: np.ndarray, cap_m: float) -> dict[str, float]:
         "range_with_m": float(ranges["with"].mean()),
         "range_one_programme_m": float(ranges["one programme"].mean()),
         "arm_suffices_cells": float(suffices.sum()),
+        "arm_late_cells": float(late.sum()),
         "short_cells_up_median": float(np.median(up[short])) if short.any() else 0.0,
         "violations": float(sum(one.violations for followed in found.values() for one in followed)),
     }
     if suffices.any():
         figures["base_at_rest_mm"] = float(np.nanmax(rest[suffices]))
         figures["base_at_rest_median_mm"] = float(np.nanmedian(rest[suffices]))
+    if late.any():
+        figures["base_helps_late_arm_mm"] = float(np.nanmax(rest[late]))
     return figures
 
 

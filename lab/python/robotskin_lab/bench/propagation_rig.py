@@ -33,13 +33,14 @@ class Followed:
     """One push of a cell, to the end of its range or to the cap.
 
     range_m: how far the cell followed its desired motion within the tolerance. up: the vertical part of the push at the
-    beginning, 0 to 1. base_mm: (3,) the base's longest way from its place when the motion had come 0.1, 0.2 and 0.3 m,
-    NaN where it did not come so far; largest_error_mm: until then.
+    beginning, 0 to 1. base_mm, behind_mm: (3,) the base's longest way from its place, and how far the cell was behind
+    its desired motion at most, when that had come 0.1, 0.2 and 0.3 m; NaN where it did not come so far.
     """
 
     range_m: float
     up: float
     base_mm: Array
+    behind_mm: Array
     violations: int
 
 
@@ -142,18 +143,19 @@ class PropagationRig:
         impedance: ContactImpedanceGains = self.chosen.impedance
         start = self._between(cells)
         moved, velocity = np.zeros(3), np.zeros(3)
-        base_mm, marks = np.full(3, np.nan), [0.1, 0.2, 0.3]
-        reached = way = 0.0
+        base_mm, behind_mm, marks = np.full(3, np.nan), np.full(3, np.nan), [0.1, 0.2, 0.3]
+        reached = way = behind = 0.0
         for index in range(round(4 * cap_m * impedance.stiffness / FORCE_N_S / PERIOD_S)):
             force = FORCE_N_S * index * PERIOD_S
             place = self._between(cells)
-            if np.linalg.norm(start[:3, 3] + moved - place[:3, 3]) > TOLERANCE_M:
+            error = float(np.linalg.norm(start[:3, 3] + moved - place[:3, 3]))
+            if error > TOLERANCE_M:
                 break
-            reached = float(np.linalg.norm(moved))
+            reached, behind = float(np.linalg.norm(moved)), max(behind, error)
             way = max(way, self.base_way_m())
             for mark, at in enumerate(marks):
                 if reached >= at and np.isnan(base_mm[mark]):
-                    base_mm[mark] = 1e3 * way
+                    base_mm[mark], behind_mm[mark] = 1e3 * way, 1e3 * behind
             if reached >= cap_m:
                 break
             wrench = -force * place[:3, 2]
@@ -164,7 +166,7 @@ class PropagationRig:
                 self.feel(one, force / len(cells))
             self.tick()
         report = self.controller.report
-        return Followed(min(reached, cap_m), abs(float(start[2, 2])), base_mm, int(report.violations))
+        return Followed(min(reached, cap_m), abs(float(start[2, 2])), base_mm, behind_mm, int(report.violations))
 
     def _between(self, cells: list[int]) -> Array:
         """(3, 4) mean of the cells' places: of their points, and of their axes, which are then shorter than 1."""
