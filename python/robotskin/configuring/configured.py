@@ -48,7 +48,8 @@ def home_posture(robot: Robot, space: FreeSpace | None = None) -> Array:
         robot: with gains of its own, or without, for which some are made.
         space: where it may move; by default all within its limits that touches nothing.
     """
-    return (space or FreeSpace(robot)).nearest_free(gains_of(robot).home)
+    home = gains_of(robot).home
+    return (space or FreeSpace(robot, home=home)).nearest_free(home)
 
 
 def babble(
@@ -91,7 +92,7 @@ def babble(
     if progress:
         progress("planning", 0.0)
     random = np.random.default_rng(seed)
-    space = FreeSpace(robot, floor_m=floor_m)
+    space = FreeSpace(robot, floor_m=floor_m, home=gains_of(robot).home)
     start = home_posture(robot, space) if start is None else start
     plan = plan_babbling(space, start, random, postures=postures, swing_postures=swing_postures)
     if progress:

@@ -23,12 +23,18 @@ class FreeSpace:
 
     Links are taken as their convex hulls (Coal), with `margin_m` of room around them for the skin. Not tested are links
     joined by a joint, and pairs whose hulls already overlap at the neutral posture. Pairs built closer than the margin,
-    as the links of a wrist, need only not touch. The surroundings are the half space below `floor_m` (base frame z;
+    as the links of a wrist, and those closer than it at `home` (n), such as the thighs of a humanoid, need only not
+    touch. The surroundings are the half space below `floor_m` (base frame z;
     None: nothing around), which only links that can move must avoid.
     """
 
     def __init__(
-        self, robot: Robot, margin_m: float = 0.02, floor_m: float | None = None, limit_margin_rad: float = 0.1
+        self,
+        robot: Robot,
+        margin_m: float = 0.02,
+        floor_m: float | None = None,
+        limit_margin_rad: float = 0.1,
+        home: Array | None = None,
     ) -> None:
         self.robot, self.floor_m = robot, floor_m
         model = robot.model
@@ -56,6 +62,8 @@ class FreeSpace:
         random = np.random.default_rng(0)
         drawn = [self._met(robot.random_posture(random), margin_m) for _ in range(DRAWN)]
         built_close = self._met(robot.neutral, margin_m) & (np.mean(drawn, axis=0) > BUILT_CLOSE)
+        if home is not None:
+            built_close |= self._met(home, margin_m)
         self._set_margins(np.where(built_close, 0.0, margin_m))
         self.margin_m = margin_m
         room = np.minimum(limit_margin_rad, 0.1 * (robot.upper - robot.lower))

@@ -5,6 +5,7 @@ import pytest
 from robotskin.configuring.configured import home_posture
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
+from robotskin.robots.gains import gains_of
 
 
 @pytest.mark.parametrize("name", ["panda", "ur10", "xarm7", "ur5"])
@@ -27,3 +28,15 @@ def test_links_that_are_built_close_need_only_not_touch() -> None:
     robot = load("g1")
     assert FreeSpace(robot).why_not(home_posture(robot)) is None
     assert FreeSpace(robot, margin_m=0.2).why_not(home_posture(robot)) is not None
+
+
+def test_links_that_are_close_at_home_need_only_not_touch() -> None:
+    """The thighs of Talos stand less than 2 cm apart."""
+    robot = load("talos")
+    home = gains_of(robot).home
+    assert "come closer" in str(FreeSpace(robot).why_not(home))
+    space = FreeSpace(robot, home=home)
+    assert space.why_not(home) is None
+    crossed = home.copy()
+    crossed[robot.joint_index("leg_left_2_joint")] -= 0.2
+    assert "leg_right" in str(space.why_not(crossed))

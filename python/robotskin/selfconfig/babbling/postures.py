@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,11 @@ from robotskin.selfconfig.common.prior_knowledge import PriorKnowledge
 from robotskin.selfconfig.common.rotations import cross_matrix
 
 Array = NDArray[np.float64]
+
+PROBED, FEW_FREE = 60, 0.1
+"""Random postures, and the share of them that has to be free for a search among such."""
+SHARES = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+"""Of the way from the start to a random posture."""
 
 
 class BabblingError(RobotskinError):
@@ -84,7 +90,7 @@ def choose_postures(
         raise BabblingError(f"start posture: {trouble}")
     robot = space.robot
     rows = [robot.link_index(link) for link in links]
-    pool = _free_postures(space, random, candidates, count)
+    pool = _free_postures(space, random, candidates, count, start)
     up = np.array([robot.base_from_link(q)[rows, 2, :3] for q in pool])
     # The spread of gravity seen from a link; a link turning about the vertical only sees none.
     spread = np.array([np.linalg.eigvalsh(np.cov(up[:, row].T)).sum() for row in range(len(rows))])
@@ -122,16 +128,22 @@ def choose_postures(
     )
 
 
-def _free_postures(space: FreeSpace, random: np.random.Generator, candidates: int, least: int) -> Array:
-    """(C, n) random free postures within one turn; gives up after twenty tries a posture."""
+def _free_postures(space: FreeSpace, random: np.random.Generator, candidates: int, least: int, start: Array) -> Array:
+    """(C, n) random free postures within one turn; gives up after twenty tries a posture.
+
+    Of a robot with many links, such as a humanoid, hardly any is free: then each is drawn back towards the `start`
+    (n) until it is.
+    """
     lower, upper = np.maximum(space.lower, -np.pi), np.minimum(space.upper, np.pi)
+    probes = np.random.default_rng(0).uniform(lower, upper, (PROBED, len(start)))
+    few = np.mean([space.is_free(posture) for posture in probes]) < FEW_FREE
     found: list[Array] = []
     for _ in range(20 * candidates):
         posture = random.uniform(lower, upper)
-        if space.is_free(posture):
-            found.append(posture)
-            if len(found) == candidates:
-                break
+        drawn_back = (start + share * (posture - start) for share in SHARES if few)
+        found += islice((one for one in chain([posture], drawn_back) if space.is_free(one)), 1)
+        if len(found) == candidates:
+            break
     if len(found) < least:
         raise BabblingError(f"only {len(found)} of {20 * candidates} random postures touch nothing; {least} are needed")
     return np.array(found)

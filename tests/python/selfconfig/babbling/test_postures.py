@@ -4,6 +4,7 @@ import pytest
 
 from robotskin.robots import load
 from robotskin.robots.free_space import FreeSpace
+from robotskin.robots.gains import gains_of
 from robotskin.selfconfig.babbling.joint_sine import MotionLimits, plan_joint_sine
 from robotskin.selfconfig.babbling.postures import BabblingError, choose_postures
 
@@ -72,3 +73,14 @@ def test_a_joint_without_room_is_refused(space: FreeSpace) -> None:
     at_the_limit[2] = space.upper[2]
     with pytest.raises(BabblingError, match="elbow_joint cannot swing"):
         plan_joint_sine(space, 2, at_the_limit)
+
+
+def test_a_humanoid_is_drawn_back_towards_its_start_until_it_is_free(seed: int) -> None:
+    robot = load("talos")
+    home = gains_of(robot).home
+    space = FreeSpace(robot, home=home)
+    links = ("torso_2_link", "arm_left_4_link", "leg_right_4_link")
+    plan = choose_postures(space, links, home, np.random.default_rng(seed), count=4, candidates=24)
+    assert all(space.is_free(posture) for posture in plan.postures)
+    assert np.abs(plan.postures - home).max(axis=1).min() > 0.2, "none of them is the start"
+    assert "arm_left_4_link" not in plan.still
