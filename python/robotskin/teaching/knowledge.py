@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from importlib import resources
 from pathlib import Path
 
@@ -40,8 +41,12 @@ class Knowledge(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     robots: dict[str, RobotSkills]
 
     def require_whole(self) -> None:
-        """Raise UnknownNameError for a class or a skill that is named and not there."""
-        for one in self.classes.values():
+        """Raise UnknownNameError for a class or a skill that is named and not there, TeachingError for a property that
+        is not a finite number above 0."""
+        for name, one in self.classes.items():
+            for quantity, value in one.properties.items():
+                if not 0 < value < math.inf:
+                    raise TeachingError(f"[classes.{name}]: {quantity} = {value}: must be finite and above 0")
             if one.is_a and one.is_a not in self.classes:
                 raise UnknownNameError("class of the knowledge file", one.is_a, self.classes)
         for robot in self.robots.values():
@@ -106,5 +111,7 @@ def load_knowledge(file: Path | None = None) -> Knowledge:
 def _text_of(file: Path) -> str:
     try:
         return file.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise TeachingError(f"knowledge file {file}: {error}") from None
+    except OSError as error:
+        raise TeachingError(f"knowledge file {file}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise TeachingError(f"knowledge file {file}: is no text") from None

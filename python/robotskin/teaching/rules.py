@@ -78,7 +78,11 @@ def load_lessons(file: Path) -> Lessons:
     """Read lessons. Raises TeachingError, naming field and value."""
     try:
         found = msgspec.toml.decode(file.read_bytes(), type=Lessons)
-    except (OSError, msgspec.DecodeError, ValueError) as error:
+    except OSError as error:
+        raise TeachingError(
+            f"lessons {file}: {error.strerror}; teach some with robotskin app teach --lessons"
+        ) from None
+    except (msgspec.DecodeError, ValueError) as error:
         raise TeachingError(f"lessons {file}: {error}; teach some with robotskin app teach --lessons") from None
     if found.format != FORMAT or found.version != 1 or found.features != FEATURES:
         raise TeachingError(

@@ -9,6 +9,8 @@ import msgspec
 from msgspec import Meta
 
 Positive = Annotated[float, Meta(gt=0)]
+Length = Annotated[float, Meta(ge=1e-4, le=100)]
+"""Metres, of what a robot can touch."""
 NotNegative = Annotated[float, Meta(ge=0)]
 Name = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]*$")]
 Vector = tuple[float, float, float]
@@ -27,27 +29,27 @@ class Spec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 class Sphere(Spec, frozen=True, tag="sphere", tag_field="kind"):
     """A ball."""
 
-    radius_m: Positive
+    radius_m: Length
 
 
 class Box(Spec, frozen=True, tag="box", tag_field="kind"):
     """A box; its whole lengths along its axes."""
 
-    lengths_m: tuple[Positive, Positive, Positive]
+    lengths_m: tuple[Length, Length, Length]
 
 
 class Cylinder(Spec, frozen=True, tag="cylinder", tag_field="kind"):
     """A cylinder along its own z axis; its whole length."""
 
-    radius_m: Positive
-    length_m: Positive
+    radius_m: Length
+    length_m: Length
 
 
 class Capsule(Spec, frozen=True, tag="capsule", tag_field="kind"):
     """A cylinder along its own z axis with round ends beyond its length."""
 
-    radius_m: Positive
-    length_m: Positive
+    radius_m: Length
+    length_m: Length
 
 
 Shape = Sphere | Box | Cylinder | Capsule
