@@ -14,6 +14,8 @@ constexpr std::size_t soft_max = 4096;
 constexpr std::size_t taken_max = 256;
 constexpr double least_depth_m = 1e-9;
 constexpr double least_left = 0.05;
+// Of a contact's own frequency and the period of a step: above 1.03 the steps would no longer settle.
+constexpr double most_radians_a_step = 0.6;
 constexpr double same = 1e-9;  // relative difference below which a parameter is left as it is
 
 // Springs in series; infinity stands for a rigid one.
@@ -122,7 +124,8 @@ bool ContactLaw::set(const mjModel& model, const Soft& soft) const {
   double inverse_mass = 0;
   for (const int geom : soft.geom) inverse_mass += model.body_invweight0[2 * model.geom_bodyid[geom]];
   if (!(inverse_mass > 0)) return false;
-  const double whole = stiffness_n_per_m * (1 - impedance) * inverse_mass;
+  const double most = most_radians_a_step / model.opt.timestep;
+  const double whole = std::min(stiffness_n_per_m * (1 - impedance) * inverse_mass, most * most);
   const double stiffness = whole * soft.share;
   const double damping = 2 * std::sqrt(whole / impedance) * impedance * soft.share;
   mjContact& contact = *soft.contact;

@@ -6,6 +6,7 @@
 // "Solver parameters"). So one number per geom cannot be right for partners of different mass; here every contact gets
 // its own. Contacts of one pair of geoms share the stiffness of that pair in proportion to their depth, so that a flat
 // face is as stiff as a ball. The skin's foam and the thing are springs in series.
+// A light, stiff thing is no stiffer than steps of this length can follow.
 #pragma once
 
 #include <limits>

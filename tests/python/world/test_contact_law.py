@@ -184,3 +184,28 @@ def test_the_pair_of_smaller_friction_decides(make_body, generator):
         slid[friction] = float(np.linalg.norm(world.thing("box").position_m - start))
     assert slid[0.8] < 0.001
     assert slid[0.2] > 0.05
+
+
+def test_a_light_stiff_thing_gains_no_speed_from_what_it_stands_on(make_body, generator):
+    post = ThingSpec(
+        name="post", shape=Cylinder(radius_m=0.05, length_m=0.1), moves="fixed", position_m=(1.5, 0.0, 0.05)
+    )
+    block = ThingSpec(
+        name="block",
+        shape=Cylinder(radius_m=0.03, length_m=0.06),
+        mass_kg=0.2,
+        stiffness_n_per_m=float(np.exp(generator.uniform(np.log(4e5), np.log(1e8)))),
+        position_m=(1.5, 0.0, 0.1305),
+    )
+    world = make_body(scene=SceneSpec(things=(post, block)))
+    thing, tick_s, push_s, push_n = world.thing("block"), 0.001, 0.02, 0.6
+    world.step(0.3)
+    fastest, last = 0.0, np.array(thing.position_m)
+    for _ in range(150):
+        thing.push(generator.uniform(-push_n, push_n, 3))
+        for _ in range(round(push_s / tick_s)):
+            world.step(tick_s)
+            now = np.array(thing.position_m)
+            fastest, last = max(fastest, float(np.linalg.norm(now - last)) / tick_s), now
+    # Pushed sideways it slides, or not; what one push can give it is the most.
+    assert fastest < 2 * np.sqrt(3) * push_n * push_s / 0.2
