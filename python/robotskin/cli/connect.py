@@ -219,6 +219,8 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
         "ticks": float(session.loop.report.ticks),
         "lost_ticks": float(session.loop.report.lost),
         "limit_violations": float(session.controller.report.violations),
+        "fallback_ticks": float(session.controller.cycle.fusion_counts.fallback_ticks),
+        "clock_ticks": float(session.controller.cycle.fusion_counts.clock_ticks),
         "faults": float(bool(session.fault)),
     }
     for name, value in figures.items():

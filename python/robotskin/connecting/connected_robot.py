@@ -37,6 +37,8 @@ SLICE_S = 0.02
 TARE_S = 0.5
 TOUCH_WITHIN_S = 60.0
 HOW_TO_SKIP = "--skip-touch leaves this out"
+FUSION_SHARE = 0.5
+"""Of a period, after which a clock ends the solver: a command that comes late is worse than one that is less exact."""
 STOP_S = 2.0
 """In which a robot that is asked to stop must be at rest, before its port is told to stop it."""
 
@@ -72,7 +74,18 @@ class ConnectedRobot(SkinnedRobot):
         """What the checks before the first motion found."""
         self.period_s = port.period_s or PERIOD_S
         own = at_period(gains or gains_of(robot), self.period_s)
-        super().__init__(robot, layout, port, skin.input, behaviour, gains=own, fault_file=fault_file, **options)
+        ends_s = FUSION_SHARE * self.period_s
+        super().__init__(
+            robot,
+            layout,
+            port,
+            skin.input,
+            behaviour,
+            gains=own,
+            fault_file=fault_file,
+            fusion_ends_s=ends_s,
+            **options,
+        )
         self.paced = PacedLoop(self.loop, self.period_s, realtime=True)
         self.mode = "clock"
         self.speed = SpeedCap(speed_share)

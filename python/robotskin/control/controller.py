@@ -48,6 +48,7 @@ class Controller:
         skin_map: a learnt map, from which behaviours by name then recall their reaction to touch, instead of from the
             kinematic model (`Behaviour.with_map`).
         body_limits: limits of contact, at which the guard stops the robot (`robotskin.control.body_limits`).
+        fusion_ends_s: after which a clock ends the fusion of a tick, counted in `cycle.fusion_counts`; 0: none does.
 
     Raises:
         UnknownNameError: no such behaviour, task or gain set. InputError: a map that does not fit. GainError,
@@ -65,12 +66,14 @@ class Controller:
         body: Robot | None = None,
         skin_map: SensoryMotorMap | None = None,
         body_limits: BodyLimits | None = None,
+        fusion_ends_s: float = 0.0,
     ) -> None:
         self.robot, self.gains = robot, gains
         self.library = TaskLibrary(robot, skin, body, skin_map)
         self._fusion = fusion
         self._limits = QuadraticLimits.of(robot)
         own = gains.cycle_gains(robot, skin)
+        own.fusion_ends_s = fusion_ends_s
         self.behaviour, self.tasks = self._made(start)
         limits = gains.guard_limits(robot)
         if body_limits is not None:

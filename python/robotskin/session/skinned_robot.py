@@ -65,6 +65,7 @@ class SkinnedRobot:
         skin_map: reactions to touch are recalled from this map, without a kinematic model.
         body_limits: limits of contact, at which the guard stops the robot.
         fault_file: where the last second before a fault is written (CSV); None: nowhere.
+        fusion_ends_s: see `Controller`; 0 wherever a run is to be repeated.
 
     Raises:
         LoopError: port, input and robot of different counts, an interface that the port does not offer.
@@ -88,6 +89,7 @@ class SkinnedRobot:
         skin_map: SensoryMotorMap | None = None,
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
+        fusion_ends_s: float = 0.0,
     ) -> None:
         require_robot_and_layout(robot, layout)
         self.fault_file = FaultFile(fault_file)
@@ -107,6 +109,7 @@ class SkinnedRobot:
             body=robot if self_collision else None,
             skin_map=skin_map,
             body_limits=limits,
+            fusion_ends_s=fusion_ends_s,
         )
         self.loop = SkinLoop(port, skin, self.controller.cycle)
         self.interface = ""
