@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from robotskin.layout.errors import CoveringError
 from robotskin.layout.growth import Sheet, grow
-from robotskin.layout.patches import grow_link, split, trim_to
+from robotskin.layout.patches import grow_link, split
 from robotskin.layout.places import Area, LinkPlaces
 from robotskin.layout.relax import overlapping_pairs, tangent_poses
+from robotskin.layout.separation import clear_of
+from robotskin.layout.trimming import trim_to
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,9 @@ class AreasFirst:
         for area in areas:
             own = LinkPlaces(places.surface, places.clearance, area.rules_on(places.rules), self.seed)
             sheet = grow_area(own, area, self.seed, self.tries, joined.poses)
+            # Areas with rules of their own may meet, as the pads of a hand do.
+            if area.rules is None and len(clear_of(sheet, own, self.sheets).poses) < len(sheet.poses):
+                sheet = grow_area(own, area, self.seed, self.tries, joined.poses, self.sheets)
             if len(sheet.poses) < area.cells:
                 raise CoveringError(
                     f"area of {link} that faces {area.facing}: {area.cells} cells asked for, {len(sheet.poses)} fit; "
@@ -65,10 +70,16 @@ class Plane:
         return points, np.tile(self.normal, (len(points), 1))
 
 
-def grow_area(places: LinkPlaces, area: Area, seed: int, tries: int, taken: Array) -> Sheet:
-    """The cells of an area, as many as it asks for if they fit: those nearest to its first cell, or largest patches."""
+def grow_area(
+    places: LinkPlaces, area: Area, seed: int, tries: int, taken: Array, others: dict[str, Sheet] | None = None
+) -> Sheet:
+    """The cells of an area, as many as it asks for if they fit: those nearest to its first cell, or largest patches.
+
+    taken: (K, 4, 4) cells that the link has already. others: cells of other links, by name, that none may meet.
+    """
     if area.at_m is None:
-        patches = sorted(split(grow_link(places, seed, tries, taken)), key=lambda patch: -len(patch.poses))
+        grown = clear_of(grow_link(places, seed, tries, taken), places, others or {})
+        patches = sorted(split(grown), key=lambda patch: -len(patch.poses))
         kept: list[Sheet] = []
         while patches and sum(len(patch.poses) for patch in kept) < area.cells:
             kept.append(patches.pop(0))
@@ -97,6 +108,7 @@ def grow_area(places: LinkPlaces, area: Area, seed: int, tries: int, taken: Arra
             sheet = sheet.keep(label == label[middle]) if count > 1 else sheet
             near = np.argsort(np.linalg.norm(sheet.poses[:, :3, 3] - start[:3, 3], axis=1), kind="stable")
             sheet = sheet.keep(np.isin(np.arange(len(near)), near[: area.cells]))
+        sheet = clear_of(sheet, places, others or {})
         overhang = float(places.overhang(sheet.poses).sum())
         if (len(sheet.poses), -overhang) > (len(best.poses), -least):
             best, least = sheet, overhang

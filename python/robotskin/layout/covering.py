@@ -19,10 +19,11 @@ from robotskin.layout.clearance import Clearance
 from robotskin.layout.errors import CoveringError
 from robotskin.layout.growth import Sheet
 from robotskin.layout.layout import Layout, Patch
-from robotskin.layout.patches import grow_link, split, trim_to, without_small, worth_a_cable
+from robotskin.layout.patches import grow_link, split
 from robotskin.layout.places import Area, LinkPlaces, Rules
 from robotskin.layout.separation import clear_of, separate
 from robotskin.layout.surface import DistanceField, LinkSurface
+from robotskin.layout.trimming import trimmed, worth_a_cable
 from robotskin.layout.wiring import hop_counts, wire
 
 if TYPE_CHECKING:
@@ -35,20 +36,6 @@ Progress = Callable[[str, int, int], None]
 NO_RULES: Mapping[str, Rules] = MappingProxyType({})
 MOST_CELLS = 400
 """As many as a robot is covered with that is asked for no number: what a simulation keeps up with."""
-
-
-def _trimmed(
-    patches: list[tuple[str, Sheet]], cells: int, links: list[str], least_patch: int, *, keep_small: bool
-) -> list[tuple[str, Sheet]]:
-    """As many cells as asked for, each patch with its link, in the order of the links."""
-    link_of = {id(patch): link for link, patch in patches}
-    ordered = sorted((patch for _, patch in patches), key=lambda patch: -len(patch.poses))
-    if not keep_small:
-        ordered = without_small(ordered, [link_of[id(patch)] for patch in ordered], cells)
-    kept = [(link_of[id(patch)], patch) for patch in ordered]
-    kept.sort(key=lambda entry: (links.index(entry[0]), -len(entry[1].poses)))
-    trimmed = trim_to([patch for _, patch in kept], cells, least_patch)
-    return [(link, patch) for (link, _), patch in zip(kept, trimmed, strict=True) if len(patch.poses)]
 
 
 def moving_links(robot: Robot) -> tuple[str, ...]:
@@ -66,6 +53,7 @@ def cover(
     link_rules: Mapping[str, Rules] = NO_RULES,
     areas: Sequence[Area] = (),
     worn: Layout | None = None,
+    least: int = 0,
     ports_per_section_unit: int = firmware.SECTION_UNIT_PORTS_MAX,
     seed: int = 0,
     tries: int = 3,
@@ -85,19 +73,21 @@ def cover(
         link_rules: other rules for some of the links, by name.
         areas: parts of these and other links that get their cells first and exactly so many.
         worn: a skin of further links, such as those of a hand on this arm, that is taken as it is.
+        least: cells that each of the links keeps, those of its areas among them, as far as so many fit on it.
         ports_per_section_unit: cables that one section unit takes.
         seed: everything random follows from it; the same seed gives the same layout.
         tries: first cells tried for each patch.
         progress: told about each step.
 
     Raises:
-        CoveringError: fewer places than cells, in all or in one of the areas.
+        CoveringError: fewer places than cells, in all or in one of the areas; an area that is none; fewer cells in all
+            than areas and least ask for.
         UnknownNameError: a link that the robot does not have, or one without a mesh.
     """
     rules = rules or Rules()
-    if cells is not None and cells < 1:
-        raise CoveringError(f"cells: {cells}: at least one")
-    every = (*links, *dict.fromkeys(area.link for area in areas if area.link not in links))
+    every = tuple(dict.fromkeys((*links, *(area.link for area in areas))))
+    meshes = {link: robot.link_mesh(link) for link in every}
+    needs = needs_of(robot, links, cells, areas, len(worn) if worn else 0, least)
     fields: dict[str, DistanceField] = {}
     all_places: dict[str, LinkPlaces] = {}
     sheets: dict[str, Sheet] = {}
@@ -106,14 +96,12 @@ def cover(
         progress(f"looking at {link}", number, len(every))
         clearance = Clearance.of(robot, link, fields, seed)
         own = link_rules.get(link, rules)
-        surface = LinkSurface.of(robot.link_mesh(link), own.foam + CELL_THICKNESS_M, seed=seed)
+        surface = LinkSurface.of(meshes[link], own.foam + CELL_THICKNESS_M, seed=seed)
         places = LinkPlaces(surface, clearance, own, seed)
         all_places[link] = places
         first.cover(link, [area for area in areas if area.link == link], places)
     first_cells = sum(area.cells for area in areas) + (len(worn) if worn else 0)
     rest = None if cells is None else cells - first_cells
-    if rest is not None and rest < 0:
-        raise CoveringError(f"cells: {cells}: {'areas and worn skin' if worn else 'areas'} alone ask for {first_cells}")
     for number, link in enumerate(() if rest == 0 else links):
         progress(f"covering {link}", number, len(links))
         sheet = grow_link(all_places[link], seed + number, tries, first.sheets[link].poses)
@@ -127,8 +115,9 @@ def cover(
     ]
     found = sum(len(patch.poses) for _, patch in patches)
     if rest is None:
-        patches = worth_a_cable(patches)
-        rest = min(MOST_CELLS, sum(len(patch.poses) for _, patch in patches))
+        patches = worth_a_cable(patches, needs)
+        most = max(MOST_CELLS - first_cells, sum(needs.values()))
+        rest = min(most, sum(len(patch.poses) for _, patch in patches))
         if rest == 0 and not areas:
             raise CoveringError(f"no cell fits on {', '.join(links)} of {robot.name}; allow more overhang")
     elif found < rest:
@@ -137,8 +126,8 @@ def cover(
             f"cells: {cells}: only {found} fit on {', '.join(links)} of {robot.name}{beside}; ask for fewer, name more "
             "links, or allow more overhang"
         )
-    trimmed = _trimmed(patches, rest, list(links), rules.least_patch, keep_small=cells is None) if rest else []
-    grown = sorted([*first.patches(), *trimmed], key=lambda entry: every.index(entry[0]))
+    kept = trimmed(patches, rest, links, rules.least_patch, needs=needs, keep_small=cells is None) if rest else []
+    grown = sorted([*first.patches(), *kept], key=lambda entry: every.index(entry[0]))
     layout = assemble(
         robot.name,
         (*every, *(link for link in worn.links if link not in every)) if worn else every,
@@ -148,6 +137,40 @@ def cover(
     progress("planning studs and cables", len(links), len(links))
     layout = replace(layout, studs=plan_studs(layout, robot), cables=plan_cables(layout, robot, seed))
     return layout, all_places
+
+
+def needs_of(
+    robot: Robot, links: Sequence[str], cells: int | None, areas: Sequence[Area], worn_cells: int, least: int
+) -> dict[str, int]:
+    """By link, the cells that it keeps besides those of its areas; refuses what no number of cells can be shared into.
+
+    Raises:
+        CoveringError: an area that is none, or fewer cells in all than areas, worn skin and least ask for.
+    """
+    for area in areas:
+        if flaw := area.flaw():
+            raise CoveringError(f"area of {area.link}: {flaw}")
+    if cells is not None and cells < 1:
+        raise CoveringError(f"cells: {cells}: at least one")
+    first = sum(area.cells for area in areas) + worn_cells
+    named = "areas and worn skin" if worn_cells else "areas"
+    if cells is not None and cells < first:
+        raise CoveringError(
+            f"cells: {cells}: {named} alone ask for {first}; ask for so many in all, or for fewer there"
+        )
+    if least < 0 or (least and not links):
+        why = "a number from 0 on" if least < 0 else f"no link of {robot.name} is covered but by areas, which are exact"
+        raise CoveringError(f"least: {least}: {why}")
+    in_areas = {link: sum(area.cells for area in areas if area.link == link) for link in links}
+    needs = {link: max(0, least - taken) for link, taken in in_areas.items()}
+    if cells is not None and cells < first + sum(needs.values()):
+        asked = first + sum(needs.values())
+        beside = f" and {first} of {named}" if first else ""
+        raise CoveringError(
+            f"cells: {cells}: at least {least} on each of {len(needs)} links of {robot.name}{beside} makes {asked}; "
+            f"ask for {asked} cells or more, name fewer links, or ask for less on each"
+        )
+    return needs
 
 
 def sheets_of(layout: Layout) -> list[tuple[str, Sheet]]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Patches of one link: grown where cells may lie, split where they do not hang together, trimmed to a number."""
+"""Patches of one link: grown where cells may lie, and split where they do not hang together."""
 
 from __future__ import annotations
 
@@ -10,13 +10,8 @@ from robotskin.layout.cell import HEXAGON_SIDE_M, LATTICE_CELL_AREA_M2
 from robotskin.layout.growth import Sheet, grow
 from robotskin.layout.places import LinkPlaces
 from robotskin.layout.relax import overlapping_pairs, tangent_poses
-from robotskin.layout.wiring import hop_counts
 
 Array = NDArray[np.float64]
-
-SMALL_PATCH = 8
-"""Patches with fewer cells are left out while larger ones suffice, since each needs a cable of its own; but not the
-last one of a link: a small link keeps its cells."""
 
 
 def grow_link(places: LinkPlaces, seed: int, tries: int, taken: Array | None = None) -> Sheet:
@@ -77,51 +72,6 @@ def grow_link(places: LinkPlaces, seed: int, tries: int, taken: Array | None = N
         _, label = sheet.components()
         sheet = sheet.keep(np.bincount(label)[label] >= places.rules.least_patch)
     return sheet
-
-
-def trim_to(patches: list[Sheet], cells: int, least_patch: int) -> list[Sheet]:
-    """Take cells away until exactly as many are left as asked for.
-
-    Every patch gives up its share, from its rim, farthest from its middle first, so that what is left is compact and
-    connected.
-    """
-    sizes = np.array([len(patch.poses) for patch in patches])
-    quota = np.floor(sizes * cells / sizes.sum()).astype(int)
-    quota = np.maximum(quota, np.minimum(sizes, least_patch))
-    while quota.sum() != cells:
-        change = 1 if quota.sum() < cells else -1
-        room = (sizes - quota) / sizes if change > 0 else quota / sizes - 9 * (quota <= least_patch)
-        quota[np.argmax(room)] += change
-    result = []
-    for patch, wanted in zip(patches, quota, strict=True):
-        hops = hop_counts(len(patch.poses), patch.edges)
-        middle = int(np.argmin(hops.sum(axis=1)))
-        distance = np.linalg.norm(patch.poses[:, :3, 3] - patch.poses[middle, :3, 3], axis=1)
-        order = np.lexsort((distance, hops[middle]))
-        keep = np.zeros(len(patch.poses), dtype=bool)
-        keep[order[:wanted]] = True
-        result.append(patch.keep(keep))
-    return result
-
-
-def without_small(patches: list[Sheet], links: list[str], cells: int) -> list[Sheet]:
-    """The patches without the small ones that are not needed, smallest first; every link keeps its largest."""
-    left = list(range(len(patches)))
-    for index in sorted(left, key=lambda each: len(patches[each].poses)):
-        others = [other for other in left if other != index]
-        enough = sum(len(patches[other].poses) for other in others) >= cells
-        alone = all(links[other] != links[index] for other in others)
-        if len(patches[index].poses) < SMALL_PATCH and enough and not alone:
-            left = others
-    return [patches[index] for index in left]
-
-
-def worth_a_cable(patches: list[tuple[str, Sheet]]) -> list[tuple[str, Sheet]]:
-    """Patches that are not small, and of each link that has none of those its largest."""
-    largest: dict[str, int] = {}
-    for link, patch in patches:
-        largest[link] = max(largest.get(link, 0), len(patch.poses))
-    return [(link, patch) for link, patch in patches if len(patch.poses) >= min(SMALL_PATCH, largest[link])]
 
 
 def split(sheet: Sheet) -> list[Sheet]:

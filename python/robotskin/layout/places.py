@@ -58,6 +58,19 @@ class Area:
     at_m: tuple[float, float, float] | None = None
     rules: Rules | None = None
 
+    def flaw(self) -> str:
+        """What makes it no area, and what would be right; empty where nothing does."""
+        shown = ",".join(f"{part:g}" for part in self.facing)
+        if self.cells < 1:
+            return f"{self.cells} cells: at least one"
+        if not np.isfinite(self.facing).all():
+            return f"direction {shown}: its numbers must be finite"
+        if not np.linalg.norm(self.facing) > 0:
+            return f"direction {shown}: it has no length; 1,0,0 is the x axis of the link"
+        if not 0 < self.angle_deg <= 180:
+            return f"{self.angle_deg:g} degrees: above 0, and 180 at most"
+        return ""
+
     def rules_on(self, rules: Rules) -> Rules:
         """The rules of its places, where the link has these."""
         return replace(self.rules or rules, facing=self.facing, angle_deg=self.angle_deg, least_patch=1)

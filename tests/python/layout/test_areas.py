@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Areas get their cells first: as many as they ask for, where they ask, looking where they should."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from robotskin import robots
 from robotskin.layout import CoveringError, Rules, cover, finished
-from robotskin.layout.growth import Sheet
-from robotskin.layout.patches import SMALL_PATCH, without_small
 from robotskin.layout.places import Area
 from robotskin.layout.plans import PLANS
+from robotskin.layout.separation import meetings
 
 MOST_ANGLE_DEG = 15.0
 GRASPING = sorted(name for name, plan in PLANS.items() if plan.areas)
@@ -79,11 +80,39 @@ def test_rules_that_face_no_way_face_every_way(generator: np.random.Generator) -
     np.testing.assert_array_equal(wanted, normals[:, 2] >= 0.5 - 1e-9)
 
 
-def test_a_small_link_keeps_its_cells(generator: np.random.Generator) -> None:
-    def sheet(count: int) -> Sheet:
-        return Sheet(np.tile(np.eye(4), (count, 1, 1)), np.zeros((0, 4), dtype=np.int64))
+@pytest.mark.parametrize(
+    ("area", "told"),
+    [
+        (Area("pipe", 0, (1.0, 0.0, 0.0)), "0 cells: at least one"),
+        (Area("pipe", 3, (0.0, 0.0, 0.0)), "direction 0,0,0: it has no length; 1,0,0 is the x axis"),
+        (Area("pipe", 3, (np.nan, 0.0, 1.0)), "direction nan,0,1: its numbers must be finite"),
+        (Area("pipe", 3, (1.0, 0.0, 0.0), 0.0), "0 degrees: above 0, and 180 at most"),
+        (Area("pipe", 3, (1.0, 0.0, 0.0), np.inf), "inf degrees: above 0, and 180 at most"),
+    ],
+)
+def test_what_is_no_area_is_refused_before_anything_is_covered(
+    area: Area, told: str, small_robot: robots.Robot
+) -> None:
+    with pytest.raises(CoveringError, match=f"area of pipe: {told}"):
+        cover(small_robot, ["pipe"], 30, areas=(area,))
 
-    sizes = [40, int(generator.integers(1, SMALL_PATCH)), int(generator.integers(1, SMALL_PATCH)), 30]
-    patches = [sheet(size) for size in sizes]
-    kept = without_small(patches, ["arm", "arm", "wrist", "arm"], 50)
-    assert [len(patch.poses) for patch in kept] == [sizes[0], sizes[2], sizes[3]]
+
+def test_areas_of_neighbouring_links_keep_clear_of_each_other(small_robot: robots.Robot, tmp_path: Path) -> None:
+    """The pipe's lower end and the top of its stand, 14 mm apart: room for a cell on either, not on both."""
+    close = small_robot.source.read_text()
+    for far, near in (
+        ('radius="0.055"', 'radius="0.08"'),
+        ('radius="0.05"', 'radius="0.08"'),
+        ('xyz="0 0 0.2"', 'xyz="0 0 0.155"'),
+        ('xyz="0 0 0.07"', 'xyz="0 0 0.034"'),
+        ('lower="-0.6" upper="0.6"', 'lower="-0.02" upper="0.02"'),
+    ):
+        assert far in close
+        close = close.replace(far, near)
+    (tmp_path / "pipe.urdf").write_text(close)
+    areas = (Area("stand", 5, (0.0, 0.0, 1.0)), Area("pipe", 5, (0.0, 0.0, -1.0)))
+    layout, places = cover(robots.load(tmp_path / "pipe.urdf"), [], 10, areas=areas, tries=1)
+    (transforms,) = [moves for name, _, moves in places["pipe"].clearance.neighbours if name == "stand"]
+    pipe, stand = (layout.link_from_cell[layout.cells_on(link)] for link in ("pipe", "stand"))
+    assert (len(pipe), len(stand)) == (5, 5)
+    assert not meetings(pipe, stand, transforms)
