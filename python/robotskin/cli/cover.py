@@ -3,19 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.table import Table
 
 from robotskin.cli._terminal import terminal
 from robotskin.cli._waiting import waiting
-
-if TYPE_CHECKING:
-    from robotskin.layout import Layout
-    from robotskin.layout.places import LinkPlaces
 
 TABLE_WIDTH = 110
 """Columns below which the tables would be cut to pieces."""
@@ -29,6 +24,17 @@ def command(
     ] = None,
     cells: Annotated[
         int | None, typer.Option(min=1, help="Cells in all; by default as the robot's plan says, or as many as fit.")
+    ] = None,
+    area: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINK:CELLS:X,Y,Z[:DEGREES]",
+            help="Exactly so many cells of a link come first that look along this direction of its frame, within 30 "
+            "degrees or as many as are given. May be given several times.",
+        ),
+    ] = None,
+    least: Annotated[
+        int | None, typer.Option(min=1, help="Cells that each covered link keeps, as far as so many fit on it.")
     ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Layout file, .json or .json.gz; ROBOT.json by default.")
@@ -52,7 +58,9 @@ def command(
     from dataclasses import replace
 
     from robotskin import robots
+    from robotskin.cli._covered import area_lines, short_links
     from robotskin.layout import finished
+    from robotskin.layout.area_text import read_area
     from robotskin.layout.covering import cover, moving_links
     from robotskin.layout.places import Rules
     from robotskin.layout.plans import PLANS
@@ -64,11 +72,13 @@ def command(
         console = terminal(TABLE_WIDTH)
     require_writable("--output", output, (".json", ".json.gz", ".gz"))
     require_writable("--picture", picture, (".png",))
+    asked = [read_area(text) for text in area or ()]
     # A skin for a purpose is asked for by its own name.
     other = PLANS[robot].robot if robot in PLANS else ""
     body = robots.load(other or robot)
     plan = PLANS.get(robot if other else body.name)
-    chosen = tuple(link.strip() for link in links.split(",")) if links else plan.links if plan else moving_links(body)
+    named_links = tuple(dict.fromkeys(link.strip() for link in links.split(","))) if links else ()
+    chosen = named_links or (plan.links if plan else moving_links(body))
     # The number of a plan is that of the links of the plan.
     count = cells or (plan.cells if plan and not links else None)
     rules = plan.rules if plan else Rules()
@@ -83,8 +93,9 @@ def command(
             count,
             rules=rules,
             link_rules=plan.link_rules if plan else {},
-            areas=plan.areas if plan and not links else (),
+            areas=(*(plan.areas if plan and not links else ()), *asked),
             worn=finished(plan.worn) if plan and plan.worn and not links else None,
+            least=least or 0,
             seed=seed,
             tries=tries or (plan.tries if plan else 3),
             progress=lambda what, done, steps: tell(what, done / steps if steps else None),
@@ -138,7 +149,7 @@ def command(
             f"{100 * cable.worst_stretch:.1f}",
         )
     console.print(cables)
-    for line in bare_links(chosen, layout, places):
+    for line in (*area_lines(asked, layout), *short_links(chosen, layout, places, least or 0)):
         console.print(line, highlight=False, soft_wrap=True)
     console.print(
         f"layout written to {target}; next: robotskin check {target}, robotskin run {robot} --layout {target}",
@@ -151,20 +162,3 @@ def command(
         with waiting("drawing"):
             save_picture(layout, body, picture)
         console.print(f"picture written to {picture}")
-
-
-def bare_links(links: Sequence[str], layout: Layout, places: Mapping[str, LinkPlaces]) -> list[str]:
-    """A line for each link that was to be covered and got no cell, with what stood in the way."""
-    worn = {layout.links[index] for index in set(layout.link.tolist())}
-    lines = []
-    for link in links:
-        if link in worn:
-            continue
-        room = places[link].coverable.mean()
-        why = (
-            "its neighbours come too close over the joint range"
-            if room < 0.3
-            else "it is too narrow or too curved for three cells in a row, or its cells went to larger patches"
-        )
-        lines.append(f"no cell on {link}: {why}; --overhang 0.6 or more --cells may help")
-    return lines
