@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.tasks import PropagationGains
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell, tell_step
+from robotskin_lab.bench.propagation_picture import draw_propagation, followed
 from robotskin_lab.bench.propagation_rig import VARIANTS, Followed, PropagationRig, drawn_cells
 from robotskin_lab.bench.propagation_sessions import session_figures, soak_figures
 
@@ -31,12 +33,14 @@ def run(
     cap: float = 0.5,
     session_cells: Count = 6,
     soak_seconds: float = 600.0,
+    picture: Path | None = None,
 ) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them.
 
     range: `cells` cells of each of `seeds` seeds through the control core, up to `cap` metres, with propagation,
     without it, and by one programme over all joints. merging: contacts of a link apart. back: the base 10 s after the
     release. pairs: two pushes at once. sessions: whole sessions. soak: `soak_seconds` of random touches.
+    `picture`: where the run of `robotskin app propagate` is drawn, with arms alone and with the base behind them.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -54,6 +58,15 @@ def run(
     figures: dict[str, Any] = {}
     for part in wanted:
         figures |= measure[part]()
+    if picture is not None:
+        tell_step("picture")
+        draw_propagation(
+            picture,
+            {
+                "arms alone": followed(seed, alone=True),
+                "arms and base": followed(seed, alone=False),
+            },
+        )
     tell("")
     return figures
 
