@@ -98,7 +98,7 @@ static RS_NOINLINE void receive(rs_cell* cell, unsigned port, const rs_input* in
       break;
     case RS_TYPE_torque:
       rs_arq_receiver_count(&neighbour->arq_receiver);
-      rs_torque_receive(cell, port, frame, now_us);
+      rs_torque_receive(cell, port, frame, input->late_us, now_us);
       break;
     case RS_TYPE_clock:
     case RS_TYPE_further:

@@ -6,6 +6,7 @@ from collections import defaultdict
 import numpy as np
 import pytest
 from large_world import MS, LargeWorld, sheet
+from small_world import SmallWorld, random_skin
 
 from robotskin import firmware
 
@@ -159,3 +160,54 @@ def test_where_no_cell_contributes_nothing_is_sent(seed: int) -> None:
     world = LargeWorld(sheet(4, 4), [(1, 4)], seed)
     world.run_ms(100)
     assert world.take("torque") == []
+
+
+def sums(frames: list[bytes | None]) -> list[dict[str, int]]:
+    """What the torque sums among these frames say."""
+    told = [firmware.unpack(frame) for frame in frames if frame is not None]
+    return [fields for name, fields in told if name == "torque"]
+
+
+def reporting_child(seed: int) -> tuple[SmallWorld, int, int, dict[str, int]]:
+    """A skin, a cell of it, the port of one of its children, and the report that has just come there."""
+    links, roots = random_skin(12, 1, seed)
+    world = SmallWorld(12, links, roots, seed)
+    world.run_ms(20)
+    for index in range(12):
+        world.cell(index).contribute(1, [1] * 6)
+    world.run_ms(200)
+    child = next(index for index in range(12) if world.parent(index) not in (None, -1))
+    end = world.other[(child, world.cell(child).parent_port)]
+    world.heard_frames.clear()
+    while not (heard := sums([frame for at, frame in world.heard_frames if at == end])):
+        world.run_ms(0.1)
+    return world, *end, heard[-1]
+
+
+def next_serial(report: dict[str, int]) -> dict[str, int]:
+    return report | {"serial": (report["serial"] + 1) % 32}
+
+
+@pytest.mark.parametrize(("late_us", "dropped"), [(0, 0), (450, 0), (550, 1)])
+def test_a_sum_whose_epoch_is_over_goes_on_alone_but_not_where_the_processor_is_behind(
+    late_us: int, dropped: int, seed: int
+) -> None:
+    """Where it is, such sums would make all cells above late in turn, and so themselves for ever."""
+    world, cell, port, report = reporting_child(seed)
+    over = firmware.pack("torque", next_serial(report) | {"epoch": (report["epoch"] - 1) % 64})
+    before = world.cell(cell).counts["torques_dropped"]
+    world.cell(cell).frame(port, over, world.now, late_us)
+    assert world.cell(cell).counts["torques_dropped"] - before == dropped
+
+
+def test_a_report_that_the_processor_finds_before_its_own_timer_is_added_up(seed: int) -> None:
+    """At the begin of an epoch both wait for it: the report must not go on alone, and be waited for until too late."""
+    world, cell, port, report = reporting_child(seed)
+    begun_us = world.now
+    world.run_ms(2)
+    following = firmware.pack("torque", next_serial(report) | {"epoch": (report["epoch"] + 1) % 64})
+    now_us = begun_us + EPOCH_NS // 1000
+    outputs = [world.cell(cell).frame(port, following, now_us)]
+    outputs += [world.cell(cell).sent(world.cell(cell).parent_port, now_us + 60 * (i + 1)) for i in range(3)]
+    told = [one for output in outputs for one in sums(output.frames)]
+    assert all(one["cells"] > report["cells"] for one in told if one["epoch"] == (report["epoch"] + 1) % 64)

@@ -163,7 +163,7 @@ static void keep_time(rs_cell* cell, uint32_t now_us) {
   if (behind >= BACK) begin(cell, number, now_us - since_us, now_us);
 }
 
-void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us) {
+void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t late_us, uint32_t now_us) {
   rs_torque_epoch* epoch = &cell->torque;
   rs_neighbour* neighbour = &cell->route.neighbour[port];
   rs_torque torque;
@@ -178,8 +178,9 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
   if (last) epoch->reports[port] = RS_TORQUE_FAITH;
 
   uint32_t behind = (epoch->epoch - torque.epoch) & RS_EPOCH_MASK;
+  /* Its begin may be over, if the report was there first when the processor was free again. */
   if (behind == RS_EPOCH_MASK && cell->route.parent_port != RS_NO_PARENT &&
-      epoch->begin_us - now_us < RS_TORQUE_EARLY_US) {
+      (int32_t)(epoch->begin_us - now_us) < RS_TORQUE_EARLY_US) {
     const uint32_t begin_us = epoch->begin_us;
     epoch->begin_us += EPOCH_US;
     begin(cell, (epoch->epoch + 1U) & NUMBER_MASK, begin_us, now_us);
@@ -192,10 +193,11 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     if (torque.cells > 0U) epoch->filled |= (uint8_t)(1U << at);
   } else if (torque.cells == 0U) {
     /* it only said that there is no more */
-  } else if (behind <= 1U || behind == RS_EPOCH_MASK) {
+  } else if (behind == RS_EPOCH_MASK || (behind <= 1U && late_us < RS_ARQ_LATE_US)) {
     torque.last = 0;
     if (!rs_arq_sender_torque(cell, &torque, now_us)) ++cell->counts.torques_dropped;
   } else {
+    /* Passed on alone, what the processor had no time for makes all cells above it late in turn, for ever. */
     ++cell->counts.torques_dropped;
   }
   if (behind == 0U && last) epoch->waiting &= (uint8_t)~(1U << port);

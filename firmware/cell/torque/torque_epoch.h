@@ -5,7 +5,8 @@
 
 #include "robotskin/cell.h"
 
-void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t now_us);
+/* `late_us`: the frame waited so long for the processor. */
+void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t late_us, uint32_t now_us);
 void rs_torque_advance(rs_cell* cell, uint32_t now_us); /* begins epochs and ends them */
 void rs_torque_check(rs_cell* cell);
 

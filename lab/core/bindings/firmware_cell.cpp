@@ -45,11 +45,12 @@ class Cell {
     return step(input, now_us);
   }
 
-  CellOutput frame(unsigned port, const nb::bytes& bytes, std::uint32_t now_us) {
+  CellOutput frame(unsigned port, const nb::bytes& bytes, std::uint32_t now_us, std::uint16_t late_us) {
     rs_input input{};
     input.kind = RS_INPUT_FRAME;
     input.port = static_cast<std::uint8_t>(port);
     input.frame = exactly(bytes, RS_FRAME_BYTES, "a frame");
+    input.late_us = late_us;
     return step(input, now_us);
   }
 
@@ -142,7 +143,7 @@ void bind_firmware_cell(nb::module_& module) {
                    "microseconds of the cell's clock, modulo 2**32; ports are 1 to 4.")
       .def(nb::init<>())
       .def("boot", &Cell::boot, "uid"_a, "random"_a, "now_us"_a, "flash"_a = nb::none(), "key"_a = nb::none())
-      .def("frame", &Cell::frame, "port"_a, "frame"_a, "now_us"_a)
+      .def("frame", &Cell::frame, "port"_a, "frame"_a, "now_us"_a, "late_us"_a = 0)
       .def("sent", &Cell::sent, "port"_a, "now_us"_a)
       .def("sample", &Cell::sample, "values"_a, "now_us"_a, "fault"_a = false)
       .def("timer", &Cell::timer, "now_us"_a)
