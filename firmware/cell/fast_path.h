@@ -83,7 +83,7 @@ static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uin
     neighbour->stale = false;
   }
   neighbour->wave = route->wave;
-  neighbour->origin_us = now_us - RS_FRAME_US - tick.age_us;
+  neighbour->origin_us = now_us - RS_FRAME_US - RS_AGE_STEP_US * tick.age_4us;
   return true;
 }
 

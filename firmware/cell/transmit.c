@@ -23,14 +23,12 @@ enum {
 /* A beacon but for the fields of the link that it is for, which have 0. */
 static RS_NOINLINE void pack_beacon(const rs_cell* cell, uint32_t now_us, uint8_t* frame) {
   const rs_route* route = &cell->route;
-  uint32_t age_us = now_us - route->origin_us + cell->step_us;
-  if (age_us > RS_FIELD_MAX(tick_age_us)) age_us = RS_FIELD_MAX(tick_age_us);
   rs_tick tick = {.type = RS_TYPE_tick,
                   .hops = route->hops,
                   .sender = cell->id,
                   .nonce = cell->nonce,
                   .draining = route->draining_ticks != 0U || rs_route_lossy(route, now_us),
-                  .age_us = age_us};
+                  .age_4us = rs_tick_age(now_us - route->origin_us + cell->step_us)};
   rs_wave_into_tick(&tick, &route->wave);
   rs_tick_pack(frame, &tick);
   rs_frame_seal(frame);

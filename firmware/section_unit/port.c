@@ -125,7 +125,7 @@ void rs_ports_pack_tick(const rs_section_unit* unit, unsigned port, uint64_t now
                   .nonce = unit->config.session & 0xFFU,
                   .heard = rs_port_alive(&unit->port[port], now_ns),
                   .ack = rs_arq_receiver_ack(&unit->port[port].arq_receiver),
-                  .age_us = age_us > RS_FIELD_MAX(tick_age_us) ? RS_FIELD_MAX(tick_age_us) : (uint32_t)age_us};
+                  .age_4us = rs_tick_age(age_us > UINT16_MAX ? UINT16_MAX : (uint32_t)age_us)};
   const rs_wave wave = rs_port_wave(unit, port);
   rs_wave_into_tick(&tick, &wave);
   rs_tick_pack(frame, &tick);

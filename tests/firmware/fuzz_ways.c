@@ -29,7 +29,7 @@ static void lively_frame(uint8_t frame[RS_FRAME_BYTES], unsigned port, uint32_t 
         .depth_cap = 20,
         .gain_threshold = 4,
         .ack = port == 2U || port == 3U ? cell->route.neighbour[port - 1U].arq_receiver.next : draw() % 128U,
-        .age_us = age_us};
+        .age_4us = rs_tick_age(age_us)};
     rs_tick_pack(frame, &tick);
   } else if (kind < 300U) {
     const rs_event event = {.type = RS_TYPE_event,

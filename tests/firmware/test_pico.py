@@ -151,7 +151,7 @@ def test_its_ticks_tell_how_old_they_are(pico: EmulatedPico, key: bytes, monkeyp
         for port, _, begin_us, frame in frames:
             name, fields = firmware.unpack(frame)
             if port != 1 and name == "tick" and fields["sequence"] in began_us:
-                errors_us.append(fields["age_us"] - (begin_us - began_us[fields["sequence"]]))
+                errors_us.append(4 * fields["age_4us"] - (begin_us - began_us[fields["sequence"]]))
         return frames
 
     monkeypatch.setattr(pico, "send", watched_send)

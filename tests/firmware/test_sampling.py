@@ -187,7 +187,7 @@ def test_told_sample_times_are_true(seed: int) -> None:
         if name != "clock" or (id_of[fields["source"]], fields["proximity"]) not in taken:
             continue
         checked += 1
-        # One 64th of a tick, and up to 20 us of link delay a hop that `age_us` does not know.
+        # One 64th of a tick, and up to 20 us of link delay a hop that `age_4us` does not know.
         index = id_of[fields["source"]]
         error = sample_time(arrival, fields) - taken[index, fields["proximity"]]
         assert -20 * world.cell(index).hops - 16 <= error <= 1

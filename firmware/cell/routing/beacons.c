@@ -105,7 +105,7 @@ void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t
     }
     neighbour->wave = wave;
     neighbour->hops = (uint8_t)tick.hops;
-    neighbour->origin_us = came_us - RS_FRAME_US - tick.age_us;
+    neighbour->origin_us = came_us - RS_FRAME_US - RS_AGE_STEP_US * tick.age_4us;
   }
   const bool was_lagging = neighbour->lagging;
   if (was_lagging) neighbour->lagging = rs_link_lagging(route, neighbour, now_us);

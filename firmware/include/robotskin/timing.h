@@ -78,8 +78,15 @@ enum {
   RS_REFRESH_US = 100000,        /* a cell is silent at most so long, and a jitter by cell and frame */
   RS_REFRESH_JITTER_US = 20000,
   RS_REFRESH_SPREAD_US = 16000, /* over which the cells of a tree refresh that have reason to at once */
-  RS_FRESH_US = 250000          /* promised to the host: two refreshes, one of them lost, and the way */
+  RS_FRESH_US = 250000,         /* promised to the host: two refreshes, one of them lost, and the way */
+  RS_AGE_STEP_US = 4            /* of a tick's age: so it holds 63 hops of cells whose processor takes its time */
 };
+
+/* A tick's age as it stands in its frame: to the nearest step, as each hop rounds again. */
+RS_INLINE uint32_t rs_tick_age(uint32_t age_us) {
+  const uint32_t steps = (age_us + RS_AGE_STEP_US / 2U) / RS_AGE_STEP_US;
+  return steps > RS_FIELD_MAX(tick_age_4us) ? RS_FIELD_MAX(tick_age_4us) : steps;
+}
 
 RS_STATIC_ASSERT(2 * ((int)RS_REFRESH_US + (int)RS_REFRESH_JITTER_US) < (int)RS_FRESH_US, "one refresh may be lost");
 

@@ -126,7 +126,7 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(rate_divisor, 0, 4, "cells send every n-th sample")                \
   X(gain_threshold, 0, 6, "hops to gain before a change of root")      \
   X(ack, 0, 8, "to the parent: number of the next event or torque frame; to a child: arq_receiver.h") \
-  X(age_us, 0, 12, "from the root's start of sending to this frame's") \
+  X(age_4us, 0, 12, "4 us: from the root's start of sending to this frame's") \
   X(era, 0, 10, "wraps of sequence")                                   \
   X(tag, 0, 32, "of what the root fixed")
 
@@ -377,7 +377,7 @@ RS_DEFINE_FRAME(further, RS_FURTHER_FIELDS)
 #define RS_PACK_key(name, is_signed, bits, text) rs_bits_put(words, RS_key_##name##_AT, (bits), (uint32_t)in->name);
 RS_DEFINE_FRAME(key, RS_KEY_FIELDS)
 
-/* The largest number that an unsigned field holds, by frame and field: RS_FIELD_MAX(tick_age_us). */
+/* The largest number that an unsigned field holds, by frame and field: RS_FIELD_MAX(tick_age_4us). */
 #define RS_FIELD_MAX(field) ((1U << ((unsigned)RS_##field##_LAST - (unsigned)RS_##field##_AT + 1U)) - 1U)
 
 #ifdef __cplusplus
