@@ -201,7 +201,8 @@ void Network::finish(Lane& lane, std::uint32_t index) {
     lane.log((static_cast<std::uint64_t>(rs_load32(frame + 4)) << 32) | (rs_load32(frame + 8) ^ rs_load32(frame + 12)));
     tell([&](Observer& observer) {
       observer.frame_ended(*this, end_of(index), end_of(to), frame,
-                           lost     ? FrameFate::lost
+                           overrun  ? FrameFate::overrun
+                           : lost   ? FrameFate::lost
                            : damage ? FrameFate::damaged
                                     : FrameFate::delivered);
     });

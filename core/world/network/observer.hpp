@@ -27,7 +27,8 @@ struct WireEnd {
   bool operator==(const WireEnd&) const = default;
 };
 
-enum class FrameFate : std::uint8_t { delivered, damaged, lost };  // damaged ones are delivered too
+// Damaged ones are delivered too; overrun: it came to a cell that was too busy to take it.
+enum class FrameFate : std::uint8_t { delivered, damaged, lost, overrun };
 
 class Observer {
  public:

@@ -17,12 +17,12 @@ constexpr std::int64_t settled_ns = 20 * ms;
 
 void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) {
   network_ = &network;
-  ground_.emplace(network);
+  ground_.emplace(network, times_);
   ground_->expect(faults);
   beacons_.emplace(*ground_);
   routes_.emplace(network, *ground_, *beacons_, breaks_);
   recovery_.emplace(network, *ground_, *routes_, breaks_, whole_lines_);
-  control_.emplace(ground_->wire_count(), breaks_);
+  control_.emplace(ground_->wire_count(), line_, times_, breaks_);
   network.observe(*this);
 }
 
@@ -58,6 +58,13 @@ void Checkers::frame_sent(const Network& network, world::WireEnd from, const std
   beacons_->issued(tick);
 }
 
+void Checkers::frame_ended(const Network& network, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
+                           world::FrameFate fate) {
+  if (fate != world::FrameFate::overrun || !overruns_.lost(network, *ground_, to.index)) return;
+  const rs_frame_type type = rs_frame_type_of(frame);
+  if (type == RS_TYPE_clock || type == RS_TYPE_event) ledger_.crowded_out(SampleLedger::taken_in(frame));
+}
+
 void Checkers::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
                              const world::Fault& fault) {
   const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
@@ -91,22 +98,24 @@ void Checkers::weigh() {
     if (ground_->runs(cell) && route.parent_port != RS_NO_PARENT) ++load[route.wave.root];
   }
   if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
+  overruns_.weigh(network_->time_ns(), load);
   const std::int64_t now_ns = network_->time_ns();
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;
   balance_.weigh(now_ns, load, undisturbed);
-  if (whole_lines_) queues_.count_drops(*network_, *ground_, *routes_, *recovery_, load, port_load_, undisturbed);
+  if (whole_lines_)
+    queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, load, port_load_, undisturbed);
 }
 
 // Nothing that was queued under overload is left.
 bool Checkers::within_load() const {
-  return network_->time_ns() - overloaded_ns_ > 2 * SampleLedger::delivery_ns;
+  return network_->time_ns() - overloaded_ns_ > Overruns::drained_ns;
 }
 
 void Checkers::poll() {
   recovery_->poll();
-  sampling_.poll(*network_, *ground_, *recovery_, overloaded_ns_);
-  orders_.poll(*network_, *ground_, *recovery_, !whole_lines_);
+  sampling_.poll(*network_, *ground_, *recovery_, overruns_, overloaded_ns_);
+  orders_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_);
   torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
@@ -114,14 +123,14 @@ void Checkers::poll() {
     ledger_.poll(*network_, *ground_, *recovery_, within_load());
   }
   touch_.poll(*network_, *ground_);
-  control_->poll(*ground_, network_->time_ns());
+  control_->poll(*network_, *ground_, overruns_);
 }
 
 void Checkers::finish() {
   recovery_->finish();
   balance_.finish(network_->time_ns());
   ledger_.finish(*network_);
-  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_);
+  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_, overruns_);
 }
 
 }  // namespace robotskin::campaign

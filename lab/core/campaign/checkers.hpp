@@ -14,6 +14,8 @@
 #include "campaign/ground_truth.hpp"
 #include "campaign/host_orders.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/overruns.hpp"
+#include "campaign/processing_times.hpp"
 #include "campaign/queue_checker.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
@@ -37,7 +39,7 @@ inline std::uint32_t cells_carried(const world::LineQuality& line) {
 
 // What a section unit may know, the frames a line of its own clock carries less beacons, status and torque sums; and
 // what leaves a line as it is 5 % to empty queues with.
-inline QueueChecker::PortLoad port_load(const world::LineQuality& line, std::int32_t limbs) {
+inline QueueChecker::PortLoad port_load(const world::LineQuality& line, std::int32_t limbs, ProcessingTimes times) {
   constexpr double line_hz = 1e6 / RS_FRAME_US, epoch_hz = 1e6 / (RS_EPOCH_TICKS * RS_TICK_US),
                    control = ControlMeter::share_max;
   constexpr double least_hz = 1e6 / RS_TICK_US + 1e6 / RS_STATUS_MEAN_US;
@@ -46,8 +48,9 @@ inline QueueChecker::PortLoad port_load(const world::LineQuality& line, std::int
     return static_cast<std::uint32_t>((samples_hz - epoch_hz * limbs) / RS_CLOCK_RATE_DEFAULT_HZ);
   };
   // A status waits for its pause, a frame on the line, a beacon and the torque sums; the divisor goes down with a
-  // tick.
-  const std::int64_t known_hop_ns = (RS_STATUS_PAUSE_US + (2 + limbs) * RS_FRAME_US) * us + hop_ns;
+  // tick. The processor takes its time for both.
+  const std::int64_t known_hop_ns =
+      (RS_STATUS_PAUSE_US + (2 + limbs) * RS_FRAME_US) * us + times.status_ns + idle_hop_ns + times.tick_ns;
   return {.bearable = cells(line_hz - least_hz),
           .draining = cells(worst_hz * (0.95 - control)),
           .known_hop_ns = known_hop_ns};
@@ -57,9 +60,10 @@ class Checkers : public world::Observer, public world::DatagramSink {
  public:
   // The network is not there yet: it needs the ledger for its readings.
   explicit Checkers(const FaultCase& drawn)
-      : ledger_(drawn, breaks_),
+      : times_(drawn.options.processor),
+        ledger_(drawn, breaks_),
         sampling_(drawn, breaks_),
-        torques_(drawn.wiring.cell_count(), drawn.workload.limbs, breaks_),
+        torques_(drawn.wiring.cell_count(), drawn.workload.limbs, times_, breaks_),
         touch_(drawn, breaks_),
         queues_(drawn.wiring.cell_count(), drawn.workload.events, breaks_),
         forgeries_(breaks_),
@@ -67,8 +71,10 @@ class Checkers : public world::Observer, public world::DatagramSink {
         orders_(drawn.workload, drawn.seed, breaks_),
         balance_(breaks_),
         topology_(drawn.wiring.cell_count(), breaks_),
-        cells_carried_(cells_carried(drawn.options.line)),
-        port_load_(port_load(drawn.options.line, drawn.workload.touch ? 1 : drawn.workload.limbs)),
+        line_(drawn.options.line),
+        cells_carried_(cells_carried(line_)),
+        port_load_(port_load(line_, drawn.workload.touch ? 1 : drawn.workload.limbs, times_)),
+        overruns_(times_, cells_carried_),
         whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
@@ -93,6 +99,8 @@ class Checkers : public world::Observer, public world::DatagramSink {
   void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input,
                     const rs_output& output) override;
   void frame_sent(const world::Network& network, world::WireEnd from, const std::uint8_t* frame) override;
+  void frame_ended(const world::Network& network, world::WireEnd from, world::WireEnd to, const std::uint8_t* frame,
+                   world::FrameFate fate) override;
   void frame_planted(const world::Network& network, world::WireEnd to, const std::uint8_t* frame,
                      const world::Fault& fault) override;
   void datagram_to_host(const world::Network& network, std::size_t unit, std::span<const std::uint8_t> bytes) override;
@@ -104,6 +112,7 @@ class Checkers : public world::Observer, public world::DatagramSink {
 
   const world::Network* network_ = nullptr;
   BreakLog breaks_;
+  ProcessingTimes times_;
   SampleLedger ledger_;
   SamplingChecker sampling_;
   TorqueLedger torques_;
@@ -119,8 +128,10 @@ class Checkers : public world::Observer, public world::DatagramSink {
   std::optional<RouteChecker> routes_;
   std::optional<RecoveryChecker> recovery_;
   std::optional<ControlMeter> control_;
+  world::LineQuality line_;
   std::uint32_t cells_carried_;  // by a port
   QueueChecker::PortLoad port_load_;
+  Overruns overruns_;
   bool whole_lines_;
   std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
 };

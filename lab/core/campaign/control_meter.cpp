@@ -18,8 +18,9 @@ void ControlMeter::frame_sent(const GroundTruth& ground, std::size_t index, cons
   wire.beacon_ns[wire.next] = now_ns;
   wire.next = static_cast<std::uint8_t>((wire.next + 1) % wire.beacon_ns.size());
   const std::int64_t first_ns = wire.beacon_ns[wire.next];
-  if (first_ns == 0 || now_ns - first_ns >= beacon_window_ns) return;
+  if (first_ns == 0 || now_ns - first_ns >= beacon_window_ns_) return;
   const bool cell = ground.is_cell(index);
+  if (cell && now_ns < ground.shaken_until_ns(GroundTruth::cell_of(index)) + held_ns_) return;
   if (cell ? ground.lawless(now_ns, GroundTruth::cell_of(index)) : ground.lawless(now_ns)) return;
   breaks_.add(Invariant::beacon_rate, now_ns, {cell ? GroundTruth::cell_of(index) : index},
               {{"port", static_cast<std::int64_t>(index % RS_PORTS) + 1},
@@ -27,7 +28,8 @@ void ControlMeter::frame_sent(const GroundTruth& ground, std::size_t index, cons
                {"us for five beacons", (now_ns - first_ns) / us}});
 }
 
-void ControlMeter::poll(const GroundTruth& ground, std::int64_t now_ns) {
+void ControlMeter::poll(const world::Network& network, const GroundTruth& ground, const Overruns& overruns) {
+  const std::int64_t now_ns = network.time_ns();
   if (now_ns < window_start_ns_ + window_ns) return;
   const bool quiet = ground.repaired_ns() < window_start_ns_;
   const auto capacity = static_cast<double>(now_ns - window_start_ns_) / (RS_FRAME_US * us);
@@ -37,6 +39,10 @@ void ControlMeter::poll(const GroundTruth& ground, std::int64_t now_ns) {
     const double beacons = wire.beacons / capacity;
     wire.control = wire.beacons = 0;
     if (!quiet || !ground.joined(index)) continue;
+    if (ground.is_cell(index)) {
+      const std::uint8_t root = network.cell(GroundTruth::cell_of(index)).route.wave.root;
+      if (overruns.overtaxed_ns(root) >= window_start_ns_) continue;
+    }
     largest_share_ = std::max(largest_share_, share);
     if (share <= share_max) continue;
     breaks_.add(Invariant::control_share, now_ns, {ground.is_cell(index) ? GroundTruth::cell_of(index) : index},

@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::uint64_t purpose_case = 41, purpose_workload = 42;
 constexpr std::int64_t after_ns = 300 * ms, long_after_ns = 1300 * ms;
-// A frame may take so many hops that a few more, on the way round a fault, are left of its 63.
-constexpr std::int32_t hops_max = 40;
 
 std::int32_t depth_of(const world::Wiring& wiring) {
   std::vector<std::int32_t> depth(wiring.cell_count(), -1);

@@ -16,6 +16,9 @@ namespace robotskin::campaign {
 // A limb's six sums of 15 bits have a bit for each of so many cells.
 inline constexpr std::size_t cells_per_limb = 15 * RS_JOINTS_PER_PART;
 
+// A frame may take so many hops that a few more, on the way round a fault, are left of its 63.
+inline constexpr std::int32_t hops_max = 40;
+
 // What the cells send.
 struct Workload {
   bool events = false;               // of what changes, instead of every sample

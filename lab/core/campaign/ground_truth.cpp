@@ -15,9 +15,6 @@ constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 102 / 100;
 constexpr std::int64_t zombie_ns =
     RS_STALE_US * us + 2 * RS_STALE_TICKS * RS_TICK_US * us;  // noticed by standing still
 
-// Until a grant has come to the cell it is for, on the longest way.
-constexpr std::int64_t grant_way_ns = RS_HOPS_MAX * hop_ns;
-
 // A link lost for the n-th time is kept out for longer and longer.
 std::int64_t hold_ns(std::int32_t downs) {
   if (downs < 2) return 0;
@@ -26,8 +23,9 @@ std::int64_t hold_ns(std::int32_t downs) {
 
 }  // namespace
 
-GroundTruth::GroundTruth(const world::Network& network)
+GroundTruth::GroundTruth(const world::Network& network, ProcessingTimes times)
     : network_(network),
+      times_(times),
       cells_(network.cell_count()),
       far_(RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * network.unit_count(), no_wire),
       downs_(far_.size()),
@@ -38,6 +36,7 @@ GroundTruth::GroundTruth(const world::Network& network)
       runs_(cells_),
       zombie_(cells_),
       booted_ns_(cells_, -1),
+      shaken_until_ns_(cells_, -1000 * ms),
       lawless_cell_ns_(cells_),
       depth_(cells_) {
   for (std::size_t wire = 0; wire < far_.size(); ++wire) look_at(wire);
@@ -104,11 +103,12 @@ void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair) {
 void GroundTruth::forged(std::size_t wire) {
   if (++forged_[wire] <= RS_TAGS_BUDGET) return;
   shake(wire, std::int64_t{RS_TAGS_CLOSED_S} * 1000 * ms, 1);
-  disturb(0, repair_ns);
+  disturb(0, repair_ns());
 }
 
 void GroundTruth::granted() {
-  moving_until_ns_ = network_.time_ns() + grant_way_ns + held_ns;
+  // Until it has come to the cell it is for, on the longest way.
+  moving_until_ns_ = network_.time_ns() + RS_HOPS_MAX * hop_ns() + held_ns;
   waits_ = waits_ || network_.time_ns() < repaired_ns_;
 }
 
@@ -122,11 +122,11 @@ void GroundTruth::booted(std::size_t cell) {
     if (far_[wire] != no_wire) look_at(static_cast<std::size_t>(far_[wire]));
     shake(wire, quarantine_ns + link_up_ns, 0);
   }
-  disturb(0, repair_ns);
+  disturb(0, repair_ns());
 }
 
 void GroundTruth::misled() {
-  disturb(0, repair_ns + RS_STALE_LIMIT_US * us);
+  disturb(0, repair_ns() + RS_STALE_LIMIT_US * us);
 }
 
 std::vector<std::size_t> GroundTruth::wires_of(const Fault& fault) const {
@@ -150,7 +150,7 @@ void GroundTruth::fault(const Fault& fault, int phase) {
 // ---- What faults tell ----
 
 void GroundTruth::disturbed(std::int64_t for_ns, std::int64_t longer_ns) {
-  disturb(for_ns, repair_ns + longer_ns);
+  disturb(for_ns, repair_ns() + longer_ns);
 }
 
 void GroundTruth::links_fall(const Fault& fault, std::int64_t for_ns, std::int32_t downs) {
@@ -158,12 +158,13 @@ void GroundTruth::links_fall(const Fault& fault, std::int64_t for_ns, std::int32
 }
 
 void GroundTruth::links_of_cell_fall(std::size_t cell, std::int64_t for_ns, std::int32_t downs) {
+  shaken_until_ns_[cell] = std::max(shaken_until_ns_[cell], network_.time_ns() + for_ns);
   for (unsigned port = 1; port <= RS_PORTS; ++port) shake(wire_of_cell(cell, port), for_ns, downs);
 }
 
 void GroundTruth::processor_stuck(std::size_t cell, bool stuck) {
   zombie_[cell] = stuck && runs_[cell];
-  disturb(0, repair_ns + zombie_ns);
+  disturb(0, repair_ns() + zombie_ns);
 }
 
 void GroundTruth::memory_overwritten(std::size_t cell) {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "campaign/processing_times.hpp"
 #include "robotskin/timing.h"
 #include "world/network/fault_type.hpp"
 #include "world/network/network.hpp"
@@ -16,9 +17,8 @@
 namespace robotskin::campaign {
 
 inline constexpr std::int64_t us = 1000, ms = 1000 * us;
-inline constexpr std::int64_t hop_ns = 120 * us;  // a tick's way through a cell, at most
-// Without a hop: four heartbeats until a silent neighbour is noticed, one for the check, one for the next tick.
-inline constexpr std::int64_t repair_ns = 6 * ms;
+// A frame's way through a cell that computes in no time, at most: its own time on the line, and that of another one.
+inline constexpr std::int64_t idle_hop_ns = 120 * us;
 // A cell that was granted a move holds back the ticks of its tree for so long, and cells behind it wait as long.
 inline constexpr std::int64_t held_ns = RS_HOLD_US * us * 102 / 100;
 inline constexpr std::int64_t legal_again_ns = 60 * ms;
@@ -28,7 +28,13 @@ class GroundTruth : private world::FaultWitness {
  public:
   static constexpr std::int32_t no_wire = -1;
 
-  explicit GroundTruth(const world::Network& network);
+  GroundTruth(const world::Network& network, ProcessingTimes times);
+
+  // A tick's way through a cell, at most.
+  std::int64_t hop_ns() const { return idle_hop_ns + times_.tick_ns; }
+  // Without a hop: four heartbeats until a silent neighbour is noticed, one for the check, one for the next tick. Each
+  // of the three may wait for the input that the processor has in hand.
+  std::int64_t repair_ns() const { return 6 * ms + 3 * times_.longest_ns; }
 
   // ---- The checkers tells ----
   // A step may come between the overwriting of memory and the word of it, so that its time is known beforehand.
@@ -63,6 +69,8 @@ class GroundTruth : private world::FaultWitness {
   bool runs(std::size_t cell) const { return runs_[cell]; }  // on, or a zombie
   bool is_zombie(std::size_t cell) const { return zombie_[cell]; }
   std::int64_t booted_ns(std::size_t cell) const { return booted_ns_[cell]; }
+  // It may let go of its links until then, as a cell does that is slow or was damaged.
+  std::int64_t shaken_until_ns(std::size_t cell) const { return shaken_until_ns_[cell]; }
   // Hops to a section unit that runs over wires that have been ready since before `now_ns` - `margin_ns`; -1: none.
   const std::vector<std::int32_t>& reach(std::int64_t now_ns, std::int64_t margin_ns);
 
@@ -71,7 +79,11 @@ class GroundTruth : private world::FaultWitness {
   bool calm(std::int64_t now_ns) const { return now_ns >= restless_until_ns_; }
   // Repairs may take until then; the checkers adds the hops that the last fault cut off.
   std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
-  void allow_hops(std::int32_t hops) { repaired_ns_ = std::max(repaired_ns_, base_ns_ + hops * hop_ns); }
+  // `hops` from what has a way to what has none. Before that, word that a way is lost goes down it, so many hops: on
+  // the lines within the four heartbeats, but each processor on the way takes its time.
+  void allow_hops(std::int32_t hops, std::int32_t word_hops) {
+    repaired_ns_ = std::max(repaired_ns_, base_ns_ + hops * hop_ns() + word_hops * times_.tick_ns);
+  }
   // Memory was overwritten: what is false until then may come from that.
   bool lawless(std::int64_t now_ns) const { return now_ns < lawless_until_ns_ || about_to_be_overwritten(now_ns); }
   // The same of a cell within `memory_reach` wires of the one that was damaged. Farther ones keep every law.
@@ -102,12 +114,13 @@ class GroundTruth : private world::FaultWitness {
   std::vector<std::size_t> wires_of(const world::Fault& fault) const;
 
   const world::Network& network_;
+  ProcessingTimes times_;
   std::size_t cells_;
   std::vector<std::int32_t> far_, downs_, forged_;
   std::vector<std::uint8_t> joined_;
   std::vector<std::int64_t> ready_ns_, moved_ns_;
   std::vector<std::uint8_t> runs_, zombie_;
-  std::vector<std::int64_t> booted_ns_, lawless_cell_ns_;
+  std::vector<std::int64_t> booted_ns_, shaken_until_ns_, lawless_cell_ns_;
   std::vector<std::int32_t> depth_, queue_;
   std::int64_t next_ready_ns_ = 0, depth_since_ns_ = -1;
   std::uint64_t depth_revision_ = ~std::uint64_t{0};

@@ -10,6 +10,7 @@
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
 #include "campaign/recovery_checker.hpp"
+#include "campaign/route_checker.hpp"
 #include "world/network/network.hpp"
 
 namespace robotskin::campaign {
@@ -21,10 +22,13 @@ class HostOrders {
 
   void send(world::Network& network);  // every millisecond; now and then something goes down
   // Every millisecond. `may_lose`: frames get lost on lines without a fault.
-  void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery, bool may_lose);
+  void poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
+            const RecoveryChecker& recovery, bool may_lose);
   std::uint32_t orders() const { return static_cast<std::uint32_t>(sent_ns_.size()); }  // so far
 
  private:
+  void note_moves(const world::Network& network, const RouteChecker& routes);
+
   static constexpr std::int64_t orders_every_ms = 16, joints_every_ms = 4;
 
   std::uint32_t colour_of(std::uint32_t order) const;
@@ -32,8 +36,10 @@ class HostOrders {
   BreakLog& breaks_;
   bool in_use_, postures_;
   std::uint64_t seed_;
-  std::vector<std::int64_t> sent_ns_;  // of order 1, 2, ...
-  std::vector<std::uint8_t> told_;
+  std::vector<std::int64_t> sent_ns_;             // of order 1, 2, ...
+  std::vector<std::uint8_t> told_, parent_port_;  // by cell
+  // By cell, bit i: while the i-th newest order was on its way the cell took another parent, and may have missed it.
+  std::vector<std::uint32_t> passed_by_;
   std::int64_t naming_ns_ = 0;  // when a cell with a way last had no id
   std::uint32_t datagrams_ = 0;
 };

@@ -83,8 +83,8 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
 }
 
 void QueueChecker::count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                               const RecoveryChecker& recovery, std::span<const std::uint32_t> load, PortLoad port,
-                               bool undisturbed) {
+                               const RecoveryChecker& recovery, const Overruns& overruns,
+                               std::span<const std::uint32_t> load, PortLoad port, bool undisturbed) {
   const std::int64_t now_ns = network.time_ns();
   std::int32_t deepest = 0;
   for (std::size_t index = 0; index < cells_.size(); ++index)
@@ -103,7 +103,9 @@ void QueueChecker::count_drops(const world::Network& network, const GroundTruth&
     cells_[index].divisor = divisor;
     const bool thinned = cells_[index].thinned_ns + deepest * drained_hop_ns < counted_ns_;
     const bool empty = drained && thinned && load[wave.root] <= divisor * port.draining;
-    if (judged && (too_low || empty) && recovery.has_path(index) && dropped != cells_[index].dropped_in_all)
+    const bool overtaxed = counted_ns_ - overruns.overtaxed_ns(wave.root) < Overruns::drained_ns;
+    if (judged && !overtaxed && (too_low || empty) && recovery.has_path(index) &&
+        dropped != cells_[index].dropped_in_all)
       breaks_.add(Invariant::overload, now_ns, {index},
                   {{"dropped", static_cast<std::int64_t>(dropped) - cells_[index].dropped_in_all},
                    {"divisor", wave.rate_divisor},

@@ -15,6 +15,7 @@
 
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/overruns.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/sample_ledger.hpp"
 
@@ -32,10 +33,11 @@ class QueueChecker {
     std::int64_t known_hop_ns;  // that a change of size takes up, and a divisor down
   };
 
-  // Every few milliseconds. Events are what no divisor thins out. `load`: cells of each root.
+  // Every few milliseconds. Events are what no divisor thins out; nor does one give back to a processor that has lost
+  // frames the time for torque sums, which come late then, and fill lines one by one. `load`: cells of each root.
   void count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                   const RecoveryChecker& recovery, std::span<const std::uint32_t> load, PortLoad port,
-                   bool undisturbed);
+                   const RecoveryChecker& recovery, const Overruns& overruns, std::span<const std::uint32_t> load,
+                   PortLoad port, bool undisturbed);
 
   // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
   std::optional<TakenSample> cell_stepped(const world::Network& network, const GroundTruth& ground,

@@ -4,12 +4,20 @@
 #include <algorithm>
 #include <limits>
 
+#include "campaign/fault_case.hpp"
+
 namespace robotskin::campaign {
 namespace {
 
 constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t fault_free_ns = 20 * ms;  // from then on nothing is a repair any more
 constexpr std::int64_t word_ns = 4 * ms;         // two beacons, the second of which may have been lost, and their way
+
+// From the last boot: the quarantine, and two ticks down the deepest tree, each hop of which takes its processor's
+// time.
+std::int64_t formation_ns(const GroundTruth& ground) {
+  return 10 * ms + hops_max * (ground.hop_ns() - idle_hop_ns);
+}
 
 }  // namespace
 
@@ -93,7 +101,11 @@ void RecoveryChecker::struck(bool everywhere) {
       enter(GroundTruth::cell_of(static_cast<std::size_t>(ground_.far(wire))), distance[cell] + 1);
     }
   }
-  ground_.allow_hops(farthest);
+  std::int32_t deepest_lost = 0;
+  for (std::size_t cell = 0; cell < path_.size(); ++cell)
+    if (ground_.runs(cell) && path_[cell] != Path::whole && routes_.hops(cell) < RS_HOPS_POISON)
+      deepest_lost = std::max<std::int32_t>(deepest_lost, routes_.hops(cell));
+  ground_.allow_hops(farthest, deepest_lost);
 }
 
 void RecoveryChecker::poll() {
@@ -112,7 +124,7 @@ void RecoveryChecker::poll() {
   }
   follow_paths();
   // What has been reachable for as long as a tick needs to get there.
-  const std::vector<std::int32_t>& reach = ground_.reach(now_ns, repair_ns + 40 * hop_ns);
+  const std::vector<std::int32_t>& reach = ground_.reach(now_ns, ground_.repair_ns() + hops_max * ground_.hop_ns());
   std::size_t lost = path_.size(), lost_count = 0;
   std::int32_t deepest = 0;
   for (std::size_t cell = 0; cell < path_.size(); ++cell) {
@@ -157,7 +169,7 @@ void RecoveryChecker::poll() {
 
 void RecoveryChecker::check_formation() {
   const std::int64_t now_ns = network_.time_ns();
-  if (formation_checked_ || struck_ || !clean_lines_ || now_ns < ground_.disturbed_ns() + formation_ns) return;
+  if (formation_checked_ || struck_ || !clean_lines_ || now_ns < ground_.disturbed_ns() + formation_ns(ground_)) return;
   formation_checked_ = true;
   const std::vector<std::int32_t> depths = network_.depths();
   for (std::size_t cell = 0; cell < path_.size(); ++cell) {

@@ -14,8 +14,6 @@ namespace robotskin::campaign {
 
 class RecoveryChecker {
  public:
-  static constexpr std::int64_t formation_ns = 10 * ms;  // from the last boot
-
   RecoveryChecker(const world::Network& network, GroundTruth& ground, RouteChecker& routes, BreakLog& breaks,
                   bool clean_lines);
 

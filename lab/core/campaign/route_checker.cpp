@@ -20,7 +20,9 @@ constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
 // sample it is known since when it lives: where a crowd looks for its way it waits long. Another frame lives for 63
 // hops, and is kept for 12 ms. Reports and requests wait behind all others, for how long is open; they come again by
 // themselves, and what carried them in a circle would carry samples too.
-constexpr std::int64_t frame_lives_ns = RS_TTL_START * hop_ns + RS_ARQ_KEEP_US * us;
+std::int64_t frame_lives_ns(const GroundTruth& ground) {
+  return RS_TTL_START * ground.hop_ns() + RS_ARQ_KEEP_US * us;
+}
 
 bool is_report(const rs_input& input) {
   if (input.kind != RS_INPUT_FRAME) return false;
@@ -91,7 +93,7 @@ void RouteChecker::cell_stepped(std::size_t cell, const rs_input& input, std::op
   }
   if (state.counts.hops_exhausted != shadow.hops_exhausted) {
     shadow.hops_exhausted = state.counts.hops_exhausted;
-    const std::int64_t since_ns = taken_ns.value_or(network_.time_ns() - frame_lives_ns);
+    const std::int64_t since_ns = taken_ns.value_or(network_.time_ns() - frame_lives_ns(ground_));
     if (!is_report(input) && !ground_.lawless(network_.time_ns(), cell) && since_ns > changed_ns_)
       breaks_.add(Invariant::hops_left, network_.time_ns(), {cell}, {{"out of hops at", route.hops}});
   }

@@ -31,6 +31,7 @@ class RouteChecker {
 
   std::int32_t parent(std::size_t cell) const { return shadow_[cell].parent; }
   unsigned parent_port(std::size_t cell) const { return shadow_[cell].port; }
+  unsigned hops(std::size_t cell) const { return shadow_[cell].hops; }
   std::int64_t changed_ns() const { return changed_ns_; }  // the last time that any cell had another parent
   // Without a parent for so long that it has forgotten how near it was, or since its boot: it cannot know the time.
   bool alone_for_long(std::size_t cell) const;

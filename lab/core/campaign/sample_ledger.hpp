@@ -44,7 +44,7 @@ class SampleLedger : public world::SampleSource {
   static TakenSample taken_in(const rs_sample& own);
   // When the sample of a frame was taken; none if it is no sample that is known.
   std::optional<std::int64_t> taken_ns(const std::uint8_t* frame) const;
-  // It found a queue full of repeated ones.
+  // It found a queue full of repeated ones, or a processor that may have too much to do.
   void crowded_out(TakenSample sample);
   // A fault has struck, and is known to the ground; not yet to `recovery`.
   void struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery, bool within_load);

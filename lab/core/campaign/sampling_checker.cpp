@@ -82,14 +82,15 @@ void SamplingChecker::cell_stepped(const world::Network& network, const GroundTr
 }
 
 void SamplingChecker::poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
-                           std::int64_t overloaded_ns) {
+                           const Overruns& overruns, std::int64_t overloaded_ns) {
   const std::int64_t now_ns = network.time_ns();
   if (!ground.calm(now_ns) || ground.lawless(now_ns)) return;
   const std::int64_t quiet_ns = std::max(ground.repaired_ns(), ground.lawless_until_ns());
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     Cell& cell = cells_[index];
     if (!ground.runs(index) || ground.is_zombie(index) || !recovery.has_path(index)) continue;
-    const std::int64_t able_ns = std::max({quiet_ns, recovery.path_since_ns(index), ground.booted_ns(index)});
+    const std::int64_t able_ns = std::max({quiet_ns, recovery.path_since_ns(index), ground.booted_ns(index),
+                                           overruns.overtaxed_ns(network.cell(index).route.wave.root)});
     note(cell, network.cell(index).route.wave);
     if (cell.named_ns < 0) {
       if (now_ns - std::max(able_ns, overloaded_ns) <= naming_ns || cell.told) continue;

@@ -12,6 +12,7 @@
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/overruns.hpp"
 #include "campaign/recovery_checker.hpp"
 
 namespace robotskin::campaign {
@@ -21,9 +22,10 @@ class SamplingChecker {
   SamplingChecker(const FaultCase& drawn, BreakLog& breaks);
 
   void cell_stepped(const world::Network& network, const GroundTruth& ground, std::size_t cell, const rs_input& input);
-  // Every millisecond. `overloaded_ns`: when a port last had more cells than it carries.
+  // Every millisecond. `overloaded_ns`: when a port last had more cells than it carries. Where processors lose frames
+  // of that, ticks wait for them as well, by which cells sample.
   void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
-            std::int64_t overloaded_ns);
+            const Overruns& overruns, std::int64_t overloaded_ns);
 
  private:
   struct Cell {

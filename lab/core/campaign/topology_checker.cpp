@@ -18,13 +18,15 @@ void TopologyChecker::datagram(const world::Network& network, std::span<const st
   });
 }
 
-void TopologyChecker::finish(const world::Network& network, const GroundTruth& ground,
-                             const RecoveryChecker& recovery) {
+void TopologyChecker::finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
+                             const Overruns& overruns) {
   const std::int64_t since_ns = network.time_ns() - known_ns;
   if (ground.repaired_ns() > since_ns || !ground.calm(network.time_ns()) || recovery.whole_since_ns() > since_ns)
     return;
   for (std::size_t cell = 0; cell < told_.size(); ++cell)
-    if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns) judge(network, ground, cell);
+    if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns &&
+        overruns.overtaxed_ns(network.cell(cell).route.wave.root) < since_ns)
+      judge(network, ground, cell);
 }
 
 void TopologyChecker::judge(const world::Network& network, const GroundTruth& ground, std::size_t cell) {

@@ -8,6 +8,7 @@
 
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/overruns.hpp"
 #include "campaign/recovery_checker.hpp"
 
 namespace robotskin::campaign {
@@ -19,8 +20,10 @@ class TopologyChecker {
   TopologyChecker(std::size_t cells, BreakLog& breaks) : breaks_(breaks), told_(cells) {}
 
   void datagram(const world::Network& network, std::span<const std::uint8_t> datagram);
-  // At the end of a run in which no report was lost by chance.
-  void finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery);
+  // At the end of a run in which no report was lost by chance; by a processor that had too much to do, only in trees
+  // that are left out.
+  void finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
+              const Overruns& overruns);
 
   std::uint64_t judged() const { return judged_; }  // reports
 

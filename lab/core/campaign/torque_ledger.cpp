@@ -35,8 +35,8 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
   return contribution;
 }
 
-TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks)
-    : breaks_(breaks), cells_(cells), limbs_(limbs) {}
+TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks)
+    : breaks_(breaks), cells_(cells), limbs_(limbs), times_(times) {}
 
 void TorqueLedger::datagram(const world::Network& network, const GroundTruth& ground,
                             std::span<const std::uint8_t> datagram) {
@@ -128,11 +128,13 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
       routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || forming_ns_ > rest_ns ||
       ground.samples_disturbed_since(rest_ns))
     return;
-  // The sums go up hop by hop, at 120 us each and 50 us for each further limb, and have to be there 3.7 ms after the
-  // epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in time.
+  // The sums go up hop by hop, each in 120 us, the processor's time and 50 us for each further limb, and have to be
+  // there 3.7 ms after the epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in
+  // time.
   std::int32_t deepest = 0;
   for (std::size_t cell = 0; cell < cells_; ++cell)
     if (recovery.has_path(cell)) deepest = std::max<std::int32_t>(deepest, network.cell(cell).route.hops);
+  const std::int64_t hop_ns = idle_hop_ns + times_.sum_ns;
   if (deepest * hop_ns + (limbs_ - 1) * RS_FRAME_US * us + RS_TORQUE_EARLY_US * us > RS_TORQUE_END_US * us) return;
   ++epochs_judged_;
   std::int64_t missing = 0;

@@ -24,7 +24,7 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
 
 class TorqueLedger {
  public:
-  TorqueLedger(std::size_t cells, std::int32_t limbs, BreakLog& breaks);
+  TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks);
 
   bool in_use() const { return limbs_ > 0; }
   void datagram(const world::Network& network, const GroundTruth& ground, std::span<const std::uint8_t> datagram);
@@ -51,6 +51,7 @@ class TorqueLedger {
   BreakLog& breaks_;
   std::size_t cells_;
   std::int32_t limbs_;
+  ProcessingTimes times_;
   std::array<Epoch, RS_EPOCH_MASK + 1> epochs_;
   std::vector<std::uint64_t> unit_time_;
   std::int64_t forming_ns_ = -1000 * ms;  // when trees last formed, which have no sums

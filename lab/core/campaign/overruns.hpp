@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames that found a cell too busy to take them, and where that may be.
+//
+// A processor is made for the cells of one cable at 250 Hz. It may lose frames where more hang on the cable, and while
+// it catches up with what a repair costs. Nowhere else is a frame that is lost so any excuse.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "campaign/ground_truth.hpp"
+#include "campaign/processing_times.hpp"
+
+namespace robotskin::campaign {
+
+class Overruns {
+ public:
+  // `cells_carried`: by a cable.
+  Overruns(ProcessingTimes times, std::uint32_t cells_carried) : times_(times), cells_carried_(cells_carried) {
+    overloaded_ns_.fill(never_ns);
+    overtaxed_ns_.fill(never_ns);
+  }
+
+  // Every few milliseconds: cells by root.
+  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load);
+  // A frame found no room in that cell. Whether that may be.
+  bool lost(const world::Network& network, const GroundTruth& ground, std::size_t cell);
+
+  // What came in under an overload is out again by then.
+  static constexpr std::int64_t drained_ns = 80 * ms;
+
+  // When a processor last lost a frame in that root's tree while it had more cells than a cable carries.
+  std::int64_t overtaxed_ns(std::uint8_t root) const { return overtaxed_ns_[root]; }
+
+ private:
+  static constexpr std::int64_t never_ns = -10'000 * ms;
+
+  ProcessingTimes times_;
+  std::uint32_t cells_carried_;
+  std::array<std::int64_t, 256> overloaded_ns_, overtaxed_ns_;  // by root
+};
+
+}  // namespace robotskin::campaign
