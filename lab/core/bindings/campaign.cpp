@@ -90,8 +90,9 @@ void bind_cases(nb::module_& module) {
       .def_ro("longest_wait_ms", &CaseReport::longest_wait_ms, "of a sample in a cell, in whole networks")
       .def_ro("largest_control_share", &CaseReport::largest_control_share, "of a wire");
 
-  module.def("draw_case", &campaign::draw_case, "seed"_a, "cells_take_time"_a = false,
-             "The case of a seed. cells_take_time: their processors have 48 MHz and one flash wait state.");
+  module.def(
+      "draw_case", &campaign::draw_case, "seed"_a, "ideal_processors"_a = false,
+      "The case of a seed. Processors have 48 MHz and one flash wait state; ideal_processors: they take no time.");
   module.def("parse_case", &campaign::case_of, "text"_a,
              "The case that `FaultCase.text` tells. Raises ValueError, which names what cannot be read.");
   module.def("run_case", &campaign::run_case, nb::call_guard<nb::gil_scoped_release>(), "case"_a,

@@ -68,7 +68,7 @@ std::optional<rs_settings> settings_of(const Workload& workload) {
   return settings;
 }
 
-FaultCase draw_case(std::uint64_t seed, bool cells_take_time) {
+FaultCase draw_case(std::uint64_t seed, bool ideal_processors) {
   world::RandomStream draw(world::stream_key(seed, purpose_case, 0));
   FaultCase drawn;
   drawn.seed = seed;
@@ -93,7 +93,7 @@ FaultCase draw_case(std::uint64_t seed, bool cells_take_time) {
   world::NetworkOptions& options = drawn.options;
   options.seed = seed;
   options.unasked = true;
-  if (cells_take_time) options.processor = world::Processor::one_wait_state;
+  if (!ideal_processors) options.processor = world::Processor::one_wait_state;
   options.settings = settings_of(drawn.workload);
   drawn.keyed = draw.below(2) == 0;
   options.line.jitter_us = static_cast<double>(jitters_us[draw.below(jitters_us.size())]);

@@ -53,8 +53,9 @@ std::int64_t end_of(const std::vector<world::Fault>& faults);
 std::optional<rs_settings> settings_of(const Workload& workload);
 
 // 20 to 400 cells at most 40 hops from 2 to 5 ports on 1 to 3 section units, 1 to 4 faults of the whole
-// catalogue, and at least 300 ms after the last of them. With `cells_take_time` their processors have one wait state.
-FaultCase draw_case(std::uint64_t seed, bool cells_take_time = false);
+// catalogue, and at least 300 ms after the last of them. Their processors have 48 MHz and one flash wait state, or take
+// no time.
+FaultCase draw_case(std::uint64_t seed, bool ideal_processors = false);
 
 // The same case with fewer faults (bit i of `faults` keeps the i-th) or fewer cells (`cells`: which stay; a wire, port
 // or fault of one that goes, goes with it).

@@ -19,8 +19,8 @@ KEPT = tomllib.loads((Path(__file__).parent / "kept_seeds.toml").read_text())["k
 
 
 def test_no_invariant_breaks(seed: int) -> None:
-    report = campaign(60, first_seed=1_000_000 * seed, on=Here())
-    assert report["fault_seeds_run"] == 60
+    report = campaign(45, first_seed=1_000_000 * seed, on=Here())
+    assert report["fault_seeds_run"] == 45
     assert not report["broken"], "\n".join("\n".join((one.case, *one.breaks)) for one in report["broken"])
 
 
@@ -37,11 +37,18 @@ def test_cases_that_once_broke_stay_whole(kept: dict) -> None:
     assert not report.breaks, f"{kept['found']}\n" + "\n".join(map(str, report.breaks))
 
 
+def test_processors_that_take_no_time_can_be_asked_for(seed: int) -> None:
+    report = campaign(10, first_seed=2_000_000 * seed, on=Here(), ideal_processors=True)
+    assert not report["broken"], "\n".join("\n".join((one.case, *one.breaks)) for one in report["broken"])
+    assert "processor" not in draw_case(seed, ideal_processors=True).text
+    assert "\nprocessor one_wait_state\n" in draw_case(seed).text
+
+
 @pytest.mark.parametrize("number", [7000044, 7300033, 7400015, 7700039, 7500044, 7500046])
 def test_boards_hold_what_comes_while_trees_form_and_orders_go_down(number: int) -> None:
     """Cells that take their time: frames that come in a burst by one port find room, and so do ticks among more events
     than the processor has time for."""
-    report = run_case(draw_case(number, cells_take_time=True))
+    report = run_case(draw_case(number))
     assert not report.breaks, "\n".join(map(str, report.breaks))
 
 

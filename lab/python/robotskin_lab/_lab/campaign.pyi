@@ -133,9 +133,9 @@ class CaseReport:
     def largest_control_share(self) -> float:
         """of a wire"""
 
-def draw_case(seed: int, cells_take_time: bool = False) -> FaultCase:
+def draw_case(seed: int, ideal_processors: bool = False) -> FaultCase:
     """
-    The case of a seed. cells_take_time: their processors have 48 MHz and one flash wait state.
+    The case of a seed. Processors have 48 MHz and one flash wait state; ideal_processors: they take no time.
     """
 
 def parse_case(text: str) -> FaultCase:

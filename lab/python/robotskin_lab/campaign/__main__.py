@@ -35,8 +35,8 @@ def _tell(broken: BrokenSeed) -> None:
     print(f"    again: python -m robotskin_lab.campaign {broken.seed}", flush=True)
 
 
-def _again(seed: int, smaller: bool, cells_take_time: bool) -> bool:
-    case = draw_case(seed, cells_take_time)
+def _again(seed: int, smaller: bool, ideal_processors: bool) -> bool:
+    case = draw_case(seed, ideal_processors)
     report = run_case(case)
     print(f"{case}\n    log hash {report.log_hash:016x}, {report.simulated_s:.3f} s, {report.events} events")
     texts = {name: text for name, _, text in invariants()}
@@ -129,13 +129,13 @@ def main() -> int:
         help="draw N small changes of the firmware, --count seeds each",
     )
     parser.add_argument("--with-tests", action="store_true", help="those that live meet the tests of the firmware too")
-    parser.add_argument("--cells-take-time", action="store_true", help="cells at 48 MHz with one flash wait state")
+    parser.add_argument("--ideal-processors", action="store_true", help="cells that compute in no time")
     parser.add_argument("--model", action="store_true", help="check the parent rule on the largest small networks")
     options = parser.parse_args()
     if options.model:
         return 0 if _check_largest_models() else 1
     if options.seeds:
-        return 0 if all([_again(seed, options.shrink, options.cells_take_time) for seed in options.seeds]) else 1
+        return 0 if all([_again(seed, options.shrink, options.ideal_processors) for seed in options.seeds]) else 1
     first = fresh_seed() if options.first is None else options.first
     if options.sampled_mutants is not None:
         return _sample_mutants(
@@ -144,7 +144,7 @@ def main() -> int:
     seeds = itertools.count(first) if options.count is None else range(first, first + options.count)
     if options.count is None and options.soak is None:
         parser.error("give seeds, --count or --soak")
-    total = run_seeds(seeds, on=options.on, seconds=options.soak, told=_tell, cells_take_time=options.cells_take_time)
+    total = run_seeds(seeds, on=options.on, seconds=options.soak, told=_tell, ideal_processors=options.ideal_processors)
     if options.verdicts is not None:
         options.verdicts.write_text("".join(f"{line}\n" for line in total.verdicts), encoding="utf-8")
     print(total.distribution)

@@ -117,11 +117,11 @@ class SeedsReport:
         self.verdicts += other.verdicts
 
 
-def _run_batch(seeds: list[int], cells_take_time: bool = False) -> SeedsReport:
+def _run_batch(seeds: list[int], ideal_processors: bool = False) -> SeedsReport:
     batch = SeedsReport()
     start_s = time.process_time()
     for seed in seeds:
-        case = core.draw_case(seed, cells_take_time)
+        case = core.draw_case(seed, ideal_processors)
         report = core.run_case(case)
         batch.seeds += 1
         batch.breaks += report.break_count
@@ -158,16 +158,15 @@ def run_seeds(
     on: Executor | None = None,
     seconds: float | None = None,
     told: Callable[[BrokenSeed], None] | None = None,
-    cells_take_time: bool = False,
+    ideal_processors: bool = False,
 ) -> SeedsReport:
     """Run seeds on an executor (a process a processor by default), for at most so many seconds; sums of all.
 
-    `told` is called with every broken seed, in the order of the seeds. cells_take_time: with a processor of one flash
-    wait state.
+    `told` is called with every broken seed, in the order of the seeds. ideal_processors: cells compute in no time.
     """
     total = SeedsReport()
     batches = _batches(seeds, None if seconds is None else time.monotonic() + seconds)
-    for batch in in_order(on or Processes(), _run_batch, ((one, cells_take_time) for one in batches)):
+    for batch in in_order(on or Processes(), _run_batch, ((one, ideal_processors) for one in batches)):
         total.merge(batch)
         if told is not None:
             for broken in batch.broken:
@@ -181,14 +180,15 @@ def campaign(
     *,
     on: Executor | None = None,
     told: Callable[[BrokenSeed], None] | None = None,
+    ideal_processors: bool = False,
 ) -> dict[str, Any]:
     """Run `seeds` seeds from `first_seed` on; sums, what was drawn, and the seeds that broke an invariant.
 
     Keys: `fault_seeds_run`, `invariant_breaks` (of all seeds), `cpu_s_per_seed`, `simulated_s`, `events`,
     `longest_wait_ms`, `largest_control_share`, `distribution` (a `Distribution`, which prints itself) and `broken` (a
-    list of `BrokenSeed`). The mutants are apart: `caught_mutants`.
+    list of `BrokenSeed`). The mutants are apart: `caught_mutants`. ideal_processors: cells compute in no time.
     """
-    total = run_seeds(range(first_seed, first_seed + seeds), on=on, told=told)
+    total = run_seeds(range(first_seed, first_seed + seeds), on=on, told=told, ideal_processors=ideal_processors)
     return {
         "fault_seeds_run": total.seeds,
         "invariant_breaks": total.breaks,
