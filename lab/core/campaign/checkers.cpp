@@ -2,6 +2,7 @@
 #include "campaign/checkers.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "robotskin/crc.h"
 
@@ -28,8 +29,10 @@ void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) 
 
 void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_input& input, const rs_output&) {
   if (input.kind == RS_INPUT_BOOT) ground_->booted(cell);
-  // Flips of one bit may cancel each other; what is whole by its checksum is taken.
-  if (input.kind == RS_INPUT_FRAME && rs_frame_intact(input.frame))
+  // Flips of one bit may cancel each other; what is whole by its checksum is taken. What was forged is no word of the
+  // neighbour's.
+  const bool forged = input.kind == RS_INPUT_FRAME && std::exchange(forged_comes_, false);
+  if (input.kind == RS_INPUT_FRAME && !forged && rs_frame_intact(input.frame))
     routes_->frame_taken(ground_->wire_of_cell(cell, input.port), input.frame,
                          network.time_ns() - std::int64_t{input.late_us} * us);
   const bool out_of_hops = input.kind == RS_INPUT_FRAME && !rs_sample_has_hop(input.frame);
@@ -69,6 +72,7 @@ void Checkers::frame_planted(const Network& network, world::WireEnd to, const st
                              const world::Fault& fault) {
   const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
   if (forged) ground_->forged(ground_->wire_of(to));
+  forged_comes_ = forged;
   forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
   if (forged) return;
   routes_->frame_planted(ground_->wire_of(to), frame);

@@ -133,6 +133,7 @@ class Checkers : public world::Observer, public world::DatagramSink {
   QueueChecker::PortLoad port_load_;
   Overruns overruns_;
   bool whole_lines_;
+  bool forged_comes_ = false;                // to the cell that steps next
   std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
 };
 
