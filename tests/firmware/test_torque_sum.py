@@ -8,7 +8,7 @@ import pytest
 from large_world import MS, LargeWorld, sheet
 from small_world import SmallWorld, random_skin
 
-from robotskin import firmware
+from robotskin_lab import firmware
 
 EPOCH_NS = firmware.EPOCH_TICKS * MS
 BITS = 15  # of a joint's 16, the sign apart
