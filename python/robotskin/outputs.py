@@ -4,14 +4,16 @@
 import tempfile
 from pathlib import Path
 
+import typer
+
 from robotskin.errors import InputError
 
 PICTURES = (".png", ".svg", ".pdf")
 
 
-def writable_json(path: Path | None) -> Path | None:
-    """The value of an option `--json`, as it was given; raises as `require_writable` does."""
-    require_writable("--json", path)
+def writable(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
+    """The value of an option that names a file to write, as it was given; raises as `require_writable` does."""
+    require_writable(parameter.opts[0], path)
     return path
 
 

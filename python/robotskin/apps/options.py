@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.outputs import require_writable, writable_json
+from robotskin.outputs import writable
 
 __all__ = [
     "GripperRobot",
@@ -17,13 +17,12 @@ __all__ = [
     "Seed",
     "StiffnessRatio",
     "refuse_in_page",
-    "writable",
 ]
 
 Headless = Annotated[bool, typer.Option("--headless", help="No page: run the script, print its figures, and end.")]
 Seed = Annotated[int, typer.Option(help="Repeats the run.", min=0)]
 JsonFile = Annotated[
-    Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable_json)
+    Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable)
 ]
 Port = Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)]
 GripperRobot = Annotated[str, typer.Option("--robot", help="ur5_gripper or panda_gripper.")]
@@ -33,12 +32,6 @@ StiffnessRatio = Annotated[
 KnowledgeFile = Annotated[
     Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")
 ]
-
-
-def writable(parameter: typer.CallbackParam, path: Path | None) -> Path | None:
-    """The value of an option that names a file to write, as it was given; refused at once where none can be written."""
-    require_writable(parameter.opts[0], path)
-    return path
 
 
 def refuse_in_page(headless: bool, context: typer.Context, *names: str) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from robotskin.cli._cell_time import CellTime
 from robotskin.cli._waiting import waiting
-from robotskin.outputs import writable_json
+from robotskin.outputs import writable
 
 if TYPE_CHECKING:
     from robotskin.layout.cell_network import CellNetwork
@@ -41,7 +41,7 @@ def command(
     seconds: Annotated[float, typer.Option(min=0.01, help="Virtual time.")] = 1.0,
     rate: Annotated[int, typer.Option(help="Samples a second of each cell: 0, 63, 125 or 250.")] = 250,
     json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable_json)
+        Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable)
     ] = None,
     list_faults: Annotated[bool, typer.Option("--list-faults", help="Print the kinds of faults and end.")] = False,
     cells_take_time: CellTime = False,

@@ -11,6 +11,7 @@ import msgspec
 
 from robotskin.errors import UnknownNameError
 from robotskin.teaching.gripper import TeachingError
+from robotskin.teaching.text_file import text_of
 
 
 class ClassOf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -97,21 +98,13 @@ def load_knowledge(file: Path | None = None) -> Knowledge:
 
     Raises TeachingError, naming field and value, for what does not fit; UnknownNameError for names that are not there.
     """
-    text = (
-        resources.files("robotskin.teaching").joinpath("knowledge.toml").read_text() if file is None else _text_of(file)
-    )
+    if file is None:
+        text = resources.files("robotskin.teaching").joinpath("knowledge.toml").read_text()
+    else:
+        text = text_of("knowledge file", file)
     try:
         found = msgspec.toml.decode(text, type=Knowledge)
     except (msgspec.DecodeError, ValueError) as error:
         raise TeachingError(f"knowledge file {file or 'of the project'}: {error}") from None
     found.require_whole()
     return found
-
-
-def _text_of(file: Path) -> str:
-    try:
-        return file.read_text()
-    except OSError as error:
-        raise TeachingError(f"knowledge file {file}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise TeachingError(f"knowledge file {file}: is no text") from None

@@ -14,6 +14,7 @@ import msgspec
 from robotskin.errors import UnknownNameError
 from robotskin.teaching.gripper import TeachingError
 from robotskin.teaching.knowledge import Knowledge
+from robotskin.teaching.text_file import text_of
 from robotskin.whole_file import whole_file
 
 FORMAT = "robotskin-plan"
@@ -174,12 +175,7 @@ def _quoted(text: str) -> str:
 
 def load_plan(file: Path) -> Plan:
     """Read a plan. Raises TeachingError, naming field and value."""
-    try:
-        text = file.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "is no text"
-        raise TeachingError(f"plan {file}: {why}; teach one with robotskin app teach -o FILE") from None
-    return plan_of(text, str(file))
+    return plan_of(text_of("plan", file, "; teach one with robotskin app teach -o FILE"), str(file))
 
 
 def plan_of(text: str, source: str) -> Plan:

@@ -8,6 +8,7 @@ import numpy as np
 from robotskin.layout import finished
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.tasks import SelfCollisionGains
 from robotskin_lab.bench.balance_rig import ROBOT, Law, StandingRig
 from robotskin_lab.bench.progress import tell
 
@@ -24,7 +25,7 @@ LARGEST_IMPULSE_NS = 10.0
 """Of touches that are shorter than `SHORT_S`."""
 SHORT_S = 0.25
 LOOK_TICKS = 5
-LOOKS_M = 0.05
+LOOKS_M = SelfCollisionGains().safe_m
 """Bodies that are farther apart are not looked at."""
 PALM_M_S, PALM_FROM_M, PALM_TO_M = 0.1, 0.15, 0.03
 PALM_LINKS = ("arm_left_4_link", "torso_2_link")

@@ -17,8 +17,8 @@ from robotskin.apps.options import (
     Seed,
     StiffnessRatio,
     refuse_in_page,
-    writable,
 )
+from robotskin.outputs import writable
 
 
 def command(

@@ -36,7 +36,7 @@ class TeachPage(ToldPage):
     def __init__(self, session: LiveSession, steps: TeachSteps, port: int) -> None:
         self._steps, self._live = steps, session
         self._plan_text: Any = None
-        self._shown_text = ""
+        self._written: Plan | None = None
         orders: Orders = {
             "Open or close the gripper": lambda: steps.ask(Asked.TOGGLE),
             "Squeeze": lambda: steps.ask(Asked.SQUEEZE),
@@ -58,10 +58,9 @@ class TeachPage(ToldPage):
         """Send one moment to the browsers."""
         super().draw(snapshot, now_s)
         plan = self._steps.plan
-        text = "" if plan is None else plan.text()
         # What is being written stays until there is another plan.
-        if self._plan_text is not None and text != self._shown_text:
-            self._plan_text.value = self._shown_text = text
+        if self._plan_text is not None and plan != self._written:
+            self._written, self._plan_text.value = plan, "" if plan is None else plan.text()
 
     def told(self, snapshot: Snapshot) -> str:
         """What is seen, what was shown so far, and the plan made of it."""
