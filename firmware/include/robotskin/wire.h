@@ -37,7 +37,7 @@ enum {
   RS_LINK_BITS_PER_BYTE = 10, /* 8N1 */
   RS_CELLS_PER_PORT = 66,     /* at 250 Hz: 82.5 % of 80 */
   RS_JOINTS_PER_PART = 6,
-  RS_FIRMWARE_VERSION = 2 /* grows when cells, units and hosts of before no longer understand; 0: it was not told yet */
+  RS_FIRMWARE_VERSION = 3 /* grows when cells, units and hosts of before no longer understand; 0: it was not told yet */
 };
 
 /* X(name, number, from which sender to which receiver) */
