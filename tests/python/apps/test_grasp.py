@@ -15,6 +15,7 @@ from robotskin.apps.grasp.contacts import Shape, find_contacts, moved_contacts, 
 from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
 from robotskin.apps.grasp.fingers import Hand, base_from_hand
+from robotskin.apps.grasp.give_way import END_GAIN, LEAST_M, MOST_M, GiveWay
 from robotskin.apps.grasp.levers import CLOSING_NM, MARGIN, Levers
 from robotskin.apps.grasp.scene import HANDLE_M, HINGE_M, ROUND, Trial, believed_shape, scene_of
 from robotskin.apps.grasp.script import Plan, run, session_of
@@ -222,6 +223,35 @@ def test_what_cannot_be_grasped_is_refused_by_name(hand: Hand) -> None:
         answer = CliRunner().invoke(main.app, ["app", "grasp", "--headless", *options])
         assert answer.exit_code != 0
         assert told in answer.output + str(answer.exception)
+
+
+def test_fingers_go_along_with_a_push_from_outside_and_come_back(hand: Hand, seed: int) -> None:
+    """In a locked grip, of which nothing moves, they try harder; near its end a joint is pulled back."""
+    generator = np.random.default_rng(seed)
+    robot = robots.load(ROBOT)
+    posture = np.zeros(robot.joint_count)
+    contacts = find_contacts(hand, believed_shape("ball"))
+    posture[hand.joints] = contacts.angles
+    pushed = int(generator.choice(np.concatenate(hand.outside)))
+    force = np.zeros(len(finished(ROBOT).link))
+    force[pushed] = 5.0
+    inward = -hand.frames(posture, np.array([pushed]))[0, :3, 2]
+    far = posture.copy()
+    far[hand.joints] += 0.15
+    locked, free = GiveWay(hand), GiveWay(hand)
+    for tick in range(500):
+        assert locked.step(posture, force, 0.004)
+        assert free.step(posture if tick == 0 else far, force, 0.004)
+    assert np.linalg.norm(free.shift) == pytest.approx(LEAST_M)
+    assert locked.shift == pytest.approx(MOST_M * inward)
+    angles = contacts.angles
+    moved = hand.pads(free.shifted(angles)).place - hand.pads(angles).place
+    assert (moved @ free.shift > 0).all()
+    for _ in range(1500):
+        assert not locked.step(posture, np.zeros_like(force), 0.004)
+    assert np.linalg.norm(locked.shift) < 0.05 * MOST_M
+    np.testing.assert_array_equal(free.kept_from_ends(angles, angles), angles)
+    np.testing.assert_allclose(free.kept_from_ends(angles, hand.upper), angles - END_GAIN * 0.05)
 
 
 @pytest.mark.timeout(300)

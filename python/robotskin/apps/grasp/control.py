@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from robotskin.apps.grasp.carriage import Carriage
 from robotskin.apps.grasp.contacts import DEEPEST_M, Shape, find_contacts, moved_contacts, plan_paths
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre
-from robotskin.apps.grasp.fingers import Hand
+from robotskin.apps.grasp.fingers import Hand, Pads
+from robotskin.apps.grasp.give_way import GiveWay
 from robotskin.apps.grasp.levers import MOST_N, Levers
 from robotskin.apps.grasp.scene import HINGE_M
 from robotskin.apps.grasp.shares import equilibrium_shares
@@ -46,9 +47,6 @@ SLIP_GAIN, SLIP_MOST = 1.2, 2.0
 SLIP_SHARE, SLIP_LEAST_N, SLIP_LOOKS = 0.7, 0.5, 5
 """A slip: of half a newton or more less than this share is left after so many looks."""
 HELD_N = 0.1
-PUSHED_N = 0.5
-YIELD_PER_S, YIELD_M_S, YIELD_MOST_M = 4.0, 0.006, 0.004
-"""From which force on backs and sides on all fingers go along, and how fast and how far."""
 FARTHEST_SHIFT_M = 0.02
 
 
@@ -82,9 +80,7 @@ class GraspControl:
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
         """(4,) newton that each finger's front feels."""
-        self.outside_n = 0.0
-        """Newton on the backs and sides of all fingers."""
-        self._stretch, self._gave = np.zeros(4), np.zeros(4)
+        self.give_way = GiveWay(self.hand)
         self.near = np.full(4, np.inf)
         """(4,) metres from each pad, as its cell takes it."""
         self.press = np.zeros(4)
@@ -111,7 +107,7 @@ class GraspControl:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
         self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
-        self.press = np.zeros(4)
+        self.press, self.give_way = np.zeros(4), GiveWay(self.hand)
         self.contacts = self._believed
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)
@@ -139,7 +135,6 @@ class GraspControl:
     def _look(self) -> None:
         cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
         force = np.array([cells[front].sum() for front in self.hand.front])
-        self.outside_n = float(sum(cells[outside].sum() for outside in self.hand.outside))
         if self.state is State.OPENING:
             self._tare, self._tares = self._tare + force, self._tares + 1
             force = np.zeros(4)
@@ -241,14 +236,8 @@ class GraspControl:
 
     def _hold(self) -> None:
         """The fingers close or open together; where a person pushes a finger from outside, all go along."""
-        stretch = self._away() - self.distance
-        if self.outside_n < PUSHED_N:
-            self._stretch, self._gave = stretch, np.zeros(4)
-        else:
-            speed = np.clip(YIELD_PER_S * (stretch - self._stretch), -YIELD_M_S, YIELD_M_S)
-            gave = np.clip(self._gave + LOOK_S * speed, -YIELD_MOST_M, YIELD_MOST_M)
-            self._move((gave - self._gave) / LOOK_S)
-            self._gave = gave
+        cell_force = np.asarray(self.session.skin.normal_force, dtype=float).sum(axis=1)
+        if self.give_way.step(np.array(self.session.joints.position), cell_force, LOOK_S):
             return
         wanted = self.strength * self.grip.force_n * self.shares
         lacks = float((wanted - self.force).sum() / self.shares.sum())
@@ -256,6 +245,9 @@ class GraspControl:
             self._move(np.full(4, -np.clip(GIVE_M_S_N * lacks, -0.005, 0.005)))
         else:
             self.press = self.press + LOOK_S * PRESS_PER_S * np.clip(lacks, -0.2, 0.2) * self.shares
+
+    def _pads(self) -> Pads:
+        return self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
 
     def _move(self, speed: Array) -> None:
         self.distance = np.clip(self.distance + LOOK_S * speed, DEEPEST_M + 0.001, OPEN_M)
@@ -267,15 +259,18 @@ class GraspControl:
 
     def _away(self) -> Array:
         """(4,) metres of the pads from the surface along their paths, as it is believed."""
-        pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
+        pads = self._pads()
         return np.asarray(((pads.place - self.centre) * self.contacts.outward).sum(axis=1) - self.shape.radius_m)
 
     def _send(self) -> None:
-        angles = self.paths.at(self.distance)
+        angles = self.give_way.shifted(self.paths.at(self.distance))
         if self.press.any():
             torque = np.einsum("fij,fi->fj", self.hand.pads(angles).moves, -self.contacts.outward)
             angles = angles + torque * self.press[:, None] / self._stiffness
-            angles = np.clip(angles, self.hand.lower, self.hand.upper)
+        if self.state is State.HOLD:
+            measured = np.array(self.session.joints.position)[self.hand.joints]
+            angles = self.give_way.kept_from_ends(angles, measured)
+        angles = np.clip(angles, self.hand.lower, self.hand.upper)
         if self.state is State.MOVING and self._from is not None:
             share = min(1.0, self.since_s / 0.5)
             share = share * share * (3 - 2 * share)
@@ -293,14 +288,14 @@ class GraspControl:
         self.task.request_reference(position, velocity)
 
     def _estimate(self) -> Array:
-        pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
+        pads = self._pads()
         found = estimate_centre(pads.place, pads.normal, self.near, self.shape, self.centre)
         shift = found - self.centre
         return np.asarray(self.centre + shift * min(1.0, FARTHEST_SHIFT_M / max(float(np.linalg.norm(shift)), 1e-9)))
 
     def _pressed(self) -> Array:
         """(4, 3) metres where the pads are pressed, in the hand's frame."""
-        pads = self.hand.pads(np.array(self.session.joints.position)[self.hand.joints])
+        pads = self._pads()
         return pads.touched(np.asarray(self.session.skin.normal_force, dtype=float)[self.hand.tip])
 
     def _closed(self, pressed: Array) -> Array:

@@ -113,6 +113,7 @@ class Hand:
                     f"{links[-1]}; use the layout that comes with {' or '.join(FITS)}"
                 )
             self.tip[finger] = tips[0]
+        self._layout = layout
         dynamics = RobotDynamics(robot.core)
         zero = np.zeros(robot.joint_count)
         dynamics.update(zero, zero)
@@ -135,6 +136,13 @@ class Hand:
             for cell in self.tip
         ]
         self._pad = np.array(pads)
+
+    def frames(self, posture: Array, cells: NDArray[np.int64]) -> Array:
+        """(c, 4, 4) of (c) cells in the hand's frame, for (n) rad or m of the robot's joints."""
+        links = [self.robot.link_index(self._layout.links[one]) for one in self._layout.link[cells]]
+        base_from_link = self.robot.base_from_link(posture)
+        hand_from_base = np.linalg.inv(base_from_link[self.robot.link_index(PALM)] @ PALM_FROM_HAND)
+        return np.asarray(hand_from_base @ base_from_link[links] @ self._layout.link_from_cell[cells])
 
     def pads(self, angles: Array) -> Pads:
         """Where the pads are for (4, 4) rad, a row a finger."""
