@@ -18,7 +18,7 @@ from robotskin.apps.grasp.fingers import Hand, base_from_hand
 from robotskin.apps.grasp.give_way import END_GAIN, LEAST_M, MOST_M, GiveWay
 from robotskin.apps.grasp.levers import CLOSING_NM, MARGIN, Levers
 from robotskin.apps.grasp.scene import HANDLE_M, HINGE_M, ROUND, Trial, believed_shape, scene_of
-from robotskin.apps.grasp.script import Plan, run, session_of
+from robotskin.apps.grasp.script import TIPS_WITH_BACKS, Plan, run, session_of
 from robotskin.apps.grasp.shares import equilibrium_shares
 from robotskin.apps.grasp.states import TABLE, State
 from robotskin.calibration.force_sensors import shares
@@ -232,7 +232,7 @@ def test_fingers_go_along_with_a_push_from_outside_and_come_back(hand: Hand, see
     posture = np.zeros(robot.joint_count)
     contacts = find_contacts(hand, believed_shape("ball"))
     posture[hand.joints] = contacts.angles
-    pushed = int(generator.choice(np.concatenate(hand.outside)))
+    pushed = int(hand.back[generator.choice(TIPS_WITH_BACKS)][-1])
     force = np.zeros(len(finished(ROBOT).link))
     force[pushed] = 5.0
     inward = -hand.frames(posture, np.array([pushed]))[0, :3, 2]
