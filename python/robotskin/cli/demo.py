@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._cell_time import CellTime
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
 from robotskin.cli._waiting import waiting
 
@@ -80,7 +80,7 @@ def command(
         ),
     ] = "true",
     ideal: Ideal = False,
-    cells_take_time: CellTime = False,
+    ideal_processors: IdealProcessors = False,
 ) -> None:
     """Run a skinned robot: cells, network, UDP, driver and controller are the real ones, links and body simulated.
 

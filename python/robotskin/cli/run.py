@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._cell_time import CellTime
 from robotskin.cli._ideal import Ideal
+from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
 from robotskin.cli._waiting import waiting
 
@@ -103,7 +103,7 @@ def command(
     fleet: Fleet = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
     ideal: Ideal = False,
-    cells_take_time: CellTime = False,
+    ideal_processors: IdealProcessors = False,
 ) -> None:
     """Run a behaviour on a skinned robot: everything between contact and motor command is real, the two ends simulated.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._cell_time import CellTime
+from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._waiting import waiting
 from robotskin.outputs import writable
 
@@ -44,7 +44,7 @@ def command(
         Path | None, typer.Option("--json", help="Write the figures here.", dir_okay=False, callback=writable)
     ] = None,
     list_faults: Annotated[bool, typer.Option("--list-faults", help="Print the kinds of faults and end.")] = False,
-    cells_take_time: CellTime = False,
+    ideal_processors: IdealProcessors = False,
 ) -> None:
     """Run the network of a skin with faults in virtual time, every cell with its own firmware.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robotskin.cli._cell_time import CellTime
+from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Foxglove, tell, told_recorded
 from robotskin.cli._waiting import waiting
 
@@ -46,7 +46,7 @@ def command(
     ] = None,
     foxglove: Foxglove = None,
     port: Annotated[int, typer.Option(help="First port to try, on 127.0.0.1.", min=1, max=65535)] = 8080,
-    cells_take_time: CellTime = False,
+    ideal_processors: IdealProcessors = False,
 ) -> None:
     """Show a robot in its skin in the browser: patches, cables and the living network, until interrupted.
 

@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from robotskin.simulator import Imperfections, Processor
 
 _ideal: ContextVar[bool] = ContextVar("ideal_world", default=False)
-_taking_time: ContextVar[bool] = ContextVar("cells_take_time", default=False)
+_taking_time: ContextVar[bool] = ContextVar("cells_take_time", default=True)
 
 
 @contextmanager
@@ -30,7 +30,8 @@ def ideal_world(on: bool = True) -> Iterator[None]:
 
 @contextmanager
 def cells_take_time(on: bool = True) -> Iterator[None]:
-    """Within it, cells of worlds that are not told otherwise and not ideal have a processor that takes its time."""
+    """Within it, cells of worlds that are not told otherwise and not ideal have a processor, or compute in no time:
+    what `--ideal-processors` asks for."""
     token = _taking_time.set(on)
     try:
         yield
@@ -60,6 +61,8 @@ def default_imperfections() -> Imperfections:
 
 
 def default_processor() -> Processor:
-    """That of cells of a world that is not told otherwise: none, or within `cells_take_time` 48 MHz with one flash wait
-    state."""
+    """That of cells of a world that is not told otherwise: 48 MHz with one flash wait state.
+
+    None in the ideal world, and within `cells_take_time(False)`.
+    """
     return Processor.one_wait_state if _taking_time.get() and not _ideal.get() else Processor.none

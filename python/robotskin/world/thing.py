@@ -56,7 +56,8 @@ class Thing:
     @property
     def position_m(self) -> NDArray[np.float64]:
         """(3,) metres, its origin in the world."""
-        return self.world_from_thing[:3, 3]
+        with self._world._lock:
+            return np.array(self._world.scene.data.xpos[self._body])
 
     @property
     def velocity_m_s(self) -> NDArray[np.float64]:

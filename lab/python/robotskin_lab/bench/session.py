@@ -17,7 +17,7 @@ from robotskin.live.live_session import LiveSession
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, Session
 from robotskin.viewer.page import FRAMES_PER_S, Page
-from robotskin.world.ideal import cells_take_time, ideal_world
+from robotskin.world.ideal import ideal_world
 from robotskin_lab.bench.progress import tell, tell_step
 
 PARTS = ("ideal", "imperfect", "page", "threads")
@@ -62,7 +62,7 @@ def run(
         with ideal_world(True):
             figures |= speed_figures(robot, seed, seconds, threads)
     if "imperfect" in asked:
-        with ideal_world(False), cells_take_time():
+        with ideal_world(False):
             found = speed_figures(robot, seed, seconds, threads)
         figures |= {f"imperfect_{name}": value for name, value in found.items()}
     if "page" in asked:

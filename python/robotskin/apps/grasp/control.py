@@ -89,6 +89,9 @@ class GraspControl:
         """By which slips have made the squeeze stronger."""
         self.carriage = Carriage()
         self._scale = _Scales()
+        self._front = np.zeros((4, len(session.layout)))
+        for finger, cells in enumerate(self.hand.front):
+            self._front[finger, cells] = 1.0
         self._asked_to_release = False
         self._tick = 0
         self._earlier: list[Array] = []
@@ -134,7 +137,7 @@ class GraspControl:
 
     def _look(self) -> None:
         cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
-        force = np.array([cells[front].sum() for front in self.hand.front])
+        force = self._front @ cells
         if self.state is State.OPENING:
             self._tare, self._tares = self._tare + force, self._tares + 1
             force = np.zeros(4)

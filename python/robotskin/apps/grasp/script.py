@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.grasp.carriage import grasp_place
-from robotskin.apps.grasp.control import GraspControl, Method
+from robotskin.apps.grasp.control import PERIODS, GraspControl, Method
 from robotskin.apps.grasp.fingers import FINGERS, FITS, base_from_hand
 from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape, jaws, scene_of
 from robotskin.apps.grasp.states import State
@@ -85,7 +85,11 @@ class Watch:
         self.session, self.control, self.thing = session, control, session.world.thing(name)
         self.start = self.thing.position_m
         self.start_turn = self.thing.world_from_thing[:3, :3]
-        self.front = [session.world_cells[cells] for cells in control.hand.front]
+        self.front = np.zeros((4, len(session.layout)))
+        """(4, N) which cells are on each finger's front, as the world numbers them."""
+        for finger, cells in enumerate(control.hand.front):
+            self.front[finger, session.world_cells[cells]] = 1.0
+        self._tick = 0
         self.touched: NDArray[np.bool_] = np.zeros(4, dtype=bool)
         self.moved_m = float("nan")
         self.largest_n = 0.0
@@ -105,16 +109,19 @@ class Watch:
         return self.in_hand(self.thing.position_m)
 
     def step(self) -> None:
-        """One period of session, controller and watch."""
+        """One period of session and controller; every few periods, a look."""
         self.session.step()
         self.control.step()
         self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
+        self._tick += 1
+        if self._tick % PERIODS:
+            return
         height = float(self.thing.position_m[2])
         self.lowest_m, self.highest_m = min(self.lowest_m, height), max(self.highest_m, height)
         if self.touched.all():
             return
         force = self.session.world.cell_true_force().sum(axis=1)
-        self.touched |= np.array([force[cells].sum() > TRUE_TOUCH_N for cells in self.front])
+        self.touched |= self.front @ force > TRUE_TOUCH_N
         self.largest_n = max(self.largest_n, float(force.max()))
         if self.touched.all():
             self.moved_m = float(np.linalg.norm(self.thing.position_m - self.start))
@@ -126,8 +133,7 @@ class Watch:
 
     def finger_forces_n(self) -> NDArray[np.float64]:
         """(4,) newton, as they are."""
-        force = self.session.world.cell_true_force().sum(axis=1)
-        return np.array([force[cells].sum() for cells in self.front])
+        return np.asarray(self.front @ self.session.world.cell_true_force().sum(axis=1))
 
 
 def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -> dict[str, float]:
