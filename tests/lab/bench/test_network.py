@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from robotskin.layout.network_limits import least_depths
+from robotskin.world.ideal import cells_take_time
 from robotskin_lab.bench import network, network_naive, network_peers, network_runs, network_speed
 from robotskin_lab.bench.network_balance import balance, balance_figures
 from robotskin_lab.bench.network_faults import KINDS, WATCHED_S, Healing, heal, recovery_figures
@@ -97,7 +98,8 @@ def test_uneven_loads_are_explained(kind, ports, which):
 
 @pytest.mark.parametrize("which", [36, 98])
 def test_a_trunk_along_a_border_loses_its_branches_and_is_given_away(which):
-    run = network_runs.settle("sheared_sheet", 3, which)
+    with cells_take_time(False):
+        run = network_runs.settle("sheared_sheet", 3, which)
     assert max(run.loads) <= 67
     assert run.depth <= run.least_depth + 4
 
@@ -196,10 +198,13 @@ def test_a_healing_is_watched_to_its_end(kind: str) -> None:
     ],
 )
 def test_no_single_fault_silences_a_cell_for_more_than_two_samples(kind: str, skin: str, which: int) -> None:
-    healing = heal(kind, skin, which)
-    assert healing.healed
-    assert healing.recovery_ms <= 10
-    assert healing.host_gap_ms <= 12.5
+    for taking_time, late_ms in ((False, 0.5), (True, 2.5)):
+        with cells_take_time(taking_time):
+            healing = heal(kind, skin, which)
+        period_ms = 8 if taking_time and healing.thinned_out else 4
+        assert healing.healed
+        assert healing.recovery_ms <= 10
+        assert healing.host_gap_ms <= 3 * period_ms + late_ms
 
 
 def test_a_rebooting_cell_with_a_cable_takes_it_away_and_no_other_does() -> None:

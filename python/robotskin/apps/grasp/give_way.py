@@ -36,7 +36,7 @@ class GiveWay:
         """(3,) metres by which all pads are shifted."""
 
     def step(self, posture: Array, cell_force: Array, period_s: float) -> bool:
-        """Whether somebody pushes, with (n) rad or m of the robot's joints and (N) newton of all cells."""
+        """Whether something pushes, with (n) rad or m of the robot's joints and (N) newton of all cells."""
         force = cell_force[self._cells]
         if force.sum() < PUSHED_N:
             self._before = None
