@@ -15,7 +15,7 @@ from robotskin.apps.grasp.contacts import Shape, find_contacts, moved_contacts, 
 from robotskin.apps.grasp.control import GraspControl
 from robotskin.apps.grasp.estimate import COVER_M, estimate_centre, nearest_along, rays
 from robotskin.apps.grasp.fingers import Hand, base_from_hand
-from robotskin.apps.grasp.give_way import END_GAIN, LEAST_M, MOST_M, GiveWay
+from robotskin.apps.grasp.give_way import END_GAIN, MOST_M, ROLLING_M, GiveWay
 from robotskin.apps.grasp.levers import CLOSING_NM, MARGIN, Levers
 from robotskin.apps.grasp.scene import HANDLE_M, HINGE_M, ROUND, Trial, believed_shape, scene_of
 from robotskin.apps.grasp.script import TIPS_WITH_BACKS, Plan, run, session_of
@@ -238,11 +238,13 @@ def test_fingers_go_along_with_a_push_from_outside_and_come_back(hand: Hand, see
     inward = -hand.frames(posture, np.array([pushed]))[0, :3, 2]
     far = posture.copy()
     far[hand.joints] += 0.15
-    locked, free = GiveWay(hand), GiveWay(hand)
+    locked, free, handles = GiveWay(hand, round=False), GiveWay(hand, round=True), GiveWay(hand, round=False)
     for tick in range(500):
         assert locked.step(posture, force, 0.004)
         assert free.step(posture if tick == 0 else far, force, 0.004)
-    assert np.linalg.norm(free.shift) == pytest.approx(LEAST_M)
+        assert handles.step(posture if tick == 0 else far, force, 0.004)
+    assert np.linalg.norm(free.shift) == pytest.approx(ROLLING_M)
+    assert np.linalg.norm(handles.shift) < 0.1 * ROLLING_M
     assert locked.shift == pytest.approx(MOST_M * inward)
     angles = contacts.angles
     moved = hand.pads(free.shifted(angles)).place - hand.pads(angles).place

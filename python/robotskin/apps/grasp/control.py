@@ -80,7 +80,7 @@ class GraspControl:
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
         """(4,) newton that each finger's front feels."""
-        self.give_way = GiveWay(self.hand)
+        self.give_way = GiveWay(self.hand, round=not self.shape.flat)
         self.near = np.full(4, np.inf)
         """(4,) metres from each pad, as its cell takes it."""
         self.press = np.zeros(4)
@@ -110,7 +110,7 @@ class GraspControl:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
         self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
-        self.press, self.give_way = np.zeros(4), GiveWay(self.hand)
+        self.press, self.give_way = np.zeros(4), GiveWay(self.hand, round=not self.shape.flat)
         self.contacts = self._believed
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)

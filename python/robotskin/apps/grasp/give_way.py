@@ -13,9 +13,10 @@ Array = NDArray[np.float64]
 PUSHED_N = 0.5
 """On backs and sides together; below it nothing pushes."""
 SPEED_M_S_N = 0.0025
-LEAST_M, MOST_M = 0.003, 0.012
-PUSHED_BY_M = 0.004
-"""All fingers go by `LEAST_M`, and by up to `MOST_M` until the pushed cell has moved so far: a locked grip is stiff."""
+PUSHED_BY_M, MOST_M = 0.004, 0.012
+"""All fingers go, by so much at most, until the pushed cell has moved so far: a locked grip is stiff."""
+ROLLING_M = 0.003
+"""What is round rolls out from between pads that do not go along: they go by so much in any case."""
 RETURN_PER_S = 1.0
 """How fast they come back."""
 END_RAD, END_GAIN = 0.05, 4.0
@@ -25,10 +26,11 @@ REACH_M = 0.01
 
 
 class GiveWay:
-    """Shifts the fingers' references; its figures are of the hand's frame."""
+    """Shifts the fingers' references; figures are of the hand's frame. round: what is held has no handles."""
 
-    def __init__(self, hand: Hand) -> None:
+    def __init__(self, hand: Hand, *, round: bool) -> None:
         self._hand = hand
+        self._least_m = ROLLING_M if round else 0.0
         self._cells = np.concatenate(hand.outside)
         self._before: Array | None = None
         """(c, 3) metres where the cells were when the push began."""
@@ -48,7 +50,7 @@ class GiveWay:
             self._before = place
         strongest = int(np.argmax(force))
         moved = float(np.linalg.norm(place[strongest] - self._before[strongest]))
-        most = max(MOST_M if moved < PUSHED_BY_M else LEAST_M, float(np.linalg.norm(self.shift)))
+        most = max(MOST_M if moved < PUSHED_BY_M else self._least_m, float(np.linalg.norm(self.shift)))
         shift = self.shift - period_s * SPEED_M_S_N * force @ hand_from_cell[:, :3, 2]
         self.shift = shift * min(1.0, most / max(float(np.linalg.norm(shift)), 1e-9))
         return True

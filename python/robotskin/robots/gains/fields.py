@@ -79,6 +79,9 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
             "compliance_m_per_n": Field("1", "how far a cell gives way to a newton, the weights follow", usual=0.003),
             "largest_give_rad_per_n": Field("1", "bound of what a newton may move a joint", usual=0.015),
             "largest_force_weight": _zero("1", "bound where the axes leave no lever", usual=600.0),
+            "largest_force_weight_by_joint": Field(
+                "n", "the same of all cells that a joint moves, where it is larger", open=False, optional=True
+            ),
             "proximity_n": _zero("1", "newton: the touch as which full-scale proximity counts", usual=8.0),
             "force_silent_n": _zero("1", "sum of a cell's three sensors below which nothing acts", usual=0.35),
             "force_full_n": Field("1", usual=0.9),

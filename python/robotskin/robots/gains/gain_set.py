@@ -114,7 +114,8 @@ class GainSet:
         The length is that of the whole motion, since a cell may move aside more than it gives way. A robot that stands
         leans against the touch, which takes the cell back some way: that is part of the motion. A cell whose normal
         passes close by the joint axes could only do so by large turns of the joints; its weight is bounded by
-        `largest_give_rad_per_n` and `largest_force_weight`.
+        `largest_give_rad_per_n` and `largest_force_weight`, of limbs that may give more also by
+        `largest_force_weight_by_joint`.
         """
         gains = self.values["skin"]
         dynamics = self._dynamics(robot, posture)
@@ -130,7 +131,10 @@ class GainSet:
         with np.errstate(divide="ignore", invalid="ignore"):
             total = (np.sqrt(both**2 + square * left) - both) / square
             total = np.minimum(total, gains["largest_give_rad_per_n"] / give)
-        return np.where(give > 1e-9, np.clip(total - 1, 0, gains["largest_force_weight"]), 0.0)
+        moves = np.abs(levers.jacobian).max(axis=1) > 0
+        of_joints = np.array(gains.get("largest_force_weight_by_joint", np.zeros(robot.joint_count)))
+        largest = np.maximum(gains["largest_force_weight"], (moves * of_joints).max(axis=1))
+        return np.where(give > 1e-9, np.clip(total - 1, 0, largest), 0.0)
 
     def hand_force_weight(self, robot: RobotModel) -> float:
         """w_f [Cheng19 eq. 14] of skin Cartesian tasks, for which a newton on any cell moves the hand by that length.

@@ -72,7 +72,11 @@ def made_gains(robot: Robot, home: Array | None = None) -> MadeGains:
         )
     body = Body(robot, home)
     values: dict[str, dict[str, Any]] = {
-        section: {name: _usual(field.kind, field.usual, robot.joint_count) for name, field in fields.items()}
+        section: {
+            name: _usual(field.kind, field.usual, robot.joint_count)
+            for name, field in fields.items()
+            if not (field.optional and field.usual is None)
+        }
         for section, (_, fields) in SECTIONS.items()
     }
     values["posture"]["home"] = np.round(home, 4).tolist()
