@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from turns import turn
+
 if TYPE_CHECKING:
     from playwright import sync_api
 
@@ -32,6 +34,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_report_header(config: pytest.Config) -> str:
     return f"robotskin seed: {config.getoption('--seed')}"
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Outside of the time limit of a test: what it waits for its turn is no time of its own."""
+    with turn(ROOT / "build" / "turns", alone=item.get_closest_marker("real_time") is not None):
+        return (yield)
 
 
 @pytest.fixture

@@ -59,6 +59,7 @@ def commanded(port: UrPort, mode: CommandMode, values, seconds: float) -> JointS
     return state
 
 
+@pytest.mark.real_time
 def test_the_port_keeps_the_contract(port: UrPort) -> None:
     findings = check(port, robot=ROBOT, moves=True)
     # Stamps of a process that is held up by others on a busy machine may be older than the law allows.
@@ -66,6 +67,7 @@ def test_the_port_keeps_the_contract(port: UrPort) -> None:
     assert not broken
 
 
+@pytest.mark.real_time
 def test_torque_reaches_the_arm_beside_its_own_weight(port: UrPort, served: Process) -> None:
     dynamics = RobotDynamics(ROBOT.core)
 
@@ -83,12 +85,14 @@ def test_torque_reaches_the_arm_beside_its_own_weight(port: UrPort, served: Proc
     assert np.abs(moved[1:3]).max() < moved[0]
 
 
+@pytest.mark.real_time
 def test_the_robot_stops_by_itself_when_the_host_falls_silent(port: UrPort, served: Process) -> None:
     commanded(port, CommandMode.velocity, [0.3, 0, 0, 0, 0, 0], 0.3)
     assert until(lambda: abs(served.ask(Look(("arm.velocity",)))[0][0]) < 0.01, 2.0)
     assert port.condition is UrCondition.ready
 
 
+@pytest.mark.real_time
 def test_a_host_that_is_gone_stops_the_robot(served: Process) -> None:
     port = UrPort(ROBOT.core, HOST, within_s=10.0, silent_s=1.0)
     commanded(port, CommandMode.velocity, [-0.3, 0, 0, 0, 0, 0], 0.2)
@@ -96,6 +100,7 @@ def test_a_host_that_is_gone_stops_the_robot(served: Process) -> None:
     assert until(lambda: abs(served.ask(Look(("arm.velocity",)))[0][0]) < 0.01, 2.0)
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("safety", ["protective_stop", "safeguard_stop", "emergency_stop", "fault"])
 def test_a_stop_of_the_controller_refuses_commands_until_it_is_unlocked(port, served, safety: str) -> None:
     served.ask(Asked("trip", (safety,)))
@@ -110,6 +115,7 @@ def test_a_stop_of_the_controller_refuses_commands_until_it_is_unlocked(port, se
     assert np.abs(served.ask(Look(("arm.position",)))[0] - before).max() < 1e-3  # nothing goes on by itself
 
 
+@pytest.mark.real_time
 def test_a_cut_connection_is_made_anew_and_holds_still(port: UrPort, served: Process) -> None:
     commanded(port, CommandMode.velocity, [0.2, 0, 0, 0, 0, 0], 0.2)
     served.ask(Asked("cut"))

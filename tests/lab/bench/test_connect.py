@@ -19,6 +19,7 @@ from robotskin_lab.bench.touch_answer import TouchAnswer, answer, asked_motion, 
 HOST = f"127.91.{os.getpid() // 250 % 250}.{1 + os.getpid() % 250}"
 
 
+@pytest.mark.real_time
 def test_faults_stop_the_robot_and_hang_nothing(seed: int) -> None:
     """Of every kind one: the same calls as of thousands."""
     figures = side_by_side(faults_of, [HOST], seed, len(FAULTS))
@@ -47,6 +48,7 @@ def test_an_arm_that_rested_while_the_bench_was_held_up_did_not_move_on(rested_a
     assert _stop(LateLooked(rested_after), "protective_stop") == told
 
 
+@pytest.mark.real_time
 def test_whatever_is_killed_the_robot_rests_and_works_on_once_that_is_started_again(seed: int) -> None:
     """Port, unit, session and page, each once: the same calls as of thousands."""
     figures = kills_of([HOST], seed, len(KINDS))

@@ -42,6 +42,7 @@ from robotskin_lab.partial_skin import part_of
 ILL_CELL = 5
 
 
+@pytest.mark.real_time
 def test_the_robot_gives_way_and_comes_back_and_stops_with_its_skin(stage: Stage) -> None:
     units = held_units(stage)
     port = made_port(f"ur:{HOST}", ROBOT)
@@ -198,6 +199,7 @@ def test_a_port_of_another_count_of_joints(tmp_path: Path, monkeypatch) -> None:
         made_port("two_joints", ROBOT)
 
 
+@pytest.mark.real_time
 def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatch) -> None:
     looks: list[float] = []
     look = GoalWatch.look
@@ -263,6 +265,7 @@ def test_what_a_page_sees_and_asks_of_a_connected_robot(stage: Stage, monkeypatc
         units.close()
 
 
+@pytest.mark.real_time
 def test_sigterm_stops_the_robot(stage: Stage, tmp_path: Path) -> None:
     with subprocess.Popen(
         command(stage, "--json", "figures.json"), cwd=tmp_path, stdout=subprocess.PIPE, text=True

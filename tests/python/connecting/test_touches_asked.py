@@ -17,6 +17,7 @@ from robotskin.rehearsal import Asked, Look
 from robotskin.robots.gains import gains_of
 
 
+@pytest.mark.real_time
 def test_the_command_asks_for_touches_of_marked_cells_before_anything_moves(stage: Stage, tmp_path: Path) -> None:
     """A wrong touch is named; once the marked cells were touched, the robot is started."""
     cells = marked_cells(stage.layout)
@@ -45,6 +46,7 @@ def test_the_command_asks_for_touches_of_marked_cells_before_anything_moves(stag
     assert text.index("as marked") < text.index("running skin_compliance")
 
 
+@pytest.mark.real_time
 def test_a_page_marks_the_cell_and_the_robot_starts_when_it_was_touched(stage: Stage) -> None:
     units = held_units(stage)
     port = made_port(f"ur:{HOST}", ROBOT)

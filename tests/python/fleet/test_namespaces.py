@@ -26,6 +26,7 @@ def refused() -> str:
     return f"network namespaces are not allowed here: {done.stderr.strip()}" if done.returncode else ""
 
 
+@pytest.mark.real_time
 def test_the_cable_of_a_robot_is_pulled(tmp_path: Path) -> None:
     if reason := refused():
         pytest.skip(reason)

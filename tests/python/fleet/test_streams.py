@@ -30,6 +30,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FleetOfTwo]:
     made.close()
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("way", ["cut", "swallow"])
 def test_nothing_is_lost_over_a_broken_link(fleet: FleetOfTwo, way: str) -> None:
     with ExitStack() as held:

@@ -5,6 +5,8 @@ import os
 import signal
 import time
 
+import pytest
+
 from robotskin.connecting import SectionUnits
 from robotskin.rehearsal import Look, controller
 from robotskin_lab.bench.connect_rig import stage
@@ -14,6 +16,7 @@ PATIENCE_S = 180.0
 HELD_UP_S = 1.0
 
 
+@pytest.mark.real_time
 def test_a_skin_that_was_held_up_becomes_fresh_again(seed: int) -> None:
     with stage(HOST, seed, controller("ur5", HOST)) as (skin, _, worn, keys):
         units = SectionUnits(worn, skin.ask(Look(("addresses",)))[0], keys)

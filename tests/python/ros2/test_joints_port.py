@@ -79,6 +79,7 @@ def speed(arm: Process) -> float:
     return float(np.abs(arm.ask(Look(("arm.velocity",)))[0]).max())
 
 
+@pytest.mark.real_time
 def test_the_port_keeps_every_law(arm: Process) -> None:
     """Each law is kept once at least: a machine that is busy with other tests holds up stamps and commands."""
     broken: set[str] = set()
@@ -96,6 +97,7 @@ def test_the_port_keeps_every_law(arm: Process) -> None:
     raise AssertionError("\n".join(map(str, findings)))
 
 
+@pytest.mark.real_time
 def test_it_stops_when_commands_end_and_when_states_grow_old(arm: Process) -> None:
     port = opened()
     try:
