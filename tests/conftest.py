@@ -36,6 +36,11 @@ def pytest_report_header(config: pytest.Config) -> str:
     return f"robotskin seed: {config.getoption('--seed')}"
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that run alone come first: later ones are long, and would be waited for."""
+    items.sort(key=lambda item: item.get_closest_marker("real_time") is None)
+
+
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     """Outside of the time limit of a test: what it waits for its turn is no time of its own."""

@@ -238,14 +238,19 @@ def test_fingers_go_along_with_a_push_from_outside_and_come_back(hand: Hand, see
     inward = -hand.frames(posture, np.array([pushed]))[0, :3, 2]
     far = posture.copy()
     far[hand.joints] += 0.15
-    locked, free, handles = GiveWay(hand, round=False), GiveWay(hand, round=True), GiveWay(hand, round=False)
+    across = np.cross(inward, [0.3, 0.2, 0.9])
+    across /= np.linalg.norm(across)
+    locked, free, handles = (GiveWay(hand, across=way) for way in (across, None, across))
+    turned = GiveWay(hand, across=inward)
     for tick in range(500):
         assert locked.step(posture, force, 0.004)
         assert free.step(posture if tick == 0 else far, force, 0.004)
         assert handles.step(posture if tick == 0 else far, force, 0.004)
+        assert turned.step(posture, force, 0.004)
     assert np.linalg.norm(free.shift) == pytest.approx(ROLLING_M)
     assert np.linalg.norm(handles.shift) < 0.1 * ROLLING_M
     assert locked.shift == pytest.approx(MOST_M * inward)
+    assert turned.shift == pytest.approx(np.zeros(3), abs=1e-9)
     angles = contacts.angles
     moved = hand.pads(free.shifted(angles)).place - hand.pads(angles).place
     assert (moved @ free.shift > 0).all()

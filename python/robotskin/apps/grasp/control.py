@@ -80,7 +80,7 @@ class GraspControl:
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
         """(4,) newton that each finger's front feels."""
-        self.give_way = GiveWay(self.hand, round=not self.shape.flat)
+        self.give_way = self._new_give_way()
         self.near = np.full(4, np.inf)
         """(4,) metres from each pad, as its cell takes it."""
         self.press = np.zeros(4)
@@ -110,8 +110,9 @@ class GraspControl:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
         self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
-        self.press, self.give_way = np.zeros(4), GiveWay(self.hand, round=not self.shape.flat)
+        self.press = np.zeros(4)
         self.contacts = self._believed
+        self.give_way = self._new_give_way()
         self.centre = self.contacts.centre
         self.paths = plan_paths(self.hand, self.shape, self.contacts)
         self.shares = self._shares()
@@ -304,6 +305,11 @@ class GraspControl:
     def _closed(self, pressed: Array) -> Array:
         """(3,) metres of the fingers' handle along the way in which it closes: the skin is pressed in on it."""
         return np.asarray(pressed[:3] @ self.contacts.outward[3] - self.force[:3] / SKIN_STIFFNESS_N_PER_M)
+
+    def _new_give_way(self) -> GiveWay:
+        """Handles are upright."""
+        across = np.cross(self.contacts.outward[3], [0.0, 0.0, 1.0])
+        return GiveWay(self.hand, across=across / np.linalg.norm(across) if self.shape.flat else None)
 
     def _reached_forces(self) -> bool:
         wanted = self.grip.force_n * self.shares

@@ -26,11 +26,15 @@ REACH_M = 0.01
 
 
 class GiveWay:
-    """Shifts the fingers' references; figures are of the hand's frame. round: what is held has no handles."""
+    """Shifts the fingers' references; figures are of the hand's frame.
 
-    def __init__(self, hand: Hand, *, round: bool) -> None:
+    across: (3,) unit vector across handles, where pads would come off them; None: what is held is round.
+    """
+
+    def __init__(self, hand: Hand, *, across: Array | None) -> None:
         self._hand = hand
-        self._least_m = ROLLING_M if round else 0.0
+        self._least_m = ROLLING_M if across is None else 0.0
+        self._ways = np.eye(3) if across is None else np.eye(3) - np.outer(across, across)
         self._cells = np.concatenate(hand.outside)
         self._before: Array | None = None
         """(c, 3) metres where the cells were when the push began."""
@@ -51,7 +55,7 @@ class GiveWay:
         strongest = int(np.argmax(force))
         moved = float(np.linalg.norm(place[strongest] - self._before[strongest]))
         most = max(MOST_M if moved < PUSHED_BY_M else self._least_m, float(np.linalg.norm(self.shift)))
-        shift = self.shift - period_s * SPEED_M_S_N * force @ hand_from_cell[:, :3, 2]
+        shift = self.shift - period_s * SPEED_M_S_N * force @ hand_from_cell[:, :3, 2] @ self._ways
         self.shift = shift * min(1.0, most / max(float(np.linalg.norm(shift)), 1e-9))
         return True
 
