@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stage that the tests of this folder share."""
+"""The stage that the tests of a module share."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from robotskin.rehearsal import Look, controller, skin
 from robotskin_lab.partial_skin import part_of
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def stage(tmp_path_factory) -> Iterator[Stage]:
     folder = tmp_path_factory.mktemp("connect")
     whole = layouts.finished("ur5")
