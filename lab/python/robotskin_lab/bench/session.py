@@ -35,11 +35,11 @@ def run(
 ) -> dict[str, Any]:
     """Run a session of this robot in its whole skin at the clock rate, pushed all the time.
 
-    session_realtime: virtual over real seconds, through UDP on loopback. network_s_per_s, body_s_per_s:
+    session_realtime_CELLS: virtual over real seconds, through UDP on loopback. network_s_per_s, body_s_per_s:
     real seconds that each takes of a virtual one; control_s_per_s, driver_s_per_s: processor time of these;
     processor_s_per_s: of all threads; rest_s_per_s: real time that none of them took.
-    over_before: how many times as fast as in one piece, in runs that take turns. ideal: in the ideal world; imperfect:
-    with all imperfections, and cells that take their time; its figures begin with `imperfect_`.
+    over_before: how many times as fast as in one piece, in runs that take turns. imperfect: with all imperfections, and
+    cells that take their time; ideal: in the ideal world, where the names of the same figures end in `_ideal`.
     page_s_per_s: of drawing for one browser.
     equal_hashes: the same run, to the byte, with one, two and four threads.
 
@@ -58,13 +58,11 @@ def run(
         if part not in PARTS:
             raise UnknownNameError("part", part, PARTS)
     figures: dict[str, Any] = {"cells": float(len(finished(robot))), "threads": float(threads)}
-    if "ideal" in asked:
-        with ideal_world(True):
-            figures |= speed_figures(robot, seed, seconds, threads)
-    if "imperfect" in asked:
-        with ideal_world(False):
-            found = speed_figures(robot, seed, seconds, threads)
-        figures |= {f"imperfect_{name}": value for name, value in found.items()}
+    for part, suffix in (("ideal", "_ideal"), ("imperfect", "")):
+        if part in asked:
+            with ideal_world(part == "ideal"):
+                found = speed_figures(robot, seed, seconds, threads)
+            figures |= {f"{name}{suffix}": value for name, value in found.items()}
     if "page" in asked:
         figures |= page_figures(robot, seed, threads)
     if "threads" in asked:
@@ -128,7 +126,7 @@ def speed_figures(robot: str, seed: int, seconds: float, threads: int) -> dict[s
             tell_step(f"{robot}: {apart.virtual_s / apart.real_s:.2f} times real time")
         before = together.per_second()
         return {
-            "session_realtime": apart.virtual_s / apart.real_s,
+            f"session_realtime_{len(apart.session.layout)}": apart.virtual_s / apart.real_s,
             "before_realtime": together.virtual_s / together.real_s,
             "over_before": together.real_s / apart.real_s,
             **apart.per_second(),
