@@ -4,6 +4,7 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from robotskin.control import BEHAVIOURS
@@ -14,6 +15,7 @@ from robotskin_lab.bench.control import run
 from robotskin_lab.bench.control_chain import without_estimates
 from robotskin_lab.bench.control_peer import PYTHON_VARIABLE
 from robotskin_lab.bench.control_soak import PAIRINGS, soak_figures
+from robotskin_lab.bench.control_ticks import time_figures
 
 
 def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
@@ -22,10 +24,20 @@ def test_times_of_ticks_and_of_the_skin_task(seed: int) -> None:
     assert figures["reference_us"] > 0
     for key in ("talos_tick_nullspace", "talos_tick_hqp", "talos_tick_hqp_limited", "ur5_tick"):
         assert 0 < figures[f"{key}_median_us"] <= figures[f"{key}_p99_us"] <= figures[f"{key}_max_us"]
+        assert figures[f"{key}_wall_median_us"] <= figures[f"{key}_wall_max_us"]
         assert figures[f"{key}_median_ratio"] == pytest.approx(figures[f"{key}_median_us"] / figures["reference_us"])
     assert 0 < figures["skin_task_1260_us"] < figures["skin_task_100000_us"]
     for key in [key for key in figures if key.endswith("_us") and key != "reference_us"]:
         assert f"{key.removesuffix('_us')}_ratio" in figures, "every time stands beside its ratio"
+
+
+def test_a_time_without_wall_in_its_name_is_the_processors(seed: int) -> None:
+    wall_us, processor_us = np.random.default_rng(seed).uniform([[500.0], [10.0]], [[900.0], [90.0]], (2, 300))
+    figures = time_figures("talos_tick_hqp", np.column_stack([wall_us, processor_us]))
+    assert figures["talos_tick_hqp_p99_us"] == pytest.approx(np.percentile(processor_us, 99))
+    assert figures["talos_tick_hqp_max_us"] == processor_us.max()
+    assert figures["talos_tick_hqp_wall_p99_us"] == pytest.approx(np.percentile(wall_us, 99))
+    assert figures["talos_tick_hqp_wall_max_us"] == wall_us.max()
 
 
 def test_the_flat_programme_and_its_peer(seed: int) -> None:

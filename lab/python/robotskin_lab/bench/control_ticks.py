@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """`robotskin bench control`, times: whole ticks, state in and command out, and the skin task in them.
 
-A microsecond depends on the machine and on what else runs there, so each time stands beside its ratio to one kernel of
-the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`), and beside the processor's own time of
-the thread, which waiting for others does not stretch. The same ticks run twice, and of each the lesser processor time
-counts: their work is equal to the step, so what differs is what the rest of the machine does to its caches.
+Times of ticks are the processor's own of their thread, which waiting for others does not stretch; those on the clock on
+the wall have `_wall` in their names. A microsecond depends on the machine and on what else runs there, so each time
+stands beside its ratio to one kernel of the same run, the update of Talos' dynamics by Pinocchio (`reference_kernel`).
+The same ticks run twice, and of each the lesser processor time counts: their work is equal to the step, so what differs
+is what the rest of the machine does to its caches.
 """
 
 from __future__ import annotations
@@ -164,10 +165,10 @@ class Rig:
 
 
 def time_figures(key: str, times_us: NDArray[np.float64]) -> Figures:
-    """Median, 99 % and worst of times (ticks, 2) on the clock and of the processor."""
+    """Median, 99 % and worst of times (ticks, 2): first those on the clock, `_wall`, then those of the processor."""
     return {
         f"{key}{of}_{name}_us": float(value)
-        for of, times in zip(("", "_processor"), times_us.T, strict=True)
+        for of, times in zip(("_wall", ""), times_us.T, strict=True)
         for name, value in (("median", np.median(times)), ("p99", np.percentile(times, 99)), ("max", times.max()))
     }
 
