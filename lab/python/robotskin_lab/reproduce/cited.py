@@ -48,6 +48,20 @@ def uncited(page: str) -> list[str]:
     return [line for section in _figure_sections(page) if not section.says(UNSTORED) for line in section.uncited()]
 
 
+def uncited_runs(page: str) -> list[str]:
+    """The sentences outside of those sections that say of which runs a figure is, and cite no result.
+
+    So says one that has a seed by number, a median, a worst or processor time beside a figure.
+    """
+    return [
+        sentence
+        for section in _sections(page)
+        if not section.of_figures
+        for sentence in section.sentences()
+        if _OF_RUNS.search(sentence) and _says_a_figure(sentence)
+    ]
+
+
 def unstored(page: str) -> list[str]:
     """The headings in sections called Figures that say that no stored result holds theirs."""
     return [section.heading for section in _figure_sections(page) if section.says(UNSTORED)]
@@ -55,27 +69,43 @@ def unstored(page: str) -> list[str]:
 
 UNSTORED = "No stored result holds these figures"
 _NUMBER = re.compile(r"(?<![\w.(])(?!9[59] %)\d+(?:[.,]\d+| ?(?:%|°|(?:ms|µs|mm|N|s)\b))")
+_OF_RUNS = re.compile(r"\bseeds? \d|\bmedians?\b|\bat worst\b|\bthe worst\b|\bprocessor time\b", re.IGNORECASE)
 _MARK = re.compile(r"<!-- (?:end|mechanisms|results|table: \w+) -->")
 """Around what is made from a file."""
 _CODE = re.compile(r"`[^`]*`")
 
 
+def _says_a_figure(text: str) -> bool:
+    return bool(_NUMBER.search(_CODE.sub("", CITED.sub("", text))))
+
+
 @dataclass
 class _Section:
     heading: str
+    of_figures: bool
     lines: list[str]
 
     def says(self, sentence: str) -> bool:
         return sentence in " ".join(self.lines)
 
     def uncited(self) -> list[str]:
-        return [line for line in self.lines if _NUMBER.search(_CODE.sub("", CITED.sub("", line)))]
+        return [line for line in self.lines if _says_a_figure(line)]
+
+    def sentences(self) -> list[str]:
+        """Of paragraphs, items and rows."""
+        blocks = re.split(r"\n\s*\n|\n(?= *(?:\||- |\d+\. ))", "\n".join(self.lines))
+        return [part for block in blocks for part in re.split(r"(?<=[.!?:])\s", block.replace("\n", " "))]
 
 
 def _figure_sections(page: str) -> Iterator[_Section]:
-    """Each heading within Figures with its own lines, without code blocks and tables that are made from files."""
+    """Each heading within Figures with its own lines."""
+    return (section for section in _sections(page) if section.of_figures)
+
+
+def _sections(page: str) -> Iterator[_Section]:
+    """Each heading with its own lines, without code blocks and tables that are made from files."""
     figures_level, fenced, made = 0, False, False
-    section = _Section("", [])
+    section = _Section("", False, [])
     for line in page.splitlines():
         if line.startswith("```"):
             fenced = not fenced
@@ -84,15 +114,13 @@ def _figure_sections(page: str) -> Iterator[_Section]:
         elif fenced or made or line.startswith("    "):
             continue
         elif line.startswith("#"):
-            if figures_level:
-                yield section
+            yield section
             level = len(line) - len(line.lstrip("#"))
             if figures_level and level <= figures_level:
                 figures_level = 0
             if line.strip("# ").lower().startswith("figures"):
                 figures_level = level
-            section = _Section(line.strip("# "), [])
+            section = _Section(line.strip("# "), figures_level > 0, [])
         else:
             section.lines.append(line)
-    if figures_level:
-        yield section
+    yield section
