@@ -3,6 +3,7 @@
 
 import os
 import pty
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,16 @@ from typer.testing import CliRunner
 
 from robotskin.apps.feet.contact import Felt, FootContact, State
 from robotskin.apps.feet.exoskeleton import REGIONS, Region, robot, skin
+from robotskin.apps.feet.expected_duty import ExpectedDuty
 from robotskin.apps.feet.gait import Gait
-from robotskin.apps.feet.script import bounds, figures_of, walk
-from robotskin.apps.feet.settings import FILE, Settings, read_settings
+from robotskin.apps.feet.script import bounds, expected_duty, figures_of, walk
+from robotskin.apps.feet.settings import FILE, Settings, Vibration, read_settings
 from robotskin.apps.feet.vibration import Calibration, SerialVibrators, SimulatedVibrators, duty_of
 from robotskin.apps.feet.walk import FeelingFeet
 from robotskin.cli import main
 from robotskin.errors import InputError
 from robotskin.figures import broken
+from robotskin.skin import Health, SkinState
 
 PERIOD_S = 0.004
 REST = np.tile([0.0, 0.0, -9.81], (7, 1))
@@ -65,7 +68,7 @@ def test_every_sole_has_three_front_two_centre_two_back_cells_on_joined_hinges()
 def test_a_walk_is_told_step_by_step(seed: int, settings: Settings) -> None:
     gait = Gait(seed, 6)
     feet = FeelingFeet(gait, settings, seed)
-    figures = figures_of(feet, walk(feet, gait.ends_s), gait.steps)
+    figures = figures_of(feet, walk(feet, gait.ends_s, expected_duty(feet)), gait.steps)
     assert not broken(bounds(), figures), figures
     assert figures["landings"] == 6
     # All cells of both soles are lost: the motors fall silent.
@@ -76,6 +79,51 @@ def test_a_walk_is_told_step_by_step(seed: int, settings: Settings) -> None:
     assert feet.duty.max() == 0
     feet.run_until(feet.time_s + 0.3)
     assert feet.motors.strength.max() < 0.05
+
+
+def late(loads_n: np.ndarray, calibration: Calibration, vibration: Vibration, before: list[np.ndarray]) -> np.ndarray:
+    """The duty of the sample before; both feet take turns."""
+    before.append(duty_of(loads_n, calibration, vibration))
+    return before[-3] if len(before) > 2 else before[-1]
+
+
+def of_another_weight(loads_n: np.ndarray, calibration: Calibration, vibration: Vibration, _: list) -> np.ndarray:
+    """A tenth too much, such as of a lighter wearer."""
+    return duty_of(1.1 * loads_n, calibration, vibration)
+
+
+@pytest.mark.parametrize("wrong", [late, of_another_weight])
+def test_a_duty_that_does_not_follow_from_the_reading_is_seen(
+    seed: int, settings: Settings, monkeypatch: pytest.MonkeyPatch, wrong: Callable[..., np.ndarray]
+) -> None:
+    gait, before = Gait(seed, 2), []
+    monkeypatch.setattr("robotskin.apps.feet.walk.duty_of", lambda *words: wrong(*words, before))
+    feet = FeelingFeet(gait, settings, seed)
+    figures = figures_of(feet, walk(feet, gait.ends_s, expected_duty(feet)), gait.steps)
+    assert "duty_felt_error" in [bound.figure for bound in broken(bounds(), figures)], figures
+
+
+def test_expected_duties_follow_standstill_zero_and_what_is_heard(seed: int, settings: Settings) -> None:
+    rng = np.random.default_rng(seed)
+    standing, zero = rng.uniform(2.0, 5.0, 14), rng.uniform(0.0, 0.2, 14)
+    expected, felt = ExpectedDuty(settings, (8.0, 10.0), 0.3), SkinState(14)
+    felt.health[:] = Health.alive.value
+
+    def read(now_s: float, force_n: np.ndarray, *, unloaded: bool = False) -> None:
+        felt.stamp_ns[:] = round(1e9 * now_s)
+        felt.normal_force[:] = (force_n + zero)[:, None] / 3
+        expected.read(now_s, round(1e9 * now_s), felt, np.full(2, unloaded), taring=False)
+
+    for now in np.arange(1, 2000) * PERIOD_S:
+        read(float(now), np.zeros(14), unloaded=True)
+    read(9.0, standing)
+    vibration = settings.vibration
+    read(11.0, 2 * standing)
+    wanted = (2 - vibration.silent_share) / (vibration.full_share - vibration.silent_share)
+    np.testing.assert_allclose(expected.duty(1), wanted, atol=1e-3)
+    felt.stamp_ns[np.flatnonzero(REGIONS == Region.BACK)] -= round(1.1e9 * vibration.lost_s)
+    expected.read(11.0, round(11e9), felt, np.zeros(2, dtype=bool), taring=False)
+    np.testing.assert_allclose(expected.duty(0), [wanted, wanted, 0.0], atol=1e-3)
 
 
 def test_toes_alone_for_a_moment_are_a_scuff_and_for_longer_a_landing(settings: Settings, seed: int) -> None:

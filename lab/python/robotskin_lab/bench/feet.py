@@ -10,7 +10,7 @@ import numpy as np
 
 from robotskin.apps.feet.exoskeleton import REGIONS
 from robotskin.apps.feet.gait import Gait
-from robotskin.apps.feet.script import figures_of, walk
+from robotskin.apps.feet.script import expected_duty, figures_of, walk
 from robotskin.apps.feet.settings import read_settings
 from robotskin.apps.feet.walk import FeelingFeet
 from robotskin_lab.bench.count import Count
@@ -49,12 +49,17 @@ def run(*, seed: int = 1, seeds: Count = 1, steps: Count = 500) -> dict[str, Any
 def _figures(seed: int, steps: int) -> dict[str, float]:
     gait = Gait(seed, 2 * steps)
     feet = FeelingFeet(gait, read_settings(), seed)
-    sound = walk(feet, gait.steps[steps].lifts_s - SETTLES_S, lambda text: tell_step(f"feet: seed {seed}, {text}"))
+    expected = expected_duty(feet)
+
+    def progress(text: str) -> None:
+        tell_step(f"feet: seed {seed}, {text}")
+
+    sound = walk(feet, gait.steps[steps].lifts_s - SETTLES_S, expected, progress)
     figures = figures_of(feet, sound, gait.steps[:steps])
     draw = np.random.default_rng([seed, 5])
     for foot in range(2):
         feet.world.network.kill(7 * foot + int(draw.integers(len(REGIONS))))
-    worn = walk(feet, gait.ends_s, lambda text: tell_step(f"feet: seed {seed}, {text}"))
+    worn = walk(feet, gait.ends_s, expected, progress)
     figures |= {f"worn_{name}": value for name, value in figures_of(feet, worn, gait.steps[steps:]).items()}
     return figures | _lost(feet)
 

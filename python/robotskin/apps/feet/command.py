@@ -40,7 +40,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.feet.gait import Gait
-    from robotskin.apps.feet.script import bounds, figures_of, walk
+    from robotskin.apps.feet.script import bounds, expected_duty, figures_of, walk
     from robotskin.apps.feet.settings import read_settings
     from robotskin.apps.feet.vibration import SerialVibrators
     from robotskin.apps.feet.walk import FeelingFeet
@@ -58,7 +58,7 @@ def command(
             return
         feet = FeelingFeet(Gait(seed, steps, weight), chosen, seed, line)
         with console.status("walks") as status:
-            walked = walk(feet, feet.gait.ends_s, status.update)
+            walked = walk(feet, feet.gait.ends_s, expected_duty(feet), status.update)
     finally:
         if line is not None:
             line.close()

@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.feet.contact import State
+from robotskin.apps.feet.exoskeleton import Region
+from robotskin.apps.feet.expected_duty import ExpectedDuty, duty_of_share
 from robotskin.apps.feet.gait import Step
 from robotskin.apps.feet.truth import TrueLoad
-from robotskin.apps.feet.vibration import duty_of
-from robotskin.apps.feet.walk import PERIOD_S, FeelingFeet
+from robotskin.apps.feet.vibration import Calibration
+from robotskin.apps.feet.walk import CALIBRATES_S, PERIOD_S, FeelingFeet
 from robotskin.figures import Bound
 
 Array = NDArray[np.float64]
@@ -39,7 +41,9 @@ class Walked:
     load_n: list[Array] = field(default_factory=list)
     """Each (2, 3), of the regions of both feet."""
     true_error: list[float] = field(default_factory=list)
+    """Of the duty of each region of a foot that stands."""
     felt_error: list[float] = field(default_factory=list)
+    """The largest of the three motors, each time that they were told."""
 
 
 def bounds() -> list[Bound]:
@@ -51,38 +55,46 @@ def bounds() -> list[Bound]:
         Bound("latency_ms_p99", most=60.0),
         Bound("announced_share", least=0.9),
         Bound("duty_error", most=0.15),
+        Bound("duty_felt_error", most=0.02),
     ]
 
 
-def walk(feet: FeelingFeet, until_s: float, progress: Progress = lambda _text: None) -> Walked:
-    """Walk until a time, and take down what is true."""
+def expected_duty(feet: FeelingFeet) -> ExpectedDuty:
+    """Of these feet; to be made before they walk."""
+    return ExpectedDuty(feet.settings, CALIBRATES_S, Calibration.LEAST_FELT_N)
+
+
+def walk(feet: FeelingFeet, until_s: float, expected: ExpectedDuty, progress: Progress = lambda _text: None) -> Walked:
+    """Walk until a time, and take down what is true, and what the motors ought to be told."""
     truth, walked = TrueLoad(feet.world), Walked()
     while feet.time_s < until_s - PERIOD_S / 2:
         feet.step()
+        load_n = truth.now()
+        expected.read(feet.time_s, feet.world.now_ns, feet.felt, load_n.sum(axis=1) == 0, feet.reader.taring)
         walked.time_s.append(feet.time_s)
-        walked.load_n.append(truth.now())
+        walked.load_n.append(load_n)
         walked.strongest_n.append([float(contact.force_n.max()) for contact in feet.contacts])
-        _compare(feet, walked)
+        _compare(feet, walked, expected)
         if len(walked.time_s) % 2500 == 0:
             progress(f"{feet.time_s:.0f} s of {until_s:.0f} s")
     return walked
 
 
-def _compare(feet: FeelingFeet, walked: Walked) -> None:
-    """Duties of feet that stand against the true load, and against what was felt when they were set."""
+def _compare(feet: FeelingFeet, walked: Walked, expected: ExpectedDuty) -> None:
+    """Duties of feet that stand against the true load, and those that reach the motors against what is felt."""
     if feet.calibration is None:
         return
-    vibration, region_n = feet.settings.vibration, feet.calibration.region_n
+    region_n = feet.gait.weight_n / (2 * len(Region))
+    stands = [contact.state is State.STANDS for contact in feet.contacts]
     for foot, contact in enumerate(feet.contacts):
-        if contact.state is not State.STANDS or contact.since_s > feet.duty_set_s:
+        if not stands[foot] or contact.since_s > feet.duty_set_s:
             continue
         known = np.isfinite(feet.loads_n[foot])
-        true = duty_of(walked.load_n[-1][foot], feet.calibration, vibration)
+        true = duty_of_share(walked.load_n[-1][foot] / region_n, feet.settings.vibration)
         walked.true_error += np.abs(feet.duty[foot] - true)[known].tolist()
-        share = (feet.loads_n[foot] / region_n - vibration.silent_share) / (
-            vibration.full_share - vibration.silent_share
-        )
-        walked.felt_error.append(float(np.abs(feet.duty[foot] - np.clip(share, 0, 1))[known].max(initial=0.0)))
+    if feet.duty_set_s == feet.time_s:
+        wanted = np.max([stands[foot] * expected.duty(foot) for foot in (0, 1)], axis=0)
+        walked.felt_error.append(float(np.abs(feet.motors.duty - wanted).max()))
 
 
 def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str, float]:
@@ -92,7 +104,8 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
     `scuffs_reported_share`, scuffs told as landings; `latency_ms_median` and `latency_ms_p99` of those detected;
     `announced_share`, told at least 50 ms ahead; `lift_off_ms_median`, after the true one; `duty_error` and
     `duty_error_p95`, mean and 95 % of the differences between a duty and that of the true load, while a foot stands;
-    `duty_felt_error`, the largest deviation of a duty from proportional to the felt load.
+    `duty_felt_error`, the largest difference between a duty that a motor is told and the one that follows from what
+    the skin reads at that moment, computed apart (`expected_duty.py`).
     """
     time = np.array(walked.time_s)
     total = np.array(walked.load_n).sum(axis=2)

@@ -90,21 +90,22 @@ class SimulatedVibrators:
     def __init__(self) -> None:
         self.strength = np.zeros(len(Region))
         """(3,) what the wearer feels, 1: full speed."""
-        self._duty = np.zeros(len(Region))
+        self.duty = np.zeros(len(Region))
+        """(3,) as told last; 0 once nothing was told for long."""
         self._told_s = -np.inf
         self._now_s = 0.0
 
     def set_duty(self, duty: Array) -> None:
         """(3,) 0 to 1."""
-        self._duty = np.array(duty)
+        self.duty = np.array(duty)
         self._told_s = self._now_s
 
     def step(self, now_s: float) -> None:
         """Let time pass until `now_s`."""
         seconds, self._now_s = now_s - self._now_s, now_s
         if now_s - self._told_s > self.WATCHDOG_S:
-            self._duty = np.zeros(len(Region))
-        goal = np.where(self._duty > self.DEAD_DUTY, self._duty, 0.0)
+            self.duty = np.zeros(len(Region))
+        goal = np.where(self.duty > self.DEAD_DUTY, self.duty, 0.0)
         settles = np.where(goal > self.strength, self.START_S, self.STOP_S)
         self.strength += np.minimum(seconds / settles, 1.0) * (goal - self.strength)
 
