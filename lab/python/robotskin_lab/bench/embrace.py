@@ -22,8 +22,18 @@ KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "
 """Of each part; the figures of the other parts have its name before theirs."""
 
 
-def run(*, seed: int = 1, parts: str = "hug,stiff,grasp,open_loop,masked", objects: Count = 6) -> dict[str, Any]:
-    """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn `objects`.
+def run(
+    *,
+    seed: int = 1,
+    parts: str = "hug,stiff,grasp,open_loop,masked",
+    objects: Count = 6,
+    objects_beside: Count = 6,
+    seeds: Count = 1,
+) -> dict[str, Any]:
+    """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn things.
+
+    Of each of `seeds` seeds, from `seed` on, `objects` things by the skin and `objects_beside` in each other way: what
+    is told of a way is pooled over them. Hugs are of the first seed alone.
 
     hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large
     things, by the skin, on a fixed base. open_loop: the same things on the path of one of 0.35 m. masked: with all
@@ -39,7 +49,8 @@ def run(*, seed: int = 1, parts: str = "hug,stiff,grasp,open_loop,masked", objec
     figures: dict[str, Any] = {"person_depth_mm": 1e3 * person.depth_m, "person_n_per_m": person.stiffness_n_per_m}
     began = time.process_time()
     for part in [one for one in wanted if one in WAYS]:
-        found = grasp_figures(part, seed, objects)
+        things = objects if part == "grasp" else objects_beside
+        found = grasp_figures(part, range(seed, seed + seeds), things)
         figures |= found if part == "grasp" else {f"{part}_{name}": value for name, value in found.items()}
     for part in [one for one in wanted if one in HUGS]:
         tell_step(f"{part}: a person {1e3 * person.depth_m:.0f} mm deep")

@@ -33,34 +33,28 @@ WAYS = {
 }
 
 
-def grasp_figures(way: str, seed: int, objects: int) -> dict[str, float]:
-    """Take so many drawn things, each in a world of its own; figures are pooled.
+def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
+    """Take so many things drawn with each seed, each in a world of its own; figures are pooled over all.
 
-    success_share; peak_arm_n: of the arm that presses harder, which 95 % of grasps stay below; peak_cell_n: the largest
-    of all; opened_share: grasps that left the state open; false_transition_share: of all changes of state, those for
-    which nothing that truly touched gave a reason; failed: by what ended them.
+    objects: in all; success_share; peak_arm_n: of the arm that presses harder, which 95 % of grasps stay below;
+    peak_cell_n: the largest of all; opened_share: grasps that left the state open; false_transition_share: of all
+    changes of state, those for which nothing that truly touched gave a reason; failed: by what ended them.
     """
-    how = WAYS[way]
-    generator = np.random.default_rng([seed, *GRASP])
     found: list[dict[str, float]] = []
     failed: Counter[str] = Counter()
-    for number in range(objects):
-        large = Large.drawn(generator)
-        tell_step(f"{way}, thing {number + 1} of {objects}: {large.kind}, {1e3 * large.width_m:.0f} mm")
-        session = grasp_session_of(large, 1000 * seed + number, standing=how.standing)
-        try:
-            session.boot()
-            if how.masked:
-                session.leave_out(range(len(session.layout)))
-            found.append(run_grasp(session, large, reactive=how.reactive))
-        finally:
-            session.shut_down()
-        if why := why_failed(found[-1]):
-            failed[why] += 1
+    for seed in seeds:
+        generator = np.random.default_rng([seed, *GRASP])
+        for number in range(objects):
+            large = Large.drawn(generator)
+            told = f"thing {number + 1} of {objects}: {large.kind}, {1e3 * large.width_m:.0f} mm"
+            tell_step(f"{way}, seed {seed}, {told}")
+            found.append(_one(WAYS[way], large, 1000 * seed + number))
+            if why := why_failed(found[-1]):
+                failed[why] += 1
     column = {name: np.array([one[name] for one in found]) for name in found[0]}
     transitions = float(column["transitions"].sum())
     return {
-        "objects": float(objects),
+        "objects": float(len(found)),
         "success_share": float(column["success"].mean()),
         "peak_arm_n": float(np.percentile(column["peak_arm_n"], 95)),
         "peak_cell_n": float(column["peak_cell_n"].max()),
@@ -71,3 +65,15 @@ def grasp_figures(way: str, seed: int, objects: int) -> dict[str, float]:
         "transitions": transitions,
         **{f"failed_{why.replace(',', '').replace(' ', '_')}": float(count) for why, count in sorted(failed.items())},
     }
+
+
+def _one(how: Way, large: Large, seed: int) -> dict[str, float]:
+    """The figures of one grasp."""
+    session = grasp_session_of(large, seed, standing=how.standing)
+    try:
+        session.boot()
+        if how.masked:
+            session.leave_out(range(len(session.layout)))
+        return run_grasp(session, large, reactive=how.reactive)
+    finally:
+        session.shut_down()
