@@ -2,14 +2,17 @@
 """What pages say of our figures is what kept results say."""
 
 import dataclasses
+import importlib
+import inspect
 from pathlib import Path
 
 import pytest
 
 from robotskin.errors import UnknownNameError
+from robotskin_lab.bench import balance
 from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import cited, table
-from robotskin_lab.reproduce.catalogue import Row
+from robotskin_lab.reproduce.catalogue import Row, Run
 from robotskin_lab.reproduce.result import TREE, Result, ResultError, is_old, kept, load, objects_now
 
 CATALOGUE = catalogues.read()
@@ -42,6 +45,30 @@ def test_every_kept_result_is_of_a_run_of_the_catalogue_and_names_its_paths() ->
 def test_what_a_run_measures_is_there() -> None:
     missing = [path for run in CATALOGUE.runs.values() for path in run.measures if not (TREE / path).exists()]
     assert not missing
+
+
+@pytest.mark.parametrize("run", CATALOGUE.runs.values(), ids=lambda run: run.name)
+def test_the_commands_of_a_run_are_ones_that_its_bench_takes(run: Run) -> None:
+    for words in (run.arguments(quick=False), run.arguments(quick=True)):
+        if words[0] != "bench":
+            continue
+        bench = importlib.import_module(f"robotskin_lab.bench.{words[1]}")
+        options = {word.removeprefix("--").replace("-", "_") for word in words if word.startswith("--")}
+        assert options <= set(inspect.signature(bench.run).parameters)
+        known = getattr(bench, "PARTS", "")
+        if "--parts" in words and isinstance(known, tuple):  # some have a default there, and parts beyond it
+            assert set(words[words.index("--parts") + 1].split(",")) <= set(known)
+
+
+def test_every_part_of_the_bench_of_balance_is_in_a_run_that_is_kept() -> None:
+    asked = set()
+    for run in CATALOGUE.runs.values():
+        words = run.arguments(quick=False)
+        if words[:2] == ["bench", "balance"]:
+            default = inspect.signature(balance.run).parameters["parts"].default
+            parts = words[words.index("--parts") + 1] if "--parts" in words else default
+            asked |= set(parts.split(","))
+    assert asked == set(balance.PARTS)
 
 
 def test_of_several_seeds_the_worst_counts(tmp_path: Path) -> None:

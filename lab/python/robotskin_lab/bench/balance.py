@@ -14,7 +14,7 @@ from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
-from robotskin_lab.bench.balance_soles import SolePort
+from robotskin_lab.bench.balance_soles import SHARE, SolePort
 from robotskin_lab.bench.balance_touches import inner_cells, palm_figures, three_figures, touch_figures
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
@@ -226,8 +226,11 @@ def largest_stood(
 
 
 def sole_figures(seed: int) -> dict[str, float]:
-    """How far the zero-moment point of the soles' cells is off, 95 % of the time, while slow pushes sway the robot."""
-    figures = {}
+    """How far the zero-moment point of the soles' cells is off, 95 % of the time, while slow pushes sway the robot.
+
+    sole_load_share: of a foot's load, what its cells carry.
+    """
+    figures = {"sole_load_share": SHARE}
     for name, cells in (("zmp", LAWS["soles"].sole_cells), ("tiled_zmp", TILED_CELLS)):
         errors: list[float] = []
         for sign in (1.0, -1.0):
