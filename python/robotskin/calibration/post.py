@@ -12,6 +12,7 @@ from robotskin.layout import Layout
 from robotskin.model import RobotDynamics
 from robotskin.robots import Robot
 from robotskin.robots.free_space import FreeSpace
+from robotskin.robots.gains import gains_of
 
 LEAST_LEVER_NM_PER_N = 0.1
 """Of the joint that feels most: less is lost in the noise of the torques."""
@@ -64,7 +65,8 @@ def postures_at_post(
     The first joint turns about the base's axis, so what counts is how far a cell is from that axis; the joint turns it
     to the post. Postures in which links or other cells meet the post, the floor or each other are left out.
     """
-    draw, space = np.random.default_rng([seed, 41]), FreeSpace(robot, floor_m=0.0)
+    draw = np.random.default_rng([seed, 41])
+    space = FreeSpace(robot, floor_m=0.0, home=gains_of(robot).home)
     levers = Levers(robot, layout)
     best: dict[int, tuple[float, AtPost]] = {}
     for _ in range(draws):

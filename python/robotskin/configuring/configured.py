@@ -167,7 +167,7 @@ def configured(robot: Robot, layout: Layout, seed: int = 1, progress: Progress |
     """
     tell = progress or (lambda _what, _share: None)
     tell("planning", 0.0)
-    space, random = FreeSpace(robot), np.random.default_rng(seed)
+    space, random = FreeSpace(robot, home=gains_of(robot).home), np.random.default_rng(seed)
     start = home_posture(robot, space)
     plan = plan_babbling(space, start, random)
     tell("waking the skin", 0.0)

@@ -34,7 +34,7 @@ def watched(
     """
     draw = np.random.default_rng([session.seed, 23])
     watch = HealthWatch(session.layout.skin_model(), session.robot.core, layout=session.layout)
-    space = FreeSpace(session.robot)
+    space = space_of(session)
     next_goal_s, touch_ends_s, next_touch_s = 0.0, np.inf, 3.0
     for tick in range(round(seconds / PERIOD_S)):
         time_s = tick * PERIOD_S
@@ -63,6 +63,11 @@ def look(watch: HealthWatch, session: Session) -> bool:
     return watch.tick(
         session.world.now_ns, session.skin, joints.position, joints.velocity, session.reader.measured_force
     )
+
+
+def space_of(session: Session) -> FreeSpace:
+    """Where its robot may go. Links that stand close at home, such as the thighs of a humanoid, need only not touch."""
+    return FreeSpace(session.robot, home=np.asarray(session.home))
 
 
 def posture(session: Session, space: FreeSpace, draw: np.random.Generator) -> NDArray[np.float64]:

@@ -9,14 +9,15 @@ import pytest
 from scipy.stats import chi2
 
 from robotskin import robots
-from robotskin.calibration import Calibration, CalibrationError, Known, Presses, ZeroWatch, calibrate
+from robotskin.calibration import Calibration, CalibrationError, Known, Presses, ZeroWatch, calibrate, post
 from robotskin.calibration.force_sensors import OFFSET, PARAMETERS, felt, shown
-from robotskin.calibration.post import AtPost, Levers
+from robotskin.calibration.post import AtPost, Levers, postures_at_post
 from robotskin.calibration.press_files import COLUMNS, read_presses
 from robotskin.calibration.probing import probed
 from robotskin.layout import finished
 from robotskin.record import Recorder, Recording
-from robotskin.robots.gains import robot_with_gains
+from robotskin.robots.free_space import FreeSpace
+from robotskin.robots.gains import gains_of, robot_with_gains
 from robotskin.session import Session
 from robotskin_lab.bench.calibration import TORQUE_NOISE_NM
 from robotskin_lab.bench.calibration_rig import Rig
@@ -211,3 +212,21 @@ def test_a_table_of_presses_is_read_and_a_wrong_one_named(tmp_path: Path) -> Non
         table.write_text(text)
         with pytest.raises(CalibrationError, match=says):
             read_presses(table, ROBOT, LAYOUT)
+
+
+def test_links_that_stand_close_at_home_are_no_reason_to_leave_a_posture_out(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thighs of Talos."""
+    made: list[FreeSpace] = []
+
+    class Told(FreeSpace):
+        def __init__(self, *words: object, **named: object) -> None:
+            super().__init__(*words, **named)  # type: ignore[arg-type]
+            made.append(self)
+
+    monkeypatch.setattr(post, "FreeSpace", Told)
+    talos = robots.load("talos")
+    postures_at_post(talos, finished("talos"), draws=1, seed=seed)
+    made[0].floor_m = None  # it is the floor of a mounted arm: the legs hang below it
+    assert made[0].why_not(gains_of(talos).home) is None

@@ -11,7 +11,6 @@ from robotskin import layout
 from robotskin.health import HealthWatch, work
 from robotskin.health.kinds import Kind
 from robotskin.health.silence import OWN_S
-from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, Session
 from robotskin.simulator import SensorFaultKind
@@ -54,7 +53,7 @@ class ChainRun:
     def __init__(self, session: Session, share: float) -> None:
         self._session, self._share = session, share
         self._draw = np.random.default_rng([session.seed, 67])
-        self._space = FreeSpace(session.robot)
+        self._space = work.space_of(session)
         self._begun_s = session.world.time_s
         self._names = Names()
         self.faults: list[Fault] = []
