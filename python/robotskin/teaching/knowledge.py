@@ -22,10 +22,9 @@ class ClassOf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Activity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Something that is done. measures: the properties of the thing that are known afterwards."""
+    """Something that is done."""
 
     meaning: str
-    measures: tuple[str, ...] = ()
 
 
 class RobotSkills(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

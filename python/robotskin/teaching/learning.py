@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from robotskin.teaching.gripper import TeachingError
-from robotskin.teaching.knowledge import Knowledge
-from robotskin.teaching.plan import FORMAT, Condition, Plan, Step
+from robotskin.teaching.plan import FORMAT, Condition, Plan, Step, measured_by
 from robotskin.teaching.rules import UNKNOWN, entropy
 from robotskin.teaching.signals import Frame
 
@@ -65,7 +64,7 @@ def acts_of(frames: Sequence[Frame], told: Sequence[str], thing_at: str) -> tupl
     return tuple(found)
 
 
-def learn_plan(demonstrations: Sequence[Demonstration], knowledge: Knowledge, taught_with: str) -> Plan:
+def learn_plan(demonstrations: Sequence[Demonstration], taught_with: str) -> Plan:
     """The plan of demonstrations with the same acts, which may differ in the places where things are put.
 
     Raises TeachingError where the acts differ, or nothing measured before tells which way they part.
@@ -91,7 +90,7 @@ def learn_plan(demonstrations: Sequence[Demonstration], knowledge: Knowledge, ta
             steps += _branch(demonstrations, number, ways, known)
         else:
             raise TeachingError(f"step {act.do!r} goes {len(ways)} ways: {', '.join(ways)}; a plan parts in two")
-        known |= set(knowledge.activities[act.do].measures) if act.do in knowledge.activities else set()
+        known |= measured_by(act.do)
     parted = [str(step.when) for step in steps if step.when is not None]
     about = f"handle each {taught_with}" + (f": {parted[0]}?" if parted else "")
     return Plan(format=FORMAT, version=1, about=about, taught_with=taught_with, steps=tuple(steps))

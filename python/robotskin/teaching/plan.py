@@ -22,7 +22,7 @@ FORMAT = "robotskin-plan"
 
 @dataclass(frozen=True)
 class Skill:
-    """What a step needs, and what is known of the thing after it."""
+    """What a step needs, and the property that is known of the thing after it: what the program does, and no file."""
 
     place: bool = False
     held: bool = False
@@ -37,6 +37,11 @@ SKILLS = {
     "release": Skill(held=True),
 }
 """What `Execution` carries out."""
+
+
+def measured_by(activity: str) -> set[str]:
+    """The properties that are known of a thing after an activity; none of one that no robot can carry out."""
+    return {SKILLS[activity].measures} - {""} if activity in SKILLS else set()
 
 
 class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -121,7 +126,7 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                     f"condition {step.when} of {told}: no step before it measures "
                     f"{step.when.property}; measured are: {', '.join(sorted(known)) or 'none'}"
                 )
-            known |= {skill.measures} - {""}
+            known |= measured_by(step.do)
             held = step.do == "take" or (held and step.do != "release")
         if not any(step.do == "take" for step in self.steps):
             raise TeachingError("plan: no step takes the thing; it needs a 'reach' and a 'take'")

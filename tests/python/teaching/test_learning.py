@@ -27,7 +27,7 @@ def test_a_plan_parts_by_what_was_measured_before(seed: int, tmp_path: Path) -> 
             shown(number % 2 == 0, float(value), 0.066 + 0.003 * float(generator.uniform(-1, 1)))
             for number, value in enumerate(stiffness)
         ]
-        plan = learn_plan(sets, load_knowledge(), "orange")
+        plan = learn_plan(sets, "orange")
         first = next(step.when for step in plan.steps if step.when is not None)
         if first.property == "stiffness_n_per_m" and first.above is not None:
             found += 1
@@ -41,15 +41,14 @@ def test_a_plan_parts_by_what_was_measured_before(seed: int, tmp_path: Path) -> 
 
 
 def test_demonstrations_that_nothing_tells_apart_are_refused() -> None:
-    knowledge = load_knowledge()
     parting = [Demonstration((Act("reach", "thing"), Act("put", to)), {}) for to in ("container", "bin")]
     with pytest.raises(TeachingError, match="nothing measured before tells which"):
-        learn_plan(parting, knowledge, "orange")
+        learn_plan(parting, "orange")
     others = [Demonstration((Act(do, "thing"),), {}) for do in ("take", "reach")]
     with pytest.raises(TeachingError, match="demonstration 2 does reach"):
-        learn_plan(others, knowledge, "orange")
+        learn_plan(others, "orange")
     with pytest.raises(TeachingError, match="no demonstration"):
-        learn_plan([], knowledge, "orange")
+        learn_plan([], "orange")
 
 
 def frames_of(runs: list[tuple[float, str]]) -> tuple[list[Frame], list[str]]:

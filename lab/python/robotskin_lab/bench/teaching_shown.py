@@ -40,7 +40,7 @@ def demonstrations(seed: int, count: int) -> tuple[list[Recording], float]:
 def taught_plan(recordings: Sequence[Recording]) -> tuple[Rules, Plan]:
     """What the first `TAUGHT` demonstrations teach."""
     rules = lessons_of(labelled(list(recordings[:TAUGHT]))).rules()
-    return rules, learn_plan([shown_by(one, rules) for one in recordings[:TAUGHT]], load_knowledge(), "orange")
+    return rules, learn_plan([shown_by(one, rules) for one in recordings[:TAUGHT]], "orange")
 
 
 def told(seed: int, unseen_count: int) -> dict[str, float]:
@@ -100,7 +100,7 @@ def found_branches(recordings: Sequence[Recording], rules: Rules, seed: int) -> 
     right = 0
     for number in drawn:
         try:
-            right += branches(learn_plan(sets[number], load_knowledge(), "orange")) == {"stiffness_n_per_m"}
+            right += branches(learn_plan(sets[number], "orange")) == {"stiffness_n_per_m"}
         except RobotskinError as error:
             tell(str(error))
     return right, len(drawn)

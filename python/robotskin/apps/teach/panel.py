@@ -215,7 +215,7 @@ class TeachSteps:
         """Make the plan of all demonstrations; whether they allow one."""
         try:
             if self.shown:
-                self._keep(learn_plan(self.shown, self.teaching.knowledge, self.teaching.kind))
+                self._keep(learn_plan(self.shown, self.teaching.kind))
             else:
                 self.plan = None
         except RobotskinError as error:

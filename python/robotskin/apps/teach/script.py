@@ -123,7 +123,7 @@ def run(teaching: Teaching, seed: int, progress: Progress = lambda _text: None) 
     taught, unseen = recordings[: teaching.demonstrations], recordings[teaching.demonstrations :]
     lessons = lessons_of(labelled(taught))
     rules = lessons.rules()
-    plan = learn_plan([shown_by(one, rules) for one in taught], teaching.knowledge, teaching.kind)
+    plan = learn_plan([shown_by(one, rules) for one in taught], teaching.kind)
     figures = {
         "teach_error_mm": 1e3 * max(max(one.errors_m) for one in recordings),
         "limit_violations": violations,
