@@ -6,7 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from robotskin.control.map_reaction import map_skin_task
 from robotskin.control.self_collision import self_collision_task
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.model import BASE, RobotModel
@@ -94,6 +96,16 @@ class TaskLibrary:
             raise UnknownNameError("task", name, self._makers)
         return self._makers[name](self, gains)
 
+    def map_reaction(
+        self, gains: ChosenGains, compliance_share: float = 1.0, silent: NDArray[np.bool_] | None = None
+    ) -> MapSkinTask:
+        """A reaction to touch by the map; see `map_skin_task`. Raises InputError where there is no map."""
+        if self.skin_map is None:
+            raise InputError(
+                "task map_skin: there is no sensory-motor map: give skin_map (`robotskin configure --map FILE`)"
+            )
+        return map_skin_task(self.robot, self.skin, self.skin_map, gains, compliance_share, silent)
+
     def touch(self, gains: SkinGains) -> TouchWrench:
         """The touch with these gains, one for all tasks that ask for the same: it is computed once a tick."""
         thresholds = (gains.force_silent, gains.force_full, gains.proximity_silent, gains.proximity_full)
@@ -108,35 +120,8 @@ def _skin_filter_hz(gains: ChosenGains) -> float:
     return float(gains.gains.values["skin"]["bandwidth_hz"])
 
 
-MAP_LEVER_M = 0.3
-"""Without a model it is not known how long a cell's lever is; of an arm it is about this."""
-
-
 def _map_skin(own: TaskLibrary, gains: ChosenGains) -> Task:
-    """The map skin task, its weights chosen as those of the model's task are: a newton moves a cell by the same length.
-
-    Of that only the map is used: where its weights turn the joints the most, they turn them by that length over the
-    lever.
-    """
-    if own.skin_map is None:
-        raise InputError(
-            "task map_skin: there is no sensory-motor map: give skin_map (`robotskin configure --map FILE`)"
-        )
-    found = own.skin_map
-    row = {int(key): index for index, key in enumerate(found.cell)}
-    known = np.array([int(key) in row for key in own.skin.key])
-    weight = np.zeros((len(found.posture), len(own.skin), own.robot.joint_count))
-    weight[:, known] = found.weight[:, [row[int(key)] for key in own.skin.key[known]]]
-
-    values = gains.gains.values
-    turn = MAP_LEVER_M * np.abs(weight) / np.array(values["joint"]["stiffness"])
-    turn_of_cell = turn.max(axis=(0, 2))  # (N) rad/N
-    wanted = values["skin"]["compliance_m_per_n"] / MAP_LEVER_M
-    with np.errstate(divide="ignore"):
-        total = np.minimum(wanted, values["skin"]["largest_give_rad_per_n"]) / turn_of_cell
-    force = np.where(turn_of_cell > 0, np.clip(total - 1, 0, values["skin"]["largest_force_weight"]), 0.0)
-    skin = gains.skin_weighted(force)
-    return MapSkinTask(own.robot.joint_count, len(own.skin), skin, found.posture, weight, MAP_LEVER_M)
+    return own.map_reaction(gains)
 
 
 def _require_fit(skin_map: SensoryMotorMap, robot: RobotModel, skin: SkinModel) -> None:

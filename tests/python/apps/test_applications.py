@@ -99,6 +99,9 @@ def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
     [
         (["embrace", "--mass", "2"], "--mass"),
         (["embrace", "--standing"], "--standing"),
+        (["embrace", "--skin-map", __file__], "--skin-map"),
+        (["embrace", "--learn-map", "map.npz"], "--learn-map"),
+        (["embrace", "--grasp", "--standing", "--learn-map", "map.npz"], "--learn-map"),
         (["balance", "--headless", "--push", "3"], "--push"),
     ],
 )

@@ -25,7 +25,7 @@ KEPT = ("hug_active_cells", "hug_cell_max_n", "in_contact", "person_moved_mm", "
 def run(
     *,
     seed: int = 1,
-    parts: str = "hug,stiff,grasp,open_loop,masked",
+    parts: str = "hug,stiff,grasp,by_map,open_loop,masked",
     objects: Count = 6,
     objects_beside: Count = 6,
     seeds: Count = 1,
@@ -36,8 +36,10 @@ def run(
     is told of a way is pooled over them. Hugs are of the first seed alone.
 
     hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large
-    things, by the skin, on a fixed base. open_loop: the same things on the path of one of 0.35 m. masked: with all
-    cells left out. standing: on the robot's own feet.
+    things, by the skin, on a fixed base. by_map: the same things, where touched cells give way by a sensory-motor map
+    that the skin has learnt, in place of the model; `by_map_below_model` is the share of things that it holds less than
+    grasp. no_reaction: they do not give way, and paths alone adapt. open_loop: on the path of a thing of 0.35 m.
+    masked: with all cells left out. standing: on the robot's own feet.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -52,6 +54,8 @@ def run(
         things = objects if part == "grasp" else objects_beside
         found = grasp_figures(part, range(seed, seed + seeds), things)
         figures |= found if part == "grasp" else {f"{part}_{name}": value for name, value in found.items()}
+    if {"grasp", "by_map"} <= set(wanted):
+        figures["by_map_below_model"] = figures["success_share"] - figures["by_map_success_share"]
     for part in [one for one in wanted if one in HUGS]:
         tell_step(f"{part}: a person {1e3 * person.depth_m:.0f} mm deep")
         session = session_of(person, seed)

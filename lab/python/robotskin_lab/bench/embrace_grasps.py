@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotskin.apps.embrace.grasp_map import learn_grasp_map
 from robotskin.apps.embrace.grasp_scene import Large
 from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin_lab.bench.progress import tell_step
 
 GRASP = 18, 2
@@ -18,15 +20,22 @@ GRASP = 18, 2
 
 @dataclass(frozen=True)
 class Way:
-    """A way to grasp. reactive: by the skin; masked: all cells are left out; standing: on the robot's own feet."""
+    """A way to grasp. reactive: by the skin; masked: all cells are left out; standing: on the robot's own feet.
+
+    by_map: touched cells give way by a map that the skin has learnt, instead of by the model; answers: they do so.
+    """
 
     reactive: bool = True
     masked: bool = False
     standing: bool = False
+    by_map: bool = False
+    answers: bool = True
 
 
 WAYS = {
     "grasp": Way(),
+    "by_map": Way(by_map=True),
+    "no_reaction": Way(answers=False),
     "open_loop": Way(reactive=False),
     "masked": Way(masked=True),
     "standing": Way(standing=True),
@@ -42,13 +51,17 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
     """
     found: list[dict[str, float]] = []
     failed: Counter[str] = Counter()
+    how = WAYS[way]
     for seed in seeds:
+        if how.by_map:
+            tell_step(f"{way}, seed {seed}: the skin learns its map")
+        skin_map = learn_grasp_map(seed) if how.by_map else None
         generator = np.random.default_rng([seed, *GRASP])
         for number in range(objects):
             large = Large.drawn(generator)
             told = f"thing {number + 1} of {objects}: {large.kind}, {1e3 * large.width_m:.0f} mm"
             tell_step(f"{way}, seed {seed}, {told}")
-            found.append(_one(WAYS[way], large, 1000 * seed + number))
+            found.append(_one(how, large, 1000 * seed + number, skin_map))
             if why := why_failed(found[-1]):
                 failed[why] += 1
     column = {name: np.array([one[name] for one in found]) for name in found[0]}
@@ -67,13 +80,13 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
     }
 
 
-def _one(how: Way, large: Large, seed: int) -> dict[str, float]:
+def _one(how: Way, large: Large, seed: int, skin_map: SensoryMotorMap | None) -> dict[str, float]:
     """The figures of one grasp."""
-    session = grasp_session_of(large, seed, standing=how.standing)
+    session = grasp_session_of(large, seed, standing=how.standing, skin_map=skin_map)
     try:
         session.boot()
         if how.masked:
             session.leave_out(range(len(session.layout)))
-        return run_grasp(session, large, reactive=how.reactive)
+        return run_grasp(session, large, reactive=how.reactive, answers=how.answers)
     finally:
         session.shut_down()

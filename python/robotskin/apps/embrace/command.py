@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
+from robotskin.outputs import writable
 
 
 def command(
@@ -17,6 +19,16 @@ def command(
     standing: Annotated[bool, typer.Option("--standing", help="With --grasp: on the robot's own feet.")] = False,
     mass: Annotated[
         float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
+    ] = None,
+    skin_map: Annotated[
+        Path | None,
+        typer.Option(
+            "--skin-map", help="With --grasp: touch is answered by this learnt map.", exists=True, dir_okay=False
+        ),
+    ] = None,
+    learn_map: Annotated[
+        Path | None,
+        typer.Option("--learn-map", help="With --grasp: learn the map first, and write it here.", callback=writable),
     ] = None,
     headless: Headless = False,
     seed: Seed = 1,
@@ -32,23 +44,34 @@ def command(
     import numpy as np
     from rich.console import Console
 
-    from robotskin.apps.embrace import grasp_script, script
+    from robotskin.apps.embrace import grasp_map, grasp_script, script
     from robotskin.apps.embrace.grasp_scene import Large
     from robotskin.apps.embrace.scene import Person
     from robotskin.figures import report
+    from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
-    unused = ["--mass"] * (mass is not None) + ["--standing"] * standing
+    for_grasp = {"--mass": mass, "--standing": standing, "--skin-map": skin_map, "--learn-map": learn_map}
+    unused = [name for name, value in for_grasp.items() if value not in (None, False)]
     if unused and not grasp:
         raise typer.BadParameter("is for --grasp", param_hint=", ".join(unused))
+    if learn_map is not None and (standing or skin_map is not None):
+        other = "--skin-map" if skin_map is not None else "--standing"
+        raise typer.BadParameter(f"learns a map on a fixed base; it is not for {other}", param_hint="--learn-map")
     refuse_in_page(headless, context, "json_file")
     console = Console()
     generator = np.random.default_rng([seed, 18])
     person, large = Person.drawn(generator), Large.drawn(generator)
     if mass is not None:
         large = replace(large, mass_kg=mass)
-    with console.status("loading the robot"):
+    with console.status("loading the robot") as status:
+        learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
+        if learn_map is not None:
+            learnt = grasp_map.learn_grasp_map(seed, status.update)
+            learnt.save(learn_map)
         session = (
-            grasp_script.grasp_session_of(large, seed, standing=standing) if grasp else script.session_of(person, seed)
+            grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt)
+            if grasp
+            else script.session_of(person, seed)
         )
     figures: dict[str, float] = {}
     try:
@@ -77,4 +100,5 @@ def command(
         else f"hug of a person {1e3 * person.depth_m:.0f} mm deep"
     )
     title = f"stiff {what}" if stiff else what
-    raise typer.Exit(report(console, title, figures, bounds, seed, json_file, [session.fault_told]))
+    remarks = [session.fault_told] + [f"the map is in {learn_map}"] * (learn_map is not None)
+    raise typer.Exit(report(console, title, figures, bounds, seed, json_file, remarks))

@@ -35,14 +35,21 @@ class GraspControl:
     """Grasps with the arms of a robot in its skin that runs; call `step` after each of its ticks.
 
     reactive: paths adapt to what the skin feels; False: they are gone through as they were taught for a thing of
-    0.35 m.
+    0.35 m. answers: touched cells give way, by the robot's sensory-motor map where it has one; False: the baseline
+    whose paths alone adapt.
     """
 
     def __init__(
-        self, session: SkinnedRobot, hold: Hold = GRASP_HOLD, around: Around | None = None, *, reactive: bool = True
+        self,
+        session: SkinnedRobot,
+        hold: Hold = GRASP_HOLD,
+        around: Around | None = None,
+        *,
+        reactive: bool = True,
+        answers: bool = True,
     ) -> None:
         self.session, self.reactive = session, reactive
-        self.arms = Regulation(session, hold, around or GRASP_AROUND, regulated=reactive)
+        self.arms = Regulation(session, hold, around or GRASP_AROUND, regulated=reactive, answers=answers)
         self.state, self.since_s, self.because = GraspState.OPEN, 0.0, ""
         self.slips = 0
         """How often a slip was felt and answered."""

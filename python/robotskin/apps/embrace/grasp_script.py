@@ -16,6 +16,7 @@ from robotskin.apps.embrace.grasp_watch import GraspWatch
 from robotskin.figures import Bound
 from robotskin.layout import finished
 from robotskin.robots.gains import robot_with_gains
+from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session import PERIOD_S, Session
 
 Progress = Callable[[str], None]
@@ -38,10 +39,15 @@ def grasp_bounds() -> list[Bound]:
     ]
 
 
-def grasp_session_of(large: Large, seed: int, *, standing: bool = False) -> Session:
+def grasp_session_of(
+    large: Large, seed: int, *, standing: bool = False, skin_map: SensoryMotorMap | None = None
+) -> Session:
     """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
-    Raises SceneError, and SessionError for a thing that the arms could not bear.
+    skin_map: by which the arms answer to touch, instead of by the model.
+
+    Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
+    robot or skin.
     """
     ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
     arms = Arms(ready.robot, np.array(ready.gains.home))
@@ -50,20 +56,27 @@ def grasp_session_of(large: Large, seed: int, *, standing: bool = False) -> Sess
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
     scene = grasp_scene_of(large, arms, standing=standing)
     layout = finished(LAYOUT, ready.robot.name)
-    return Session(ready.robot, layout, seed=seed, gains=ready.gains, link="in process", scene=scene)
+    return Session(ready.robot, layout, seed=seed, gains=ready.gains, skin_map=skin_map, link="in process", scene=scene)
 
 
 def run_grasp(
-    session: Session, large: Large, *, reactive: bool = True, progress: Progress = lambda _text: None
+    session: Session,
+    large: Large,
+    *,
+    reactive: bool = True,
+    answers: bool = True,
+    progress: Progress = lambda _text: None,
 ) -> dict[str, float]:
     """Tap, grasp, let the table sink, hold for 3 s, shake; on a session that has booted.
+
+    reactive, answers: of `GraspControl`.
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
     the state open was left; `home`: home was reached; `slips` felt; `transitions`, and `false_transitions` for which
     nothing that truly touched gave a reason; true forces.
     """
-    control = GraspControl(session, reactive=reactive)
+    control = GraspControl(session, reactive=reactive, answers=answers)
     watch = GraspWatch(session, control)
     figures, height = take(watch, large, progress)
     held = not watch.fallen(height)

@@ -66,9 +66,12 @@ class Regulation:
     """What the areas of a robot's skin feel, and the references of its arms; the robot runs.
 
     regulated: the arms answer to the skin; False: they are stiff and go to the end of a path that they were taught.
+    answers: arms that answer do so by the reaction of touched cells, too.
     """
 
-    def __init__(self, session: SkinnedRobot, hold: Hold, around: Around, *, regulated: bool = True) -> None:
+    def __init__(
+        self, session: SkinnedRobot, hold: Hold, around: Around, *, regulated: bool = True, answers: bool = True
+    ) -> None:
         self.session, self.hold, self.regulated = session, hold, regulated
         self.arms = Arms(session.robot, np.array(session.home))
         self.paths = self.arms.plan(around)
@@ -98,7 +101,7 @@ class Regulation:
         self._slow = np.zeros(len(session.layout))
         self._hard_s = 0.0
         self._limits = (session.robot.lower + 1e-6, session.robot.upper - 1e-6)
-        self.task = use_embrace(session, self._allowed, closed, hold.compliance_share, skin=regulated)
+        self.task = use_embrace(session, self._allowed, closed, hold.compliance_share, skin=regulated and answers)
 
     # ---- What it feels ----
 

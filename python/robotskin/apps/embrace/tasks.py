@@ -29,10 +29,12 @@ def use_embrace(
 
     allowed: (N,) cells whose nearness is silent. posture: (n) rad, for which the weights of touch are computed.
     compliance_share: how far the touched places go, over what they do in other behaviours. skin: False leaves the
-    reaction to touch out, for arms that are stiff.
+    reaction to touch out, for arms that are stiff. Where the robot has a sensory-motor map, the reaction is by the map.
     """
 
     def make(library: TaskLibrary, chosen: ChosenGains) -> Task:
+        if library.skin_map is not None:
+            return library.map_reaction(chosen, compliance_share, allowed)
         gains = chosen.gains.skin_gains(library.robot, library.skin, posture)
         gains.force_weight = (compliance_share * np.asarray(gains.force_weight)).tolist()
         gains.proximity_weight = np.where(allowed, 0.0, gains.proximity_weight).tolist()
