@@ -99,7 +99,10 @@ class TaskLibrary:
     def map_reaction(
         self, gains: ChosenGains, compliance_share: float = 1.0, silent: NDArray[np.bool_] | None = None
     ) -> MapSkinTask:
-        """A reaction to touch by the map; see `map_skin_task`. Raises InputError where there is no map."""
+        """A reaction to touch by the map; `silent`: (N,) cells whose nearness is silent. See `map_skin_task`.
+
+        Raises InputError where there is no map.
+        """
         if self.skin_map is None:
             raise InputError(
                 "task map_skin: there is no sensory-motor map: give skin_map (`robotskin configure --map FILE`)"
