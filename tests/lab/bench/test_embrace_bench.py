@@ -19,7 +19,8 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Made:
     """The things for which sessions are made; what stands for a session does nothing."""
     things: Made = []
 
-    def session_of(large: Large, seed: int, *, standing: bool = False) -> SimpleNamespace:
+    def session_of(large: Large, seed: int, *, standing: bool = False, skin_map: object = None) -> SimpleNamespace:
+        assert skin_map is None
         things.append((large, seed, standing))
         idle: Callable[..., None] = lambda *_: None  # noqa: E731
         return SimpleNamespace(boot=idle, shut_down=idle, leave_out=idle, layout=range(74))
