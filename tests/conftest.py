@@ -37,8 +37,14 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that run alone come first: later ones are long, and would be waited for."""
-    items.sort(key=lambda item: item.get_closest_marker("real_time") is None)
+    """Tests that run alone come first, as later ones are long and would be waited for; then those that share a browser."""
+
+    def rank(item: pytest.Item) -> int:
+        if item.get_closest_marker("real_time") is not None:
+            return 0
+        return 1 if "browser" in getattr(item, "fixturenames", ()) else 2
+
+    items.sort(key=rank)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
