@@ -37,7 +37,7 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that run alone come first, as later ones are long and would be waited for; then those that share a browser."""
+    """Tests that run alone come first, as later ones are long and would be waited for; then those in a browser."""
 
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker("real_time") is not None:
