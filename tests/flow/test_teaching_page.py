@@ -37,7 +37,7 @@ def test_the_plan_lights_up_as_it_is_carried_out(browser: "sync_api.Browser", so
         lit.add(int(tree.get_attribute("data-step") or -1))
         return max(lit) >= 2
 
-    wait_for(taken, "the robot does not come to the squeeze")
+    wait_for(taken, "the robot does not come to the squeeze", patience_s=480.0)  # some 20 s of its own time
     assert "▶" in tree.inner_text()
     assert "orange" in tree.inner_text()
     picture(page, "sort")
