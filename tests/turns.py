@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whose turn it is among the processes that run tests: a robot in real time has the machine to itself."""
+"""Turns of the processes that run tests: a robot in real time has the machine to itself."""
 
 import fcntl
 from collections.abc import Iterator

@@ -83,14 +83,15 @@ def test_what_a_host_hears_of_it_is_recorded(seed: int, tmp_path: Path) -> None:
     path = tmp_path / "network.mcap"
     with LiveNetwork(finished("allegro_right_hand"), seed, pace=1.0) as network:
         network.record(load("allegro_right_hand"), path)
-        begun = wait_for(network, lambda reading: reading.time_s > 1.0 and not reading.stranded)
+        heard_s = network.reading().time_s + 1.0  # a busy machine may take long until it records
+        begun = wait_for(network, lambda reading: reading.time_s > heard_s and not reading.stranded)
         network.toggle_cell(30)
         wait_for(network, lambda reading: reading.time_s > begun.time_s + 1.5)
         assert network.host is not None
         assert network.host.recorder.dropped == 0
     recording = Recording(path)
     health = np.array([np.array(frame.skin.health) for frame in recording.frames()])
-    assert (health == int(Health.alive)).any(axis=0).all(), "each cell was heard; on a busy machine not all at once"
+    assert (health == int(Health.alive)).all(axis=1).any()
     fallen = np.flatnonzero(health[-1] != int(Health.alive))
     assert 30 in fallen
     (asked,) = [bytes(message["text"]).decode() for _, message in recording.messages("/operator")]
