@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.model import RobotModel
-from robotskin.robots.gains import ChosenGains
+from robotskin.robots.gains import ChosenGains, give_share
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.skin import SkinModel
 from robotskin.tasks import MapSkinTask
@@ -49,8 +49,5 @@ def map_skin_task(
     with np.errstate(divide="ignore"):
         total = np.minimum(wanted, values["skin"]["largest_give_rad_per_n"]) / turn_of_cell
     force = np.where(turn_of_cell > 0, np.clip(total - 1, 0, values["skin"]["largest_force_weight"]), 0.0)
-    gains = chosen.skin_weighted(force)
-    gains.force_weight = (compliance_share * np.asarray(gains.force_weight)).tolist()
-    if silent is not None:
-        gains.proximity_weight = np.where(silent, 0.0, gains.proximity_weight).tolist()
+    gains = give_share(chosen.skin_weighted(force), compliance_share, silent)
     return MapSkinTask(robot.joint_count, len(skin), gains, found.posture, weight, MAP_LEVER_M)

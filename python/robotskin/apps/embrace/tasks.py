@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.control import FEEDFORWARD, Behaviour, TaskLibrary
-from robotskin.robots.gains import ChosenGains
+from robotskin.robots.gains import ChosenGains, give_share
 from robotskin.session import SkinnedRobot
 from robotskin.tasks import Fusion, JointTask, SkinReactionTask, Task
 
@@ -35,9 +35,7 @@ def use_embrace(
     def make(library: TaskLibrary, chosen: ChosenGains) -> Task:
         if library.skin_map is not None:
             return library.map_reaction(chosen, compliance_share, allowed)
-        gains = chosen.gains.skin_gains(library.robot, library.skin, posture)
-        gains.force_weight = (compliance_share * np.asarray(gains.force_weight)).tolist()
-        gains.proximity_weight = np.where(allowed, 0.0, gains.proximity_weight).tolist()
+        gains = give_share(chosen.gains.skin_gains(library.robot, library.skin, posture), compliance_share, allowed)
         return SkinReactionTask(library.touch(gains), BANDWIDTH_HZ, own_scale=compliance_share)
 
     session.controller.library.add(EMBRACE_SKIN, make)

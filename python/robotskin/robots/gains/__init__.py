@@ -5,6 +5,7 @@ from robotskin.robots.gains.choosing import RobotWithGains, gains_of, robot_with
 from robotskin.robots.gains.gain_file import GainError
 from robotskin.robots.gains.gain_set import ChosenGains, GainSet, robots_with_gains
 from robotskin.robots.gains.made import MadeGains, made_gains
+from robotskin.robots.gains.touch_share import give_share
 
 __all__ = [
     "ChosenGains",
@@ -13,6 +14,7 @@ __all__ = [
     "MadeGains",
     "RobotWithGains",
     "gains_of",
+    "give_share",
     "made_gains",
     "robot_with_gains",
     "robots_with_gains",
