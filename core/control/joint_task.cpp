@@ -84,7 +84,7 @@ bool JointTask::update(const TaskInput& input) noexcept {
   for (std::size_t i = 0; i < joints; ++i) {
     torque_[i] = stiffness_[i] * (reference_[i] - input.position[i]) +
                  damping_[i] * (reference_velocity_[i] - input.velocity[i]);
-    if (asked_[i] > 0 || asked_[joints + i] > 0) rows_[row_count_++ * joints + i] = 1;
+    if (takes_part(i)) rows_[row_count_++ * joints + i] = 1;
   }
   return true;
 }

@@ -42,6 +42,8 @@ class JointTask : public Task {
  protected:
   // Moves reference_ and reference_velocity_ by a period; `fresh` tells that goal_ is a new one.
   virtual void follow(const TaskInput& input, bool fresh) noexcept;
+  // Whether a joint has gains, so that the task moves it.
+  bool takes_part(std::size_t joint) const noexcept { return asked_[joint] > 0 || asked_[joint_count() + joint] > 0; }
 
   std::vector<double> goal_, reference_, reference_velocity_;  // (n)
   std::vector<double> lower_, upper_;                          // (n)

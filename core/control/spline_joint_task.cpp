@@ -25,7 +25,7 @@ void SplineJointTask::follow(const TaskInput& input, bool fresh) noexcept {
   if (fresh) {
     double duration = 0;
     for (std::size_t i = 0; i < joint_count(); ++i)
-      duration = std::max(duration, Quintic::duration_for(goal_[i] - reference_[i], speed_));
+      if (takes_part(i)) duration = std::max(duration, Quintic::duration_for(goal_[i] - reference_[i], speed_));
     for (std::size_t i = 0; i < joint_count(); ++i)
       splines_[i].set(splines_[i].position(time_s_), splines_[i].velocity(time_s_), splines_[i].acceleration(time_s_),
                       goal_[i], duration);

@@ -2,7 +2,16 @@
 """The names of `import robotskin as rs`, and where each is at home: the one list, which `__init__.py` reads."""
 
 from robotskin.configuring.configured import configured
-from robotskin.control import BEHAVIOURS, Behaviour, CartesianGoal, ForceGoal, JointGoal, TaskLibrary, behaviour
+from robotskin.control import (
+    BEHAVIOURS,
+    Behaviour,
+    CartesianGoal,
+    ForceGoal,
+    JointGoal,
+    LimbGoals,
+    TaskLibrary,
+    behaviour,
+)
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.driver import Driver
 from robotskin.errors import RobotskinError
@@ -42,6 +51,7 @@ __all__ = [
     "JointGoal",
     "JointState",
     "Layout",
+    "LimbGoals",
     "PortStatus",
     "PythonTask",
     "Recording",

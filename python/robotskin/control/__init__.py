@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Behaviours of skinned robots: tasks from the core's library, put together by name, and changed while they run."""
 
-from robotskin.control.behaviour import BEHAVIOURS, Behaviour, behaviour
+from robotskin.control.behaviour import BEHAVIOURS, Behaviour, Part, behaviour
 from robotskin.control.controller import Controller
-from robotskin.control.primitive import CartesianGoal, ForceGoal, Goal, JointGoal, Primitive, primitive
+from robotskin.control.goal import CartesianGoal, ForceGoal, Goal, JointGoal, LimbGoals
+from robotskin.control.limb_primitive import limb_primitive
+from robotskin.control.primitive import Primitive, primitive
 from robotskin.control.task_library import TASKS, TaskLibrary, propagated_compliance
 from robotskin.robots.limbs import limbs_of
 from robotskin.tasks import FEEDFORWARD, Fusion, Limb, PropagationGains, PythonTask, Task
@@ -20,12 +22,15 @@ __all__ = [
     "Goal",
     "JointGoal",
     "Limb",
+    "LimbGoals",
+    "Part",
     "Primitive",
     "PropagationGains",
     "PythonTask",
     "Task",
     "TaskLibrary",
     "behaviour",
+    "limb_primitive",
     "limbs_of",
     "primitive",
     "propagated_compliance",

@@ -3,10 +3,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.tasks import FEEDFORWARD, Fusion
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a task of a behaviour acts on where that is not the whole robot, and whose gains it takes."""
+
+    gains: str
+    """A behaviour whose gain set it takes."""
+    joints: tuple[str, ...] = ()
+    """Whose joints a joint task moves, and on whose links a skin task feels; none: all."""
+    link: str = ""
+    """Moved instead of the one that the gain file names."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +36,8 @@ class Behaviour:
     """In one sentence that begins with what the robot does, for people who choose."""
     gains: str = ""
     """The behaviour whose gain set it takes; its own name by default."""
+    parts: Mapping[str, Part] = field(default_factory=dict)
+    """By task, for those that act on a part of the robot. Tasks of one kind are told apart by `kind@part`."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.fusion, Fusion):

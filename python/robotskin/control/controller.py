@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
-from robotskin.control.primitive import Goal, JointGoal, primitive
+from robotskin.control.goal import Goal, JointGoal, LimbGoals
+from robotskin.control.limb_primitive import LIMB_GOALS, limb_primitive
+from robotskin.control.primitive import primitive
 from robotskin.control.task_library import TaskLibrary
 from robotskin.cycle import BodyLimits, GuardReport, SkinSource, TaskCycle
 from robotskin.errors import InputError
 from robotskin.model import CommandMode, JointCommand, JointState, RobotModel
 from robotskin.robots import Robot
-from robotskin.robots.gains import GainSet
+from robotskin.robots.gains import ChosenGains, GainSet
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.skin import SkinModel, SkinState, SkinTorque
 from robotskin.tasks import (
@@ -94,20 +96,27 @@ class Controller:
 
     def go(self, goal: Goal) -> None:
         """Reach a goal: the primitive generator chooses the behaviour. Nothing changes if the goal is refused."""
-        chosen = primitive(goal)
+        if isinstance(goal, LimbGoals):
+            chosen = limb_primitive(goal, self.robot, str(self.gains.values["cartesian"]["link"]))
+        else:
+            chosen = primitive(goal)
         before = (self.behaviour, self.tasks)
-        if chosen.behaviour.name != self.behaviour.name or chosen.behaviour is PRESS:
-            self.behaviour, self.tasks = self._made(self._as_asked(chosen.behaviour), chosen.link)
+        other = chosen.behaviour.name != self.behaviour.name or chosen.behaviour.parts or self.behaviour.parts
+        if other or not chosen.references.keys() <= self.tasks.keys():
+            self.behaviour, self.tasks = self._made(self._as_asked(chosen.behaviour))
         try:
-            force = self.tasks.get("force")
-            if chosen.reference is not None and isinstance(force, ForceTask):
-                force.request_force(chosen.reference)
-            elif chosen.reference is not None:
-                self.set_reference(chosen.reference)
+            for name, reference in chosen.references.items():
+                task = self.tasks[name]
+                if isinstance(task, ForceTask):
+                    task.request_force(reference)
+                elif isinstance(task, CartesianTask | JointTask):
+                    task.request_reference(reference)
         except Exception:
             self.behaviour, self.tasks = before
             raise
         if self.tasks is not before[1]:
+            if not self.takes_skin_computed_torque:
+                self.cycle.request_skin_source(SkinSource.host)
             self.cycle.request_stack(self._entries(), self.behaviour.fusion, quadratic=self._limits)
 
     def set_reference(self, reference: ArrayLike) -> None:
@@ -126,16 +135,23 @@ class Controller:
         for task in followers:
             task.request_reference(values)
 
-    def _made(self, wanted: str | Behaviour, link: str = "") -> tuple[Behaviour, dict[str, Task]]:
+    def _made(self, wanted: str | Behaviour) -> tuple[Behaviour, dict[str, Task]]:
         found = self._as_asked(behaviour(wanted)) if isinstance(wanted, str) else wanted
-        chosen = replace(self.gains.choose(found.gains or found.name), other_link=link)
-        return found, {name: self.library.make(name, chosen) for name in found.tasks}
+        return found, {name: self.library.make(name, self._chosen(found, name)) for name in found.tasks}
+
+    def _chosen(self, made: Behaviour, task: str) -> ChosenGains:
+        """The gains of one of a behaviour's tasks."""
+        part = made.parts.get(task)
+        if part is None:
+            return self.gains.choose(made.gains or made.name)
+        joints = tuple(list(self.robot.joint_names).index(joint) for joint in part.joints)
+        return replace(self.gains.choose(part.gains), other_link=part.link, joints=joints)
 
     def _as_asked(self, named: Behaviour) -> Behaviour:
         """The form that a behaviour by name takes for this controller."""
         if self._fusion is not None and named is not PRESS:
             named = named.with_fusion(self._fusion)
-        if self.library.skin_map is not None and named.name in BEHAVIOURS:
+        if self.library.skin_map is not None and (named.name in BEHAVIOURS or named.name == LIMB_GOALS):
             named = named.with_map()
         if self.library.body is not None:
             named = named.protected()
@@ -183,8 +199,13 @@ class Controller:
 
     @property
     def takes_skin_computed_torque(self) -> bool:
-        """Whether the behaviour has a task that can take the skin's own torque."""
-        return any(isinstance(task, SkinReactionTask) for task in self.tasks.values())
+        """Whether the behaviour has a task that can take the skin's own torque: one that feels all cells."""
+        parts = self.behaviour.parts
+        whole = [name not in parts or not parts[name].joints for name in self.tasks]
+        return any(
+            all_cells and isinstance(task, SkinReactionTask)
+            for all_cells, task in zip(whole, self.tasks.values(), strict=True)
+        )
 
     @property
     def skin_computed_torque_refused(self) -> str:

@@ -91,10 +91,14 @@ class TaskLibrary:
         self._makers[name] = make
 
     def make(self, name: str, gains: ChosenGains) -> Task:
-        """A new task. Raises UnknownNameError, and ModelError or ControlError for gains that do not fit the robot."""
-        if name not in self._makers:
-            raise UnknownNameError("task", name, self._makers)
-        return self._makers[name](self, gains)
+        """A new task, of what stands before the @ in its name.
+
+        Raises UnknownNameError, and ModelError or ControlError for gains that do not fit the robot.
+        """
+        kind = name.partition("@")[0]
+        if kind not in self._makers:
+            raise UnknownNameError("task", kind, self._makers)
+        return self._makers[kind](self, gains)
 
     def map_reaction(
         self, gains: ChosenGains, compliance_share: float = 1.0, silent: NDArray[np.bool_] | None = None

@@ -260,12 +260,17 @@ class ChosenGains:
     share: dict[str, float]
     other_link: str = ""
     """Moved instead of the one that the file names."""
+    joints: tuple[int, ...] = ()
+    """Indices of those that joint tasks move, and on whose links skin tasks feel; none: all."""
 
     @property
     def joint(self) -> JointGains:
         """Of joint tasks."""
-        values, share = self.gains.values["joint"], self.share["joint"]
-        return JointGains(*((share * np.array(values[name])).tolist() for name in ("stiffness", "damping")))
+        values, names = self.gains.values["joint"], ("stiffness", "damping")
+        share = np.full(len(self.gains.home), self.share["joint"])
+        if self.joints:
+            share *= np.isin(np.arange(len(share)), self.joints)
+        return JointGains(*((share * np.array(values[name])).tolist() for name in names))
 
     @property
     def cartesian(self) -> CartesianGains:
@@ -295,11 +300,20 @@ class ChosenGains:
 
     def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin tasks, for the home posture."""
-        return self.skin_weighted(self.gains.force_weights(robot, skin))
+        return self._of_part(robot, skin, self.gains.force_weights(robot, skin))
 
     def hand_skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin Cartesian tasks: every cell moves the hand alike."""
-        return self.skin_weighted(np.full(len(skin), self.gains.hand_force_weight(robot)))
+        return self._of_part(robot, skin, np.full(len(skin), self.gains.hand_force_weight(robot)))
+
+    def _of_part(self, robot: RobotModel, skin: SkinModel, force_weight: NDArray[np.float64]) -> SkinGains:
+        found = self.skin_weighted(force_weight)
+        if self.joints:
+            link_joint = np.array([robot.link_joints[robot.link_index(name)] for name in skin.link_names])
+            felt = np.isin(link_joint[skin.link], self.joints)
+            found.force_weight = (felt * np.array(found.force_weight)).tolist()
+            found.proximity_weight = (felt * np.array(found.proximity_weight)).tolist()
+        return found
 
     def skin_weighted(self, force_weight: NDArray[np.float64]) -> SkinGains:
         """Of tasks of the skin whose force weights (N) for the whole share are these; nearness is weighted alike."""
