@@ -20,6 +20,8 @@ GRASP_ABOVE_M = np.array([0.0, 0.0, 0.0025])
 """How far above the middle of a thing the middle of the pads is: a palm's breadth of room over the thing."""
 UP_M = np.array([0.0, 0.0, 0.10])
 """How far above a thing or place the gripper comes from and goes to."""
+DOWN_M_S, MEETS_N = 0.10, 2.0
+"""How fast a gripper comes down to a thing. A pad that feels more on the way has come upon something: it stops there."""
 SKIN_N_PER_M = 3750.0
 """The skin of both pads where one cell each touches, as specified."""
 
@@ -87,7 +89,9 @@ class Execution:
                 done.why = f"nothing is held any more at step {step.do!r}"
                 return
             if step.do == "reach":
-                yield from self._reach(self._place(step.at))
+                if not (yield from self._reach(self._place(step.at))):
+                    done.why = f"a pad met something on its way down to {step.at}"
+                    return
             elif step.do == "take":
                 if not (yield from take(worker)):
                     done.why = "nothing was held after closing"
@@ -120,11 +124,17 @@ class Execution:
         return self.places[name] + GRASP_ABOVE_M
 
     def _reach(self, place: Array) -> Steps:
+        """Returns whether the gripper is there; else it stopped where a pad met something."""
         worker = self.worker
         yield from worker.open()
         yield from worker.move_to(place + UP_M)
         yield from worker.tare()
-        yield from worker.move_to(place)
+        for _ in worker.move_to(place, DOWN_M_S):
+            if worker.force_n.max() > MEETS_N:
+                worker.stay()
+                return False
+            yield
+        return True
 
     def _put(self, place: Array) -> Steps:
         worker = self.worker

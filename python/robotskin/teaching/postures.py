@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 
 STEPS, DAMPING = 200, 0.01
 NEAR_M = 5e-4
+TO_HOME = 0.1
+"""Of a step, the share of the way to home that an arm of more than six joints goes in what the hand leaves free. Else
+the arm would wander, and a short way of the hand between two postures would swing aside."""
 
 
 class Postures:
@@ -51,14 +54,24 @@ class Postures:
         turn = self._turn @ pose[:3, :3].T
         return 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
 
-    def _step(self, pose: Array, error: Array) -> Array:
-        """Of the arm's joints, by damped least squares, after `_pose` of the posture."""
+    def _part(self, pose: Array) -> Array:
+        """(6, arm's joints) how they move the pads' middle and turn the hand, after `_pose` of the posture."""
         jacobian = np.array(self._dynamics.link_jacobian(self._hand))
         lever = pose[:3, :3] @ self.gripper.hand_from_middle[:3]
         # The point's velocity is that of the link's origin and of its turn.
         jacobian[:3] += np.cross(jacobian[3:].T, lever).T
-        part = jacobian[:, self.gripper.arm]
+        return np.asarray(jacobian[:, self.gripper.arm])
+
+    def _step(self, pose: Array, error: Array) -> Array:
+        """Of the arm's joints, by damped least squares, after `_pose` of the posture."""
+        part = self._part(pose)
         return np.asarray(part.T @ np.linalg.solve(part @ part.T + DAMPING**2 * np.eye(6), error))
+
+    def _step_to_home(self, pose: Array, posture: Array) -> Array:
+        """Of the arm's joints, without moving the hand."""
+        arm = self.gripper.arm
+        way = TO_HOME * (self.home - posture)[arm]
+        return way - self._step(pose, self._part(pose) @ way)
 
     def at(self, place_m: Array, start: Array) -> Array:
         """(n) the posture for a place of the pads' middle; the pads stay as in `start`.
@@ -80,6 +93,8 @@ class Postures:
                 if distance < 1e-5:
                     break
                 step = self._step(pose, error)
+                if len(arm) > 6:
+                    step += self._step_to_home(pose, posture)
                 posture[arm] = np.clip(
                     posture[arm] + np.clip(step, -0.2, 0.2), self.robot.lower[arm], self.robot.upper[arm]
                 )

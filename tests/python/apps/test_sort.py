@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from robotskin.apps.sort.scene import BIN, CONTAINER, PLACES, bench_of, drawn_fruits, drawn_places
-from robotskin.apps.sort.script import Sorting, session_of, usual_plan
+from robotskin.apps.sort.scene import BIN, CONTAINER, PLACES, Bench, bench_of, drawn_fruits, drawn_places
+from robotskin.apps.sort.script import Sorter, Sorting, session_of, usual_plan
 from robotskin.cli import main
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
@@ -19,6 +19,7 @@ from robotskin.robots import load
 from robotskin.teaching.gripper import Gripper, TeachingError
 from robotskin.teaching.knowledge import load_knowledge
 from robotskin.teaching.plan import Condition
+from robotskin_lab.bench.teaching_rig import pads_alone
 
 
 def sorting(**changes: object) -> Sorting:
@@ -96,3 +97,31 @@ def test_every_property_is_scaled_by_its_own_usual_value() -> None:
         scales = sorting(plan=chosen, kind="lemon").scales
         assert scales == {name: pytest.approx(usual("lemon", name) / usual("orange", name))}
     assert set(sorting().scales.values()) == {1.0}
+
+
+class Misled(Bench):
+    """A bench that tells the robot that things are beside where they are."""
+
+    @property
+    def places(self) -> dict[str, np.ndarray]:
+        told = super().places
+        return told | {"thing": told["thing"] + [0.024, 0.0, 0.0]}
+
+
+def test_pads_that_come_down_on_a_fruit_stop_there_and_say_so(seed: int) -> None:
+    fruit = drawn_fruits(np.random.default_rng(seed), load_knowledge(), "orange", 1, 2.0)
+    bench = bench_of(fruit, 0.033)
+    misled = Misled(bench.scene, bench.fruits, bench.origin, bench.usual_radius_m)
+    plan = msgspec.structs.replace(usual_plan(), tries=1)
+    session = session_of(sorting(plan=plan), misled, seed, pads_alone("ur5_gripper"))
+    try:
+        session.boot()
+        sorter = Sorter(session, sorting(plan=plan), misled)
+        (one,) = sorter.sort()
+    finally:
+        session.shut_down()
+    assert one.done.why == "a pad met something on its way down to thing"
+    assert not one.done.finished
+    assert one.peak_n < 10.0
+    assert sorter.running
+    assert session.controller.report.violations == 0

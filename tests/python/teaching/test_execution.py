@@ -25,8 +25,9 @@ def test_after_each_step_is_known_what_its_skill_measures(seed: int, monkeypatch
         return steps
 
     stiffness = float(np.random.default_rng(seed).uniform(3000.0, 12000.0))
-    for name in ("_reach", "_put", "_rise"):
+    for name in ("_put", "_rise"):
         monkeypatch.setattr(Execution, name, does())
+    monkeypatch.setattr(Execution, "_reach", does(True))
     monkeypatch.setattr(execution, "take", does(True))
     monkeypatch.setattr(execution, "let_go", does())
     monkeypatch.setattr(execution, "squeeze", does(SimpleNamespace(stiffness_n_per_m=lambda _: stiffness)))
