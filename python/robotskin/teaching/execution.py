@@ -21,7 +21,7 @@ GRASP_ABOVE_M = np.array([0.0, 0.0, 0.0025])
 UP_M = np.array([0.0, 0.0, 0.10])
 """How far above a thing or place the gripper comes from and goes to."""
 DOWN_M_S, MEETS_N = 0.10, 2.0
-"""How fast a gripper comes down to a thing. A pad that feels more on the way has come upon something: it stops there."""
+"""How fast a gripper comes down to a thing. A pad that feels more on its way has met something: the gripper stops."""
 SKIN_N_PER_M = 3750.0
 """The skin of both pads where one cell each touches, as specified."""
 
