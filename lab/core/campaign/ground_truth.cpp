@@ -11,7 +11,7 @@ using world::WireEnd;
 
 // Three frames of a heartbeat each, on clocks 2 % apart.
 constexpr std::int64_t link_up_ns = 4 * ms;
-constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 102 / 100;
+constexpr std::int64_t longest_quarantine_ns = RS_QUARANTINE_US * us * 102 / 100;
 constexpr std::int64_t zombie_ns =
     RS_STALE_US * us + 2 * RS_STALE_TICKS * RS_TICK_US * us;  // noticed by standing still
 
@@ -120,7 +120,7 @@ void GroundTruth::booted(std::size_t cell) {
     const std::size_t wire = wire_of_cell(cell, port);
     look_at(wire);
     if (far_[wire] != no_wire) look_at(static_cast<std::size_t>(far_[wire]));
-    shake(wire, quarantine_ns + link_up_ns, 0);
+    shake(wire, longest_quarantine_ns + link_up_ns, 0);
   }
   disturb(0, repair_ns());
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t settled_ns = 20 * ms;
 // A cell's clock may run 2 % fast.
-constexpr std::int64_t quarantine_ns = RS_QUARANTINE_US * us * 97 / 100;
+constexpr std::int64_t shortest_quarantine_ns = RS_QUARANTINE_US * us * 97 / 100;
 
 // Alone for so long, a cell forgets; its clock may run 2 % fast.
 constexpr std::int64_t alone_long_ns = RS_ORPHAN_RESET_US * us * 97 / 100;
@@ -145,7 +145,7 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
   if (shadow.parent != before || port != shadow.port) changed_ns_ = now_ns;
   if (!lawless) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
-    if (now_ns - ground_.booted_ns(cell) < quarantine_ns)
+    if (now_ns - ground_.booted_ns(cell) < shortest_quarantine_ns)
       breaks_.add(Invariant::quarantine, now_ns, {cell}, {{"us since boot", (now_ns - ground_.booted_ns(cell)) / us}});
     if (beacon != nullptr && beacon->planted && (before != none || now_ns - shadow.alone_ns < alone_long_ns))
       breaks_.add(Invariant::replayed, now_ns, {cell},

@@ -5,19 +5,12 @@
 #include <bit>
 
 #include "campaign/datagram_frames.hpp"
+#include "campaign/epoch_times.hpp"
 #include "robotskin/timing.h"
 
 namespace robotskin::campaign {
 namespace {
 
-constexpr std::int64_t epoch_ns = std::int64_t{RS_EPOCH_TICKS} * RS_TICK_US * us;
-// The numbers on the wire go round in 256 ms; what comes under one of them so late is another epoch.
-constexpr std::int64_t forgotten_ns = 100 * ms;
-// A sum is on its way for less than an epoch, and waits in a datagram for a millisecond.
-constexpr std::int64_t complete_ns = 2 * epoch_ns;
-// Children that have just changed over are not waited for in their first epoch, nor known to the section unit until
-// the second is over.
-constexpr std::int64_t at_rest_ns = 5 * epoch_ns;
 constexpr unsigned bits_per_joint = 15;
 
 std::size_t share_of(std::size_t cells, std::int32_t limbs) {

@@ -5,15 +5,13 @@
 #include <cmath>
 
 #include "campaign/datagram_frames.hpp"
-#include "robotskin/timing.h"
+#include "campaign/epoch_times.hpp"
 #include "world/random.hpp"
 
 namespace robotskin::campaign {
 namespace {
 
 constexpr std::uint64_t purpose_touch = 43;
-constexpr std::int64_t epoch_ns = std::int64_t{RS_EPOCH_TICKS} * RS_TICK_US * us;
-constexpr std::int64_t forgotten_ns = 100 * ms, complete_ns = 2 * epoch_ns, at_rest_ns = 5 * epoch_ns;
 constexpr std::int64_t agreed_ns = 150 * ms;
 constexpr double force_error = 2e-3, least_force_n = 1e-3;
 constexpr std::int64_t broadcast_epochs = 8;  // a posture is on its way, and stands for its epoch and the next
