@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 LAYOUT = "talos_embrace"
 """Its arms have cells all around; those of the skin that grasps look inward alone, and cannot be pushed to close."""
-SWEEPS = (("before the thing", 0.345, (0.34, 0.275, 0.215)), ("the thing at the chest", 0.25, (0.28, 0.22)))
+SWEEPS = (("before the thing", 0.345, (0.34, 0.26, 0.19)), ("the thing at the chest", 0.25, (0.27, 0.19)))
 """What each shows, metres of its axis before the chest's joint, and of the forearms from it, from open to closed."""
 SHOWN = Around(height_m=-0.01, elbow_below_m=0.02, angle_deg=88.0, open_angle_deg=90.0)
 """How the person wants forearms to lie; what they reach by pushing is nearly that."""
