@@ -101,6 +101,8 @@ def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
         (["embrace", "--standing"], "--standing"),
         (["embrace", "--skin-map", __file__], "--skin-map"),
         (["embrace", "--learn-map", "map.npz"], "--learn-map"),
+        (["embrace", "--taught", __file__], "--taught"),
+        (["embrace", "--grasp", "--teach", "path.toml"], "--teach"),
         (["embrace", "--grasp", "--standing", "--learn-map", "map.npz"], "--learn-map"),
         (["balance", "--headless", "--push", "3"], "--push"),
     ],
@@ -116,6 +118,7 @@ def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str)
     [
         ["grasp", "--touch", "2"],
         ["teach", "--unseen", "3"],
+        ["embrace", "--teach", "path.toml"],
         ["sort", "--json", "found.json"],
         ["propagate", "--wait", "2"],
         ["balance", "--pushes", "2"],

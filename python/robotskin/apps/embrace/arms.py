@@ -120,7 +120,7 @@ class Arms:
                 share = np.clip((radius - _OPENS_FROM_M) / (radius_m[-1] - _OPENS_FROM_M), 0, 1)
                 turn = np.radians(around.angle_deg + share * (around.open_angle_deg - around.angle_deg))
                 begin = table[row - 1, column, :_TURNS_WITH_HAND] if row else angles
-                elbow, wrist = _lies(around, axis, radius, turn)
+                elbow, wrist = forearm_lies(around, axis, radius, turn)
                 angles, error = self._reached(self.origin + elbow, self.origin + wrist, begin, lower, upper)
                 table[row, column, :_TURNS_WITH_HAND] = angles
                 if radius >= _HELD_FROM_M:
@@ -150,7 +150,7 @@ class Arms:
         return np.asarray(found.x), float(np.linalg.norm(found.fun[3:6]) / 10)
 
 
-def _lies(around: Around, axis_m: float, radius_m: float, turn_rad: float) -> tuple[Array, Array]:
+def forearm_lies(around: Around, axis_m: float, radius_m: float, turn_rad: float) -> tuple[Array, Array]:
     """(3,) metres of the left elbow and wrist from the chest's joint; the forearm lies along the tangent."""
     towards = np.array([np.cos(turn_rad), np.sin(turn_rad)])
     middle = np.array([axis_m, 0.0]) + radius_m * towards

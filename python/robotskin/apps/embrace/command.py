@@ -30,6 +30,14 @@ def command(
         Path | None,
         typer.Option("--learn-map", help="With --grasp: learn the map first, and write it here.", callback=writable),
     ] = None,
+    taught_file: Annotated[
+        Path | None,
+        typer.Option("--taught", help="With --grasp: on the paths of this file.", exists=True, dir_okay=False),
+    ] = None,
+    teach_file: Annotated[
+        Path | None,
+        typer.Option("--teach", help="Both arms are led by touch, and their paths written here.", callback=writable),
+    ] = None,
     headless: Headless = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
@@ -44,21 +52,34 @@ def command(
     import numpy as np
     from rich.console import Console
 
-    from robotskin.apps.embrace import grasp_map, grasp_script, script
+    from robotskin.apps.embrace import grasp_map, grasp_script, script, teach_script
     from robotskin.apps.embrace.grasp_scene import Large
     from robotskin.apps.embrace.scene import Person
+    from robotskin.apps.embrace.taught_path import load_taught_path
     from robotskin.figures import report
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
     for_grasp = {"--mass": mass, "--standing": standing, "--skin-map": skin_map, "--learn-map": learn_map}
+    for_grasp["--taught"] = taught_file
     unused = [name for name, value in for_grasp.items() if value not in (None, False)]
     if unused and not grasp:
         raise typer.BadParameter("is for --grasp", param_hint=", ".join(unused))
     if learn_map is not None and (standing or skin_map is not None):
         other = "--skin-map" if skin_map is not None else "--standing"
         raise typer.BadParameter(f"learns a map on a fixed base; it is not for {other}", param_hint="--learn-map")
-    refuse_in_page(headless, context, "json_file")
+    if teach_file is not None and grasp:
+        raise typer.BadParameter("teaches, and grasps nothing; then grasp with --taught", param_hint="--teach")
+    refuse_in_page(headless, context, "json_file", "teach_file")
     console = Console()
+    if teach_file is not None:
+        with console.status("loading the robot") as status:
+            figures, path = teach_script.run(seed, status.update)
+        path.save(teach_file)
+        remarks = [
+            f"the path is in {teach_file}; grasp on it with: robotskin app embrace --grasp --taught {teach_file}"
+        ]
+        title = "both arms are led by touch"
+        raise typer.Exit(report(console, title, figures, teach_script.teach_bounds(), seed, json_file, remarks))
     generator = np.random.default_rng([seed, 18])
     person, large = Person.drawn(generator), Large.drawn(generator)
     if mass is not None:
@@ -68,17 +89,20 @@ def command(
         if learn_map is not None:
             learnt = grasp_map.learn_grasp_map(seed, status.update)
             learnt.save(learn_map)
+        taught = None if taught_file is None else load_taught_path(taught_file).paths(grasp_script.arms_of(standing))
         session = (
             grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt)
             if grasp
             else script.session_of(person, seed)
         )
-    figures: dict[str, float] = {}
+    figures = {}
     try:
         with console.status("booting the skin") as status:
             session.boot()
             if headless and grasp:
-                figures = grasp_script.run_grasp(session, large, reactive=not stiff, progress=status.update)
+                figures = grasp_script.run_grasp(
+                    session, large, reactive=not stiff, taught=taught, progress=status.update
+                )
             elif headless:
                 figures = script.run(session, regulated=not stiff, progress=status.update)
     except BaseException:
@@ -88,7 +112,7 @@ def command(
         from robotskin.apps.embrace import panel
 
         if grasp:
-            panel.show_grasp(session, large, not stiff, port)
+            panel.show_grasp(session, large, not stiff, taught, port)
         else:
             panel.show_hug(session, not stiff, port)
         return

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.embrace.arms import SIDES, Around
+from robotskin.apps.embrace.arms import SIDES, Around, Paths
 from robotskin.apps.embrace.grasp_states import GraspSeen, GraspState, following_grasp
 from robotskin.apps.embrace.regulation import LOOK_S, OPEN_M, PERIODS, Hold, Regulation
 from robotskin.session import SkinnedRobot
@@ -43,7 +43,7 @@ class GraspControl:
         self,
         session: SkinnedRobot,
         hold: Hold = GRASP_HOLD,
-        around: Around | None = None,
+        around: Around | Paths | None = None,
         *,
         reactive: bool = True,
         answers: bool = True,

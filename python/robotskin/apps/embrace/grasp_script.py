@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin.apps.embrace.arms import Arms
+from robotskin.apps.embrace.arms import Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable
 from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, GraspControl
 from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, Large, grasp_scene_of, sinking
@@ -39,6 +39,12 @@ def grasp_bounds() -> list[Bound]:
     ]
 
 
+def arms_of(standing: bool = False) -> Arms:
+    """The arms of the robot that grasps, bolted down or on its feet."""
+    ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
+    return Arms(ready.robot, np.array(ready.gains.home))
+
+
 def grasp_session_of(
     large: Large, seed: int, *, standing: bool = False, skin_map: SensoryMotorMap | None = None
 ) -> Session:
@@ -50,7 +56,7 @@ def grasp_session_of(
     robot or skin.
     """
     ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
-    arms = Arms(ready.robot, np.array(ready.gains.home))
+    arms = arms_of(standing)
     paths = arms.plan(GRASP_AROUND)
     at_chest = CHEST_FRONT_M + large.width_m / 2
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
@@ -65,18 +71,19 @@ def run_grasp(
     *,
     reactive: bool = True,
     answers: bool = True,
+    taught: Paths | None = None,
     progress: Progress = lambda _text: None,
 ) -> dict[str, float]:
     """Tap, grasp, let the table sink, hold for 3 s, shake; on a session that has booted.
 
-    reactive, answers: of `GraspControl`.
+    reactive, answers: of `GraspControl`. taught: paths of the arms, by default those of the model.
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
     the state open was left; `home`: home was reached; `slips` felt; `transitions`, and `false_transitions` for which
     nothing that truly touched gave a reason; true forces.
     """
-    control = GraspControl(session, reactive=reactive, answers=answers)
+    control = GraspControl(session, around=taught, reactive=reactive, answers=answers)
     watch = GraspWatch(session, control)
     figures, height = take(watch, large, progress)
     held = not watch.fallen(height)

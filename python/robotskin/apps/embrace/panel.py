@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from robotskin.apps.embrace.arms import Paths
 from robotskin.apps.embrace.control import HugControl
 from robotskin.apps.embrace.grasp_control import GraspControl
 from robotskin.apps.embrace.grasp_scene import TABLE, Large, sinking
@@ -50,9 +51,9 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
     _show(session, control, orders, port)
 
 
-def show_grasp(session: Session, large: Large, reactive: bool, port: int) -> None:
+def show_grasp(session: Session, large: Large, reactive: bool, taught: Paths | None, port: int) -> None:
     """Serve the page of a booted session, whose arms open and wait, until it is interrupted."""
-    control = GraspControl(session, reactive=reactive)
+    control = GraspControl(session, around=taught, reactive=reactive)
     table = session.world.thing(TABLE)
     orders: Orders = {
         "Grasp, or open": control.ask,

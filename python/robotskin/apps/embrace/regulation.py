@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.embrace.areas import areas_of
-from robotskin.apps.embrace.arms import SIDES, Arms, Around
+from robotskin.apps.embrace.arms import SIDES, Arms, Around, Paths
 from robotskin.apps.embrace.tasks import use_embrace
 from robotskin.session import PERIOD_S, SkinnedRobot
 
@@ -66,15 +66,22 @@ class Regulation:
     """What the areas of a robot's skin feel, and the references of its arms; the robot runs.
 
     regulated: the arms answer to the skin; False: they are stiff and go to the end of a path that they were taught.
-    answers: arms that answer do so by the reaction of touched cells, too.
+    answers: arms that answer do so by the reaction of touched cells, too. around: how the arms lie, by the model, or
+    the paths themselves, such as taught ones.
     """
 
     def __init__(
-        self, session: SkinnedRobot, hold: Hold, around: Around, *, regulated: bool = True, answers: bool = True
+        self,
+        session: SkinnedRobot,
+        hold: Hold,
+        around: Around | Paths,
+        *,
+        regulated: bool = True,
+        answers: bool = True,
     ) -> None:
         self.session, self.hold, self.regulated = session, hold, regulated
         self.arms = Arms(session.robot, np.array(session.home))
-        self.paths = self.arms.plan(around)
+        self.paths = around if isinstance(around, Paths) else self.arms.plan(around)
         closed = self.arms.posture(self.paths, dict.fromkeys(SIDES, CLOSED_M), CLOSED_AXIS_M)
         self.areas = areas_of(self.arms, session.layout, closed, CLOSED_AXIS_M)
         self.radius = dict.fromkeys(SIDES, OPEN_M)
