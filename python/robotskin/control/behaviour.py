@@ -44,6 +44,10 @@ class Behaviour:
             choices = ", ".join(f"Fusion.{one.name}" for one in Fusion)
             raise InputError(f"behaviour {self.name}: fusion {self.fusion!r}: choose from {choices}")
 
+    def part(self, task: str) -> Part:
+        """What a task acts on, and whose gains it takes; by default the whole robot, and the behaviour's own."""
+        return self.parts.get(task, Part(self.gains or self.name))
+
     def with_fusion(self, fusion: Fusion) -> Behaviour:
         """The same tasks fused in another way."""
         return replace(self, fusion=fusion)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
 from robotskin.control.goal import Goal, JointGoal, LimbGoals
-from robotskin.control.limb_primitive import LIMB_GOALS, limb_primitive
+from robotskin.control.limb_primitive import limb_primitive
 from robotskin.control.primitive import primitive
 from robotskin.control.task_library import TaskLibrary
 from robotskin.cycle import BodyLimits, GuardReport, SkinSource, TaskCycle
@@ -141,17 +141,15 @@ class Controller:
 
     def _chosen(self, made: Behaviour, task: str) -> ChosenGains:
         """The gains of one of a behaviour's tasks."""
-        part = made.parts.get(task)
-        if part is None:
-            return self.gains.choose(made.gains or made.name)
+        part = made.part(task)
         joints = tuple(list(self.robot.joint_names).index(joint) for joint in part.joints)
         return replace(self.gains.choose(part.gains), other_link=part.link, joints=joints)
 
     def _as_asked(self, named: Behaviour) -> Behaviour:
         """The form that a behaviour by name takes for this controller."""
-        if self._fusion is not None and named is not PRESS:
+        if self._fusion is not None and named.name in BEHAVIOURS:  # the others need their levels
             named = named.with_fusion(self._fusion)
-        if self.library.skin_map is not None and (named.name in BEHAVIOURS or named.name == LIMB_GOALS):
+        if self.library.skin_map is not None and named.name != PRESS.name:  # nothing in it reacts to touch
             named = named.with_map()
         if self.library.body is not None:
             named = named.protected()
@@ -200,11 +198,9 @@ class Controller:
     @property
     def takes_skin_computed_torque(self) -> bool:
         """Whether the behaviour has a task that can take the skin's own torque: one that feels all cells."""
-        parts = self.behaviour.parts
-        whole = [name not in parts or not parts[name].joints for name in self.tasks]
         return any(
-            all_cells and isinstance(task, SkinReactionTask)
-            for all_cells, task in zip(whole, self.tasks.values(), strict=True)
+            isinstance(task, SkinReactionTask) and not self.behaviour.part(name).joints
+            for name, task in self.tasks.items()
         )
 
     @property

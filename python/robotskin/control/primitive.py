@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, Part, behaviour
+from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
 from robotskin.control.goal import CartesianGoal, ForceGoal, JointGoal, LimbGoal
 from robotskin.errors import InputError
 
@@ -72,7 +72,7 @@ def _of_link(chosen: Behaviour, task: str, link: str) -> Behaviour:
     if not link:
         return chosen
     moved = [name for name in chosen.tasks if name in (task, "skin_cartesian")]
-    return replace(chosen, parts={name: Part(chosen.gains or chosen.name, link=link) for name in moved})
+    return replace(chosen, parts={name: replace(chosen.part(name), link=link) for name in moved})
 
 
 def _numbers(what: str, values: ArrayLike | None, must: str) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 CLOSE_M_S, TOUCH_M_S, SQUEEZE_M_S = 0.03, 0.006, 0.004
 TOUCH_N, LOOSE_N, HOLD_N, LARGEST_N = 0.25, 2.0, 3.0, 6.5
-"""Loosened as far as a thing of 0.25 kg does not slip."""
+"""The second is as loose as a thing of 0.25 kg does not slip."""
 HELD_N = 0.6
 """A pad that feels less holds nothing."""
 NEAR = 0.3

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
+from following_robot import FollowingRobot
 
-from robotskin import robots
 from robotskin.control import (
     BEHAVIOURS,
     Behaviour,
@@ -19,10 +19,9 @@ from robotskin.control import (
 from robotskin.cycle import SafetyState
 from robotskin.errors import InputError, UnknownNameError
 from robotskin.layout import finished
-from robotskin.model import CommandMode, JointCommand, JointState, ModelError, RobotDynamics
+from robotskin.model import ModelError, RobotDynamics
 from robotskin.robots.gains import GainError, GainSet, robot_with_gains, robots_with_gains
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-from robotskin.skin import Health, SkinState
 from robotskin.tasks import CartesianTask, ControlError, Fusion, GravityTask, JointTask, PythonTask
 
 FIGURE_11 = {
@@ -36,32 +35,11 @@ FIGURE_11 = {
 SECTION_V_E = {"propagated_compliance": {"propagated_compliance", "gravity"}}
 
 
-class Rig:
-    """A controller on a UR5 that follows its position commands exactly."""
+class Rig(FollowingRobot):
+    """A UR5."""
 
-    def __init__(self, start: str = "skin_compliance") -> None:
-        self.robot, self.skin_model, self.gains = (
-            robots.load("ur5").core,
-            finished("ur5").skin_model(),
-            GainSet.load("ur5"),
-        )
-        self.controller = Controller(self.robot, self.skin_model, self.gains, start)
-        self.joints, self.command = JointState(6), JointCommand(CommandMode.position, 6)
-        self.joints.position = self.gains.home
-        self.skin = SkinState(len(self.skin_model))
-        self.skin.health[:] = Health.alive.value
-        self.now_ns = 10**9
-        self.controller.request_run(True)
-
-    def run(self, seconds: float) -> SafetyState:
-        for _ in range(round(1000 * seconds)):
-            self.now_ns += 1_000_000
-            self.joints.stamp_ns = self.skin.time_ns = self.now_ns
-            report = self.controller.step(self.joints, self.skin, self.now_ns, self.command)
-            if report.send:
-                self.joints.velocity = (self.command.value - self.joints.position) / 0.001
-                self.joints.position = self.command.value.copy()
-        return report.state
+    def __init__(self, start: str = "skin_compliance", fusion: Fusion | None = None) -> None:
+        super().__init__("ur5", start, fusion)
 
     def forearm_cell(self) -> int:
         on = np.flatnonzero(self.skin_model.link == self.skin_model.link_names.index("forearm_link"))
@@ -196,6 +174,13 @@ def test_a_force_goal_presses_until_the_skin_feels_it(rig) -> None:
         with pytest.raises((InputError, ControlError, ModelError), match=message):
             rig.controller.go(goal)
     assert rig.controller.behaviour.name == "press"
+
+
+def test_a_link_that_presses_keeps_its_levels_whatever_fusion_others_take() -> None:
+    rig = Rig(fusion=Fusion.weighted_sum)
+    assert rig.controller.fusion is Fusion.weighted_sum
+    rig.controller.go(ForceGoal(force_n=(8, 0, 0), link="wrist_2_link"))
+    assert rig.controller.fusion is Fusion.null_space
 
 
 def test_a_users_task_takes_part_in_a_behaviour(rig) -> None:

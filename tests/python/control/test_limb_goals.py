@@ -3,51 +3,26 @@
 
 import numpy as np
 import pytest
+from following_robot import FollowingRobot
 
-from robotskin import robots
 from robotskin.control import CartesianGoal, Controller, ForceGoal, Goal, JointGoal, LimbGoals
 from robotskin.cycle import SafetyState, SkinSource
 from robotskin.errors import InputError, UnknownNameError
-from robotskin.layout import finished
-from robotskin.model import CommandMode, JointCommand, JointState, ModelError, RobotDynamics
-from robotskin.robots.gains import GainSet
+from robotskin.model import ModelError, RobotDynamics
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
-from robotskin.skin import Health, SkinState
-from robotskin.tasks import ControlError
+from robotskin.tasks import ControlError, Fusion
 
 ARM_JOINTS = 6
 LEFT, RIGHT = slice(3, 9), slice(9, 15)
 
 
-class Rig:
-    """A controller on the dual arm that follows its position commands exactly."""
+class Rig(FollowingRobot):
+    """A mobile robot with two arms, which has run for a moment."""
 
-    def __init__(self) -> None:
-        self.robot, self.layout, self.gains = (
-            robots.load("dual_arm").core,
-            finished("dual_arm"),
-            GainSet.load("dual_arm"),
-        )
-        self.skin_model = self.layout.skin_model()
-        self.controller = Controller(self.robot, self.skin_model, self.gains)
-        self.joints, self.command = JointState(15), JointCommand(CommandMode.position, 15)
-        self.joints.position = self.gains.home
-        self.skin = SkinState(len(self.skin_model))
-        self.skin.health[:] = Health.alive.value
+    def __init__(self, fusion: Fusion | None = None) -> None:
+        super().__init__("dual_arm", fusion=fusion)
         self.dynamics = RobotDynamics(self.robot)
-        self.now_ns = 10**9
-        self.controller.request_run(True)
         self.run(0.1)
-
-    def run(self, seconds: float) -> SafetyState:
-        for _ in range(round(1000 * seconds)):
-            self.now_ns += 1_000_000
-            self.joints.stamp_ns = self.skin.time_ns = self.now_ns
-            report = self.controller.step(self.joints, self.skin, self.now_ns, self.command)
-            if report.send:
-                self.joints.velocity = (self.command.value - self.joints.position) / 0.001
-                self.joints.position = self.command.value.copy()
-        return report.state
 
     @property
     def position(self) -> np.ndarray:
@@ -169,6 +144,12 @@ def test_goals_that_a_limb_cannot_have_are_refused_and_change_nothing(
         rig.controller.go(LimbGoals(goals))
     assert rig.controller.behaviour == before
     assert rig.run(0.1) == SafetyState.running
+
+
+def test_limbs_keep_their_levels_whatever_fusion_other_behaviours_take() -> None:
+    rig = Rig(Fusion.weighted_sum)
+    rig.controller.go(LimbGoals({"left_arm": ForceGoal()}))
+    assert rig.controller.fusion is Fusion.null_space
 
 
 def test_what_the_skin_sums_itself_is_no_part_of_a_limbs_reaction(rig) -> None:

@@ -59,8 +59,13 @@ def command(
     from robotskin.figures import report
     from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 
-    for_grasp = {"--mass": mass, "--standing": standing, "--skin-map": skin_map, "--learn-map": learn_map}
-    for_grasp["--taught"] = taught_file
+    for_grasp = {
+        "--mass": mass,
+        "--standing": standing,
+        "--skin-map": skin_map,
+        "--learn-map": learn_map,
+        "--taught": taught_file,
+    }
     unused = [name for name, value in for_grasp.items() if value not in (None, False)]
     if unused and not grasp:
         raise typer.BadParameter("is for --grasp", param_hint=", ".join(unused))

@@ -15,7 +15,7 @@ from robotskin.apps.embrace.grasp_states import GraspState
 from robotskin.apps.embrace.grasp_watch import GraspWatch
 from robotskin.figures import Bound
 from robotskin.layout import finished
-from robotskin.robots.gains import robot_with_gains
+from robotskin.robots.gains import RobotWithGains, robot_with_gains
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin.session import PERIOD_S, Session
 
@@ -41,7 +41,14 @@ def grasp_bounds() -> list[Bound]:
 
 def arms_of(standing: bool = False) -> Arms:
     """The arms of the robot that grasps, bolted down or on its feet."""
-    ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
+    return _arms(_ready(standing))
+
+
+def _ready(standing: bool) -> RobotWithGains:
+    return robot_with_gains(STANDING_ROBOT if standing else ROBOT)
+
+
+def _arms(ready: RobotWithGains) -> Arms:
     return Arms(ready.robot, np.array(ready.gains.home))
 
 
@@ -55,8 +62,8 @@ def grasp_session_of(
     Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
     robot or skin.
     """
-    ready = robot_with_gains(STANDING_ROBOT if standing else ROBOT)
-    arms = arms_of(standing)
+    ready = _ready(standing)
+    arms = _arms(ready)
     paths = arms.plan(GRASP_AROUND)
     at_chest = CHEST_FRONT_M + large.width_m / 2
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
