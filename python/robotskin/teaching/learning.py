@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin.teaching.gripper import TeachingError
 from robotskin.teaching.plan import FORMAT, Condition, Plan, Step, measured_by
@@ -115,6 +116,7 @@ def _branch(demonstrations: Sequence[Demonstration], number: int, ways: list[str
             f"tells which: {', '.join(sorted(known)) or 'nothing was measured'}"
         )
     _, _, name, threshold = best
+    threshold = _between(np.array([one.measured[name] for one in demonstrations]), threshold)
     above = [one.acts[number].at for one in demonstrations if one.measured[name] > threshold]
     upper = max(ways, key=above.count)
     lower = next(way for way in ways if way != upper)
@@ -123,6 +125,13 @@ def _branch(demonstrations: Sequence[Demonstration], number: int, ways: list[str
         Step(do=do, at=upper, when=Condition(property=name, above=threshold)),
         Step(do=do, at=lower, when=Condition(property=name, not_above=threshold)),
     ]
+
+
+def _between(values: NDArray[np.float64], gap: float) -> float:
+    """The middle of what lies below and above a gap: of few values, one that stands far out moves the gap's own most."""
+    below, above = values[values <= gap], values[values > gap]
+    middle = float(np.exp(0.5 * (np.log(below).mean() + np.log(above).mean())))
+    return middle if below.max() < middle < above.min() else gap
 
 
 def _told_by(values: list[tuple[float, str]], threshold: float) -> float:

@@ -21,8 +21,6 @@ NEAR = 0.3
 """Nearness at which the pads slow down."""
 FIT_FROM_N, FIT_RANGE_N = 1.5, 1.0
 """Below the first the slope would be that of the uneven touch; a narrower range tells no slope."""
-LONE_SHARE = 0.92
-"""Of a pad's force on its strongest cell: less: a second cell carries, and the skin is stiffer than before."""
 FIXED_CLOSING_M = 0.004
 """By which a baseline closes from the usual size of the thing."""
 
@@ -33,8 +31,8 @@ class Squeezed:
 
     width_m: list[float] = field(default_factory=list)
     force_n: list[float] = field(default_factory=list)
-    lone: list[bool] = field(default_factory=list)
-    """Whether one cell of each pad carries nearly all."""
+    carrying: list[tuple[int, int]] = field(default_factory=list)
+    """How many cells of each pad carried: a second one makes the skin stiffer than before."""
     diameter_m: float = float("nan")
     peak_n: float = 0.0
 
@@ -44,22 +42,34 @@ class Squeezed:
 
         NaN where it was not squeezed enough.
         """
-        force, width = np.array(self.force_n), np.array(self.width_m)
-        usable = (force > FIT_FROM_N) & (force < LARGEST_N)
-        chosen = usable & np.array(self.lone, dtype=bool)
-        if not _tells_a_slope(force[chosen]):
-            chosen = usable
-        if not _tells_a_slope(force[chosen]):
-            return float("nan")
-        gives = -float(np.polyfit(force[chosen], width[chosen], 1)[0])
-        return 1.0 / gives if gives > 0 else float("nan")
+        return self._slope(self._usable)
 
     def stiffness_n_per_m(self, skin_n_per_m: float) -> float:
-        """Of the thing alone: the skin of both pads, in series with it, taken out."""
-        slope = self.slope_n_per_m
-        if not np.isfinite(slope):
+        """Of the thing alone: the skin of both pads, in series with it, taken out.
+
+        skin_n_per_m: of both pads where one cell each carries; where more carry, each pad is stiffer by their number.
+        Told by the samples in which the same cells carry, of which there are most. NaN as for the slope.
+        """
+        carrying = np.array(self.carrying).reshape(-1, 2)
+        counts, number = np.unique(carrying[self._usable], axis=0, return_counts=True)
+        for cells in counts[np.argsort(-number)]:
+            slope = self._slope(self._usable & (carrying == cells).all(axis=1))
+            if np.isfinite(slope):
+                skin_gives = float((1.0 / cells).mean()) / skin_n_per_m
+                return 1.0 / max(1.0 / slope - skin_gives, 1e-6)
+        return float("nan")
+
+    @property
+    def _usable(self) -> NDArray[np.bool_]:
+        force = np.array(self.force_n)
+        return (force > FIT_FROM_N) & (force < LARGEST_N)
+
+    def _slope(self, chosen: NDArray[np.bool_]) -> float:
+        force, width = np.array(self.force_n)[chosen], np.array(self.width_m)[chosen]
+        if len(force) < 10 or float(np.ptp(force)) < FIT_RANGE_N:
             return float("nan")
-        return 1.0 / max(1.0 / slope - 1.0 / skin_n_per_m, 1e-6)
+        gives = -float(np.polyfit(force, width, 1)[0])
+        return 1.0 / gives if gives > 0 else float("nan")
 
     def force_at_n(self, width_m: float) -> float:
         """Newton where the pads were a width apart: the largest felt where they never came so near."""
@@ -68,10 +78,6 @@ class Squeezed:
             return 0.0
         reached = np.flatnonzero(width <= width_m)
         return self.force_n[reached[0]] if len(reached) else max(self.force_n)
-
-
-def _tells_a_slope(force_n: Array) -> bool:
-    return len(force_n) >= 10 and float(np.ptp(force_n)) >= FIT_RANGE_N
 
 
 def holds(worker: Worker) -> bool:
@@ -118,7 +124,7 @@ def squeeze(worker: Worker, largest_n: float = LARGEST_N, hold_n: float = HOLD_N
         yield
         found.width_m.append(float(worker.openings_m.sum()))
         found.force_n.append(float(worker.force_n.mean()))
-        found.lone.append(bool(worker.strongest_share().min() > LONE_SHARE))
+        found.carrying.append(worker.carrying())
         found.peak_n = max(found.peak_n, float(worker.force_n.max()))
         if (worker.wanted[worker.gripper.joints] <= 1e-5).all():
             break

@@ -29,6 +29,8 @@ END_M = 0.004
 TURN_RAD_S = 0.9
 FLOOR_N = 0.15
 """What a cell may read with nothing on it."""
+CARRIES_SHARE = 0.08
+"""A cell with less of its pad's force does not count."""
 GIVE_M_S_N, FASTEST_GIVE_M_S = 0.0012, 0.006
 """How fast a pad moves for a newton that is lacking, and at most."""
 
@@ -133,11 +135,11 @@ class Worker:
         """(3,) base frame, of the pads' middle, as measured."""
         return self.postures.place_of(np.array(self.session.joints.position))
 
-    def strongest_share(self) -> Array:
-        """(2,) of each pad's force, the part on its strongest cell; offsets are not taken out."""
+    def carrying(self) -> tuple[int, int]:
+        """How many cells of each pad carry a part of its force that counts; offsets are not taken out."""
         force = np.asarray(self.session.skin.normal_force).sum(axis=1)
-        pads = [np.maximum(force[cells] - FLOOR_N, 0.0) for cells in self.gripper.cells]
-        return np.array([pad.max() / max(float(pad.sum()), 1e-9) for pad in pads])
+        left, right = (np.maximum(force[cells] - FLOOR_N, 0.0) for cells in self.gripper.cells)
+        return _carrying(left), _carrying(right)
 
     # ---- Parts of skills ----
 
@@ -190,3 +192,7 @@ class Worker:
         """Move the pads by (2,) metres, outwards."""
         robot, pads = self.session.robot, self.gripper.joints
         self.wanted[pads] = np.clip(self.wanted[pads] + by_m, robot.lower[pads], robot.upper[pads])
+
+
+def _carrying(force_n: Array) -> int:
+    return max(int((force_n > CARRIES_SHARE * force_n.sum()).sum()), 1)

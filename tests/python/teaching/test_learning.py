@@ -40,6 +40,17 @@ def test_a_plan_parts_by_what_was_measured_before(seed: int, tmp_path: Path) -> 
     assert found == 20
 
 
+def test_one_fruit_that_stands_far_out_moves_the_threshold_by_its_share() -> None:
+    usual = [(6400.0, True), (2900.0, False), (7700.0, True), (4250.0, False)]
+    plan = learn_plan([shown(hard, stiffness, 0.066) for stiffness, hard in usual], "orange")
+    threshold = next(step.when.above for step in plan.steps if step.when is not None)
+    assert threshold == pytest.approx((6400.0 * 7700.0 * 2900.0 * 4250.0) ** 0.25, rel=1e-3)
+    far = [(6000.0, True), (3000.0, False), (30000.0, True), (3000.0, False)]
+    plan = learn_plan([shown(hard, stiffness, 0.066) for stiffness, hard in far], "orange")
+    threshold = next(step.when.above for step in plan.steps if step.when is not None)
+    assert threshold == pytest.approx((6000.0 * 3000.0) ** 0.5, rel=1e-3)  # the middle of all lies above the first
+
+
 def test_demonstrations_that_nothing_tells_apart_are_refused() -> None:
     parting = [Demonstration((Act("reach", "thing"), Act("put", to)), {}) for to in ("container", "bin")]
     with pytest.raises(TeachingError, match="nothing measured before tells which"):
