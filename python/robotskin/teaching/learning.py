@@ -128,7 +128,7 @@ def _branch(demonstrations: Sequence[Demonstration], number: int, ways: list[str
 
 
 def _between(values: NDArray[np.float64], gap: float) -> float:
-    """The middle of what lies below and above a gap: of few values, one that stands far out moves the gap's own most."""
+    """The middle of what lies below and above a gap, if it lies in the gap: one that stands far out counts less so."""
     below, above = values[values <= gap], values[values > gap]
     middle = float(np.exp(0.5 * (np.log(below).mean() + np.log(above).mean())))
     return middle if below.max() < middle < above.min() else gap
