@@ -64,6 +64,12 @@ class Knowledge(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             name = self._class(name).is_a
         return False
 
+    def require_a(self, name: str, other: str) -> None:
+        """Raise UnknownNameError, which names those that there are, for a class that is no part of another one."""
+        if name not in self.classes or name == other or not self.is_a(name, other):
+            kinds = [one for one in self.classes if one != other and self.is_a(one, other)]
+            raise UnknownNameError(f"{other} of the knowledge file", name, kinds)
+
     def usual(self, name: str, quantity: str) -> float:
         """The usual property of a class, its own or that of what it is a part of. Raises TeachingError if unknown."""
         asked, seen = name, set[str]()

@@ -20,6 +20,8 @@ IDLE, LEAVE = "idle", "leave"
 AT_NO_PLACE = ("release", "squeeze")
 PASSING_S = 0.15
 """What was told for a shorter time is no act."""
+AGREE = 0.8
+"""Share of the demonstrations that a condition must tell rightly: of fewer than five, all."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,8 @@ def acts_of(frames: Sequence[Frame], told: Sequence[str], thing_at: str) -> tupl
 def learn_plan(demonstrations: Sequence[Demonstration], taught_with: str) -> Plan:
     """The plan of demonstrations with the same acts, which may differ in the places where things are put.
 
-    Raises TeachingError where the acts differ, or nothing measured before tells which way they part.
+    Raises TeachingError where the acts differ or ended at no known place, or where nothing measured before tells which
+    way they part.
     """
     if not demonstrations:
         raise TeachingError("plan: no demonstration was given")
@@ -79,6 +82,10 @@ def learn_plan(demonstrations: Sequence[Demonstration], taught_with: str) -> Pla
                 f"demonstration {number + 1} does {', '.join(act.do for act in one.acts)}, the first one "
                 f"{', '.join(act.do for act in first)}: show all of them in the same order"
             )
+    if not first:
+        raise TeachingError("plan: nothing was done in the demonstrations")
+    for number, one in enumerate(demonstrations):
+        _require_places(one, number + 1)
     steps: list[Step] = []
     known: set[str] = set()
     for number, act in enumerate(first):
@@ -97,8 +104,23 @@ def learn_plan(demonstrations: Sequence[Demonstration], taught_with: str) -> Pla
     return Plan(format=FORMAT, version=1, about=about, taught_with=taught_with, steps=tuple(steps))
 
 
+def _require_places(demonstration: Demonstration, number: int) -> None:
+    """Raise TeachingError for an act that needs a place and ended at none; a put without one is the lift."""
+    put_at = None
+    for act in demonstration.acts:
+        if act.do == "reach" and not act.at:
+            raise TeachingError(f"demonstration {number}: a reach ended at no known place: show it again")
+        if act.do == "put":
+            put_at = act.at
+        if act.do == "release" and put_at == "":
+            raise TeachingError(f"demonstration {number}: the thing was let go at no known place: show it again")
+
+
 def _branch(demonstrations: Sequence[Demonstration], number: int, ways: list[str], known: set[str]) -> list[Step]:
-    """Two steps with conditions on the property that tells the ways apart best; by the widest gap among equals."""
+    """Two steps with conditions on the property that tells the ways apart best; by the widest gap among equals.
+
+    Raises TeachingError where fewer than `AGREE` of the demonstrations went the way that the condition tells.
+    """
     best: tuple[float, float, str, float] | None = None
     for name in sorted(known):
         values = sorted((one.measured.get(name, np.nan), one.acts[number].at) for one in demonstrations)
@@ -117,9 +139,15 @@ def _branch(demonstrations: Sequence[Demonstration], number: int, ways: list[str
         )
     _, _, name, threshold = best
     threshold = _between(np.array([one.measured[name] for one in demonstrations]), threshold)
-    above = [one.acts[number].at for one in demonstrations if one.measured[name] > threshold]
-    upper = max(ways, key=above.count)
+    went = [(one.measured[name] > threshold, one.acts[number].at) for one in demonstrations]
+    upper = max(ways, key=lambda way: sum(above is (at == way) for above, at in went))
     lower = next(way for way in ways if way != upper)
+    others = [count for count, (above, at) in enumerate(went, 1) if above is not (at == upper)]
+    if len(went) - len(others) < AGREE * len(went):
+        raise TeachingError(
+            f"step {demonstrations[0].acts[number].do!r} goes to {upper} where {name} > {threshold:.4g}, else to "
+            f"{lower}; demonstration {', '.join(map(str, others))} of {len(went)} did otherwise: show it again"
+        )
     do, threshold = demonstrations[0].acts[number].do, float(f"{threshold:.4g}")
     return [
         Step(do=do, at=upper, when=Condition(property=name, above=threshold)),

@@ -67,6 +67,13 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     def __str__(self) -> str:
         return f"{self.property} {'>' if self.above is not None else '≤'} {self.bound():.4g}"
 
+    def scaled(self, scale: float) -> Condition:
+        """The same with its value multiplied."""
+        kept = self.bound() * scale
+        return (
+            Condition(self.property, above=kept) if self.above is not None else Condition(self.property, not_above=kept)
+        )
+
     def holds(self, measured: Mapping[str, float], scale: float = 1.0) -> bool:
         """Whether it holds, the value multiplied by `scale`. Raises TeachingError for what was not measured."""
         found = measured.get(self.property, float("nan"))
@@ -136,15 +143,21 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """That its conditions ask for."""
         return tuple(dict.fromkeys(step.when.property for step in self.steps if step.when is not None))
 
-    def tree(self, active: int = -1) -> str:
-        """As text, a line a step, branches indented; the active step is marked."""
-        lines, last = [self.about], None
+    def tree(self, active: int = -1, kind: str = "", scales: Mapping[str, float] | None = None) -> str:
+        """As text, a line a step, branches indented; the active step is marked.
+
+        kind: the class of things that it is carried out with, by default the one that was taught; scales: by property,
+        by what its values are multiplied for them.
+        """
+        kind = kind or self.taught_with
+        other = "" if kind == self.taught_with else f"; with each {kind} as follows:"
+        lines, last = [self.about + other], None
         for number, step in enumerate(self.steps):
             if step.when is not None and step.when != last:
-                lines.append(f"├─ if {step.when}")
+                lines.append(f"├─ if {step.when.scaled((scales or {}).get(step.when.property, 1.0))}")
             last = step.when
             inner = "│  ├─" if step.when is not None else "├─"
-            target = {"": "", "thing": f" {self.taught_with}"}.get(step.at, f" {step.at}")
+            target = {"": "", "thing": f" {kind}"}.get(step.at, f" {step.at}")
             lines.append(f"{inner} {'▶ ' if number == active else ''}{step.do}{target}")
         return "\n".join(lines)
 

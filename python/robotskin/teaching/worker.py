@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.control import Behaviour
+from robotskin.errors import RobotskinError
 from robotskin.session import PERIOD_S, Session
 from robotskin.teaching.behaviours import WORK, use
 from robotskin.teaching.gripper import Gripper
@@ -85,7 +86,10 @@ class Worker:
         return (self._tick + 1) % PERIODS == 0
 
     def step(self) -> None:
-        """One period of the session."""
+        """One period of the session.
+
+        Raises what a skill raises, such as TeachingError for a place out of reach: the arm stays where it is then.
+        """
         self._tick += 1
         if self._tick % PERIODS:
             return
@@ -95,6 +99,10 @@ class Worker:
                 next(self._skill)
             except StopIteration as end:
                 self._skill, self.result = None, end.value
+            except RobotskinError:
+                self._skill = None
+                self.stay()
+                raise
         self._send()
 
     def run(self, skill: Steps) -> Any:

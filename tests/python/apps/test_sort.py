@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from robotskin.apps.sort.panel import SortSteps
 from robotskin.apps.sort.scene import BIN, CONTAINER, PLACES, Bench, bench_of, drawn_fruits, drawn_places
 from robotskin.apps.sort.script import Sorter, Sorting, session_of, usual_plan
 from robotskin.cli import main
@@ -81,6 +82,42 @@ def test_a_fruit_wider_than_the_gripper_is_refused_before_anything_moves() -> No
     wide = [dataclasses.replace(wide[0], radius_m=0.055)]
     with pytest.raises(TeachingError, match=r"110 mm wide.*\[classes\.orange\]"):
         session_of(sorting(), bench_of(wide, 0.033), 1)
+
+
+def test_what_is_no_fruit_is_refused_and_the_fruits_are_named() -> None:
+    for kind in ("block", "fruit", "banana"):
+        with pytest.raises(UnknownNameError, match="fruit of the knowledge file") as refused:
+            drawn_fruits(np.random.default_rng(1), load_knowledge(), kind, 1, 2.0)
+        assert refused.value.choices == ("apple", "lemon", "orange")
+
+
+class OutOfReach(Bench):
+    """A bench whose things are where no robot reaches."""
+
+    @property
+    def places(self) -> dict[str, np.ndarray]:
+        return super().places | {"thing": np.array([9.0, 0.0, 0.5])}
+
+
+def test_a_fruit_out_of_reach_is_told_and_the_page_goes_on() -> None:
+    """A skill that raises ends; the robot rests where it is, and the session's thread lives."""
+    chosen = sorting()
+    bench = bench_of(drawn_fruits(np.random.default_rng(1), chosen.knowledge, "orange", 2, 2.0), 0.033)
+    bench = OutOfReach(bench.scene, bench.fruits, bench.origin, bench.usual_radius_m)
+    session = session_of(chosen, bench, 1, pads_alone(chosen.robot))
+    try:
+        session.boot()
+        steps = SortSteps(session, chosen, bench)
+        for _ in range(6000):
+            session.step()
+            steps.step()
+            if len(steps.told) == 2:
+                break
+        assert [line.split(":")[0] for line in steps.told] == ["orange_1", "orange_2"]
+        assert "does not reach" in steps.told[0]
+        assert not steps.sorter.worker.busy
+    finally:
+        session.shut_down()
 
 
 def test_every_property_is_scaled_by_its_own_usual_value() -> None:

@@ -75,6 +75,18 @@ def test_a_wrong_first_demonstration_can_be_forgotten(steps: panel.TeachSteps) -
     assert [step.do for step in steps.plan.steps] == [act.do for act in GOOD]
 
 
+def test_a_plan_that_the_robot_cannot_carry_out_is_never_learnt(steps: panel.TeachSteps) -> None:
+    show(steps, (Act("reach", "thing"), Act("take", "thing"), Act("put"), Act("release")))
+    assert steps.plan is None
+    assert any("let go at no known place" in line for line in steps.told)
+    assert "forgotten" in steps.told[-1]
+    show(steps, (Act("take", "thing"), Act("release")))
+    assert steps.plan is None
+    assert any("has to come before it" in line for line in steps.told)
+    steps.carry_out()
+    assert steps.doing == ""
+
+
 def test_a_plan_is_edited_in_the_page_and_kept_whole(steps: panel.TeachSteps, tmp_path: Path) -> None:
     show(steps, GOOD)
     learnt = steps.plan
@@ -91,3 +103,5 @@ def test_a_plan_that_cannot_be_kept_is_told(steps: panel.TeachSteps, tmp_path: P
     steps.output = tmp_path / "nowhere" / "my.plan"
     show(steps, GOOD)
     assert any("cannot be written" in line for line in steps.told)
+    assert len(steps.shown) == 1, "what was shown still counts"
+    assert steps.plan is not None

@@ -62,6 +62,33 @@ def test_demonstrations_that_nothing_tells_apart_are_refused() -> None:
         learn_plan([], "orange")
 
 
+@pytest.mark.parametrize(
+    "stiffness",
+    [[(6000.0, True), (3000.0, False), (7000.0, False)], [(6000, True), (2800, False)] * 2 + [(7000, False)]],
+)
+def test_a_condition_tells_what_was_shown_or_the_demonstration_that_differs_is_named(
+    stiffness: list[tuple[float, bool]],
+) -> None:
+    sets = [shown(hard, value, 0.066) for value, hard in stiffness]
+    if len(sets) < 5:
+        with pytest.raises(TeachingError, match=r"demonstration \d of 3 did otherwise"):
+            learn_plan(sets, "orange")
+        return
+    at_hard, at_soft = (step.at for step in learn_plan(sets, "orange").steps if step.when is not None)
+    assert (at_hard, at_soft) == ("container", "bin")  # four of five
+
+
+def test_an_act_that_ended_at_no_known_place_is_refused() -> None:
+    lost = Demonstration((Act("reach", ""), Act("take", "thing")), {})
+    with pytest.raises(TeachingError, match="demonstration 1: a reach ended at no known place"):
+        learn_plan([lost], "orange")
+    dropped = (Act("reach", "thing"), Act("take", "thing"), Act("put"), Act("squeeze"), Act("put"), Act("release"))
+    with pytest.raises(TeachingError, match="demonstration 2: the thing was let go at no known place"):
+        learn_plan([shown(True, 6000, 0.066), Demonstration(dropped, {"stiffness_n_per_m": 3000.0})], "orange")
+    with pytest.raises(TeachingError, match="nothing was done"):
+        learn_plan([Demonstration((), {})], "orange")
+
+
 def frames_of(runs: list[tuple[float, str]]) -> tuple[list[Frame], list[str]]:
     """Frames and labels of runs: seconds, and `activity place`."""
     frames, told, now = [], [], 0.0

@@ -91,6 +91,16 @@ def test_a_condition_holds_on_one_side_of_its_scaled_value() -> None:
         Condition("diameter_m", above=0.05).holds({})
 
 
+def test_the_tree_of_other_things_shows_the_values_that_decide_for_them() -> None:
+    plan = usual_plan()
+    assert "stiffness_n_per_m > 4243" in plan.tree()
+    told = plan.tree(kind="lemon", scales={"stiffness_n_per_m": 4 / 3})
+    assert "├─ reach lemon" in told
+    assert "├─ if stiffness_n_per_m > 5657\n" in told
+    assert "├─ if stiffness_n_per_m ≤ 5657\n" in told
+    assert "├─ if stiffness_n_per_m > 4243" not in told
+
+
 def test_files_that_cannot_be_read_or_written_are_named(tmp_path: Path) -> None:
     with pytest.raises(TeachingError, match=r"x\.plan: No such file"):
         load_plan(tmp_path / "x.plan")

@@ -75,7 +75,7 @@ def command(
         show(session, sorting, bench, port)
         return
     require_fit(sorting, drawn_bench(sorting, np.random.default_rng([seed, 41, 0]), 1))
-    console.print(plan.tree(), markup=False, highlight=False)
+    console.print(plan.tree(kind=fruit, scales=sorting.scales), markup=False, highlight=False)
     with console.status("sorts") as status:
         figures, found = run(sorting, seed, status.update)
     for one in found:

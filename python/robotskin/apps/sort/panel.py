@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 
 from rich.console import Console
 
 from robotskin.apps.sort.scene import Bench
 from robotskin.apps.sort.script import Sorter, Sorting
+from robotskin.errors import RobotskinError
 from robotskin.live.live_session import LiveSession
 from robotskin.live.told_page import ToldPage
 from robotskin.session import Session
@@ -17,9 +19,9 @@ from robotskin.teaching.plan import Plan
 from robotskin.viewer.session_view import Snapshot
 
 
-def tree_html(plan: Plan, active: int) -> str:
-    """The plan's tree, its active step marked."""
-    lines = html.escape(plan.tree(active)).splitlines()
+def tree_html(plan: Plan, active: int, kind: str = "", scales: Mapping[str, float] | None = None) -> str:
+    """The plan's tree, its active step marked; for another kind of things by `Plan.tree`."""
+    lines = html.escape(plan.tree(active, kind, scales)).splitlines()
     marked = [f"<b style='background:#ffe08a;color:#1c222c'>{line}</b>" if "▶" in line else line for line in lines]
     return (
         f'<pre style="font-size:11px;margin:0;white-space:pre-wrap" data-step="{active}">'
@@ -39,8 +41,9 @@ class SortPage(ToldPage):
         """The plan's tree, the pads, and where the last fruits went."""
         steps = self._steps
         left, right = steps.sorter.worker.force_n
+        sorting = steps.sorter.sorting
         told = "<br>".join(html.escape(line) for line in steps.told[-6:])
-        tree = tree_html(steps.sorter.sorting.plan, steps.sorter.active)
+        tree = tree_html(sorting.plan, steps.sorter.active, sorting.kind, sorting.scales)
         return (
             f'<div style="padding:0 12px;font-size:12px" data-sorted="{len(steps.told)}">'
             f"{tree}pads {max(left, 0.0):.1f} and {max(right, 0.0):.1f} N<br>{told}</div>"
@@ -65,6 +68,15 @@ class SortSteps:
     def step(self) -> None:
         """After a period of the session."""
         sorter = self.sorter
+        try:
+            self._step(sorter)
+        except RobotskinError as error:
+            # The worker rests: the next fruit may be one that the robot can do.
+            self._execution = None
+            self.told.append(f"{sorter.bench.fruits[self._number].name}: {error}")
+            self._number += 1
+
+    def _step(self, sorter: Sorter) -> None:
         if not sorter.worker.busy:
             if self._execution is not None:
                 self._finish()

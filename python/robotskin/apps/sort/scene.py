@@ -50,8 +50,9 @@ def drawn_fruits(
 ) -> list[Fruit]:
     """Fruits of a class, each hard or soft by the toss of a coin, soft ones softer by `ratio`.
 
-    Raises UnknownNameError and TeachingError for a class of which too little is known.
+    Raises UnknownNameError for what is no fruit, TeachingError for one of which too little is known.
     """
+    knowledge.require_a(kind, "fruit")
     stiffness = knowledge.usual(kind, "stiffness_n_per_m")
     radius, mass = 0.5 * knowledge.usual(kind, "diameter_m"), knowledge.usual(kind, "mass_kg")
     found = []

@@ -148,7 +148,7 @@ class TeachSteps:
             return
         try:
             plan = plan_of(text, "in the page")
-            plan.require_doable(self.teaching.knowledge, self.teaching.robot, list(self.bench.places))
+            self._require_doable(plan)
             self._keep(plan)
         except RobotskinError as error:
             self.told.append(str(error))
@@ -161,7 +161,8 @@ class TeachSteps:
             return
         self.doing = "does it"
         worker = self.leader.worker
-        self._execution = Execution(worker, self.plan, self.bench.places, lights=self._light)
+        scales = self._scales(self.plan)
+        self._execution = Execution(worker, self.plan, self.bench.places, scales=scales, lights=self._light)
         worker.use(WORK)
         worker.begin(self._execution.steps())
 
@@ -176,7 +177,10 @@ class TeachSteps:
                 self._acts = None
                 self._end_showing()
         if self._execution is not None:
-            self.leader.worker.step()
+            try:
+                self.leader.worker.step()
+            except RobotskinError as error:
+                self._execution.done.why = str(error)
             if not self.leader.worker.busy:
                 self._end_doing(self._execution)
         else:
@@ -188,7 +192,7 @@ class TeachSteps:
 
     def _end_doing(self, execution: Execution) -> None:
         done = execution.done
-        self.told.append(f"did it: {done.put_at or done.why}")
+        self.told.append(f"did it: {done.why or done.put_at}")
         self._execution, self.doing = None, ""
         self.leader.closed = False
         self.leader.worker.use(LED)
@@ -215,7 +219,9 @@ class TeachSteps:
         """Make the plan of all demonstrations; whether they allow one."""
         try:
             if self.shown:
-                self._keep(learn_plan(self.shown, self.teaching.kind))
+                plan = learn_plan(self.shown, self.teaching.kind)
+                self._require_doable(plan)
+                self._keep(plan)
             else:
                 self.plan = None
         except RobotskinError as error:
@@ -223,10 +229,21 @@ class TeachSteps:
             return False
         return True
 
+    def _require_doable(self, plan: Plan) -> None:
+        plan.require_doable(self.teaching.knowledge, self.teaching.robot, list(self.bench.places))
+        self._scales(plan)  # refused here where they are not known
+
+    def _scales(self, plan: Plan) -> dict[str, float]:
+        return Sorting(plan, self.teaching.knowledge, kind=self.teaching.kind).scales
+
     def _keep(self, plan: Plan) -> None:
         self.plan = plan
-        if self.output is not None:
+        if self.output is None:
+            return
+        try:
             plan.save(self.output)
+        except RobotskinError as error:
+            self.told.append(str(error))  # the plan itself is good
 
 
 def show(teaching: Teaching, seed: int, port: int, output: Path | None) -> None:

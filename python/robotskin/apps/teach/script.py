@@ -9,7 +9,7 @@ from importlib import resources
 
 import numpy as np
 
-from robotskin.apps.sort.scene import POST, Bench, bench_of, drawn_fruits
+from robotskin.apps.sort.scene import PLACES, POST, Bench, bench_of, drawn_fruits
 from robotskin.apps.sort.script import Sorting, session_of, usual_plan
 from robotskin.apps.teach.demonstration import Recorder, Recording
 from robotskin.apps.teach.teacher import STYLES, Teacher
@@ -124,6 +124,7 @@ def run(teaching: Teaching, seed: int, progress: Progress = lambda _text: None) 
     lessons = lessons_of(labelled(taught))
     rules = lessons.rules()
     plan = learn_plan([shown_by(one, rules) for one in taught], teaching.kind)
+    plan.require_doable(teaching.knowledge, teaching.robot, [*PLACES, "thing"])
     figures = {
         "teach_error_mm": 1e3 * max(max(one.errors_m) for one in recordings),
         "limit_violations": violations,
