@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Leading by the skin: pushes on the arm move the hand, taps on one link open, close and squeeze with the gripper."""
+"""Leading by the skin: pushes on the arm move the hand or the joints, taps on one link ask something of the gripper."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 
 SPEED_M_S_N, FASTEST_M_S = 0.009, 0.15
 """10 N lead the hand by more than 100 mm in 2 s."""
+SPEED_RAD_S_NM, FASTEST_RAD_S = 0.05, 0.4
+"""Of a joint that is led by itself; or m/s for a newton, and m/s, of one that slides."""
 SILENT_N, FULL_N = 0.35, 0.9
 FILTER_S, LET_GO_S = 0.03, 0.2
 """Of the push; and how long it is over before the robot stays where it is."""
@@ -82,8 +85,11 @@ class Leader:
         self._dynamics = RobotDynamics(session.robot.core)
         self._link = np.array([session.robot.link_index(name) for name in session.layout.links])[session.layout.link]
         self._links = sorted({int(link) for link in self._link[self.leading]})
+        self._place = session.layout.link_from_cell[:, :3, 3]
         self._normal = session.layout.link_from_cell[:, :3, 2]
-        self._force = np.zeros(3)
+        self.by_joints = False
+        """Whether a push turns the joints that it would turn, instead of moving the hand; the gripper tilts then."""
+        self._force, self._effort = np.zeros(3), np.zeros(session.robot.joint_count)
         self.speed_m_s = np.zeros(3)
         """(3) how the hand is led at this moment, base axes."""
         self._left_alone_s = 1.0
@@ -99,29 +105,52 @@ class Leader:
 
     def _lead(self) -> None:
         worker = self.worker
-        force = self.push_n(worker.session)
-        self._left_alone_s = 0.0 if force.any() else self._left_alone_s + LOOK_S
+        pushes = self.pushes(worker.session)
+        self._left_alone_s = 0.0 if pushes else self._left_alone_s + LOOK_S
         if LET_GO_S <= self._left_alone_s < LET_GO_S + LOOK_S:
             worker.stay()
-        self._force += (force - self._force) * min(1.0, LOOK_S / FILTER_S)
+        share = min(1.0, LOOK_S / FILTER_S)
+        self._force += (_sum_n(pushes) - self._force) * share
+        self._effort += (self.effort(pushes) - self._effort) * share
+        if self.by_joints:
+            self.speed_m_s = np.zeros(3)
+            self._turn_joints()
+            return
         fast = SPEED_M_S_N * float(np.linalg.norm(self._force))
         self.speed_m_s = SPEED_M_S_N * self._force * min(1.0, FASTEST_M_S / max(fast, 1e-9))
         if fast >= 1e-5:
             worker.shift(self.speed_m_s * LOOK_S)
 
-    def push_n(self, session: SkinnedRobot) -> Array:
-        """(3,) newton, base axes: how people push the arm; the gripper and its button are left out."""
+    def _turn_joints(self) -> None:
+        worker, arm = self.worker, self.worker.gripper.arm
+        speed = SPEED_RAD_S_NM * self._effort[arm]
+        speed *= min(1.0, FASTEST_RAD_S / max(float(np.abs(speed).max(initial=0.0)), 1e-9))
+        if np.abs(speed).max(initial=0.0) >= 1e-5:
+            robot = worker.session.robot
+            worker.wanted[arm] = np.clip(worker.wanted[arm] + speed * LOOK_S, robot.lower[arm], robot.upper[arm])
+
+    def pushes(self, session: SkinnedRobot) -> list[tuple[int, Array]]:
+        """By cell, (3) newton, base axes: how people push the arm; the gripper and its button are left out."""
         force = np.asarray(session.skin.normal_force).sum(axis=1)
         touched = self.leading[force[self.leading] > SILENT_N]
         if not len(touched):
-            return np.zeros(3)
+            return []
         self._dynamics.update(np.array(session.joints.position), np.zeros(session.robot.joint_count))
-        total = np.zeros(3)
+        found = []
         for cell in touched:
             turn = self._dynamics.base_from_link(int(self._link[cell]))[:3, :3]
             share = min(1.0, (force[cell] - SILENT_N) / (FULL_N - SILENT_N))
-            total -= share * force[cell] * (turn @ self._normal[cell])
-        return total
+            found.append((int(cell), -share * force[cell] * (turn @ self._normal[cell])))
+        return found
+
+    def effort(self, pushes: Sequence[tuple[int, Array]]) -> Array:
+        """(n) Nm or N that these pushes put on the joints, in the posture of `pushes`: Jᵀ f of their cells."""
+        found = np.zeros(len(self._effort))
+        for cell, force in pushes:
+            link = int(self._link[cell])
+            lever = self._dynamics.base_from_link(link)[:3, :3] @ self._place[cell]
+            found += self._dynamics.link_jacobian(link).T @ np.concatenate([force, np.cross(lever, force)])
+        return found
 
     def _tell_button(self) -> None:
         worker = self.worker
@@ -152,3 +181,7 @@ class Leader:
     def _squeeze(self) -> Steps:
         if self.closed:
             self.squeezes.append((yield from squeeze(self.worker)))
+
+
+def _sum_n(pushes: Sequence[tuple[int, Array]]) -> Array:
+    return np.sum([force for _, force in pushes], axis=0) if pushes else np.zeros(3)

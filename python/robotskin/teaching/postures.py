@@ -17,6 +17,8 @@ NEAR_M = 5e-4
 TO_HOME = 0.1
 """Of a step, the share of the way to home that an arm of more than six joints goes in what the hand leaves free. Else
 the arm would wander, and a short way of the hand between two postures would swing aside."""
+TURNS_BACK_RAD = 0.004
+"""Largest turn towards looking down in one shift, about each axis: joints may have tilted the gripper."""
 
 
 class Postures:
@@ -45,7 +47,7 @@ class Postures:
     def shifted(self, posture: Array, by_m: Array) -> Array:
         """(n) the posture with the pads' middle moved by a small (3) metres and the gripper turned to look down."""
         pose, error = self._pose(posture), np.empty(6)
-        error[:3], error[3:] = by_m, 0.1 * self._turn_left(pose)
+        error[:3], error[3:] = by_m, np.clip(0.1 * self._turn_left(pose), -TURNS_BACK_RAD, TURNS_BACK_RAD)
         moved = posture.copy()
         moved[self.gripper.arm] += self._step(pose, error)
         return np.clip(moved, self.robot.lower, self.robot.upper)

@@ -8,7 +8,7 @@ import numpy as np
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.session import Session
-from robotskin.teaching.leading import Asked, Button, Leader
+from robotskin.teaching.leading import SPEED_RAD_S_NM, Asked, Button, Leader
 from robotskin.teaching.worker import Worker
 
 
@@ -28,6 +28,42 @@ def test_two_taps_toggle_one_press_squeezes_and_one_tap_does_nothing() -> None:
     assert asked_by([(0.1, 0.2), (1.5, 1.6)]) == []
     assert asked_by([(0.1, 1.5)]) == [Asked.SQUEEZE]
     assert asked_by([(0.1, 0.2), (0.4, 0.5), (1.2, 1.3), (1.5, 1.6)]) == [Asked.TOGGLE, Asked.TOGGLE]
+
+
+def test_a_push_turns_the_joints_that_it_pushes_and_they_stay_where_they_are_let_go(seed: int) -> None:
+    """On the upper arm of a robot led by its joints: those above the push rest, those below turn along it."""
+    robot, layout = load("ur5_gripper"), finished("ur5_gripper")
+    session = Session(robot, layout, seed=seed, link="in process")
+    try:
+        session.boot()
+        leader = Leader(Worker(session))
+        leader.by_joints = True
+
+        def run(seconds: float) -> np.ndarray:
+            for _ in range(round(1000 * seconds)):
+                session.step()
+                leader.step()
+            return np.array(session.joints.position)
+
+        begin = run(0.2)
+        on_arm = [cell for cell, link in enumerate(layout.link) if layout.links[link] == "upper_arm_link"]
+        cell = int(np.random.default_rng(seed).choice(on_arm))
+        session.world.push(session.in_world(cell), 10.0)
+        run(0.6)
+        effort = leader.effort(leader.pushes(session))
+        led = run(1.0)
+        session.world.release()
+        let_go = run(1.5)
+        later = run(1.0)
+    finally:
+        session.shut_down()
+    moved = led - begin
+    strongest = int(np.abs(effort).argmax())
+    assert strongest < 2, "shoulder joints carry a push on the upper arm"
+    assert np.sign(moved[strongest]) == np.sign(effort[strongest])
+    assert abs(moved[strongest]) > 0.8 * SPEED_RAD_S_NM * abs(effort[strongest]), "in more than a second"
+    assert np.abs(moved[2:]).max() < 0.01, "no push is felt beyond"
+    assert np.abs(later - let_go).max() < 1e-3
 
 
 def test_ten_newton_at_the_wrist_lead_the_hand_and_it_stays_where_it_is_let_go(seed: int) -> None:

@@ -40,6 +40,7 @@ class TeachPage(ToldPage):
         orders: Orders = {
             "Open or close the gripper": lambda: steps.ask(Asked.TOGGLE),
             "Squeeze": lambda: steps.ask(Asked.SQUEEZE),
+            "Lead the hand or the joints": steps.lead_otherwise,
             "Begin to show, end to show": steps.show,
             "Let a scripted teacher show": steps.let_show,
             "Forget the last": steps.forget,
@@ -127,9 +128,16 @@ class TeachSteps:
         elif self.doing == "shows":
             self._end_showing()
 
+    def lead_otherwise(self) -> None:
+        """A person's pushes move the joints instead of the hand from now on, or the hand again."""
+        if self.doing in ("", "shows"):
+            self.leader.by_joints = not self.leader.by_joints
+            self.told.append(f"pushes move {'the joints' if self.leader.by_joints else 'the hand'}")
+
     def let_show(self) -> None:
         """A scripted teacher shows what becomes of this fruit."""
         if self.doing == "":
+            self.leader.by_joints = False
             self.recorder.seeing.begin()
             self._acts = self.recorder.acts(self.bench.fruits[self._number % len(self.bench.fruits)])
             self.doing = "is shown"
