@@ -8,13 +8,14 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from robotskin.errors import RobotskinError
 from robotskin_lab.executors import Executor
 from robotskin_lab.reproduce.catalogue import Run
+from robotskin_lab.reproduce.kept_seeds import FOLDER, KeptSeeds
 from robotskin_lab.reproduce.result import Result, commit_now, machine_now, objects_now
 
 BOUND_BROKEN = 1
@@ -26,26 +27,38 @@ class RunFailedError(RobotskinError):
 
 
 def measure(
-    runs: Iterable[Run], on: Executor, *, quick: bool, tell: Callable[[str], None] = lambda line: None
+    runs: Iterable[Run],
+    on: Executor,
+    *,
+    quick: bool,
+    tell: Callable[[str], None] = lambda line: None,
+    folder: Path = FOLDER,
 ) -> Iterator[Result | RunFailedError]:
     """Run each with every seed; the result of each, or why there is none, once its last seed has ended.
+
+    What was cut off goes on with the seeds that are missing, as long as sources and command are the same.
 
     Args:
         runs: of the catalogue.
         on: where the seeds run. A time is worth most where nothing runs beside it.
         quick: in the short form.
         tell: is given each command as it has ended.
+        folder: where seeds are kept until the last one of their run has ended.
     """
     listed = {run.name: run for run in runs}
     commits = {name: commit_now(run.measures) for name, run in listed.items()}
     measured = {name: objects_now(run.measures) for name, run in listed.items()}
+    kept = {name: KeptSeeds(name, run.arguments(quick=quick), measured[name], folder) for name, run in listed.items()}
     jobs = [
         ((name, seed), (run.arguments(quick=quick), seed, run.measures, measured[name]))
         for name, run in listed.items()
-        for seed in (run.quick_seeds if quick else run.seeds)
+        for seed in _missing(run.quick_seeds if quick else run.seeds, kept[name])
     ]
     left = {name: [seed for (of, seed), _ in jobs if of == name] for name in listed}
-    ended: dict[str, dict[int, tuple[dict[str, Any], dict[str, Any]]]] = {name: {} for name in listed}
+    ended: dict[str, dict[int, tuple[dict[str, Any], dict[str, Any]]]] = {name: kept[name].seeds for name in listed}
+    for name, seeds in ended.items():
+        if seeds:
+            tell(f"{name}: seed {', '.join(map(str, sorted(seeds)))} measured before")
     failed: dict[str, str] = {}
     for (name, seed), (told, figures, machine) in on.results(measure_seed, jobs):
         tell(f"robotskin {' '.join(listed[name].arguments(quick=quick))} --seed {seed}")
@@ -53,12 +66,14 @@ def measure(
             failed.setdefault(name, told)
         else:
             ended[name][seed] = (figures, machine)
+            kept[name].add(seed, figures, machine)
         left[name].remove(seed)
         if left[name]:
             continue
         if name in failed:
             yield RunFailedError(failed[name])
             continue
+        kept[name].forget()
         by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
         run, machines = listed[name], [machine for _, machine in by_seed.values()]
         processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
@@ -71,6 +86,11 @@ def measure(
             machines[0] | {"processor": " and ".join(processors)},
             {seed: figures for seed, (figures, _) in by_seed.items()},
         )
+
+
+def _missing(seeds: Sequence[int], kept: KeptSeeds) -> list[int]:
+    """What is left to do; the last seed is done again where all are kept, as after a result that was not written."""
+    return [seed for seed in seeds if seed not in kept.seeds] or [seeds[-1]]
 
 
 def measure_seed(

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A measurement that was cut off goes on with the seeds that are missing."""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotskin_lab.reproduce import measure as measuring
+from robotskin_lab.reproduce.catalogue import Run
+from robotskin_lab.reproduce.kept_seeds import KeptSeeds
+from robotskin_lab.reproduce.result import Result
+
+RUN = Run("waits", "bench waits --long", "bench waits", (1, 2, 3), (1,), ("README.md",), 5)
+MACHINE = {"processor": "any", "cores": 2}
+
+
+class OneAfterTheOther:
+    """An executor that is cut off after some jobs."""
+
+    def __init__(self, most: int = 99) -> None:
+        self.most, self.asked = most, list[int]()
+
+    def results(self, _work: Callable[..., Any], jobs: Sequence[tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+        for number, (key, (_, seed, _, _)) in enumerate(jobs):
+            if number == self.most:
+                raise KeyboardInterrupt
+            self.asked.append(seed)
+            yield key, ("", {"wait_ms": 10.0 * seed}, MACHINE)
+
+
+def measured(executor: OneAfterTheOther, folder: Path, quick: bool = False) -> list[Any]:
+    return list(measuring.measure([RUN], executor, quick=quick, folder=folder))  # type: ignore[arg-type]
+
+
+def test_what_was_cut_off_goes_on_with_the_missing_seeds(tmp_path: Path) -> None:
+    first, second, third = OneAfterTheOther(2), OneAfterTheOther(), OneAfterTheOther()
+    with pytest.raises(KeyboardInterrupt):
+        measured(first, tmp_path)
+    [result] = measured(second, tmp_path)
+    assert isinstance(result, Result)
+    assert (first.asked, second.asked) == ([1, 2], [3])
+    assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
+    measured(third, tmp_path)
+    assert third.asked == [1, 2, 3], "a result that is whole is measured anew"
+
+
+def test_seeds_of_other_sources_or_another_form_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for change in ("form", "sources"):
+        with pytest.raises(KeyboardInterrupt):
+            measured(OneAfterTheOther(2), tmp_path)
+        executor = OneAfterTheOther()
+        if change == "sources":
+            monkeypatch.setattr(measuring, "objects_now", lambda _paths: {"README.md": "another"})
+        measured(executor, tmp_path, quick=change == "form")
+        assert executor.asked == ([1] if change == "form" else [1, 2, 3])
+
+
+def test_a_file_that_is_no_record_of_seeds_is_as_if_there_were_none(tmp_path: Path) -> None:
+    for text in ("", "[]", '{"of": 1}', "\0"):
+        (tmp_path / "waits.json").write_text(text)
+        assert KeptSeeds("waits", ["bench"], {}, tmp_path).seeds == {}
