@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot that is led by its skin: taps and presses as laws, and a push through firmware, network and driver."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -30,33 +31,47 @@ def test_two_taps_toggle_one_press_squeezes_and_one_tap_does_nothing() -> None:
     assert asked_by([(0.1, 0.2), (0.4, 0.5), (1.2, 1.3), (1.5, 1.6)]) == [Asked.TOGGLE, Asked.TOGGLE]
 
 
-def test_a_push_turns_the_joints_that_it_pushes_and_they_stay_where_they_are_let_go(seed: int) -> None:
-    """On the upper arm of a robot led by its joints: those above the push rest, those below turn along it."""
-    robot, layout = load("ur5_gripper"), finished("ur5_gripper")
-    session = Session(robot, layout, seed=seed, link="in process")
+@contextmanager
+def being_led(seed: int) -> Iterator[tuple[Session, Leader, Callable[[float], None]]]:
+    """A session of an arm with a gripper that is led, and what runs it for some seconds."""
+    session = Session(load("ur5_gripper"), finished("ur5_gripper"), seed=seed, link="in process")
     try:
         session.boot()
         leader = Leader(Worker(session))
-        leader.by_joints = True
 
-        def run(seconds: float) -> np.ndarray:
+        def run(seconds: float) -> None:
             for _ in range(round(1000 * seconds)):
                 session.step()
                 leader.step()
+
+        yield session, leader, run
+    finally:
+        session.shut_down()
+
+
+def cells_on(session: Session, link: str) -> list[int]:
+    layout = session.layout
+    return [cell for cell, number in enumerate(layout.link) if layout.links[number] == link]
+
+
+def test_a_push_turns_the_joints_that_it_pushes_and_they_stay_where_they_are_let_go(seed: int) -> None:
+    """On the upper arm of a robot led by its joints: those of the shoulder turn along it, those beyond rest."""
+    with being_led(seed) as (session, leader, run):
+        leader.by_joints = True
+
+        def after(seconds: float) -> np.ndarray:
+            run(seconds)
             return np.array(session.joints.position)
 
-        begin = run(0.2)
-        on_arm = [cell for cell, link in enumerate(layout.link) if layout.links[link] == "upper_arm_link"]
-        cell = int(np.random.default_rng(seed).choice(on_arm))
+        begin = after(0.2)
+        cell = int(np.random.default_rng(seed).choice(cells_on(session, "upper_arm_link")))
         session.world.push(session.in_world(cell), 10.0)
         run(0.6)
         effort = leader.effort(leader.pushes(session))
-        led = run(1.0)
+        led = after(1.0)
         session.world.release()
-        let_go = run(1.5)
-        later = run(1.0)
-    finally:
-        session.shut_down()
+        let_go = after(1.5)
+        later = after(1.0)
     moved = led - begin
     strongest = int(np.abs(effort).argmax())
     assert strongest < 2, "shoulder joints carry a push on the upper arm"
@@ -67,27 +82,20 @@ def test_a_push_turns_the_joints_that_it_pushes_and_they_stay_where_they_are_let
 
 
 def test_ten_newton_at_the_wrist_lead_the_hand_and_it_stays_where_it_is_let_go(seed: int) -> None:
-    robot, layout = load("ur5_gripper"), finished("ur5_gripper")
-    session = Session(robot, layout, seed=seed, link="in process")
-    try:
-        session.boot()
-        leader = Leader(Worker(session))
+    with being_led(seed) as (session, leader, run):
 
-        def run(seconds: float) -> np.ndarray:
-            for _ in range(round(1000 * seconds)):
-                session.step()
-                leader.step()
+        def after(seconds: float) -> np.ndarray:
+            run(seconds)
             return leader.worker.place_m
 
-        begin = run(0.2)
-        on_wrist = [cell for cell, link in enumerate(layout.link) if layout.links[link] == "wrist_2_link"]
+        begin = after(0.2)
+        on_wrist = cells_on(session, "wrist_2_link")
         session.world.push(session.in_world(on_wrist[seed % len(on_wrist)]), 10.0)
-        led = run(2.0)
+        led = after(2.0)
         session.world.release()
-        let_go = run(1.5)
-        later = run(2.0)
-    finally:
-        session.shut_down()
+        let_go = after(1.5)
+        later = after(2.0)
+        openings = leader.worker.openings_m
     assert np.linalg.norm(led - begin) > 0.1
     assert np.linalg.norm(later - let_go) / 2.0 < 1e-4, "metres a second"
-    np.testing.assert_allclose(leader.worker.openings_m, 0.04, atol=1e-3)
+    np.testing.assert_allclose(openings, 0.04, atol=1e-3)
