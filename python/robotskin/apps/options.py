@@ -34,7 +34,7 @@ KnowledgeFile = Annotated[
 ]
 
 
-def refuse_in_page(headless: bool, context: typer.Context, *names: str) -> None:
+def refuse_in_page(headless: bool, context: typer.Context, *names: str, because: str = "is for --headless") -> None:
     """Refuse options, by the names of their arguments, that were given and that a page has no use for.
 
     Raises:
@@ -44,4 +44,4 @@ def refuse_in_page(headless: bool, context: typer.Context, *names: str) -> None:
     given = [name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"]
     if given and not headless:
         options = [parameter.opts[0] for parameter in context.command.params if parameter.name in given]
-        raise typer.BadParameter("is for --headless", param_hint=", ".join(options))
+        raise typer.BadParameter(because, param_hint=", ".join(options))

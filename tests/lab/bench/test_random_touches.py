@@ -35,3 +35,22 @@ def test_touches_stay_within_what_is_told_and_end(seed: int) -> None:
         assert figures["hand_soak_peak_contact_n"] > LEAST_N
     finally:
         session.shut_down()
+
+
+def test_where_another_finger_is_in_the_way_there_is_no_touch(seed: int) -> None:
+    robot = "allegro_grasp"
+    session = Session(load(robot), finished(robot), seed=seed, link="in process")
+    try:
+        session.boot()
+        layout = session.layout
+        between = [
+            cell
+            for cell in range(len(layout))
+            if layout.links[layout.link[cell]] == "link_5.0" and abs(layout.link_from_cell[cell, 1, 2]) > 0.9
+        ]
+        assert between, "the middle finger has cells that look at its neighbours"
+        assert RandomTouches(session, between, MOST_N, seed)._reachable() is None
+        every = range(len(layout))
+        assert RandomTouches(session, every, MOST_N, seed)._reachable() in every
+    finally:
+        session.shut_down()

@@ -22,7 +22,7 @@ def test_states_follow_touch_and_base() -> None:
 
 
 def test_every_state_is_left_again() -> None:
-    assert {row[0] for row in TABLE} == {row[2] for row in TABLE} == set(State)
+    assert {row.state for row in TABLE} == {row.then for row in TABLE} == set(State)
 
 
 @pytest.mark.timeout(300)
@@ -35,6 +35,44 @@ def test_the_base_gives_way_in_a_whole_session(tmp_path: Path, seed: int) -> Non
     assert figures["base_moved_mm"] > 30
     assert figures["base_gives_s"] > 0.2
     assert (figures["limit_violations"], figures["running"]) == (0, 1)
+
+
+@pytest.mark.timeout(300)
+def test_a_torso_gives_way_for_the_arm_that_it_carries(tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "figures.json"
+    options = [
+        "--robot",
+        "talos",
+        "--headless",
+        "--force",
+        "3",
+        "--wait",
+        "0",
+        "--seed",
+        str(seed),
+        "--json",
+        str(file),
+    ]
+    answer = CliRunner().invoke(main.app, ["app", "propagate", *options])
+    assert answer.exit_code == 0, answer.output
+    figures = json.loads(file.read_text())
+    assert figures["base_moved_mm"] > 20
+    assert (figures["limit_violations"], figures["running"]) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("robot", "told"), [("ur5", "no limb of it carries another"), ("talos_standing", "no motor moves base_x")]
+)
+def test_a_robot_that_it_does_not_fit_is_refused_by_name(robot: str, told: str) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "propagate", "--headless", "--robot", robot])
+    assert answer.exit_code != 0
+    assert f"propagate with {robot}: {told}" in " ".join(answer.output.split())
+
+
+def test_in_the_page_a_force_needs_a_cell() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "propagate", "--force", "3"])
+    assert answer.exit_code == 2
+    assert "--push" in answer.output
 
 
 def test_a_cell_that_is_none_is_refused_before_anything_moves() -> None:

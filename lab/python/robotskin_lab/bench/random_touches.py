@@ -11,6 +11,9 @@ from robotskin.session import SafetyState, Session
 
 LEAST_N, PUSHES_S, RESTS_S = 1.0, (0.2, 1.5), (0.5, 4.0)
 LOOK_PERIODS = 4
+WAY_M, CLEAR_M = 0.08, 0.010
+"""The hand comes straight from so far; so much wider than the hand its way must be free of other links' cells."""
+TRIES = 30
 
 
 class RandomTouches:
@@ -38,13 +41,31 @@ class RandomTouches:
         if session.world.time_s < self._until_s:
             return
         self._pushes = not self._pushes
-        if self._pushes:
-            cell = int(self.generator.choice(self.cells))
+        cell = self._reachable() if self._pushes else None
+        self._pushes = cell is not None
+        if cell is not None:
             self.hand.push(session.in_world(cell), float(self.generator.uniform(LEAST_N, self.most_n)))
             self.count += 1
         else:
             self.hand.leave()
         self._until_s = session.world.time_s + float(self.generator.uniform(*(PUSHES_S if self._pushes else RESTS_S)))
+
+    def _reachable(self) -> int | None:
+        """A cell, drawn among those to which the way is free now; None where such a cell is not found.
+
+        Between two fingers is no room for a person's: there the hand would be squeezed, whatever the robot does.
+        """
+        layout, world = self.session.layout, self.session.world
+        base_from_cell = world.base_from_cell()[[self.session.in_world(cell) for cell in range(len(layout))]]
+        for cell in self.generator.permutation(self.cells)[:TRIES]:
+            others = np.flatnonzero(layout.link != layout.link[cell])
+            away = base_from_cell[others, :3, 3] - base_from_cell[cell, :3, 3]
+            normal = base_from_cell[cell, :3, 2]
+            radius = self.hand.radius_m
+            along = np.clip(away @ normal, radius, radius + WAY_M)
+            if np.linalg.norm(away - along[:, None] * normal, axis=1).min(initial=np.inf) > radius + CLEAR_M:
+                return int(cell)
+        return None
 
     def end(self) -> None:
         """The hand leaves."""

@@ -12,10 +12,14 @@ from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_pag
 
 def command(
     context: typer.Context,
+    robot: Annotated[
+        str, typer.Option(help="By name; one of its limbs carries others: dual_arm, dual_arm_gripper, talos.")
+    ] = "dual_arm",
     push: Annotated[
         int | None,
         typer.Option(
-            help="The cell to push; headless by default one of the right shoulder, in the page by default none."
+            help="The cell to push; headless by default one of the right shoulder or of a limb's first link, in the "
+            "page by default none."
         ),
     ] = None,
     force: Annotated[float, typer.Option(help="Newton at the end of the rise, of 2 N/s.", min=0.5, max=20)] = 8.0,
@@ -33,16 +37,20 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.propagate.script import Plan, bounds, run, usual_cell
-    from robotskin.apps.propagate.tasks import WITH, use_arms_alone
+    from robotskin.apps.propagate.tasks import WITH, carrying_limb, use_arms_alone
     from robotskin.figures import report
     from robotskin.layout import finished
     from robotskin.robots import load
     from robotskin.session import Session
 
     refuse_in_page(headless, context, "json_file", "wait")
+    if push is None:
+        refuse_in_page(headless, context, "force", because="is for --push")
     console = Console()
-    skin = finished("dual_arm")
-    session = Session(load("dual_arm"), skin, WITH, seed=seed, interface="velocity", link="in process")
+    loaded = load(robot)
+    carrying = carrying_limb(loaded).name
+    skin = finished(robot)
+    session = Session(loaded, skin, WITH, seed=seed, interface="velocity", link="in process")
     try:
         plan = Plan(usual_cell(session) if push is None else push, force, wait_s=wait)
         session.in_world(plan.cell)
@@ -61,5 +69,5 @@ def command(
         return
     session.shut_down()
     link = skin.links[skin.link[plan.cell]]
-    title = f"cell {plan.cell} of {link}, {force:g} N, {'arms alone' if without else 'arms and base'}"
+    title = f"cell {plan.cell} of {link}, {force:g} N, {'limbs alone' if without else f'limbs and {carrying}'}"
     raise typer.Exit(report(console, title, figures, bounds(plan), seed, json_file, [session.fault_told]))

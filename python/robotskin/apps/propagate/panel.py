@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 from rich.console import Console
 
-from robotskin.apps.propagate.script import Plan
+from robotskin.apps.propagate.script import BaseWay, Plan, felt_n
 from robotskin.apps.propagate.states import Seen, State, following
 from robotskin.live.live_session import LiveSession
 from robotskin.live.told_page import ToldPage
@@ -20,18 +19,14 @@ class PropagatePage(ToldPage):
     def __init__(self, session: LiveSession, port: int) -> None:
         self._state = State.WAITING
         self._way_m = self._felt_n = 0.0
-        robot = session.session.robot
-        self._base = [robot.joint_index(name) for name in ("base_x", "base_y")]
-        self._home = np.asarray(session.session.home)[self._base]
+        self._way = BaseWay(session.session)
         self._near_n = float(session.session.gains.values["skin"]["proximity_n"])
         super().__init__(session, "Propagation", port)
 
     def draw(self, snapshot: Snapshot, now_s: float) -> None:
         """Send one moment to the browsers."""
-        self._way_m = float(np.linalg.norm(np.asarray(snapshot.joint_position)[self._base] - self._home))
-        force = np.asarray(snapshot.skin.normal_force).sum(axis=1)
-        near = np.asarray(snapshot.skin.proximity)
-        self._felt_n = float(force[force > 0.1].sum() + self._near_n * near[near > 0.02].sum())
+        self._way_m = self._way.metres(snapshot.joint_position)
+        self._felt_n = felt_n(snapshot.skin.normal_force, snapshot.skin.proximity, self._near_n)
         self._state = following(self._state, Seen(self._felt_n, self._way_m))
         super().draw(snapshot, now_s)
 

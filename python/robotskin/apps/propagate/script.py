@@ -7,15 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robotskin.apps.propagate.states import Seen, State, following
+from robotskin.apps.propagate.tasks import carrying_limb
+from robotskin.control import limbs_of
 from robotskin.figures import Bound
-from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.session import PERIOD_S, SafetyState, Session, SessionError
 
 Progress = Callable[[str], None]
 FORCE_N_S = 2.0
 """How fast the push gets harder."""
-PROXIMITY_SILENT = 0.02
+FORCE_SILENT_N, PROXIMITY_SILENT = 0.1, 0.02
 BACK_MM = 20.0
 LARGEST_CONTACT_N = 25.0
 
@@ -31,10 +34,30 @@ class Plan:
 
 
 def usual_cell(session: Session) -> int:
-    """A cell of the right shoulder, whose one joint can give way sideways only."""
-    links = [session.layout.links[link] for link in session.layout.link]
-    on = [cell for cell, link in enumerate(links) if link == "right_shoulder_link"]
-    return on[len(on) // 2]
+    """A cell of the right shoulder, whose one joint can give way sideways only, or of another limb's first link.
+
+    Raises SessionError for a skin that covers no limb which is carried.
+    """
+    robot, layout = session.robot, session.layout
+    carrying = carrying_limb(robot).name
+    carried = sorted((one for one in limbs_of(robot.core) if one.parent == carrying), key=lambda one: len(one.joints))
+    links = [layout.links[link] for link in layout.link]
+    beyond = [link for limb in reversed(carried) for link in links_beyond(session, limb.joints[0])]
+    for wanted in ("right_shoulder_link", *beyond):
+        on = [cell for cell, link in enumerate(links) if link == wanted]
+        if on:
+            return on[len(on) // 2]
+    raise SessionError(f"propagate with this layout of {layout.robot}: no cell on what {carrying} carries; give --push")
+
+
+def links_beyond(session: Session, joint: str) -> list[str]:
+    """The links that a joint moves, the nearest first."""
+    robot = session.robot
+    zero = np.zeros(robot.joint_count)
+    turned = zero.copy()
+    turned[robot.joint_index(joint)] = 0.1
+    moved = np.abs(robot.base_from_link(turned) - robot.base_from_link(zero)).max(axis=(1, 2)) > 1e-6
+    return [name for name, one in zip(robot.link_names, moved, strict=True) if one]
 
 
 def bounds(plan: Plan) -> list[Bound]:
@@ -44,18 +67,34 @@ def bounds(plan: Plan) -> list[Bound]:
     return [*back, *held]
 
 
+class BaseWay:
+    """How far what carries the limbs, a base or a torso, is from its place: the middle of where they begin."""
+
+    def __init__(self, session: Session) -> None:
+        self._robot = session.robot
+        carrying = carrying_limb(session.robot).name
+        carried = [one for one in limbs_of(session.robot.core) if one.parent == carrying]
+        self._links = [session.robot.link_index(links_beyond(session, one.joints[0])[0]) for one in carried]
+        self._home = self._place(session.home)
+
+    def metres(self, posture: ArrayLike) -> float:
+        """For (n) rad or m of the robot's joints."""
+        return float(np.linalg.norm(self._place(posture) - self._home))
+
+    def _place(self, posture: ArrayLike) -> np.ndarray:
+        poses = self._robot.base_from_link(np.array(posture, dtype=float))
+        return np.asarray(poses[self._links, :3, 3].mean(axis=0))
+
+
 def base_m(session: Session) -> float:
     """How far the base is from its place."""
-    robot = session.robot
-    joints = [robot.joint_index(name) for name in ("base_x", "base_y")]
-    return float(np.linalg.norm(np.array(session.joints.position)[joints] - session.home[joints]))
+    return BaseWay(session).metres(session.joints.position)
 
 
-def seen(session: Session) -> Seen:
-    """What the robot feels now, and where its base is."""
-    near = np.asarray(session.skin.proximity, dtype=float)
-    pushes = session.gains.values["skin"]["proximity_n"] * float(near[near > PROXIMITY_SILENT].sum())
-    return Seen(session.felt_force_n() + pushes, base_m(session))
+def felt_n(normal_force: ArrayLike, proximity: ArrayLike, near_n: float) -> float:
+    """Newton on all cells, from (N, 3) N of sensors and (N,) nearness, which at full scale counts as `near_n`."""
+    force, near = np.asarray(normal_force, dtype=float).sum(axis=1), np.asarray(proximity, dtype=float)
+    return float(force[force > FORCE_SILENT_N].sum() + near_n * near[near > PROXIMITY_SILENT].sum())
 
 
 def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -> dict[str, float]:
@@ -68,12 +107,15 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     spent = dict.fromkeys(State, 0.0)
     moved = away = peak = 0.0
     running = True
+    way, near_n = BaseWay(session), float(session.gains.values["skin"]["proximity_n"])
 
     def step() -> None:
         nonlocal state, moved, away, peak, running
         session.step()
         if round(1e3 * session.world.time_s) % 10 == 0:
-            now = seen(session)
+            now = Seen(
+                felt_n(session.skin.normal_force, session.skin.proximity, near_n), way.metres(session.joints.position)
+            )
             state = following(state, now)
             spent[state] += 10 * PERIOD_S
             away = max(away, now.base_m)
@@ -97,7 +139,7 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
     return {
         "moved_mm": 1e3 * moved,
         "base_moved_mm": 1e3 * away,
-        "base_back_mm": 1e3 * base_m(session),
+        "base_back_mm": 1e3 * way.metres(session.joints.position),
         "peak_contact_n": peak,
         "limit_violations": float(session.controller.report.violations),
         "running": float(running),

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+
+from robotskin.state_table import Row, following_row
 
 AWAY_M = 0.005
 """A base that is nearer than this to its place counts as at rest there."""
@@ -27,6 +28,7 @@ class Seen:
 
     felt_n: float
     base_m: float
+    since_s: float = 0.0
 
     @property
     def touched(self) -> bool:
@@ -39,21 +41,19 @@ class Seen:
         return self.base_m > AWAY_M
 
 
-TABLE: tuple[tuple[State, Callable[[Seen], bool], State], ...] = (
-    (State.WAITING, lambda seen: seen.touched, State.ARM_GIVES),
-    (State.ARM_GIVES, lambda seen: seen.away and seen.touched, State.BASE_GIVES),
-    (State.ARM_GIVES, lambda seen: not seen.touched, State.RETURNING),
-    (State.BASE_GIVES, lambda seen: not seen.touched, State.RETURNING),
-    (State.BASE_GIVES, lambda seen: not seen.away, State.ARM_GIVES),
-    (State.RETURNING, lambda seen: seen.touched, State.ARM_GIVES),
-    (State.RETURNING, lambda seen: not seen.away, State.WAITING),
+TABLE: tuple[Row[State, Seen], ...] = (
+    Row(State.WAITING, lambda seen: seen.touched, State.ARM_GIVES, "touched"),
+    Row(State.ARM_GIVES, lambda seen: seen.away and seen.touched, State.BASE_GIVES, "the base leaves its place"),
+    Row(State.ARM_GIVES, lambda seen: not seen.touched, State.RETURNING, "let go"),
+    Row(State.BASE_GIVES, lambda seen: not seen.touched, State.RETURNING, "let go"),
+    Row(State.BASE_GIVES, lambda seen: not seen.away, State.ARM_GIVES, "the base is at its place"),
+    Row(State.RETURNING, lambda seen: seen.touched, State.ARM_GIVES, "touched"),
+    Row(State.RETURNING, lambda seen: not seen.away, State.WAITING, "the base is at its place"),
 )
-"""State, condition, next state; the first row of a state that fits is taken, one a moment."""
+"""The first row of a state that fits is taken, one a moment."""
 
 
 def following(state: State, seen: Seen) -> State:
     """The state after a moment."""
-    for now, holds, after in TABLE:
-        if now is state and holds(seen):
-            return after
-    return state
+    row = following_row(TABLE, state, seen)
+    return state if row is None else row.then
