@@ -66,6 +66,16 @@ def test_a_tower_grows_by_a_block_and_blocks_wait_apart(seed: int) -> None:
     assert apart.min() > 2 * tower.usual_radius_m
 
 
+@pytest.mark.timeout(300)
+def test_a_robot_that_is_touched_while_it_is_led_can_be_led_on(seed: int) -> None:
+    figures = run(seed=seed, parts="led_soak", soak_seconds=15)
+    assert figures["led_soak_touches"] >= 2
+    assert figures["led_soak_way_m"] > 0.01
+    assert (figures["led_soak_violations"], figures["led_soak_stops"]) == (0, 0)
+    assert figures["led_soak_peak_contact_n"] < 25
+    assert figures["led_soak_goes_on"] == 1
+
+
 def test_a_part_that_is_none_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="squash"):
         run(parts="squash")

@@ -21,7 +21,7 @@ from robotskin_lab.bench.progress import tell, tell_step
 ON_ARM = ("arm", "arm_primitive")
 SOAK = "soak"
 PARTS = ("reactive", "equal", "primitive", "exact", "hold", *ON_ARM, SOAK)
-WITHOUT = {PLIERS: ("primitive", "exact", *ON_ARM, SOAK), "ball": ("equal",), "cylinder": ("equal",)}
+WITHOUT = {PLIERS: ("primitive", "exact", *ON_ARM), "ball": ("equal",), "cylinder": ("equal",)}
 """The parts that an object has no part in."""
 METHODS: dict[str, Method] = {
     "primitive": "primitive",
@@ -100,7 +100,8 @@ def run(
                 simulated += seconds
             if found:  # what was not tried has no figure
                 figures |= _pooled(part, name, found)
-    figures["realtime_ratio"] = simulated / max(time.process_time() - began, 1e-9)
+    if simulated:
+        figures["realtime_ratio"] = simulated / max(time.process_time() - began, 1e-9)
     if picture is not None:
         trial = Trial.drawn(np.random.default_rng([seed, 99]), (0.010, 0.010))
         draw_grasps(

@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from robotskin.apps.grasp.control import GraspControl
-from robotskin.apps.grasp.scene import OBJECTS, PLIERS, Trial, believed_shape
+from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape
 from robotskin.apps.grasp.script import LIFT_M, PATIENCE_S, Plan, session_of
 from robotskin.apps.grasp.states import State
-from robotskin.errors import InputError
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.random_touches import RandomTouches
 
@@ -19,13 +19,15 @@ MOST_N = 5.0
 """Of a touch: a push of 15 N at a fingertip is more than its motors have."""
 INSIDE = 0.4
 """Part of a cell's normal along the palm's side of its link, from which on it faces what is held."""
-HELD_S, LIFTED_M = 2.0, 0.05
+HELD_S, SETTLE_S, LIFTED_M = 2.0, 1.0, 0.05
 
 
 class _Cycles:
-    def __init__(self, name: str, seed: int) -> None:
-        plan = Plan(name, "reactive", Trial.drawn(np.random.default_rng([seed, 71]), (0.005, 0.010)))
-        self.session = session_of(plan, seed)
+    def __init__(self, name: str, seed: int, number: int = 0) -> None:
+        generator = np.random.default_rng([seed, 71, number])
+        self.tool = name == PLIERS
+        trial = Trial.drawn_along(generator) if self.tool else Trial.drawn(generator, (0.005, 0.010))
+        self.session = session_of(Plan(name, "reactive", trial), seed + 1000 * number)
         self.session.boot()
         self.control = GraspControl(self.session, believed_shape(name))
         self.thing = self.session.world.thing(name)
@@ -33,14 +35,20 @@ class _Cycles:
         # Touches come from outside: between palm and fingers there is no room for a hand.
         faces = np.array(self.session.layout.link_from_cell)[:, 0, 2]
         outside = np.flatnonzero(faces < INSIDE).tolist()
-        self.touches = RandomTouches(self.session, outside, MOST_N, seed)
+        self.touches = RandomTouches(self.session, outside, MOST_N, seed + 1000 * number)
         self.cycles = self.lifted = 0
 
     def once(self) -> bool:
-        """Grasp, lift, hold, bring down, let go; whether it was lifted. Then it is put back as a person would."""
+        """Grasp, lift, hold, bring down, let go; whether it was lifted. Then it is put back as a person would.
+
+        A tool is given to the hand once it is held, and is not put back.
+        """
         control = self.control
         control.restart()
         self._until(lambda: control.state in (State.HOLD, State.LOST))
+        if self.tool:
+            self.thing.let_go()
+            self._run(SETTLE_S)
         control.carriage.go(LIFT_M)
         self._run(LIFT_M / 0.1 + HELD_S)
         lifted = bool(self.thing.position_m[2] - self.start[2] > LIFTED_M)
@@ -48,8 +56,9 @@ class _Cycles:
         self._run(LIFT_M / 0.1 + 0.2)
         control.release()
         self._until(lambda: control.state is State.RELEASED)
-        self.thing.put(self.start)
-        self._run(0.5)
+        if not self.tool:
+            self.thing.put(self.start)
+            self._run(0.5)
         self.cycles, self.lifted = self.cycles + 1, self.lifted + lifted
         return lifted
 
@@ -66,9 +75,14 @@ class _Cycles:
 
 
 def soak_figures(name: str, seed: int, seconds: float) -> dict[str, float]:
-    """So many seconds of grasps with touches of up to `MOST_N` from outside; `goes_on`: the next one succeeds."""
-    if name not in OBJECTS or name == PLIERS:
-        raise InputError(f"soak of {name!r}: it grasps a ball or a cylinder again and again")
+    """So many seconds of grasps with touches of up to `MOST_N` from outside; `goes_on`: the next one succeeds.
+
+    A tool that was let go lies on the floor: each of its grasps is in a session of its own.
+    """
+    return _tools(seed, seconds) if name == PLIERS else _again_and_again(name, seed, seconds)
+
+
+def _again_and_again(name: str, seed: int, seconds: float) -> dict[str, float]:
     cycles = _Cycles(name, seed)
     session = cycles.session
     try:
@@ -77,11 +91,41 @@ def soak_figures(name: str, seed: int, seconds: float) -> dict[str, float]:
             cycles.once()
         cycles.touches.end()
         share = cycles.lifted / cycles.cycles
-        return {
-            f"{name}_soak_s": seconds,
-            f"{name}_soak_lifted": share,
-            f"{name}_soak_goes_on": float(cycles.once()),
-            **cycles.touches.figures(name),
-        }
+        goes_on = cycles.once()
+        return _figures(name, seconds, share, goes_on, [cycles.touches])
     finally:
         session.shut_down()
+
+
+def _tools(seed: int, seconds: float) -> dict[str, float]:
+    passed, lifted, touches = 0.0, [], []
+    for number in itertools.count():
+        tell(f"soak of the {PLIERS}: {passed:.0f} of {seconds:.0f} s, {number} grasps")
+        cycles = _Cycles(PLIERS, seed, number)
+        last = passed >= seconds
+        if last:
+            cycles.touches.end()
+        try:
+            lifted.append(cycles.once())
+        finally:
+            cycles.session.shut_down()
+        passed += cycles.session.world.time_s
+        touches.append(cycles.touches)
+        if last:
+            return _figures(PLIERS, seconds, float(np.mean(lifted[:-1])), lifted[-1], touches)
+    raise AssertionError
+
+
+def _figures(
+    name: str, seconds: float, lifted: float, goes_on: bool, touches: Sequence[RandomTouches]
+) -> dict[str, float]:
+    every = [one.figures(name) for one in touches]
+    summed = {key: sum(one[key] for one in every) for key in every[0]}
+    peak = f"{name}_soak_peak_contact_n"
+    return {
+        f"{name}_soak_s": seconds,
+        f"{name}_soak_lifted": lifted,
+        f"{name}_soak_goes_on": float(goes_on),
+        **summed,
+        peak: max(one[peak] for one in every),
+    }

@@ -12,7 +12,7 @@ from robotskin.errors import UnknownNameError
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.teaching_rig import Felt, squeezed
 from robotskin_lab.bench.teaching_shown import led, told
-from robotskin_lab.bench.teaching_soak import soak_figures
+from robotskin_lab.bench.teaching_soak import led_soak_figures, soak_figures
 from robotskin_lab.bench.teaching_sorted import sorted_by_plan
 from robotskin_lab.bench.teaching_stacked import stacked
 
@@ -31,8 +31,8 @@ def run(
     blocks: int = 10,
     soak_seconds: int = 600,
 ) -> dict[str, Any]:
-    """Measure the parts named in `parts`, with commas between them: squeeze, told, led, sorted, stacked,
-    soak.
+    """Measure the parts named in `parts`, with commas between them: squeeze, told, led, sorted, stacked, soak and
+    led_soak.
 
     squeeze: `fruits` oranges at each stiffness ratio of 2, 1.5 and 1.2, with 10 % spread, ±1.5 mm of radius, ±3 mm off
     centre, and 10 % of relaxation in 2 s, by a gripper whose arm wears no cells; five of each class are taught. The
@@ -44,13 +44,15 @@ def run(
     oranges on a Panda, lemons. A demonstration that is played back is the baseline.
     stacked: rules of four demonstrations with fruit, untrained where `blocks` blocks are stacked in three styles. The
     same without what was shown of squeezing are to call it unknown. Rules that know motion alone are the baseline.
-    soak: `soak_seconds` of sorting with touches of up to 12 N on the arm, and one fruit more without.
+    soak: `soak_seconds` of sorting with touches of up to 12 N on the arm, and one fruit more without. led_soak: as many
+    of a robot that is led, touched so.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
         if part not in PARTS:
             raise UnknownNameError("part of bench teaching", part, PARTS)
-    counts = {"squeeze": fruits, "told": unseen, "sorted": sorted_fruits, "stacked": blocks, "soak": soak_seconds}
+    counts = {"squeeze": fruits, "told": unseen, "sorted": sorted_fruits, "stacked": blocks}
+    counts |= dict.fromkeys(("soak", "led_soak"), soak_seconds)
     figures: dict[str, Any] = {}
     for part in wanted:
         figures |= PARTS[part](seed, counts.get(part, 0))
@@ -99,4 +101,5 @@ PARTS: dict[str, Callable[[int, int], dict[str, float]]] = {
     "sorted": sorted_by_plan,
     "stacked": stacked,
     "soak": soak_figures,
+    "led_soak": led_soak_figures,
 }
