@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """List the scenes that come with the project, or check a scene file."""
 
+from importlib import resources
+from importlib.resources.abc import Traversable
 from typing import Annotated
 
 import typer
@@ -10,14 +12,17 @@ TABLE_WIDTH = 110
 
 def command(
     scene: Annotated[
-        str | None, typer.Argument(help="Name or TOML file of a scene to check and show; by default all are listed.")
+        str | None,
+        typer.Argument(
+            help="A scene to check and show: name, TOML file, or APP/SCENE of an application. By default: all."
+        ),
     ] = None,
 ) -> None:
     """List the scenes that come with the project, or check a scene file and show what is in it."""
     from rich.table import Table
 
     from robotskin.cli._terminal import terminal
-    from robotskin.world.scene_files import load_scene, scene_names
+    from robotskin.world.scene_files import load_scene, read_scene, scene_names
 
     console = terminal()
     if console.width < TABLE_WIDTH:
@@ -27,9 +32,14 @@ def command(
         for name in scene_names():
             one = load_scene(name)
             table.add_row(name, ", ".join(one.robots) or "any", one.about)
+        table.add_section()
+        for name, file in app_scenes().items():
+            one = read_scene(file.read_text(encoding="utf-8"), file.name)
+            table.add_row(name, f"of robotskin app {name.partition('/')[0]}", one.about)
         console.print(table)
         return
-    chosen = load_scene(scene)
+    of_app = app_scenes().get(scene)
+    chosen = load_scene(scene) if of_app is None else read_scene(of_app.read_text(encoding="utf-8"), of_app.name)
     table = Table("thing", "moves", "parts", "mass kg", "friction", "stiffness N/m", "reflectance", title=chosen.about)
     for thing in chosen.things:
         parts = thing.all_parts()
@@ -43,3 +53,18 @@ def command(
             "drawn" if thing.reflectance is None else f"{thing.reflectance:g}",
         )
     console.print(table)
+
+
+def app_scenes() -> dict[str, Traversable]:
+    """The scenes of applications, by APP/SCENE: each TOML file in an application's folder that has things."""
+    import tomllib
+
+    from robotskin import apps
+
+    found: dict[str, Traversable] = {}
+    for app in apps.names():
+        files = sorted(resources.files(apps).joinpath(app).iterdir(), key=lambda file: file.name)
+        for file in files:
+            if file.name.endswith(".toml") and "things" in tomllib.loads(file.read_text(encoding="utf-8")):
+                found[f"{app}/{file.name.removesuffix('.toml')}"] = file
+    return found

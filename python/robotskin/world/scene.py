@@ -111,7 +111,8 @@ def build(
     if robot.standing and (chosen.floor is None or not chosen.floor.robot_stands):
         raise SceneError(f"scene for {robot.name}, which stands: it needs a [floor] with robot_stands = true")
     if not chosen.is_for(robot.name):
-        raise SceneError(f"scene for {', '.join(chosen.robots)}: the robot is {robot.name}")
+        made_for = ", ".join(chosen.robots)
+        raise SceneError(f"scene for {made_for}: the robot is {robot.name}; robotskin scenes lists those for it")
     spec = robot.mujoco_spec()
     differ(spec)
     spec.option.timestep = timestep_s

@@ -9,6 +9,7 @@ import tomllib
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import msgspec
 import numpy as np
@@ -91,16 +92,45 @@ def _check_robots(names: tuple[str, ...], source: str) -> None:
             raise SceneError(f"{source}: robots[{index}]: {unknown}")
 
 
-def _told(message: str) -> str:
-    """msgspec's message with the field first, and the valid names where a name is unknown."""
+def _told(message: str, raw: object) -> str:
+    """msgspec's message with the field first, the value that `raw` has there, and the valid choices where some are."""
     what, _, place = message.partition(" - at `$")
     place = place.rstrip("`").lstrip(".")
+    names = re.sub(r"\[.*?\]", "", place).split(".")
     unknown = re.search(r"unknown field `(.*)`", what)
+    missing = re.search(r"missing required field `(.*)`", what)
     if unknown:
-        last = re.sub(r"\[.*?\]", "", place).rsplit(".", 1)[-1]
-        fields = sorted({name for spec in _SPECS.get(last, ()) for name in spec.__struct_fields__})
+        fields = sorted({name for spec in _SPECS.get(names[-1], ()) for name in spec.__struct_fields__})
         what = f"unknown field {unknown[1]!r}; choose from {', '.join(fields)}"
+    elif missing:
+        choices = _choices([*names, missing[1]])
+        what = f"{missing[1]} is missing" + (f"; choose from {', '.join(choices)}" if choices else "")
+    elif what.startswith("Invalid"):
+        what = f"{_at(raw, place)!r}; choose from {', '.join(_choices(names))}"
+    elif what.startswith("Expected"):
+        what = f"{_at(raw, place)!r}: {what.partition(', got')[0].replace('Expected', 'expected')}"
     return f"{place}: {what}" if place else what
+
+
+def _choices(names: list[str]) -> list[str]:
+    """The words that a field may have, by the names that lead to it; none where it is no choice of words."""
+    specs = _SPECS.get(names[-2] if len(names) > 1 else "", ())
+    if names[-1] == "kind":
+        return [str(spec.__struct_config__.tag) for spec in specs]
+    found: dict[str, None] = {}
+    for spec in specs:
+        found |= dict.fromkeys(get_args(get_type_hints(spec).get(names[-1])))
+    return [one for one in found if isinstance(one, str)]
+
+
+def _at(raw: object, place: str) -> object:
+    """The value of a file at a place such as `things[0].shape.kind`."""
+    for name, index in re.findall(r"(\w+)|\[(\d+)\]", place):
+        try:
+            raw = raw[name] if isinstance(raw, dict) else list(raw)[int(index)]  # type: ignore[call-overload]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return None
+    return raw
 
 
 def checked_scene(scene: SceneSpec, source: str = "scene") -> SceneSpec:
@@ -122,7 +152,7 @@ def _checked(raw: object, source: str) -> SceneSpec:
     try:
         scene = msgspec.convert(raw, SceneSpec)
     except msgspec.ValidationError as error:
-        raise SceneError(f"{source}: {_told(str(error))}") from None
+        raise SceneError(f"{source}: {_told(str(error), raw)}") from None
     _check_finite(raw, "", source)
     names = [thing.name for thing in scene.things]
     for index, thing in enumerate(scene.things):

@@ -52,6 +52,13 @@ BROKEN = {
     "robots[1]: unknown robot 'ur55'": ("robots = ['ur5', 'ur55']" + BALL, "did you mean ur5"),
     "robots[0]: unknown robot 'my_arm'": ("robots = ['my_arm']" + BALL, "NAME.urdf"),
     "no TOML": ("[[things", "no TOML"),
+    "things[0].shape.kind: 'cube'": (
+        "[[things]]\nname = 'a'\nshape = {kind='cube'}",
+        "choose from sphere, box, cylinder, capsule",
+    ),
+    "things[0].shape: kind is missing": ("[[things]]\nname = 'a'\nshape = {radius_m=1.0}", "choose from sphere, box"),
+    "things[0].moves: 'flies'": (BALL + "moves = 'flies'", "choose from free, fixed, path, slides, held"),
+    "things[0].mass_kg: 'heavy'": (BALL + "mass_kg = 'heavy'", "expected `float"),
 }
 
 

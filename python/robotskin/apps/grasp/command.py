@@ -43,11 +43,12 @@ def command(
 
     from robotskin.apps.grasp.control import Method
     from robotskin.apps.grasp.fingers import FITS
-    from robotskin.apps.grasp.scene import PLIERS, Trial
+    from robotskin.apps.grasp.scene import PLIERS, Trial, believed_shape
     from robotskin.apps.grasp.script import Plan, bounds, run, session_of
     from robotskin.errors import InputError, UnknownNameError
     from robotskin.figures import report
 
+    believed_shape(name)
     if name == PLIERS and primitive:
         raise InputError("--primitive with pliers: it knows no handles; use --equal for a baseline")
     if name != PLIERS and equal:

@@ -127,7 +127,7 @@ def find_contacts(hand: Hand, shape: Shape) -> Contacts:
     if error.max() > _ASIDE_M or np.abs(grip.height).max() > shape.half_height_m:
         raise SessionError(
             f"grasp of a thing of {1e3 * shape.radius_m:g} mm radius and {2e3 * shape.half_height_m:g} mm height: the "
-            "fingers do not reach its surface; a ball of 28 to 38 mm fits, or a cylinder of 23 to 33 mm and 110 mm"
+            "fingers do not reach its surface; tried are balls of 28 to 38 mm and cylinders of 23 to 33 mm, 110 mm high"
         )
     return Contacts(grip.centre, outward, grip.height, hand.pads(angles).normal, angles)
 
