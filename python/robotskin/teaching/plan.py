@@ -151,14 +151,25 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """
         kind = kind or self.taught_with
         other = "" if kind == self.taught_with else f"; with each {kind} as follows:"
-        lines, last = [self.about + other], None
+        branches: list[tuple[str, list[str]]] = []
+        last = None
         for number, step in enumerate(self.steps):
-            if step.when is not None and step.when != last:
-                lines.append(f"├─ if {step.when.scaled((scales or {}).get(step.when.property, 1.0))}")
-            last = step.when
-            inner = "│  ├─" if step.when is not None else "├─"
             target = {"": "", "thing": f" {kind}"}.get(step.at, f" {step.at}")
-            lines.append(f"{inner} {'▶ ' if number == active else ''}{step.do}{target}")
+            told = f"{'▶ ' if number == active else ''}{step.do}{target}"
+            if step.when is None:
+                branches.append((told, []))
+            elif step.when == last:
+                branches[-1][1].append(told)
+            else:
+                scaled = step.when.scaled((scales or {}).get(step.when.property, 1.0))
+                branches.append((f"if {scaled}", [told]))
+            last = step.when
+        lines = [self.about + other]
+        for index, (told, inner) in enumerate(branches):
+            ends = index == len(branches) - 1
+            lines.append(f"{'└─' if ends else '├─'} {told}")
+            marks = ["├─"] * (len(inner) - 1) + ["└─"]
+            lines += [f"{'   ' if ends else '│  '}{mark} {one}" for mark, one in zip(marks, inner, strict=False)]
         return "\n".join(lines)
 
     def text(self) -> str:

@@ -99,6 +99,8 @@ def test_the_tree_of_other_things_shows_the_values_that_decide_for_them() -> Non
     assert "├─ if stiffness_n_per_m > 5657\n" in told
     assert "├─ if stiffness_n_per_m ≤ 5657\n" in told
     assert "├─ if stiffness_n_per_m > 4243" not in told
+    assert "│  └─ put container\n" in told
+    assert told.splitlines()[-1] == "└─ release"
 
 
 def test_files_that_cannot_be_read_or_written_are_named(tmp_path: Path) -> None:
