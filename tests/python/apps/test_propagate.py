@@ -4,11 +4,17 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from robotskin.apps.propagate.script import BaseWay, usual_cell
 from robotskin.apps.propagate.states import TABLE, Seen, State, following
+from robotskin.apps.propagate.tasks import WITH, carrying_limb
 from robotskin.cli import main
+from robotskin.layout import finished
+from robotskin.robots import load
+from robotskin.session import Session
 
 
 def test_states_follow_touch_and_base() -> None:
@@ -37,27 +43,24 @@ def test_the_base_gives_way_in_a_whole_session(tmp_path: Path, seed: int) -> Non
     assert (figures["limit_violations"], figures["running"]) == (0, 1)
 
 
-@pytest.mark.timeout(300)
-def test_a_torso_gives_way_for_the_arm_that_it_carries(tmp_path: Path, seed: int) -> None:
-    file = tmp_path / "figures.json"
-    options = [
-        "--robot",
-        "talos",
-        "--headless",
-        "--force",
-        "3",
-        "--wait",
-        "0",
-        "--seed",
-        str(seed),
-        "--json",
-        str(file),
-    ]
-    answer = CliRunner().invoke(main.app, ["app", "propagate", *options])
-    assert answer.exit_code == 0, answer.output
-    figures = json.loads(file.read_text())
-    assert figures["base_moved_mm"] > 20
-    assert (figures["limit_violations"], figures["running"]) == (0, 1)
+def test_a_torso_carries_arms_as_a_base_does(seed: int) -> None:
+    assert carrying_limb(load("dual_arm")).name == "base"
+    robot = load("talos")
+    assert carrying_limb(robot).name == "torso_1_joint"
+    session = Session(robot, finished("talos"), WITH, seed=seed, interface="velocity", link="in process")
+    try:
+        links = session.layout.links
+        assert links[session.layout.link[usual_cell(session)]].startswith("arm_right_")
+        way = BaseWay(session)
+        assert way.metres(session.home) == 0
+        bent = np.array(session.home)
+        bent[robot.joint_index("torso_2_joint")] += 0.1
+        assert 0.01 < way.metres(bent) < 0.1
+        raised = np.array(session.home)
+        raised[robot.joint_index("arm_right_4_joint")] += 0.1
+        assert way.metres(raised) == 0
+    finally:
+        session.shut_down()
 
 
 @pytest.mark.parametrize(
