@@ -9,13 +9,15 @@ from robotskin import robots
 from robotskin.apps.propagate.script import Plan, base_m, run
 from robotskin.apps.propagate.tasks import WITH, use_arms_alone
 from robotskin.layout import finished
-from robotskin.session import SafetyState, Session
+from robotskin.session import Session
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.propagation_rig import ROBOT, drawn_cells
+from robotskin_lab.bench.random_touches import RandomTouches
 
 FORCE_N = 8.0
 PALM_M = 0.003
-STATED_CONTACT_N = 25.0
+TOUCH_N = 15.0
+"""The most of a touch of the soak."""
 
 
 def whole_session(seed: int) -> Session:
@@ -76,35 +78,31 @@ def session_figures(seed: int, count: int) -> dict[str, float]:
 
 
 def soak_figures(seed: int, seconds: float) -> dict[str, float]:
-    """Random touches of 2 to 15 N while the robot complies; then one push more, to see that it goes on."""
+    """Random touches of up to `TOUCH_N` while the robot complies; then one push more, to see that it goes on."""
     session = whole_session(seed)
-    generator = np.random.default_rng([seed, 16])
-    peak, stops = 0.0, 0
     try:
-        ends = session.world.time_s + seconds
-        while session.world.time_s < ends:
-            tell(f"soak: {session.world.time_s:.0f} of {seconds:.0f} s")
-            cell = int(generator.integers(len(session.layout)))
-            session.world.push(session.in_world(cell), float(generator.uniform(2.0, 15.0)))
-            for _ in range(int(generator.integers(300, 2000))):
+        touches = RandomTouches(session, range(len(session.layout)), TOUCH_N, seed)
+
+        def run_until(time_s: float) -> None:
+            while session.world.time_s < time_s:
                 session.step()
-                peak = max(peak, float(session.world.contact_normal_force().sum()))
-            session.world.release()
-            session.run(float(generator.uniform(0.2, 1.5)))
-        stops += session.state not in (SafetyState.running, SafetyState.degraded)
-        session.run(10.0)
+                touches.step()
+
+        while session.world.time_s < seconds:
+            tell(f"soak: {session.world.time_s:.0f} of {seconds:.0f} s")
+            run_until(min(session.world.time_s + 10.0, seconds))
+        touches.end()
+        run_until(session.world.time_s + 10.0)
         cell = next(
             c for c, link in enumerate(session.layout.link) if session.layout.links[link] == "right_shoulder_link"
         )
         after = run(session, Plan(cell, FORCE_N, 0.5, 0.0))
-        report = session.controller.report
+        interventions = float(session.controller.report.interventions)
     finally:
         session.shut_down()
     return {
+        **{key.removeprefix("arms_"): value for key, value in touches.figures("arms").items()},
         "soak_s": seconds,
-        "soak_violations": float(report.violations),
-        "soak_interventions": float(report.interventions),
-        "soak_stops": float(stops),
-        "soak_peak_contact_n": peak,
+        "soak_interventions": interventions,
         "soak_moved_after_mm": after["moved_mm"],
     }
