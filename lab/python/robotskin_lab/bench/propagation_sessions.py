@@ -10,6 +10,7 @@ from robotskin.apps.propagate.script import Plan, base_m, run
 from robotskin.apps.propagate.tasks import WITH, use_arms_alone
 from robotskin.layout import finished
 from robotskin.session import Session
+from robotskin.world import Hand
 from robotskin_lab.bench.progress import tell
 from robotskin_lab.bench.propagation_rig import ROBOT, drawn_cells
 from robotskin_lab.bench.random_touches import RandomTouches
@@ -18,6 +19,8 @@ FORCE_N = 8.0
 PALM_M = 0.003
 TOUCH_N = 15.0
 """The most of a touch of the soak."""
+AWAY_M, AWAY_M_S = 0.3, 0.1
+"""So a hand is drawn back after a touch: no faster than the arm whose way it may cross can yield."""
 
 
 def whole_session(seed: int) -> Session:
@@ -77,11 +80,20 @@ def session_figures(seed: int, count: int) -> dict[str, float]:
     }
 
 
+class DrawnBack(Hand):
+    """A hand of the world that leaves slowly. Its way is a cell's normal, and turns as the robot yields."""
+
+    def leave(self) -> None:
+        """Go back along the normal of the cell that was touched."""
+        self.approach(self.cell, AWAY_M, AWAY_M_S)
+
+
 def soak_figures(seed: int, seconds: float) -> dict[str, float]:
     """Random touches of up to `TOUCH_N` while the robot complies; then one push more, to see that it goes on."""
     session = whole_session(seed)
     try:
         touches = RandomTouches(session, range(len(session.layout)), TOUCH_N, seed)
+        touches.hand = DrawnBack(session.world, touches.hand.index)
 
         def run_until(time_s: float) -> None:
             while session.world.time_s < time_s:
@@ -92,6 +104,7 @@ def soak_figures(seed: int, seconds: float) -> dict[str, float]:
             tell(f"soak: {session.world.time_s:.0f} of {seconds:.0f} s")
             run_until(min(session.world.time_s + 10.0, seconds))
         touches.end()
+        session.world.release()
         run_until(session.world.time_s + 10.0)
         cell = next(
             c for c, link in enumerate(session.layout.link) if session.layout.links[link] == "right_shoulder_link"
