@@ -92,13 +92,13 @@ def _again_and_again(name: str, seed: int, seconds: float) -> dict[str, float]:
         cycles.touches.end()
         share = cycles.lifted / cycles.cycles
         goes_on = cycles.once()
-        return _figures(name, seconds, share, goes_on, [cycles.touches])
+        return _figures(name, seconds, share, goes_on, [cycles.touches.figures(name)])
     finally:
         session.shut_down()
 
 
 def _tools(seed: int, seconds: float) -> dict[str, float]:
-    passed, lifted, touches = 0.0, [], []
+    passed, lifted, found = 0.0, list[bool](), list[dict[str, float]]()
     for number in itertools.count():
         tell(f"soak of the {PLIERS}: {passed:.0f} of {seconds:.0f} s, {number} grasps")
         cycles = _Cycles(PLIERS, seed, number)
@@ -107,25 +107,24 @@ def _tools(seed: int, seconds: float) -> dict[str, float]:
             cycles.touches.end()
         try:
             lifted.append(cycles.once())
+            found.append(cycles.touches.figures(PLIERS))  # before the motors are off
         finally:
             cycles.session.shut_down()
         passed += cycles.session.world.time_s
-        touches.append(cycles.touches)
         if last:
-            return _figures(PLIERS, seconds, float(np.mean(lifted[:-1])), lifted[-1], touches)
-    raise AssertionError
+            break
+    return _figures(PLIERS, seconds, float(np.mean(lifted[:-1])), lifted[-1], found)
 
 
 def _figures(
-    name: str, seconds: float, lifted: float, goes_on: bool, touches: Sequence[RandomTouches]
+    name: str, seconds: float, lifted: float, goes_on: bool, found: Sequence[dict[str, float]]
 ) -> dict[str, float]:
-    every = [one.figures(name) for one in touches]
-    summed = {key: sum(one[key] for one in every) for key in every[0]}
+    summed = {key: sum(one[key] for one in found) for key in found[0]}
     peak = f"{name}_soak_peak_contact_n"
     return {
         f"{name}_soak_s": seconds,
         f"{name}_soak_lifted": lifted,
         f"{name}_soak_goes_on": float(goes_on),
         **summed,
-        peak: max(one[peak] for one in every),
+        peak: max(one[peak] for one in found),
     }
