@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A measurement that was cut off goes on with the seeds that are missing."""
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,17 @@ def test_what_was_cut_off_goes_on_with_the_missing_seeds(tmp_path: Path) -> None
     assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
     measured(third, tmp_path)
     assert third.asked == [1, 2, 3], "a result that is whole is measured anew"
+
+
+def test_where_all_seeds_are_kept_none_is_measured_again(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        measured(OneAfterTheOther(2), tmp_path)
+    executor = OneAfterTheOther()
+    shorter = dataclasses.replace(RUN, seeds=(1, 2))
+    [result] = measuring.measure([shorter], executor, quick=False, folder=tmp_path)  # type: ignore[arg-type]
+    assert isinstance(result, Result)
+    assert executor.asked == []
+    assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2)}
 
 
 def test_seeds_of_other_sources_or_another_form_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +52,31 @@ def measure(
     jobs = [
         ((name, seed), (run.arguments(quick=quick), seed, run.measures, measured[name]))
         for name, run in listed.items()
-        for seed in _missing(run.quick_seeds if quick else run.seeds, kept[name])
+        for seed in (run.quick_seeds if quick else run.seeds)
+        if seed not in kept[name].seeds
     ]
     left = {name: [seed for (of, seed), _ in jobs if of == name] for name in listed}
     ended: dict[str, dict[int, tuple[dict[str, Any], dict[str, Any]]]] = {name: kept[name].seeds for name in listed}
     for name, seeds in ended.items():
         if seeds:
             tell(f"{name}: seed {', '.join(map(str, sorted(seeds)))} measured before")
+
+    def result(name: str) -> Result:
+        kept[name].forget()
+        by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
+        run, machines = listed[name], [machine for _, machine in by_seed.values()]
+        processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
+        return Result(
+            name,
+            run.quick if quick else run.command,
+            quick,
+            commits[name],
+            measured[name],
+            machines[0] | {"processor": " and ".join(processors)},
+            {seed: figures for seed, (figures, _) in by_seed.items()},
+        )
+
+    yield from (result(name) for name in listed if not left[name])
     failed: dict[str, str] = {}
     for (name, seed), (told, figures, machine) in on.results(measure_seed, jobs):
         tell(f"robotskin {' '.join(listed[name].arguments(quick=quick))} --seed {seed}")
@@ -73,24 +91,7 @@ def measure(
         if name in failed:
             yield RunFailedError(failed[name])
             continue
-        kept[name].forget()
-        by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
-        run, machines = listed[name], [machine for _, machine in by_seed.values()]
-        processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
-        yield Result(
-            name,
-            run.quick if quick else run.command,
-            quick,
-            commits[name],
-            measured[name],
-            machines[0] | {"processor": " and ".join(processors)},
-            {seed: figures for seed, (figures, _) in by_seed.items()},
-        )
-
-
-def _missing(seeds: Sequence[int], kept: KeptSeeds) -> list[int]:
-    """What is left to do; the last seed is done again where all are kept, as after a result that was not written."""
-    return [seed for seed in seeds if seed not in kept.seeds] or [seeds[-1]]
+        yield result(name)
 
 
 def measure_seed(
