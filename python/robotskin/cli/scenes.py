@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """List the scenes that come with the project, or check a scene file."""
 
+from __future__ import annotations
+
 from importlib import resources
-from importlib.resources.abc import Traversable
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from robotskin.world import SceneSpec
 
 TABLE_WIDTH = 110
 
@@ -22,7 +26,7 @@ def command(
     from rich.table import Table
 
     from robotskin.cli._terminal import terminal
-    from robotskin.world.scene_files import load_scene, read_scene, scene_names
+    from robotskin.world.scene_files import load_scene, scene_names
 
     console = terminal()
     if console.width < TABLE_WIDTH:
@@ -33,13 +37,11 @@ def command(
             one = load_scene(name)
             table.add_row(name, ", ".join(one.robots) or "any", one.about)
         table.add_section()
-        for name, file in app_scenes().items():
-            one = read_scene(file.read_text(encoding="utf-8"), file.name)
+        for name, one in app_scenes().items():
             table.add_row(name, f"of robotskin app {name.partition('/')[0]}", one.about)
         console.print(table)
         return
-    of_app = app_scenes().get(scene)
-    chosen = load_scene(scene) if of_app is None else read_scene(of_app.read_text(encoding="utf-8"), of_app.name)
+    chosen = app_scenes().get(scene) or load_scene(scene)
     table = Table("thing", "moves", "parts", "mass kg", "friction", "stiffness N/m", "reflectance", title=chosen.about)
     for thing in chosen.things:
         parts = thing.all_parts()
@@ -55,16 +57,18 @@ def command(
     console.print(table)
 
 
-def app_scenes() -> dict[str, Traversable]:
+def app_scenes() -> dict[str, SceneSpec]:
     """The scenes of applications, by APP/SCENE: each TOML file in an application's folder that has things."""
     import tomllib
 
     from robotskin import apps
+    from robotskin.world.scene_files import read_scene
 
-    found: dict[str, Traversable] = {}
+    found: dict[str, SceneSpec] = {}
     for app in apps.names():
         files = sorted(resources.files(apps).joinpath(app).iterdir(), key=lambda file: file.name)
         for file in files:
-            if file.name.endswith(".toml") and "things" in tomllib.loads(file.read_text(encoding="utf-8")):
-                found[f"{app}/{file.name.removesuffix('.toml')}"] = file
+            text = file.read_text(encoding="utf-8") if file.name.endswith(".toml") else ""
+            if "things" in tomllib.loads(text):
+                found[f"{app}/{file.name.removesuffix('.toml')}"] = read_scene(text, file.name)
     return found
