@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.propagate.script import Plan, base_m, run, usual_cell
+from robotskin.apps.propagate.script import BaseWay, Plan, run, usual_cell
 from robotskin.apps.propagate.tasks import WITH, use_arms_alone
 from robotskin.layout import Layout, finished
 from robotskin.layout.picture import draw, scene
@@ -66,7 +66,7 @@ class _Watched(Session):
     def watch(self, cell: int) -> None:
         """From now on, a row every 10 ms."""
         self.rows: list[tuple[Any, ...]] = []
-        self.pushed = self.in_world(cell)
+        self.pushed, self.way = self.in_world(cell), BaseWay(self)
 
     def step(self) -> None:
         """One period."""
@@ -74,7 +74,8 @@ class _Watched(Session):
         if round(1e3 * self.world.time_s) % LOOK_MS == 0:
             force_n = float(self.world.contact_normal_force().sum())
             pose = np.array(self.world.base_from_cell(self.pushed))
-            self.rows.append((self.world.time_s, np.array(self.joints.position), pose, force_n, base_m(self)))
+            posture = np.array(self.joints.position)
+            self.rows.append((self.world.time_s, posture, pose, force_n, self.way.metres(posture)))
 
 
 def followed(seed: int, *, alone: bool) -> Followed:
