@@ -14,7 +14,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.selfconfig.common.archive import ArchiveError, read_arrays
@@ -117,6 +116,9 @@ def _low_pass(felt: Array, recording: MotionRecording, bandwidth_over_pattern: f
     cut_hz = bandwidth_over_pattern * recording.swing.frequency_hz
     if cut_hz >= 0.45 * rate_hz:
         return felt
+    # Every session reads maps, few filter: this library takes as long to import as all others of a session together.
+    from scipy.signal import butter, sosfilt, sosfiltfilt
+
     through = sosfilt if causal else sosfiltfilt
     return np.asarray(through(butter(2, cut_hz, fs=rate_hz, output="sos"), felt, axis=1))
 
