@@ -20,6 +20,8 @@ def main() -> None:
         if one is signal.SIGTERM or signal.getsignal(one) is not signal.SIG_IGN:
             signal.signal(one, _leave)
     atexit.register(_keep_status)
+    # Matrices here are small: threads of BLAS only wait for each other, and take time from robots beside them.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from robotskin.cli.main import app
 
     app()
