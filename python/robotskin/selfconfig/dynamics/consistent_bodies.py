@@ -29,7 +29,7 @@ class DynamicsError(RobotskinError):
 
 SETTLED = 1e-6
 """Twice what may be left to gain, in squares of a standard deviation."""
-WEAKENING, WEAKENINGS = 10.0, 5
+WEAKENING, WEAKENINGS = 10.0**0.5, 10
 """The divergence begins this often this much stronger than asked."""
 
 
@@ -51,7 +51,7 @@ def is_consistent(parameters: Array) -> bool:
     return bool(np.linalg.eigvalsh(np.einsum("i,iab->ab", parameters, pseudo_inertia_basis())).min() > 0)
 
 
-def fit_bodies(matrix: Array, right: Array, links: int, pull: float = 0.01, passes: int = 200) -> Array:
+def fit_bodies(matrix: Array, right: Array, links: int, pull: float = 0.01, passes: int = 2000) -> Array:
     """Minimise ½ |A x − b|² + pull · Σ D(P₀ ‖ P(π_l)), and the like for friction; x = (π of all links, friction).
 
     D = tr(P₀⁻¹ P) − log det(P₀⁻¹ P) − 4 is the entropic divergence from the guess P₀ (Lee, Wensing and Park, IEEE T-RO

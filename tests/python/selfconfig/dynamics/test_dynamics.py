@@ -97,6 +97,21 @@ def test_light_bodies_settle_however_weak_the_pull_beside_the_torques(strength: 
     assert all(is_consistent(body) for body in found[:-2].reshape(links, 10))
 
 
+def test_bodies_settle_where_torques_tell_some_combinations_a_myriad_times_better_than_others(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    links, told, size = 7, 64, 84
+    strengths = np.concatenate([np.geomspace(1e4, 1.0, told), np.zeros(size - told)])
+    left, right_turn = (np.linalg.qr(random.standard_normal((size, size)))[0] for _ in range(2))
+    matrix = left * strengths @ right_turn
+    bodies = [
+        pinocchio.Inertia.FromEllipsoid(random.uniform(0.05, 5), *random.uniform(0.02, 0.3, 3)).toDynamicParameters()
+        for _ in range(links)
+    ]
+    right = matrix @ np.concatenate([*bodies, np.full(size - 10 * links, 0.5)]) + random.standard_normal(size)
+    found = fit_bodies(matrix, right, links)
+    assert all(is_consistent(body) for body in found[: 10 * links].reshape(links, 10))
+
+
 def test_identified_torques_hold_on_other_motions(seed: int) -> None:
     random = np.random.default_rng(seed)
     motion = exciting_trajectory(UR5.model, BOUNDS, random, candidates=10, improvements=10).at(np.arange(0, 10, 0.02))
