@@ -48,10 +48,15 @@ def test_forearms_lie_along_the_tangent_at_their_distance_and_mirror_each_other(
         )
         middle = (elbow + wrist) / 2 - [axis, 0.0, 0.0]
         along = (wrist - elbow)[:2] / np.linalg.norm(wrist - elbow)
-        farther = paths.farther_at(radius, axis)
-        assert np.linalg.norm(middle[:2]) == pytest.approx(radius + farther, abs=0.01)
-        assert abs(farther) < 0.015 or axis < 0.3, "only close to the chest the arms cannot lie where they should"
-        assert abs(along @ middle[:2]) / radius < 0.2 or farther > 0.02
+        farther = np.linalg.norm(middle[:2]) - radius
+        if axis >= 0.285 or abs(farther) <= 0.015:
+            assert farther == pytest.approx(0.0, abs=0.015)
+            assert abs(along @ middle[:2]) / radius < 0.2
+        else:
+            joints, robot = arms.joints[side], arms.robot
+            to_end = np.minimum(posture[joints] - robot.lower[joints], robot.upper[joints] - posture[joints])[:4]
+            assert to_end.min() < 0.09, "the forearm lies wrong, and no joint is at its end"
+            assert 0 < farther < 0.04
         middles[side] = middle
     np.testing.assert_allclose(middles["left"] * [1, -1, 1], middles["right"], atol=0.003)
 

@@ -50,25 +50,16 @@ class Paths:
     """Joints by where the forearms lie.
 
     axis_m: (A,) metres of the axis before the chest's joint, rising. radius_m: (S,) metres between the axis and the
-    middle of a forearm, rising. angles: of each side (A, S, 7) rad. farther_m: (A, S) metres that a forearm's
-    middle is farther from the axis than `radius_m` says: close to the chest, joints end before it lies there.
+    middle of a forearm, rising; close to the chest joints end before it lies there. angles: of each side (A, S, 7) rad.
     """
 
     axis_m: Array
     radius_m: Array
     angles: dict[str, Array]
-    farther_m: Array
 
     def at(self, side: str, radius_m: float, axis_m: float) -> Array:
         """(7,) rad of an arm whose forearm is this far from an axis that far before the chest's joint."""
-        return self._between(self.angles[side], radius_m, axis_m)
-
-    def farther_at(self, radius_m: float, axis_m: float) -> float:
-        """Metres that the middle of a forearm lies farther from the axis there than asked for."""
-        return float(self._between(self.farther_m, radius_m, axis_m))
-
-    def _between(self, table: Array, radius_m: float, axis_m: float) -> Array:
-        """Of a table (A, S, ...), what lies between its four places around this one."""
+        table = self.angles[side]
         row, over = _place(self.axis_m, axis_m)
         column, beyond = _place(self.radius_m, radius_m)
         near, far = (one[column] + beyond * (one[column + 1] - one[column]) for one in (table[row], table[row + 1]))
@@ -119,7 +110,6 @@ class Arms:
         joints = self.joints["left"][:_TURNS_WITH_HAND]
         lower, upper = self.robot.lower[joints] + _FROM_END_RAD, self.robot.upper[joints] - _FROM_END_RAD
         table = np.zeros((len(axis_m), len(radius_m), len(_MIRRORED)))
-        farther = np.zeros(table.shape[:2])
         angles = _BEGIN
         for row, axis in enumerate(axis_m):
             for column in range(len(radius_m))[::-1]:
@@ -128,10 +118,9 @@ class Arms:
                 turn = np.radians(around.angle_deg + share * (around.open_angle_deg - around.angle_deg))
                 begin = table[row - 1, column, :_TURNS_WITH_HAND] if row else angles
                 elbow, wrist = forearm_lies(around, axis, radius, turn)
-                angles, middle = self._reached(self.origin + elbow, self.origin + wrist, begin, lower, upper)
+                angles = self._reached(self.origin + elbow, self.origin + wrist, begin, lower, upper)
                 table[row, column, :_TURNS_WITH_HAND] = angles
-                farther[row, column] = np.linalg.norm((middle - self.origin)[:2] - [axis, 0.0]) - radius
-        return Paths(np.array(axis_m), np.array(radius_m), {"left": table, "right": table * _MIRRORED}, farther)
+        return Paths(np.array(axis_m), np.array(radius_m), {"left": table, "right": table * _MIRRORED})
 
     def posture(self, paths: Paths, radius_m: dict[str, float], axis_m: float) -> Array:
         """(n) rad: home, with each arm where its path says."""
@@ -140,8 +129,8 @@ class Arms:
             posture[joints] = paths.at(side, radius_m[side], axis_m)
         return posture
 
-    def _reached(self, elbow: Array, wrist: Array, begin: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """(4,) rad that bring the left elbow and wrist there, and (3,) metres of the middle between both then."""
+    def _reached(self, elbow: Array, wrist: Array, begin: Array, lower: Array, upper: Array) -> Array:
+        """(4,) rad that bring the left elbow and wrist there, or as near as the joints reach."""
         robot, posture = self.robot, self.home.copy()
         at = [robot.link_index(name) for name in (_ELBOW, _WRIST)]
         joints = self.joints["left"]
@@ -153,8 +142,7 @@ class Arms:
             return np.concatenate([4 * (places[0] - elbow), 10 * (places[1] - wrist), 0.02 * (angles - begin)])
 
         found = least_squares(away, np.clip(begin, lower + 1e-3, upper - 1e-3), bounds=(lower, upper))
-        away(found.x)
-        return np.asarray(found.x), np.asarray(robot.base_from_link(posture)[at][:, :3, 3].mean(axis=0))
+        return np.asarray(found.x)
 
 
 def forearm_lies(around: Around, axis_m: float, radius_m: float, turn_rad: float) -> tuple[Array, Array]:

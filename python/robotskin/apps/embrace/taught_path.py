@@ -84,7 +84,7 @@ class TaughtPath(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             side: np.array([_between(axes, np.array([row[side] for _, row in rows]), axis) for axis in axis_m])
             for side in SIDES
         }
-        return Paths(axis_m, np.array(RADII_M), angles, np.zeros((len(axis_m), len(RADII_M))))
+        return Paths(axis_m, np.array(RADII_M), angles)
 
     def _row(self, arms: Arms, number: int) -> tuple[float, dict[str, Array]]:
         """Metres of a sweep's axis before the chest's joint, and of each side (S, 7) rad at `RADII_M`."""

@@ -116,7 +116,7 @@ def _low_pass(felt: Array, recording: MotionRecording, bandwidth_over_pattern: f
     cut_hz = bandwidth_over_pattern * recording.swing.frequency_hz
     if cut_hz >= 0.45 * rate_hz:
         return felt
-    # Every session reads maps, few filter: this library takes as long to import as all others of a session together.
+    # Every session imports this module and few filter: the library would take a quarter of a session's start.
     from scipy.signal import butter, sosfilt, sosfiltfilt
 
     through = sosfilt if causal else sosfiltfilt
