@@ -13,7 +13,7 @@ from robotskin_lab.bench import balance
 from robotskin_lab.reproduce import catalogue as catalogues
 from robotskin_lab.reproduce import cited, table
 from robotskin_lab.reproduce.catalogue import Row, Run
-from robotskin_lab.reproduce.result import TREE, Result, ResultError, is_old, kept, load, objects_now
+from robotskin_lab.reproduce.result import OF_SEEDS, TREE, Result, ResultError, is_old, kept, load, objects_now
 
 CATALOGUE = catalogues.read()
 
@@ -69,6 +69,15 @@ def test_every_part_of_the_bench_of_balance_is_in_a_run_that_is_kept() -> None:
             parts = words[words.index("--parts") + 1] if "--parts" in words else default
             asked |= set(parts.split(","))
     assert asked == set(balance.PARTS)
+
+
+def test_trials_are_pooled_over_seeds_where_the_catalogue_says_so() -> None:
+    figures = result().worst({"wait_ms": "mean", "cells": "sum"})
+    assert figures == {"wait_ms": 2.5, "cells": 510, "name": "ur5"}
+
+
+def test_how_seeds_are_joined_is_known_for_every_row() -> None:
+    assert {choice for row in CATALOGUE.rows for choice in row.worst.values()} <= set(OF_SEEDS)
 
 
 def test_of_several_seeds_the_worst_counts(tmp_path: Path) -> None:

@@ -19,14 +19,14 @@ CITED = re.compile(r"<!-- (?P<run>[a-z]\w*)\.(?P<key>\w+) (?P<format>[^\s-]\S*) 
 
 
 def figure(cited: re.Match[str], folder: Path = FOLDER) -> str:
-    """What should stand between the comments: the worst of the seeds, the least where the format begins with `least:`.
+    """What should stand between the comments: the most of the seeds, or what the format begins with: `least:`, `mean:`.
 
     Raises:
         ResultError: no such result is kept, or it has no such figure.
     """
     result: Result = load(cited["run"], folder)
     way, _, form = cited["format"].rpartition(":")
-    values = result.worst({cited["key"]: way})
+    values = result.worst({cited["key"]: way or "most"})
     if cited["key"] not in values:
         raise ResultError(f"{cited[0]}: {result.run}.json has no figure {cited['key']!r}")
     return format(values[cited["key"]], form)

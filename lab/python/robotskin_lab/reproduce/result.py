@@ -7,9 +7,10 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from robotskin.errors import RobotskinError
@@ -19,6 +20,8 @@ TREE = Path(__file__).resolve().parents[4]
 FOLDER = TREE / "docs" / "results"
 CHANGED = "+"
 """Behind the commit of a result that was measured with changes which were not committed."""
+OF_SEEDS: dict[str, Callable[[list[float]], float]] = {"least": min, "most": max, "mean": fmean, "sum": sum}
+"""How one figure is made of those of all seeds. `mean` and `sum` pool trials, of which each seed has as many."""
 
 
 class ResultError(RobotskinError):
@@ -45,13 +48,13 @@ class Result:
         return sorted(self.by_seed)
 
     def worst(self, choice: Mapping[str, str]) -> dict[str, Any]:
-        """For each figure the most of all seeds, or the least where `choice` says `least`; text: the first seed's."""
+        """For each figure the most of all seeds, or what `choice` says: one of `OF_SEEDS`; text: the first seed's."""
         first = self.by_seed[self.seeds[0]]
         found: dict[str, Any] = {}
         for key, value in first.items():
             if isinstance(value, int | float):
                 of_all = [one[key] for one in self.by_seed.values() if isinstance(one.get(key), int | float)]
-                found[key] = min(of_all) if choice.get(key) == "least" else max(of_all)
+                found[key] = OF_SEEDS[choice.get(key, "most")](of_all)
             else:
                 found[key] = value
         return found
