@@ -45,7 +45,8 @@ class Row:
     """One row of the table: what is stated, and how ours is said with the figures of a run.
 
     ours: a format string over the run's figures. worst: for each figure named here, `least` or `most` of the seeds
-    counts, or their `mean` or `sum` where trials are pooled; `most` for those that are not named. ratio: a figure of the run and the stated number that divides it.
+    counts, or their `mean` or `sum` where trials are pooled; `most` for those that are not named. ratio: a figure of
+    the run and the stated number that divides it.
     """
 
     figure: str
