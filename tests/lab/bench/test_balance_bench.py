@@ -18,7 +18,7 @@ from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
 from robotskin_lab.bench.balance import GIVE_N, LAWS, SHOULDERS, TOUCH_N, give_cells, pushed_by_ball
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
-from robotskin_lab.bench.balance_soles import Insole, seven_cells
+from robotskin_lab.bench.balance_soles import Insole, SolePort, seven_cells
 
 BACKWARD = (-1.0, 0.0, 0.0)
 
@@ -86,6 +86,15 @@ def test_seven_cells_of_an_insole_tell_load_and_its_middle(seed: int) -> None:
             told = insole.load(insole.feel(share * load, share * middle))
         assert told[0] == pytest.approx(load, rel=0.15)
         assert np.linalg.norm(told[1:] / told[0] - middle) < 0.012
+
+
+def test_cells_in_its_soles_feel_where_a_robot_stands(seed: int) -> None:
+    rig = StandingRig(ROBOT, LAWS["soles"], seed)
+    assert isinstance(rig.port, SolePort)
+    rig.port.errors_m.clear()
+    rig.run(1.0)
+    assert len(rig.port.errors_m) >= 120  # a sample each 8 ms
+    assert np.percentile(rig.port.errors_m, 90) < 0.03
 
 
 def test_a_stop_goes_on_balancing_and_feels_no_touch(rig: StandingRig) -> None:
