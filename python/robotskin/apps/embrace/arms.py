@@ -23,6 +23,8 @@ _BEGIN = np.array([-0.9, 0.5, 0.5, -1.8])
 _MIRRORED = np.array([-1, -1, -1, 1, -1, 1, -1.0])
 """Of the left arm's joints, what makes the right arm's of them."""
 _STEP_M = 0.01
+_TURNS = 4
+"""By which the nearest place on a path is found: it bends between two of its postures."""
 _OPENS_FROM_M = 0.20
 """Radius from which on the arms turn outward."""
 _FROM_END_RAD = 0.08
@@ -67,10 +69,12 @@ class Paths:
 
     def radius_near(self, side: str, angles: Array, radius_m: float, axis_m: float) -> float:
         """Metres between the axis and the forearm of an arm with these (7,) rad, on its path beside a given radius."""
-        here = self.at(side, radius_m, axis_m)
-        along = self.at(side, radius_m + _STEP_M, axis_m) - here
-        share = float(along @ (angles - here) / max(float(along @ along), 1e-12))
-        return float(np.clip(radius_m + share * _STEP_M, self.radius_m[0], self.radius_m[-1]))
+        for _ in range(_TURNS):
+            here = self.at(side, radius_m, axis_m)
+            along = self.at(side, radius_m + _STEP_M, axis_m) - here
+            share = float(along @ (angles - here) / max(float(along @ along), 1e-12))
+            radius_m = float(np.clip(radius_m + share * _STEP_M, self.radius_m[0], self.radius_m[-1]))
+        return radius_m
 
 
 def _place(values: Array, value: float) -> tuple[int, float]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from robotskin.apps.embrace.arms import SIDES, Around, Paths
 from robotskin.apps.embrace.grasp_states import GraspSeen, GraspState, following_grasp
-from robotskin.apps.embrace.regulation import LOOK_S, OPEN_M, PERIODS, Hold, Regulation
+from robotskin.apps.embrace.regulation import LOOK_S, PERIODS, Hold, Regulation
 from robotskin.session import SkinnedRobot
 
 Array = NDArray[np.float64]
@@ -27,8 +27,9 @@ GRASP_HOLD = Hold(
 """Light enough for the arms' own torques, whose shoulders bear half of what they can by holding the arms up."""
 
 
-GRASP_AROUND = Around(height_m=0.0, elbow_below_m=0.02, angle_deg=88.0, open_angle_deg=94.0)
-"""Upper arms hang beside the thing, so that shoulders stay clear of it."""
+GRASP_AROUND = Around(height_m=0.0, elbow_below_m=0.02, angle_deg=74.0, open_angle_deg=84.0)
+"""Upper arms hang beside the thing, so that shoulders stay clear of it. Forearms turn inward, so that the near edges of
+a wide box pass between the elbows."""
 
 
 class GraspControl:
@@ -56,7 +57,8 @@ class GraspControl:
         self.visited = [GraspState.OPEN]
         self._tick, self._firm_s = 0, 0.0
         self._tapped, self._asked = False, False
-        self._begin = np.array(session.home)
+        self._begin: Array | None = np.array(session.home)
+        """Where the arms come from when they open for the first time; later they go back as they came."""
         self._earlier: list[dict[str, float]] = []
 
     def ask(self) -> None:
@@ -137,14 +139,13 @@ class GraspControl:
         if self.state is GraspState.HOME:
             self._earlier.clear()
         if self.state is GraspState.OPEN:
-            self._begin = self.arms.posture()
-            self.arms.radius, self.arms.axis_m = dict.fromkeys(SIDES, OPEN_M), self.arms.hold.far_m
+            self._begin = None
 
     def _act(self) -> None:
         arms = self.arms
         if self.state is GraspState.OPEN:
-            return
-        if not self.reactive:
+            arms.part()
+        elif not self.reactive:
             # Close where the thing is believed to be; then pull it as far as one of 0.35 m must come.
             arms.close_blindly(arms.hold.far_m if self.state is GraspState.CLOSE else TAUGHT_AXIS_M)
         elif self.state is GraspState.CLOSE:

@@ -30,6 +30,8 @@ HARD_S = 0.2
 """A cell that bears more than is allowed for longer ends the embrace."""
 NEARBY_M = 0.04
 """A cell that sees something as near as this makes its arm slow."""
+FIRM_SHARE = 0.8
+"""Of the squeeze wanted: with it arms pull at full speed."""
 PULL_PER_S, PULL_LEAST_M_S = 0.5, 0.012
 """What is pulled comes the slower the nearer the chest sees it: a heavy body at full speed would strike the chest with
 speed times the root of mass and stiffness, 28 N for 75 kg and 7 kN/m."""
@@ -167,7 +169,7 @@ class Regulation:
     def close(self, *, pulling: bool) -> None:
         """A look's way of arms that come near, each until it meets something; then they wait, or pull."""
         speed = {side: self._speed(side) for side in SIDES}
-        pull = -self._pull() if pulling and all(self.met.values()) and not self.touches["chest"] else 0.0
+        pull = -self._pull() * self._firmness() if pulling and not self.touches["chest"] else 0.0
         self.axis_m = float(np.clip(self.axis_m + LOOK_S * pull, NEAR_M, self.hold.far_m))
         self._move(speed, TIGHT_M)
 
@@ -200,6 +202,11 @@ class Regulation:
         """m/s towards the chest, of what has not reached it."""
         near = float(np.asarray(self.session.skin.distance)[self._middle].min())
         return float(np.clip(PULL_PER_S * near, PULL_LEAST_M_S, PULL_M_S))
+
+    def _firmness(self) -> float:
+        """Share of the full pull that the looser arm's squeeze allows: arms that squeeze less slide along the thing."""
+        enough_n = FIRM_SHARE * self.strength * self.hold.arm_n * self.eased()
+        return float(np.clip(min(self.force[side] for side in SIDES) / max(enough_n, 1e-9), 0.0, 1.0))
 
     def _speed(self, side: str) -> float:
         """m/s away from the axis, of an arm that answers to the skin."""
