@@ -29,6 +29,19 @@ def rig(seed: int) -> StandingRig:
     return StandingRig(ROBOT, LAWS[""], seed, cell, BACKWARD)
 
 
+def test_a_robot_that_stopped_is_started_again_when_it_rests(rig: StandingRig) -> None:
+    assert rig.skinned is not None
+    rig.skin.dead[:] = True
+    rig.run(0.05)
+    assert rig.skinned.state is SafetyState.stopped
+    rig.skin.dead[:] = False
+    rig.skinned.start()
+    rig.run(0.5)
+    assert rig.skinned.state is SafetyState.stopped, "it was never asked to rest"
+    rig.start_again()
+    assert rig.skinned.state is SafetyState.running, rig.skinned.why_not_running()
+
+
 def held(force_n: float) -> Callable[[float], float]:
     return lambda t: force_n * min(t / 0.2, 1.0)
 

@@ -13,9 +13,11 @@ import numpy as np
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
+from robotskin_lab.bench.balance_cells import inner_cells
+from robotskin_lab.bench.balance_palm import palm_figures
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
 from robotskin_lab.bench.balance_soles import SHARE, SolePort
-from robotskin_lab.bench.balance_touches import inner_cells, palm_figures, three_figures, touch_figures
+from robotskin_lab.bench.balance_touches import three_figures, touch_figures
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
 

@@ -18,7 +18,7 @@ from robotskin.layout import finished
 from robotskin.model import CommandMode, JointCommand, RobotPort
 from robotskin.robots.gains import GainSet
 from robotskin.robots.standing import BASE_JOINTS
-from robotskin.session import SkinnedRobot
+from robotskin.session import SafetyState, SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput, SkinState
 from robotskin.tasks import BalanceGains, SelfCollisionTask
 from robotskin.world import HandSpec, World
@@ -190,6 +190,18 @@ class StandingRig:
         command = JointCommand(CommandMode.position, self.robot.joint_count)
         command.value[:] = self._joints
         self.world.port.write(command)
+
+    def start_again(self, within_s: float = 2.0) -> None:
+        """After a stop: once the robot is at rest, as one who stands beside it would. A fallen one is left alone."""
+        assert self.skinned is not None
+        self.skinned.stop()
+        for _ in range(round(within_s / PERIOD_S)):
+            if self.fallen or self.skinned.state is SafetyState.ready:
+                break
+            self.step()
+        if not self.fallen:
+            self.skinned.start()
+            self.step()
 
     # ---- What is true ----
 

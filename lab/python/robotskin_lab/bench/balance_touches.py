@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A standing robot that is touched at several places, at random, and by a palm that comes near."""
+"""A standing robot that is touched at several places, and at random."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from robotskin.layout import finished
-from robotskin.robots.gains import robot_with_gains
-from robotskin.session import PERIOD_S, SafetyState, Session
+from robotskin.session import PERIOD_S, SafetyState
 from robotskin.tasks import SelfCollisionGains
+from robotskin_lab.bench.balance_cells import borne_n, inner_cells
 from robotskin_lab.bench.balance_rig import ROBOT, Law, StandingRig
 from robotskin_lab.bench.progress import tell
 
@@ -27,17 +26,6 @@ SHORT_S = 0.25
 LOOK_TICKS = 5
 LOOKS_M = SelfCollisionGains().safe_m
 """Bodies that are farther apart are not looked at."""
-PALM_M_S, PALM_FROM_M, PALM_TO_M = 0.1, 0.15, 0.03
-PALM_LINKS = ("arm_left_4_link", "torso_2_link")
-
-
-def inner_cells(link: str) -> np.ndarray:
-    """The cells of a link that have at least three neighbours: a hand reaches them."""
-    layout = finished(ROBOT)
-    if link not in layout.links:
-        return np.array([], dtype=int)
-    inside = (layout.neighbours[:, :, 0] >= 0).sum(axis=1) >= 3
-    return np.flatnonzero((layout.link == layout.links.index(link)) & inside)
 
 
 def three_figures(seed: int, triples: int) -> dict[str, float]:
@@ -67,7 +55,10 @@ def three_figures(seed: int, triples: int) -> dict[str, float]:
 
 
 def touch_figures(seed: int, seconds: float) -> dict[str, float]:
-    """Touches at random places of all but the legs: falls, commands beyond a limit, how near bodies come."""
+    """Touches at random places of all but the legs: falls, commands beyond a limit, how near bodies come.
+
+    None is harder than what the motors bear there (`borne_n`).
+    """
     draw = np.random.default_rng([seed, 10])
     rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1, self_collision=True)
     links = [link for link in rig.layout.links if "leg" not in link and len(inner_cells(link))]
@@ -76,7 +67,7 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
     while elapsed < seconds:
         cell = int(draw.choice(inner_cells(str(draw.choice(links)))))
         lasts = float(draw.uniform(*TOUCH_S))
-        force = float(draw.uniform(5.0, LARGEST_STEP_N))
+        force = min(float(draw.uniform(5.0, LARGEST_STEP_N)), borne_n()[cell])
         if lasts < SHORT_S:
             force = min(force, LARGEST_IMPULSE_NS / lasts)
         rig.world.push(cell, force)
@@ -94,8 +85,7 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
         if rig.skinned.state not in (SafetyState.running, SafetyState.degraded):
             stops += 1
             tell(f"balance: seed {seed}, touch {count}: {rig.skinned.why_not_running()}")
-            if not rig.fallen:
-                rig.skinned.start()
+            rig.start_again()
         if rig.fallen:
             falls += 1
             violations += rig.skinned.controller.report.violations
@@ -119,31 +109,3 @@ def closest_while(rig: StandingRig, seconds: float) -> float:
         if tick % LOOK_TICKS == 0 and not rig.fallen:
             closest = min(closest, rig.closest_m)
     return closest
-
-
-def palm_figures(seed: int) -> dict[str, float]:
-    """A palm comes near at 0.1 m/s through firmware, network and driver: the largest force, and whether it stands."""
-    ready = robot_with_gains(ROBOT)
-    session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains, link="in process")
-    draw = np.random.default_rng([seed, 7])
-    largest, least_way = 0.0, np.inf
-    try:
-        session.boot()
-        for link in PALM_LINKS:
-            cell = int(draw.choice(inner_cells(link)))
-            before = session.cell_position(cell)
-            session.world.approach(session.in_world(cell), PALM_FROM_M, 0.4)
-            session.run(0.6)
-            session.world.approach(session.in_world(cell), PALM_TO_M, PALM_M_S)
-            for _ in range(round(1.8 / PERIOD_S)):
-                session.step()
-                largest = max(largest, float(session.world.contact_normal_force().sum()))
-            least_way = min(least_way, float(np.linalg.norm(session.cell_position(cell) - before)))
-            session.world.release()
-            session.run(0.4)
-        height = float(session.world.joint_positions()[2])
-        stands = height > 0.8 * session.home[2] and session.state in (SafetyState.running, SafetyState.degraded)
-    finally:
-        session.shut_down()
-    tell(f"balance: seed {seed}, palm: {largest:.2f} N, draws back {1e3 * least_way:.0f} mm")
-    return {"palm_force_n_max": largest, "palm_way_mm": 1e3 * least_way, "palm_stands": float(stands)}
