@@ -11,7 +11,7 @@ import pytest
 from robotskin_lab.reproduce import measure as measuring
 from robotskin_lab.reproduce.catalogue import Run
 from robotskin_lab.reproduce.kept_seeds import KeptSeeds
-from robotskin_lab.reproduce.result import Result
+from robotskin_lab.reproduce.result import Result, objects_now
 
 RUN = Run("waits", "bench waits --long", "bench waits", (1, 2, 3), (1,), ("README.md",), 5)
 MACHINE = {"processor": "any", "cores": 2}
@@ -45,6 +45,21 @@ def test_what_was_cut_off_goes_on_with_the_missing_seeds(tmp_path: Path) -> None
     assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
     measured(third, tmp_path)
     assert third.asked == [1, 2, 3], "a result that is whole is measured anew"
+
+
+def test_why_a_seed_failed_is_told_before_the_next_is_measured(tmp_path: Path) -> None:
+    class FirstFails(OneAfterTheOther):
+        def results(self, work: Callable[..., Any], jobs: Sequence[tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+            for key, (_, figures, machine) in super().results(work, jobs):
+                first = key[1] == 1
+                yield key, ("the wheel is off" if first else "", None if first else figures, machine)
+                told.append("next")
+
+    told: list[str] = []
+    [failure] = measuring.measure([RUN], FirstFails(), quick=False, folder=tmp_path, tell=told.append)  # type: ignore[arg-type]
+    assert isinstance(failure, measuring.RunFailedError)
+    assert told.index("the wheel is off") < told.index("next")
+    assert set(KeptSeeds(RUN.name, RUN.arguments(quick=False), objects_now(RUN.measures), tmp_path).seeds) == {2, 3}
 
 
 def test_where_all_seeds_are_kept_none_is_measured_again(tmp_path: Path) -> None:

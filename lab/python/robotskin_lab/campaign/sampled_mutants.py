@@ -25,6 +25,8 @@ from robotskin_lab.campaign.mutation import Mutation, drawn
 
 COMPILE_S = 300
 _OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
+_SHARED = ("campaign", "program", "model_check")
+"""Object libraries of `tests/lab/campaign/CMakeLists.txt` that every program has beside the firmware."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,9 +71,9 @@ class Workshop:
     """
 
     def __init__(self) -> None:
-        self.folder = build("shipping", others=("firmware", "program"))
+        self.folder = build("shipping", others=("firmware", *_SHARED))
         self.firmware = source_tree() / "firmware"
-        parts = [self.folder / "CMakeFiles" / f"{part}.dir" for part in ("campaign", "program")]
+        parts = [self.folder / "CMakeFiles" / f"{part}.dir" for part in _SHARED]
         self._objects = [str(path) for part in parts for path in sorted(part.rglob("*.o"))]
         self._library = next(self.folder.glob("libfirmware.*"))
         self._compiler = shutil.which("cc") or "cc"

@@ -81,6 +81,7 @@ def measure(
     for (name, seed), (told, figures, machine) in on.results(measure_seed, jobs):
         tell(f"robotskin {' '.join(listed[name].arguments(quick=quick))} --seed {seed}")
         if figures is None:
+            tell(told)
             failed.setdefault(name, told)
         else:
             ended[name][seed] = (figures, machine)
