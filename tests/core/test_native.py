@@ -70,8 +70,8 @@ def thread() -> Path:
     return build("thread", "check_snapshot_table", "check_lanes")
 
 
-def test_a_million_random_datagrams_find_nothing(address: Path, seed: int) -> None:
-    check(address, "check_random_datagrams", seed, 1_000_000)
+def test_random_datagrams_find_nothing(address: Path, seed: int) -> None:
+    check(address, "check_random_datagrams", seed, 300_000)  # `robotskin bench connect --parts forged` sends a million
 
 
 def test_sequence_window_agrees_with_a_plain_set(address: Path, seed: int) -> None:
