@@ -14,6 +14,7 @@ from robotskin.configuring.exploration import Exploration, Progress
 from robotskin.configuring.identification import identified, record_torques
 from robotskin.configuring.kept_exploration import KeptExploration
 from robotskin.configuring.kept_series import KeptSeries
+from robotskin.configuring.standing_exploration import babble_hanging_and_standing
 from robotskin.layout import Layout, finished
 from robotskin.layout.mounting import read_for
 from robotskin.robots import Robot
@@ -67,6 +68,8 @@ def babble(
 ) -> BabblingRecording:
     """Wake the skin of a simulated robot and let it babble.
 
+    A robot that stands moves its legs while it hangs by its pelvis, and all else on its feet.
+
     Args:
         robot: that wears it.
         layout: of the simulated world; nothing else looks at it.
@@ -80,14 +83,17 @@ def babble(
         progress: told what is done.
 
     Raises:
-        BabblingError: nowhere to move, or a robot on its feet. RecordError: no file.
+        BabblingError: nowhere to move, or what a robot on its feet has not. RecordError: no file.
         ExplorationError: a silent skin, or a stopped robot.
     """
     if robot.standing is not None:
-        mounted = robot.standing.mounted
-        raise BabblingError(
-            f"{robot.name} stands on its feet and would fall over its own legs; as {mounted} it is held at its pelvis: "
-            f"robotskin configure {mounted}"
+        if kept is not None or series is not None or start is not None or floor_m is not None:
+            raise BabblingError(
+                f"{robot.name} explores twice, hanging and standing: --record, --recording FILE.csv and --floor-m are "
+                f"for one exploration, such as that of {robot.standing.mounted}"
+            )
+        return babble_hanging_and_standing(
+            robot, layout, seed, postures=postures, swing_postures=swing_postures, progress=progress
         )
     if progress:
         progress("planning", 0.0)

@@ -39,9 +39,8 @@ SAMPLE_PERIOD_S = 0.004
 PORTS_OF_A_UNIT = 15
 SENSOR_DELAY_S = 0.002
 """A reading is on average half an accelerometer period older than the frame that carries it (BMA250 at 250 Hz)."""
-TRAVEL_SPEED = 1.5
 TRAVEL_ACCELERATION = 6.0
-"""rad/s and rad/s² (or m) of the way between postures."""
+"""rad/s² (or m) of the way between postures."""
 SETTLE_S = 0.4
 
 
@@ -102,6 +101,9 @@ class Exploration:
         world: a running one instead, such as after something has changed on the robot.
     """
 
+    travel_speed, travel_acceleration = 1.5, TRAVEL_ACCELERATION
+    """rad/s and rad/s² (or m) of the way between postures."""
+
     def __init__(
         self,
         robot: Robot,
@@ -157,10 +159,9 @@ class Exploration:
         self.world.step(PERIOD_S)
         self.world.exchange(self.driver)
         now_ns = self.world.now_ns
-        self.reader.read(now_ns, self.skin)
-        self.world.port.read(self.joints)
+        self._sense(now_ns)
         self.dynamics.update(self.joints.position, self.joints.velocity)
-        self.command.value[:] = posture
+        self.command.value[:] = self._asked(posture)
         report = self.guard.check(
             self.dynamics, self.joints, self.skin, now_ns, self._wanted, bool(np.isfinite(posture).all()), self.command
         )
@@ -174,15 +175,24 @@ class Exploration:
             raise ExplorationError(f"the guard stopped the robot: {report.text}")
         self.goal = posture
 
+    def _sense(self, now_ns: int) -> None:
+        """Fill skin and joints."""
+        self.reader.read(now_ns, self.skin)
+        self.world.port.read(self.joints)
+
+    def _asked(self, posture: Array) -> Array:
+        """(n) what the joints are told, so that the robot comes to this posture (n)."""
+        return posture
+
     # ---- Motions ----
 
     def move_to(self, posture: Array) -> None:
         """Go there on a straight line, position, velocity and acceleration continuous (quintic), and come to rest."""
         start, way = self.goal.copy(), posture - self.goal
-        limit = np.minimum(TRAVEL_SPEED, 0.8 * self.robot.velocity_limit)
+        limit = np.minimum(self.travel_speed, 0.8 * self.robot.velocity_limit)
         # A quintic's highest speed is 15/8, its highest acceleration 10/sqrt(3) of way over time and its square.
         fastest = float((np.abs(way) * 1.875 / limit).max(initial=0.0))
-        hardest = float(np.sqrt(np.abs(way).max(initial=0.0) * 5.7735 / TRAVEL_ACCELERATION))
+        hardest = float(np.sqrt(np.abs(way).max(initial=0.0) * 5.7735 / self.travel_acceleration))
         steps = max(1, int(np.ceil(max(fastest, hardest) / PERIOD_S)))
         for step in range(1, steps + 1):
             s = step / steps

@@ -61,7 +61,7 @@ def configure(
         seconds[step], start = now - start, now
 
     tell("activity", 0.0)
-    activity, swung = measure_activity(recording)
+    activity, swung = measure_activity(recording, sways=robot.standing is not None)
     lap("activity")
     tell("topology", 0.0)
     topology = rigid_topology(recording.lists, activity)

@@ -15,13 +15,18 @@ from robotskin.selfconfig.readings.recording import BabblingRecording
 from robotskin.selfconfig.topology.topology import Topology
 
 
-def measure_activity(recording: BabblingRecording) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(n, N) which joint moves which cell, in the recording's order, and (n,) which joints swung at all."""
+def measure_activity(
+    recording: BabblingRecording, *, sways: bool = False
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(n, N) which joint moves which cell, in the recording's order, and (n,) which joints swung at all.
+
+    sways: see `activity_matrix`.
+    """
     swung = np.zeros(len(recording.joint_names), dtype=bool)
     activity = np.zeros((len(swung), len(recording)), dtype=bool)
     if recording.swings:
         order = list(dict.fromkeys(swing.swing.joint for swing in recording.swings))
-        activity[order] = activity_matrix(recording.swings)
+        activity[order] = activity_matrix(recording.swings, sways=sways)
         swung[order] = True
     return activity, swung
 

@@ -19,8 +19,13 @@ from robotskin.selfconfig.readings.motion_recording import MotionRecording
 
 Array = NDArray[np.float64]
 
+SWAY = 3.0
+"""Times as hard as the median cell a cell must be shaken to count as moved, where the whole robot sways."""
 
-def activity_matrix(recordings: Sequence[MotionRecording], false_alarm: float = 1e-9) -> NDArray[np.bool_]:
+
+def activity_matrix(
+    recordings: Sequence[MotionRecording], false_alarm: float = 1e-9, *, sways: bool = False
+) -> NDArray[np.bool_]:
     """Which joint moves which cell.
 
     A moved cell feels gravity turn, with the joint's displacement d, and the motion itself, with d̈ and ḋ². Its three
@@ -31,6 +36,7 @@ def activity_matrix(recordings: Sequence[MotionRecording], false_alarm: float = 
         recordings: one swing each; the same N cells in all. Several of one joint, in different postures, add up: a cell
             close to a vertical axis feels nothing of it in one posture.
         false_alarm: probability that a cell at rest is called moved, for one cell and joint.
+        sways: the robot stands, so that a swing shakes all of it; more than half of its cells are not moved.
 
     Returns:
         (J, N) a row for each joint, in the order of its first recording; a cell that gave fewer than ten readings
@@ -42,19 +48,20 @@ def activity_matrix(recordings: Sequence[MotionRecording], false_alarm: float = 
     if not recordings or len({len(recording.acceleration) for recording in recordings}) != 1:
         raise ValueError(f"{len(recordings)} recordings: at least one is needed, all of the same cells")
     rows: dict[int, NDArray[np.bool_]] = {}
-    moves = side_by_side(lambda recording: _moved(recording, false_alarm), recordings)
+    moves = side_by_side(lambda recording: _moved(recording, false_alarm, sways), recordings)
     for recording, moved in zip(recordings, moves, strict=True):
         joint = recording.swing.joint
         rows[joint] = rows[joint] | moved if joint in rows else moved
     return np.array(list(rows.values()))
 
 
-def _moved(recording: MotionRecording, false_alarm: float) -> NDArray[np.bool_]:
+def _moved(recording: MotionRecording, false_alarm: float, sways: bool) -> NDArray[np.bool_]:
     swing, time_s = recording.swing, recording.time_s
     angle, rate, acceleration = (swing.displacement(time_s, derivative) for derivative in range(3))
     signals = np.stack([np.ones_like(angle), angle, angle**2, rate**2, acceleration], axis=1)
     signals /= np.abs(signals).max(axis=0)
     moved = np.zeros(len(recording.acceleration), dtype=bool)
+    shaken_mps2 = np.full(len(moved), np.nan)
     valid = recording.present
     # Cells that missed the same instants share a regression; most missed none.
     for pattern, cells in _alike(valid):
@@ -72,6 +79,9 @@ def _moved(recording: MotionRecording, false_alarm: float) -> NDArray[np.bool_]:
         used, freedom = 3 * (signals.shape[1] - 1), 3 * (count - signals.shape[1])
         ratio = (explained / used) / np.maximum(left / freedom, 1e-12)
         moved[cells] = f_distribution.sf(ratio, used, freedom) < false_alarm
+        shaken_mps2[cells] = np.sqrt(explained / count)
+    if sways and moved.any():
+        moved &= shaken_mps2 > SWAY * np.nanmedian(shaken_mps2)
     return moved
 
 

@@ -81,6 +81,25 @@ def test_activity_is_that_of_the_model_and_gives_its_tree(name: str, links: list
         assert climbed == of
 
 
+def test_a_body_that_sways_along_with_an_arm_is_not_moved_by_it(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    robot = load("talos")
+    link, pose = cells_on(robot, ["arm_left_4_link", "torso_2_link", "leg_left_3_link", "leg_right_3_link"], random)
+    centre = np.clip(np.zeros(robot.joint_count), robot.lower + 0.1, robot.upper - 0.1)
+    joint = robot.joint_index("arm_left_1_joint")
+    faults = AccelerometerFaults.draw(random, len(link), IMPERFECT)
+    swing = JointSine(joint, centre, 0.1, 1.0, 4.0)
+    recording = swing_readings(robot, link, pose, swing, faults, random)
+    # What an arm pushes off against the floor: the same of all cells, in some direction of each.
+    push = 0.02 * swing.displacement(recording.time_s, 2)
+    way = random.standard_normal((len(link), 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    recording.acceleration[:] += way[:, None, :] * push[None, :, None]
+    model = [moves(robot, joint, i) for i in link]
+    assert activity_matrix([recording]).all(), "what sways is taken for moved"
+    assert activity_matrix([recording], sways=True).tolist() == [model]
+
+
 def test_a_matrix_no_open_chain_has_is_refused() -> None:
     # Joint 0 moves cells 0 and 2, joint 1 cells 1 and 2: cell 2 would hang on two branches.
     with pytest.raises(ValueError, match="do not lie behind each other"):
