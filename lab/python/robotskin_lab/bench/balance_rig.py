@@ -192,7 +192,7 @@ class StandingRig:
         self.world.port.write(command)
 
     def start_again(self, within_s: float = 2.0) -> None:
-        """After a stop: once the robot is at rest, as one who stands beside it would. A fallen one is left alone."""
+        """After a stop: once the robot is at rest. A fallen one is left alone."""
         assert self.skinned is not None
         self.skinned.stop()
         for _ in range(round(within_s / PERIOD_S)):
