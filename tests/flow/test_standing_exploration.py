@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from robotskin.configuring.configured import babble
-from robotskin.configuring.standing_exploration import REACH_M, BalancedSpace, StandingExploration, leg_joints
+from robotskin.configuring.exploration import ExplorationError
+from robotskin.configuring.standing_exploration import BalancedSpace, StandingExploration, leg_joints
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.robots.gains import gains_of
@@ -52,13 +53,23 @@ def test_arms_move_and_swing_while_the_legs_keep_the_robot_upright(seed: int) ->
     assert reached[shoulders] == pytest.approx(goal[shoulders], abs=0.05)
 
     joint = robot.joint_index("arm_left_4_joint")
-    space = BalancedSpace(load("talos"), goal[BASE:], [joint - BASE], REACH_M)
+    space = BalancedSpace(load("talos"), goal[BASE:], [joint - BASE])
     mounted = plan_joint_sine(space, joint - BASE, goal[BASE:], cycles=1)
     felt = exploration.swing(dataclasses.replace(mounted, joint=joint, centre=goal))
     assert felt.swing.amplitude == pytest.approx(mounted.amplitude, rel=0.15)
     exploration.stop()
     assert min(lowest) > 0.95 * home[2]
     assert np.abs(exploration.world.joint_positions()[3:BASE]).max() < np.radians(10)
+
+
+def test_where_balance_stops_nothing_moves_on(seed: int) -> None:
+    robot = load(NAME)
+    exploration = StandingExploration(robot, finished(NAME), seed)
+    exploration._loop.request_run(False)
+    with pytest.raises(ExplorationError, match="balance stopped: stopped on request"):
+        exploration.settle(0.1)
+    exploration.stop()
+    assert exploration.world.joint_positions()[2] > 0.95 * gains_of(robot).home[2]
 
 
 def test_what_only_one_exploration_has_is_refused_before_anything_moves() -> None:

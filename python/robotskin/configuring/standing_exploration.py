@@ -10,8 +10,9 @@ import pinocchio
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin.configuring.exploration import Exploration, Progress, unplaced
+from robotskin.configuring.exploration import Exploration, ExplorationError, Progress, unplaced
 from robotskin.control import Controller
+from robotskin.cycle import SafetyState
 from robotskin.layout import Layout
 from robotskin.loop import SkinLoop
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
@@ -19,7 +20,7 @@ from robotskin.robots import Robot
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import gains_of
 from robotskin.robots.standing import BASE_JOINTS
-from robotskin.selfconfig.babbling.joint_sine import MotionLimits
+from robotskin.selfconfig.babbling.joint_sine import JointSine, MotionLimits
 from robotskin.selfconfig.babbling.plan import BabblingPlan, plan_babbling
 from robotskin.selfconfig.readings.recording import BabblingRecording, joined
 from robotskin.skin import DatagramInput
@@ -37,27 +38,24 @@ LIMITS = MotionLimits(acceleration=4.0)
 
 
 class BalancedSpace(FreeSpace):
-    """Postures that touch nothing, move these joints alone, ask little of them, and leave the centre of mass above the
-    feet.
+    """Postures that touch nothing, ask little of the joints, and leave the centre of mass above the feet.
 
     Args:
         robot: as it is mounted.
         home: (n) from which all other joints stay.
         joints: that move.
-        reach_m: of the centre of mass, from where it is at home; None: anywhere, and joints may bear what they can.
+        reach_m: of the centre of mass, from where it is at home.
     """
 
-    def __init__(self, robot: Robot, home: Array, joints: list[int], reach_m: float | None) -> None:
+    def __init__(self, robot: Robot, home: Array, joints: list[int], reach_m: float = REACH_M) -> None:
         super().__init__(robot, home=home)
-        held = np.setdiff1d(np.arange(robot.joint_count), joints)
-        self.lower[held] = self.upper[held] = home[held]
+        hold_others(self, home, joints)
         self._reach_m, self._middle, self._joints = reach_m, self._centre(home), np.array(joints)
-        if reach_m is not None:
-            pinocchio.computeSubtreeMasses(robot.model, self._data)
-            carried = np.array(self._data.mass[1:]) / self._data.mass[0]
-            trunk = [joint for joint in joints if carried[joint] > TRUNK_SHARE]
-            self.lower[trunk] = np.maximum(self.lower[trunk], home[trunk] - TRUNK_RAD)
-            self.upper[trunk] = np.minimum(self.upper[trunk], home[trunk] + TRUNK_RAD)
+        pinocchio.computeSubtreeMasses(robot.model, self._data)
+        carried = np.array(self._data.mass[1:]) / self._data.mass[0]
+        trunk = [joint for joint in joints if carried[joint] > TRUNK_SHARE]
+        self.lower[trunk] = np.maximum(self.lower[trunk], home[trunk] - TRUNK_RAD)
+        self.upper[trunk] = np.minimum(self.upper[trunk], home[trunk] + TRUNK_RAD)
 
     def _centre(self, q: Array) -> Array:
         return np.array(pinocchio.centerOfMass(self.robot.model, self._data, q)[:2])
@@ -65,7 +63,7 @@ class BalancedSpace(FreeSpace):
     def why_not(self, q: Array) -> str | None:
         """As of any space; or how far the centre of mass would be aside, or what a joint would bear."""
         trouble = super().why_not(q)
-        if trouble is not None or self._reach_m is None:
+        if trouble is not None:
             return trouble
         q = np.asarray(q, dtype=float)
         aside_m = float(np.linalg.norm(self._centre(q) - self._middle))
@@ -80,6 +78,13 @@ class BalancedSpace(FreeSpace):
         return None
 
 
+def hold_others(space: FreeSpace, home: Array, joints: list[int]) -> FreeSpace:
+    """The same space, in which all but these joints stay at home (n)."""
+    held = np.setdiff1d(np.arange(space.robot.joint_count), joints)
+    space.lower[held] = space.upper[held] = home[held]
+    return space
+
+
 class _Legs(RobotPort):
     """The robot's port as balance sees it: it measures, and what it is told waits for what the other joints do."""
 
@@ -87,7 +92,7 @@ class _Legs(RobotPort):
         super().__init__(port.joint_count, [CommandMode.position], port.sensors)
         self._port = port
         self.told: Array | None = None
-        """(n) rad or m of the last tick; None: balance has stopped."""
+        """(n) rad or m of the last tick that told any; None before."""
 
     def read(self, state: JointState) -> PortStatus:
         return self._port.read(state)
@@ -100,7 +105,7 @@ class _Legs(RobotPort):
         return PortStatus.ok
 
     def stop(self) -> None:
-        self.told = None
+        """Legs stay as they were told last."""
 
 
 class StandingExploration(Exploration):
@@ -134,11 +139,11 @@ class StandingExploration(Exploration):
     def _sense(self, now_ns: int) -> None:
         self._loop.step(now_ns)
         self.skin, self.joints = self._loop.skin, self._loop.joints
+        if self._wanted and self._loop.guard.state is SafetyState.stopped:
+            raise ExplorationError(f"balance stopped: {self._loop.guard.text}")
 
     def _asked(self, posture: Array) -> Array:
-        if self._legs.told is None:
-            return self.goal
-        asked = self._legs.told.copy()
+        asked = posture.copy() if self._legs.told is None else self._legs.told
         asked[self._babbles] = posture[self._babbles]
         return asked
 
@@ -146,13 +151,9 @@ class StandingExploration(Exploration):
 def leg_joints(robot: Robot) -> list[int]:
     """Of a robot that stands: the joints between its base and its feet."""
     assert robot.standing is not None
-    found: set[int] = set()
-    for foot in robot.standing.feet:
-        joint = robot.model.frames[robot.model.getFrameId(foot.link)].parentJoint
-        while joint > len(BASE_JOINTS):
-            found.add(joint - 1)
-            joint = robot.model.parents[joint]
-    return sorted(found)
+    carriers = [robot.model.frames[robot.model.getFrameId(foot.link)].parentJoint for foot in robot.standing.feet]
+    found = {joint - 1 for carrier in carriers for joint in robot.model.supports[carrier]}
+    return sorted(joint for joint in found if joint >= len(BASE_JOINTS))
 
 
 def babble_hanging_and_standing(
@@ -185,9 +186,9 @@ def babble_hanging_and_standing(
     random = np.random.default_rng(seed)
     tell = progress or (lambda _what, _share: None)
 
-    def planned(at: Array, joints: list[int], reach_m: float | None, limits: MotionLimits) -> BabblingPlan:
+    def planned(space: FreeSpace, at: Array, joints: list[int], limits: MotionLimits) -> BabblingPlan:
         return plan_babbling(
-            BalancedSpace(hanging, at, joints, reach_m),
+            space,
             at,
             random,
             joints=joints,
@@ -203,48 +204,45 @@ def babble_hanging_and_standing(
             exploration.stop()
 
     tell("planning", 0.0)
-    hanging_plan = planned(hung, legs, None, MotionLimits())
-    standing_plan = _on_feet(planned(home[base:], others, REACH_M, LIMITS), home[:base])
+    hanging_space = hold_others(FreeSpace(hanging, home=hung), hung, legs)
+    hanging_plan = planned(hanging_space, hung, legs, MotionLimits())
+    standing_space = BalancedSpace(hanging, home[base:], others)
+    standing_plan = _on_feet(planned(standing_space, home[base:], others, LIMITS), home[:base])
     tell("hanging: waking the skin", 0.0)
     hangs = Exploration(hanging, dataclasses.replace(layout, robot=hanging.name), seed, hung)
     felt_hanging = carried_out(hangs, hanging_plan, "hanging")
     tell("standing: waking the skin", 0.0)
     felt_standing = carried_out(StandingExploration(robot, layout, seed), standing_plan, "standing")
-    return joined([_with_base(felt_hanging, robot, home[:base]), felt_standing])
+    return joined([_hung_upright(felt_hanging, robot, home[:base]), felt_standing])
+
+
+def _with_base(base: Array, postures: Array) -> Array:
+    """(K, 6 + n) the six joints of the base (6) before those of a mounted robot (K, n)."""
+    return np.hstack([np.tile(base, (len(postures), 1)), postures])
+
+
+def _swing_with_base(base: Array, swing: JointSine) -> JointSine:
+    return dataclasses.replace(swing, joint=swing.joint + len(base), centre=np.concatenate([base, swing.centre]))
 
 
 def _on_feet(plan: BabblingPlan, base: Array) -> BabblingPlan:
-    """The plan of a mounted robot, for the same robot with the six joints of its base (6) before the others."""
-
-    def with_base(postures: Array) -> Array:
-        return np.hstack([np.tile(base, (len(postures), 1)), postures])
-
+    """The plan of a mounted robot, for the same robot with a base (6)."""
     rests = dataclasses.replace(
-        plan.postures, postures=with_base(plan.postures.postures), way=with_base(plan.postures.way)
+        plan.postures,
+        postures=_with_base(base, plan.postures.postures),
+        way=_with_base(base, plan.postures.way),
     )
-    swings = tuple(
-        tuple(
-            dataclasses.replace(one, joint=one.joint + len(base), centre=np.concatenate([base, one.centre]))
-            for one in each
-        )
-        for each in plan.swings
-    )
-    return BabblingPlan(rests, swings, plan.blocked)
+    swings = tuple(tuple(_swing_with_base(base, one) for one in each) for each in plan.swings)
+    return dataclasses.replace(plan, postures=rests, swings=swings)
 
 
-def _with_base(recording: BabblingRecording, robot: Robot, base: Array) -> BabblingRecording:
-    """What a robot recorded while it hung upright, as of the robot that stands."""
-    count = len(base)
-    swings = tuple(
-        dataclasses.replace(
-            one,
-            swing=dataclasses.replace(
-                one.swing, joint=one.swing.joint + count, centre=np.concatenate([base, one.swing.centre])
-            ),
-        )
-        for one in recording.swings
-    )
-    postures = np.hstack([np.tile(base, (len(recording.rest_posture), 1)), recording.rest_posture])
+def _hung_upright(recording: BabblingRecording, robot: Robot, base: Array) -> BabblingRecording:
+    """What a robot recorded while it hung, as of the same robot with a base (6)."""
+    swings = tuple(dataclasses.replace(one, swing=_swing_with_base(base, one.swing)) for one in recording.swings)
     return dataclasses.replace(
-        recording, robot=robot.name, joint_names=robot.joint_names, rest_posture=postures, swings=swings
+        recording,
+        robot=robot.name,
+        joint_names=robot.joint_names,
+        rest_posture=_with_base(base, recording.rest_posture),
+        swings=swings,
     )

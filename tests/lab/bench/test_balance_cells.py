@@ -7,7 +7,7 @@ import pytest
 from robotskin.layout import finished
 from robotskin.robots import load
 from robotskin.robots.gains import GainSet
-from robotskin_lab.bench.balance_cells import BORNE_SHARE, borne_n, free_cells, home_cells, inner_cells
+from robotskin_lab.bench.balance_cells import BORNE_SHARE, borne_n, free_cells, home_levers, inner_cells
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT
 
 
@@ -18,7 +18,7 @@ def test_what_motors_bear_is_the_work_of_a_push(seed: int) -> None:
     draw = np.random.default_rng(seed)
     for link in draw.choice(links, 4, replace=False):
         cell = int(draw.choice(inner_cells(str(link))))
-        push = -borne_n()[cell] * home_cells()[cell, :3, 2]
+        push = borne_n()[cell] * home_levers().inward[cell]
 
         def place(posture: np.ndarray, link: str = str(link), cell: int = cell) -> np.ndarray:
             frame = robot.base_from_link(posture)[robot.link_index(link)]

@@ -12,6 +12,7 @@ from robotskin import robots
 from robotskin.layout import finished
 from robotskin.model import RobotDynamics
 from robotskin.robots.gains import GainSet
+from robotskin.robots.gains.cell_levers import CellLevers, cell_levers
 from robotskin_lab.bench.balance_rig import ROBOT
 
 Array = NDArray[np.float64]
@@ -32,23 +33,24 @@ def inner_cells(link: str) -> NDArray[np.int64]:
 
 
 @cache
-def home_cells() -> Array:
-    """(N, 4, 4) the frames of all cells in the world, of the robot at home."""
-    robot, layout = robots.load(ROBOT), finished(ROBOT)
-    links = np.array([robot.link_index(name) for name in layout.links])
-    return np.asarray(robot.base_from_link(GainSet.load(ROBOT).home)[links[layout.link]] @ layout.link_from_cell)
+def home_levers() -> CellLevers:
+    """Of all cells, of the robot at home."""
+    robot = robots.load(ROBOT)
+    dynamics = RobotDynamics(robot.core)
+    dynamics.update(np.array(GainSet.load(ROBOT).home), np.zeros(robot.joint_count))
+    return cell_levers(robot.core, finished(ROBOT).skin_model(), dynamics)
 
 
 def free_cells(link: str) -> NDArray[np.int64]:
     """Those of `inner_cells` that a palm reaches along their normal and meets no other limb on its way."""
-    layout, places = finished(ROBOT), home_cells()
+    layout, levers = finished(ROBOT), home_levers()
     limbs = np.array([limb_of(name) for name in layout.links])
-    other = places[limbs[layout.link] != limb_of(link), :3, 3]
+    other = levers.point[limbs[layout.link] != limb_of(link)]
 
     def clearance_m(cell: int) -> float:
-        offset = other - places[cell, :3, 3]
-        along = np.clip(offset @ places[cell, :3, 2], 0.0, WAY_M)
-        return float(np.linalg.norm(offset - np.outer(along, places[cell, :3, 2]), axis=1).min())
+        offset, outward = other - levers.point[cell], -levers.inward[cell]
+        along = np.clip(offset @ outward, 0.0, WAY_M)
+        return float(np.linalg.norm(offset - np.outer(along, outward), axis=1).min())
 
     return np.array([cell for cell in inner_cells(link) if clearance_m(cell) > FREE_M], dtype=int)
 
@@ -63,17 +65,7 @@ def borne_n() -> Array:
     """(N) newton on each cell, against its normal, that ask for `BORNE_SHARE` of some joint's torque; infinite where
     it moves no joint.
     """
-    robot, layout, places = robots.load(ROBOT), finished(ROBOT), home_cells()
-    dynamics = RobotDynamics(robot.core)
-    dynamics.update(np.array(GainSet.load(ROBOT).home), np.zeros(robot.joint_count))
-    driven = np.asarray(robot.effort_limit) > 0
-    found = np.empty(len(layout))
-    for link in range(len(layout.links)):
-        index, cells = robot.link_index(layout.links[link]), np.flatnonzero(layout.link == link)
-        jacobian = np.array(dynamics.link_jacobian(index))[:, driven]
-        force = -places[cells, :3, 2]
-        lever = places[cells, :3, 3] - np.array(dynamics.base_from_link(index))[:3, 3]
-        torque = np.abs(force @ jacobian[:3] + np.cross(lever, force) @ jacobian[3:])
-        with np.errstate(divide="ignore"):
-            found[cells] = BORNE_SHARE * (np.asarray(robot.effort_limit)[driven] / torque).min(axis=1)
-    return found
+    limit = np.asarray(robots.load(ROBOT).effort_limit)
+    driven = limit > 0
+    with np.errstate(divide="ignore"):
+        return np.asarray(BORNE_SHARE * (limit[driven] / np.abs(home_levers().torque[:, driven])).min(axis=1))

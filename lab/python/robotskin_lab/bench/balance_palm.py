@@ -68,7 +68,7 @@ def palm_trial(seed: int, link: str, *, feels: bool) -> PalmTrial:
         session.run(SETTLES_S)
         before = session.world.base_from_cell(cell)
         palm = session.world.thing("palm")
-        palm.follow(way_to(before))
+        palm.follow(way_to(before[:3, 3], before[:3, 2]))
         largest = 0.0
         for _ in range(round((FROM_M / SPEED_M_S + WAITS_S) / PERIOD_S)):
             session.step()
@@ -88,9 +88,8 @@ def palm_trial(seed: int, link: str, *, feels: bool) -> PalmTrial:
     return PalmTrial(largest, float(inward), stands)
 
 
-def way_to(base_from_cell: Array) -> PathSpec:
-    """Straight along the normal of a cell (4, 4), which lies in the world's frame, until the palm's face is there."""
-    normal, place = base_from_cell[:3, 2], base_from_cell[:3, 3]
+def way_to(place: Array, normal: Array) -> PathSpec:
+    """Straight against a cell's normal (3), until the palm's face is at its place (3) m, both in the world."""
     x, y, z = (float(value) for value in normal)
     turn = (0.0, float(np.degrees(np.arccos(z))), float(np.degrees(np.arctan2(y, x))))
 

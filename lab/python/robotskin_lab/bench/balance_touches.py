@@ -57,7 +57,7 @@ def three_figures(seed: int, triples: int) -> dict[str, float]:
 def touch_figures(seed: int, seconds: float) -> dict[str, float]:
     """Touches at random places of all but the legs: falls, commands beyond a limit, how near bodies come.
 
-    None is harder than what the motors bear there (`borne_n`).
+    No touch is harder than what the motors bear there (`borne_n`).
     """
     draw = np.random.default_rng([seed, 10])
     rig = StandingRig(ROBOT, Law("compliant"), seed, hands=1, self_collision=True)
