@@ -20,7 +20,9 @@ from robotskin_lab.executors.named import HELP
 if TYPE_CHECKING:
     from robotskin_lab.campaign import Fate
 
-PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign")
+PARTS = ("balance", "size", "recovery", "torque", "speed", "scale", "campaign", "mutants")
+FAULT_PARTS = ("campaign", "mutants")
+"""Those that draw fresh seeds, and whose cells always take their time."""
 CAMPAIGN_CHUNK = 400
 """Seeds between two lines of progress."""
 MUTANT_SEEDS = 1000
@@ -46,7 +48,12 @@ def run(
     ] = ",".join(PARTS),
     fault_seeds: Annotated[int, typer.Option(help="Seeds of the fault campaign.", min=1)] = 20000,
     first_fault_seed: Annotated[
-        int | None, typer.Option(help="The first of them; drawn anew if left out, and told.", min=1, show_default=False)
+        int | None,
+        typer.Option(
+            help="The first of them, and of those for mutants; drawn anew if left out, and told.",
+            min=1,
+            show_default=False,
+        ),
     ] = None,
     mutants: Annotated[
         int, typer.Option(help="Changes of the firmware, drawn anew, that it is to catch.", min=1)
@@ -61,10 +68,10 @@ def run(
     The compact skins are run with every seed and two to five cables. Skins of bridged patches and of robots are run
     with every seed at three cables where they are small, every tenth seed where they have 700 cells or more, and with
     every fourth of those seeds at two, four and five. A run ends once its loads have settled.
-    Cells take their time, 48 MHz with one flash wait state. All parts but the campaign are run a second time with cells
+    Cells take their time, 48 MHz with one flash wait state. All parts but the last two are run a second time with cells
     that compute in no time, for the keys that end in `_ideal`; with --ideal there is nothing else. `campaign` is the
-    fault campaign and its mutants. Each part tells its processor time, `PART_cpu_s`. docs/network.md says what each
-    figure means.
+    fault campaign, `mutants` the changed firmware that it must catch. Each part tells its processor time, `PART_cpu_s`.
+    docs/network.md says what each figure means.
     """
     wanted = parts.split(",")
     unknown = [part for part in wanted if part not in PARTS]
@@ -82,9 +89,8 @@ def run(
         "torque": lambda: torque_part(seeds, executor),
         "speed": lambda: speed_part(seed, quick),
         "scale": lambda: scale_part(seed, quick),
-        "campaign": lambda: campaign_part(
-            100 if quick else fault_seeds, first_fault_seed, 10 if quick else mutants, executor
-        ),
+        "campaign": lambda: campaign_part(100 if quick else fault_seeds, first_fault_seed, executor),
+        "mutants": lambda: mutants_part(10 if quick else mutants, first_fault_seed, executor),
     }
     figures: dict[str, Any] = {"set_seeds": seeds}
     for part in PARTS:
@@ -92,7 +98,7 @@ def run(
             begun_s = cpu_s()
             figures |= measures[part]()
             figures[f"{part}_cpu_s"] = round(cpu_s() - begun_s, 1)
-            if part == "campaign" or is_ideal():
+            if part in FAULT_PARTS or is_ideal():
                 continue
             with cells_take_time(False):
                 figures |= {f"{key}_ideal": value for key, value in measures[part]().items()}
@@ -198,12 +204,12 @@ def torque_part(seeds: int, on: Executor) -> dict[str, Any]:
     return torque_figures(list(spread(torque_run, jobs, on, tell_step, "torque sums")))
 
 
-def campaign_part(fault_seeds: int, first: int | None, mutants: int, on: Executor) -> dict[str, Any]:
-    """Random skins under random faults, and the mutants that its checkers must catch.
+def campaign_part(fault_seeds: int, first: int | None, on: Executor) -> dict[str, Any]:
+    """Random skins under random faults.
 
     Unless told, `first` is drawn anew, so that no run is judged by seeds that the firmware was made with.
     """
-    from robotskin_lab.campaign import BrokenSeed, caught_mutants, caught_share, fresh_seed, run_seeds, sampled_fates
+    from robotskin_lab.campaign import BrokenSeed, fresh_seed, run_seeds
 
     first = fresh_seed() if first is None else first
     print(f"fault campaign: seeds {first} to {first + fault_seeds - 1}", file=sys.stderr)
@@ -229,18 +235,35 @@ def campaign_part(fault_seeds: int, first: int | None, mutants: int, on: Executo
         tell_step(f"fault campaign: {run} of {fault_seeds} seeds, {broken} broken, {left_s:.0f} s left")
     assert report is not None
     print(report.distribution, file=sys.stderr)
-    fates = sampled_fates(mutants, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=on.workers, told=_tell_fate)
-    figures["mutants_sampled"] = len(fates)
-    figures["mutants_equivalent"] = sum(not fate.counts for fate in fates)
-    figures["mutants_caught_share"] = round(caught_share(fates), 4)
-    made = caught_mutants(MUTANT_SEEDS, search=True)
     figures["fault_seeds_run"] = report.seeds
     figures["invariant_breaks"] = report.breaks
     figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)
     figures["fault_simulated_s"] = round(report.simulated_s, 1)
     figures["fault_longest_wait_ms"] = round(report.longest_wait_ms, 3)
     figures["fault_largest_control_share"] = round(report.largest_control_share, 4)
-    figures["mutants_caught"] = int(all(mutant.seed is not None for mutant in made))
+    return figures
+
+
+def mutants_part(count: int, first: int | None, on: Executor) -> dict[str, Any]:
+    """Changes of the firmware, drawn anew and made on purpose, that the checkers of the fault campaign must catch.
+
+    first: seed of the drawn changes and of the campaign; drawn anew if None.
+    """
+    from robotskin_lab.campaign import caught_mutants, caught_share, fresh_seed, sampled_fates
+
+    first = fresh_seed() if first is None else first
+    print(f"mutants: drawn by seed {first}, run from it on", file=sys.stderr)
+    fates = sampled_fates(count, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=on.workers, told=_tell_fate)
+    made = caught_mutants(MUTANT_SEEDS, search=True)
+    figures: dict[str, Any] = {
+        "mutants_first_seed": first,
+        "mutants_sampled": len(fates),
+        "mutants_equivalent": sum(not fate.counts for fate in fates),
+        "mutants_counted": sum(fate.counts for fate in fates),
+        "mutants_caught_by_campaign": sum(fate.caught for fate in fates),
+        "mutants_caught_share": round(caught_share(fates), 4),
+        "mutants_caught": int(all(mutant.seed is not None for mutant in made)),
+    }
     for mutant in made:
         if mutant.seed is not None:
             figures[f"mutant_{mutant.name}_seeds"] = mutant.seeds

@@ -15,6 +15,7 @@ import hashlib
 import json
 import shutil
 import subprocess
+import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,8 @@ from robotskin_lab.campaign.mutants import CampaignBuildError, build, source_tre
 from robotskin_lab.campaign.mutation import Mutation, drawn
 
 COMPILE_S = 300
+STANDSTILL = 8
+"""A changed firmware that takes so many times as long as the whole one for the same seeds stands still."""
 _OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
 _SHARED = ("campaign", "program", "model_check")
 """Object libraries of `tests/lab/campaign/CMakeLists.txt` that every program has beside the firmware."""
@@ -158,16 +161,17 @@ class Workshop:
         number: int,
         first_seed: int,
         seeds: int,
+        limit_s: float,
         reasons: dict[str, str],
         tests: LawTests | None = None,
     ) -> Fate:
-        """Build it and run seeds until an invariant breaks; if none does, the tests until one fails."""
+        """Build it and run seeds, at most `limit_s`, until an invariant breaks; if none does, the tests until one fails."""
         program = self.build(mutation, number)
         if isinstance(program, str):
             return Fate(mutation, program)
         command = [str(program), "run", str(first_seed), str(seeds)]
         try:
-            run = subprocess.run(command, capture_output=True, text=True, timeout=60 + 3 * seeds)
+            run = subprocess.run(command, capture_output=True, text=True, timeout=limit_s)
         except subprocess.TimeoutExpired:
             return Fate(mutation, "standstill")
         finally:
@@ -217,7 +221,9 @@ def sampled_fates(
     """
     workshop = Workshop()
     shipping = [str(workshop.folder / "campaign_shipping"), "run", str(first_seed), str(seeds)]
+    begun = time.monotonic()
     whole = json.loads(subprocess.run(shipping, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
+    limit_s = max(60.0, STANDSTILL * (time.monotonic() - begun))
     if "invariant" in whole:  # which the campaign tells; what comes before it is sound
         seeds = whole["seed"] - first_seed
         if seeds == 0:
@@ -226,7 +232,7 @@ def sampled_fates(
     fates = []
     with concurrent.futures.ThreadPoolExecutor(processes) as pool:
         jobs = [
-            pool.submit(workshop.fate, mutation, number, first_seed, seeds, reasons, tests)
+            pool.submit(workshop.fate, mutation, number, first_seed, seeds, limit_s, reasons, tests)
             for number, mutation in enumerate(drawn(workshop.firmware, count, seed))
         ]
         for job in jobs:
