@@ -14,6 +14,7 @@ def test_a_change_is_linked_and_runs_seeds(seed: int) -> None:
     changes = list(mutations(SOURCE, (workshop.firmware / SOURCE).read_text()))
     # Most changes build; a few are no C, or no change.
     fates = [
-        workshop.fate(one, number, seed, 1, 60.0, {}) for number, one in enumerate(random.Random(seed).sample(changes, 3))
+        workshop.fate(one, number, seed, 1, 60.0, {})
+        for number, one in enumerate(random.Random(seed).sample(changes, 3))
     ]
     assert any(fate.counts for fate in fates), [str(fate) for fate in fates]
