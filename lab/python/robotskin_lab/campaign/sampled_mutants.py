@@ -165,7 +165,7 @@ class Workshop:
         reasons: dict[str, str],
         tests: LawTests | None = None,
     ) -> Fate:
-        """Build it and run seeds until an invariant breaks or `limit_s` ends; if none does, the tests until one fails."""
+        """Build it and run seeds until a law breaks or `limit_s` ends; if none breaks, the tests until one fails."""
         program = self.build(mutation, number)
         if isinstance(program, str):
             return Fate(mutation, program)
