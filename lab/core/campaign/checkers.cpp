@@ -64,6 +64,7 @@ void Checkers::frame_sent(const Network& network, world::WireEnd from, const std
 void Checkers::frame_ended(const Network& network, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
                            world::FrameFate fate) {
   if (fate != world::FrameFate::overrun || !overruns_.lost(network, *ground_, to.index)) return;
+  topology_.crowded_out(network.time_ns(), frame);
   const rs_frame_type type = rs_frame_type_of(frame);
   if (type == RS_TYPE_clock || type == RS_TYPE_event) ledger_.crowded_out(SampleLedger::taken_in(frame));
 }

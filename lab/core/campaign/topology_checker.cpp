@@ -14,8 +14,17 @@ void TopologyChecker::datagram(const world::Network& network, std::span<const st
     rs_topology_unpack(&topology, frame_at);
     // The world gives cell i the serial number i + 1.
     if (topology.source == RS_ID_SECTION_UNIT || topology.uid == 0 || topology.uid > told_.size()) return;
-    told_[topology.uid - 1] = {network.time_ns(), topology};
+    Told& told = told_[topology.uid - 1];
+    told.time_ns = network.time_ns();
+    told.topology = topology;
   });
+}
+
+void TopologyChecker::crowded_out(std::int64_t now_ns, const std::uint8_t* frame) {
+  if (rs_frame_type_of(frame) != RS_TYPE_topology) return;
+  rs_topology topology;
+  rs_topology_unpack(&topology, frame);
+  if (topology.uid != 0 && topology.uid <= told_.size()) told_[topology.uid - 1].crowded_out_ns = now_ns;
 }
 
 void TopologyChecker::finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
@@ -24,7 +33,7 @@ void TopologyChecker::finish(const world::Network& network, const GroundTruth& g
   if (ground.repaired_ns() > since_ns || !ground.calm(network.time_ns()) || recovery.whole_since_ns() > since_ns)
     return;
   for (std::size_t cell = 0; cell < told_.size(); ++cell)
-    if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns &&
+    if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns && told_[cell].crowded_out_ns < since_ns &&
         overruns.overtaxed_ns(network.cell(cell).route.wave.root) < since_ns)
       judge(network, ground, cell);
 }

@@ -20,17 +20,22 @@ class TopologyChecker {
   TopologyChecker(std::size_t cells, BreakLog& breaks) : breaks_(breaks), told_(cells) {}
 
   void datagram(const world::Network& network, std::span<const std::uint8_t> datagram);
-  // At the end of a run in which no report was lost by chance; by a processor that had too much to do, only in trees
-  // that are left out.
+  // This frame was lost by a processor that may lose some: if it is a report, its cell may be unknown for a while, also
+  // where it hangs in another tree since.
+  void crowded_out(std::int64_t now_ns, const std::uint8_t* frame);
+  // At the end of a run in which no report was lost by chance. Trees whose processors had too much to do are left out.
   void finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
               const Overruns& overruns);
 
   std::uint64_t judged() const { return judged_; }  // reports
 
  private:
+  static constexpr std::int64_t never_ns = -10'000 * ms;
+
   struct Told {
     std::int64_t time_ns = -1;
     rs_topology topology{};
+    std::int64_t crowded_out_ns = never_ns;  // a later one
   };
 
   void judge(const world::Network& network, const GroundTruth& ground, std::size_t cell);

@@ -17,7 +17,11 @@ from robotskin_lab.bench.network_set import skins
 from robotskin_lab.bench.network_size import grow, size_figures
 from robotskin_lab.bench.network_torque import torque_figures, torque_run
 from robotskin_lab.bench.network_tree_picture import draw_trees, owners_of, parents_of
-from robotskin_lab.executors import Processes
+from robotskin_lab.campaign import BrokenSeed
+from robotskin_lab.campaign.mutation import Mutation
+from robotskin_lab.campaign.sampled_mutants import Fate
+from robotskin_lab.campaign.seeds import SeedsReport
+from robotskin_lab.executors import Here, Processes
 
 
 def test_first_arrival_trees_hold_every_cell_once(seed):
@@ -214,3 +218,28 @@ def test_a_rebooting_cell_with_a_cable_takes_it_away_and_no_other_does() -> None
     assert 179 in [cable.cell for cable in skins("sheet", 3, 19).cables]
     assert (lost.cable_lost, lost.overloaded) == (True, True)
     assert (kept.cable_lost, kept.overloaded) == (False, False)
+
+
+def test_the_campaign_names_its_broken_seeds(seed, monkeypatch):
+    whole = network.campaign_part(4, seed, Here())
+    assert (whole["fault_seed_first"], whole["fault_seeds_run"], whole["fault_seeds_broken"]) == (seed, 4, 0)
+    assert whole["fault_seeds_broken_named"] == ""
+
+    def breaking(numbers, **_options):
+        broken = BrokenSeed(numbers[0], "a case", ("I1 acyclic at 3 ms", "I1 acyclic at 4 ms"), ("acyclic",))
+        return SeedsReport(seeds=len(numbers), breaks=2, broken=[broken])
+
+    monkeypatch.setattr("robotskin_lab.campaign.run_seeds", breaking)
+    told = network.campaign_part(4, seed, Here())
+    assert (told["invariant_breaks"], told["fault_seeds_broken"]) == (2, 1)
+    assert told["fault_seeds_broken_named"] == f"{seed}: I1 acyclic at 3 ms"
+
+
+def test_changes_that_live_are_named(seed, monkeypatch):
+    change = Mutation("cell/a.c", 40, 3, "operator", "<", "<=")
+    fates = [Fate(change, "acyclic", 7), Fate(change, ""), Fate(change, "same code")]
+    monkeypatch.setattr("robotskin_lab.campaign.sampled_fates", lambda *_given, **_options: fates)
+    monkeypatch.setattr("robotskin_lab.campaign.caught_mutants", lambda *_given, **_options: [])
+    told = network.mutants_part(3, seed, Here())
+    assert (told["mutants_counted"], told["mutants_caught_by_campaign"], told["mutants_caught_share"]) == (2, 1, 0.5)
+    assert told["mutants_living"] == str(fates[1])

@@ -237,6 +237,8 @@ def campaign_part(fault_seeds: int, first: int | None, on: Executor) -> dict[str
     print(report.distribution, file=sys.stderr)
     figures["fault_seeds_run"] = report.seeds
     figures["invariant_breaks"] = report.breaks
+    figures["fault_seeds_broken"] = len(report.broken)
+    figures["fault_seeds_broken_named"] = "; ".join(f"{one.seed}: {one.breaks[0]}" for one in report.broken)
     figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)
     figures["fault_simulated_s"] = round(report.simulated_s, 1)
     figures["fault_longest_wait_ms"] = round(report.longest_wait_ms, 3)
@@ -262,6 +264,7 @@ def mutants_part(count: int, first: int | None, on: Executor) -> dict[str, Any]:
         "mutants_counted": sum(fate.counts for fate in fates),
         "mutants_caught_by_campaign": sum(fate.caught for fate in fates),
         "mutants_caught_share": round(caught_share(fates), 4),
+        "mutants_living": "; ".join(str(fate) for fate in fates if fate.counts and not fate.caught),
         "mutants_caught": int(all(mutant.seed is not None for mutant in made)),
     }
     for mutant in made:
