@@ -57,6 +57,9 @@ def test_arms_move_and_swing_while_the_legs_keep_the_robot_upright(seed: int) ->
     mounted = plan_joint_sine(space, joint - BASE, goal[BASE:], cycles=1)
     felt = exploration.swing(dataclasses.replace(mounted, joint=joint, centre=goal))
     assert felt.swing.amplitude == pytest.approx(mounted.amplitude, rel=0.15)
+    assert felt.posture is not None
+    assert felt.posture[:, joint] == pytest.approx(felt.swing.posture(felt.time_s)[:, joint], abs=0.01)
+    assert 1e-5 < np.ptp(felt.posture[:, :3], axis=0).max() < 0.02  # the base answers
     exploration.stop()
     assert min(lowest) > 0.95 * home[2]
     assert np.abs(exploration.world.joint_positions()[3:BASE]).max() < np.radians(10)

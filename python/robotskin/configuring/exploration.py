@@ -103,6 +103,8 @@ class Exploration:
 
     travel_speed, travel_acceleration = 1.5, TRAVEL_ACCELERATION
     """rad/s and rad/s² (or m) of the way between postures."""
+    others_move = False
+    """Whether joints move beside the one that swings."""
 
     def __init__(
         self,
@@ -241,7 +243,11 @@ class Exploration:
         grid, acceleration = on_grid(
             (np.array(stamps) - begin_ns) * 1e-9 - SENSOR_DELAY_S - delay_s, np.array(felt), swing.duration_s
         )
-        return MotionRecording(measured, grid, acceleration)
+        meanwhile = None
+        if self.others_move:
+            columns = np.array(posture).T
+            meanwhile = np.stack([np.interp(grid + delay_s, time_s, column) for column in columns], axis=1)
+        return MotionRecording(measured, grid, acceleration, meanwhile)
 
     def babble(self, plan: BabblingPlan, samples: int = 16, progress: Progress | None = None) -> BabblingRecording:
         """Carry out a plan and come back to where the robot stood.

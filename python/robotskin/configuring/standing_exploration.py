@@ -120,6 +120,7 @@ class StandingExploration(Exploration):
     """
 
     travel_speed, travel_acceleration = 0.6, 1.5
+    others_move = True
 
     def __init__(self, robot: Robot, layout: Layout, seed: int = 1) -> None:
         legs = set(leg_joints(robot)) | set(range(len(BASE_JOINTS)))

@@ -9,7 +9,7 @@ alike, cells that no place explains (named), directions that motion cannot tell 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,12 +90,15 @@ def motion_signals(
         named = ", ".join(sorted(robot.joint_names[recording.swing.joint] for recording in recordings))
         raise LocalisationError(f"none of the links {', '.join(links or robot.link_names)} moves with {named}")
     found = _signals(robot, recordings, rest_posture, candidates)
+    # What a wrong model changes hardly depends on what moves beside a swing, which then costs nothing.
+    alone = [replace(recording, posture=None) for recording in recordings]
+    swung_alone = _signals(robot, alone, rest_posture, candidates)
     wrong: dict[int, list[Array]] = {joint: [] for joint in candidates}
     ways: dict[int, list[int]] = {joint: [] for joint in candidates}
     for way, (joint, other) in enumerate(wrong_models(robot, prior)):
         behind = {one: names for one, names in candidates.items() if joint in _path(robot, one)}
-        for one, signals in _signals(other, recordings, rest_posture, behind).items():
-            wrong[one].append(signals - found[one])
+        for one, signals in _signals(other, alone, rest_posture, behind).items():
+            wrong[one].append(signals - swung_alone[one])
             ways[one].append(way)
     rests = 0 if rest_posture is None else len(rest_posture)
     stacked = {joint: np.array(changes).reshape(-1, *found[joint].shape) for joint, changes in wrong.items()}
@@ -122,7 +125,7 @@ def _signals(
     rows: dict[int, list[Array]] = {joint: [] for joint in candidates}
     for recording in recordings:
         first = [names[0] for names in candidates.values()]
-        motions = link_motions(robot, first, recording.swing, recording.time_s)
+        motions = link_motions(robot, first, recording.swing, recording.time_s, recording.posture)
         for joint, names in candidates.items():
             motion = motions[names[0]]
             tidal = motion.tidal().reshape(-1, 9)

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio
 from numpy.typing import NDArray
+from scipy.interpolate import make_lsq_spline
 from scipy.spatial.transform import Rotation
 
 from robotskin.model import RobotDynamics
@@ -17,6 +19,9 @@ from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.common.rotations import cross_matrix
 
 Array = NDArray[np.float64]
+
+KNOT_PERIODS, DEGREE = 0.2, 5
+"""Of the splines through what joints did beside a swing: what answers it is followed, and faster noise left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +42,9 @@ class LinkMotion:
         return cross_matrix(self.turning) + spin @ spin
 
 
-def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: Array) -> dict[str, LinkMotion]:
+def link_motions(
+    robot: Robot, links: Sequence[str], swing: JointSine, time_s: Array, posture: Array | None = None
+) -> dict[str, LinkMotion]:
     """Motions of links, by name, while the robot follows a swing exactly.
 
     Args:
@@ -45,10 +52,13 @@ def link_motions(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
         links: their names.
         swing: the motion.
         time_s: (M,) since its start.
+        posture: (M, n) rad or m, measured then, of which all but the swung joint count; None: these stay.
 
     Raises:
         UnknownNameError: no such link.
     """
+    if posture is not None:
+        return _carried(robot, links, swing, time_s, posture)
     dynamics, moved = _at_centre(robot, swing), _moved_by(robot, swing.joint)
     linear, axis = np.split(dynamics.joint_motions[swing.joint], 2)
     angle, rate, turn_rate = (swing.displacement(time_s, derivative) for derivative in range(3))
@@ -94,6 +104,33 @@ def link_gravity(robot: Robot, links: Sequence[str], swing: JointSine, time_s: A
             else np.tile(up, (len(time_s), 1))
         )
     return found
+
+
+def _carried(
+    robot: Robot, links: Sequence[str], swing: JointSine, time_s: Array, posture: Array
+) -> dict[str, LinkMotion]:
+    """Motions of links while all joints move: one by the swing, the others smoothly by what was measured (M, n)."""
+    knot_s = KNOT_PERIODS / swing.frequency_hz
+    inner = np.arange(time_s[0] + knot_s, time_s[-1] - knot_s / 2, knot_s)
+    knots = np.r_[[time_s[0]] * (DEGREE + 1), inner, [time_s[-1]] * (DEGREE + 1)]
+    spline = make_lsq_spline(time_s, posture, knots, k=DEGREE)
+    moved = [np.asarray(spline(time_s, derivative), dtype=float) for derivative in range(3)]
+    for derivative, values in enumerate(moved):
+        values[:, swing.joint] = swing.displacement(time_s, derivative)
+    moved[0][:, swing.joint] += swing.centre[swing.joint]
+    model, data = robot.model, robot.model.createData()
+    frames = [model.getFrameId(robot.link_names[robot.link_index(link)]) for link in links]
+    up = np.array([0.0, 0.0, GRAVITY_MPS2])
+    found = np.empty((len(links), 3, len(time_s), 3))
+    for instant, (q, v, a) in enumerate(zip(*moved, strict=True)):
+        pinocchio.forwardKinematics(model, data, q, v, a)
+        for each, frame in zip(found, frames, strict=True):
+            pose = pinocchio.updateFramePlacement(model, data, frame)
+            classical = pinocchio.getFrameClassicalAcceleration(model, data, frame, pinocchio.LOCAL)
+            each[0, instant] = classical.linear + pose.rotation.T @ up
+            each[1, instant] = pinocchio.getFrameVelocity(model, data, frame, pinocchio.LOCAL).angular
+            each[2, instant] = classical.angular
+    return {link: LinkMotion(*each) for link, each in zip(links, found, strict=True)}
 
 
 def _at_centre(robot: Robot, swing: JointSine) -> RobotDynamics:

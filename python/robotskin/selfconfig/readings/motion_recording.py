@@ -19,11 +19,14 @@ class MotionRecording:
     """One swing of one joint as N cells felt it at M instants.
 
     swing: what was commanded; time_s: (M,) since its start; acceleration: (N, M, 3) m/s² specific force, cell frame.
+    posture: (M, n) rad or m of all joints as measured then, where more than the swung joint moves, such as the base of
+        a robot on its feet; None where all others stay.
     """
 
     swing: JointSine
     time_s: Array
     acceleration: Array
+    posture: Array | None = None
 
     @cached_property
     def present(self) -> NDArray[np.bool_]:

@@ -80,6 +80,11 @@ class BabblingRecording:
             _require(f"swing {number}", swing.acceleration.shape == wanted, swing.acceleration.shape, str(wanted))
             _require(f"swing {number} time", len(swing.time_s) > 1, len(swing.time_s), "two readings at least")
             _require_sine(f"swing {number}", swing.swing, joints)
+            if swing.posture is not None:
+                wanted_posture = (len(swing.time_s), joints)
+                at = f"swing {number} posture"
+                _require(at, swing.posture.shape == wanted_posture, swing.posture.shape, str(wanted_posture))
+                _require_finite(at, swing.posture)
             _require_finite(f"swing {number} time", swing.time_s)
         ports = self.unit_ports
         _require("unit_ports", ports.ndim == 2 and ports.shape[1] == 4, ports.shape, "(ports, 4)")
@@ -118,6 +123,8 @@ class BabblingRecording:
         for number, swing in enumerate(self.swings):
             arrays[f"swing_{number}_time"] = swing.time_s
             arrays[f"swing_{number}_acceleration"] = _to_counts(swing.acceleration)
+            if swing.posture is not None:
+                arrays[f"swing_{number}_posture"] = swing.posture
         with whole_file(Path(path)) as partial, partial.open("wb") as file:
             np.savez_compressed(file, **arrays)
 
@@ -152,7 +159,9 @@ def _from_arrays(arrays: dict[str, NDArray]) -> BabblingRecording:
     ):
         swing = JointSine(int(joint), centre, *(float(value) for value in motion))
         felt = _from_counts(arrays[f"swing_{number}_acceleration"])
-        swings.append(MotionRecording(swing, arrays[f"swing_{number}_time"], felt))
+        swings.append(
+            MotionRecording(swing, arrays[f"swing_{number}_time"], felt, arrays.get(f"swing_{number}_posture"))
+        )
     return BabblingRecording(
         robot=str(arrays["robot"]),
         joint_names=tuple(str(name) for name in arrays["joint_names"]),

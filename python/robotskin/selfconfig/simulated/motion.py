@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,7 @@ def swing_readings(
     random: np.random.Generator,
     imperfections: AccelerometerImperfections = AccelerometerImperfections(),  # noqa: B008 - frozen
     rate_hz: float = 250.0,
+    meanwhile: Callable[[Array], Array] | None = None,
 ) -> MotionRecording:
     """What cells report while the robot follows a swing exactly.
 
@@ -62,17 +64,19 @@ def swing_readings(
         random: draws the noise.
         imperfections: noise and quantisation step.
         rate_hz: of the samples.
+        meanwhile: where the other joints are, (M, n) at times (M,); by default they stay.
     """
     time_s = np.arange(0.0, swing.duration_s, 1.0 / rate_hz)
     names = [robot.link_names[index] for index in np.unique(link)]
-    motions = link_motions(robot, names, swing, time_s)
+    posture = None if meanwhile is None else meanwhile(time_s)
+    motions = link_motions(robot, names, swing, time_s, posture)
     felt = np.empty((len(link), len(time_s), 3))
     for name, motion in motions.items():
         there = link == robot.link_index(name)
         place, rotation = link_from_cell[there, :3, 3], link_from_cell[there, :3, :3]
         at_cell = motion.specific_force + np.einsum("mij,nj->nmi", motion.tidal(), place)
         felt[there] = at_cell @ rotation
-    return MotionRecording(swing, time_s, _reported(felt, faults, random, imperfections))
+    return MotionRecording(swing, time_s, _reported(felt, faults, random, imperfections), posture)
 
 
 def rest_readings(

@@ -187,3 +187,35 @@ def test_what_cannot_be_answered_is_an_error(robot: Robot, seed: int) -> None:
         localise_by_motion(robot, still, np.tile(np.eye(4), (2, 1, 1)))
     with pytest.raises(LocalisationError, match="none of the links"):
         localise_by_motion(robot, still, LONE, links=["shoulder_link"])
+
+
+def test_a_base_that_sways_is_taken_off_where_it_was_measured(robot: Robot, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    true = random_pose(random)
+    faults = AccelerometerFaults.draw(random, 1, IMPERFECT)
+    carrier = np.array([robot.link_index("wrist_1_link")])
+
+    answer = random.uniform(0.02, 0.04, robot.joint_count) * random.choice([-1, 1], robot.joint_count)
+
+    def swayed(motion: JointSine) -> MotionRecording:
+        sways = (np.arange(robot.joint_count) < 3) & (np.arange(robot.joint_count) != motion.joint)
+
+        def meanwhile(time_s: np.ndarray) -> np.ndarray:
+            moved = motion.posture(time_s)
+            moved[:, sways] += answer[sways] * motion.displacement(time_s)[:, None]
+            return moved
+
+        return swing_readings(robot, carrier, true[None], motion, faults, random, rate_hz=125.0, meanwhile=meanwhile)
+
+    recordings = [swayed(motion) for motion in swings(robot, random, list(range(6)))]
+    half_step = np.pi / 2**17
+    noise = [random.uniform(-half_step, half_step, (len(one.time_s), robot.joint_count)) for one in recordings]
+    measured = [
+        dataclasses.replace(one, posture=one.posture + error) for one, error in zip(recordings, noise, strict=True)
+    ]
+    unknown = [dataclasses.replace(one, posture=None) for one in recordings]
+    told, alone = (localise_by_motion(robot, one, LONE) for one in (measured, unknown))
+    right, wrong = (pose_error(found.link_from_patch, true) for found in (told, alone))
+    assert right @ np.linalg.solve(told.covariance, right) < 33.0
+    assert wrong @ np.linalg.solve(alone.covariance, wrong) > 15.0
+    assert told.misfit == pytest.approx(1.0, abs=0.05)

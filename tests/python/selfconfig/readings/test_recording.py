@@ -23,9 +23,12 @@ def drawn(seed: int, cells: int = 5, rests: int = 3) -> BabblingRecording:
     lists = NeighbourLists(1 << 16 | np.arange(1, cells + 1), random.integers(0, 9, (cells, 4)), np.ones((cells, 4)))
     swings = tuple(
         MotionRecording(
-            JointSine(joint, random.uniform(-1, 1, 2), 0.1, 1.0, 2.0), np.arange(7) / 250, readings(cells, 7, 3)
+            JointSine(joint, random.uniform(-1, 1, 2), 0.1, 1.0, 2.0),
+            np.arange(7) / 250,
+            readings(cells, 7, 3),
+            posture,
         )
-        for joint in (1, 0, 1)
+        for joint, posture in ((1, None), (0, random.uniform(-1, 1, (7, 2))), (1, None))
     )
     return BabblingRecording(
         "arm", ("a", "b"), lists, np.array([[1, 2, 0, 3]]), random.uniform(-1, 1, (rests, 2)),
@@ -43,6 +46,8 @@ def same(one: BabblingRecording, other: BabblingRecording) -> bool:
         (one.rest_acceleration, other.rest_acceleration),
     ]
     for a, b in zip(one.swings, other.swings, strict=True):
+        assert (a.posture is None) == (b.posture is None)
+        parts += [] if a.posture is None else [(a.posture, b.posture)]
         parts += [(a.time_s, b.time_s), (a.acceleration, b.acceleration), (a.swing.centre, b.swing.centre)]
         parts.append((a.swing.posture(a.time_s), b.swing.posture(a.time_s)))
     named = (one.robot, one.joint_names, one.duration_s) == (other.robot, other.joint_names, other.duration_s)
