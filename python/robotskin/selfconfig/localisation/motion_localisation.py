@@ -50,7 +50,7 @@ class MotionSignals:
     links: dict[int, tuple[str, ...]]
     of_joint: dict[int, Array]
     rests: int
-    wrong: dict[int, Array]
+    wrong: dict[int, NDArray[np.float32]]
     ways: dict[int, NDArray[np.int64]]
 
 
@@ -93,15 +93,18 @@ def motion_signals(
     # What a wrong model changes hardly depends on what moves beside a swing, which then costs nothing.
     alone = [replace(recording, posture=None) for recording in recordings]
     swung_alone = _signals(robot, alone, rest_posture, candidates)
-    wrong: dict[int, list[Array]] = {joint: [] for joint in candidates}
+    wrong: dict[int, list[NDArray[np.float32]]] = {joint: [] for joint in candidates}
     ways: dict[int, list[int]] = {joint: [] for joint in candidates}
     for way, (joint, other) in enumerate(wrong_models(robot, prior)):
         behind = {one: names for one, names in candidates.items() if joint in _path(robot, one)}
         for one, signals in _signals(other, alone, rest_posture, behind).items():
-            wrong[one].append(signals - swung_alone[one])
+            # Of a humanoid they are gigabytes; what is small beside the signals needs no more digits.
+            wrong[one].append((signals - swung_alone[one]).astype(np.float32))
             ways[one].append(way)
     rests = 0 if rest_posture is None else len(rest_posture)
-    stacked = {joint: np.array(changes).reshape(-1, *found[joint].shape) for joint, changes in wrong.items()}
+    stacked = {
+        joint: np.array(wrong.pop(joint), dtype=np.float32).reshape(-1, *found[joint].shape) for joint in candidates
+    }
     numbered = {joint: np.array(numbers, dtype=np.int64) for joint, numbers in ways.items()}
     return MotionSignals(candidates, found, rests, stacked, numbered)
 

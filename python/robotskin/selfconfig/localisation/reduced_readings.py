@@ -80,7 +80,7 @@ class Readings:
             keys.setdefault(row.tobytes(), []).append(cell)
         self.groups = [(valid[cells[0]], np.array(cells)) for cells in keys.values()]
 
-    def reduced(self, signals: Array, others: Array | None = None) -> Reduced:
+    def reduced(self, signals: Array, others: NDArray[np.floating] | None = None) -> Reduced:
         """The readings reduced to signals (K, 13); others: (M, K, 13) that may be in the readings, too."""
         cells = len(self.felt)
         if others is None:
