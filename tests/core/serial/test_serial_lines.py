@@ -225,6 +225,12 @@ def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_kno
         driver = Driver(names, keys.datagram_key, ("127.0.0.1", 0), [unit.address], session_seed=seed + commands)
         unit.start()
         driver.start()
+        heard: set[int] = set()
+
+        def all_heard(within_s: float) -> bool:
+            driver.command("ping", group=1)
+            return wait_until(lambda: heard.update(one["key"] for one in driver.replies()) or len(heard) == 3, within_s)
+
         try:
             assert wait_until(lambda: driver.statistics()["clock_frames"] > 100, 10.0)
             for _ in range(commands):
@@ -233,11 +239,10 @@ def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_kno
             driver.replies()
             for _ in range(leaps):
                 driver.leap_command_counter()
-                driver.command("ping", group=1)
-                time.sleep(0.2)
-            driver.command("ping", group=1)
-            heard: set[int] = set()
-            wait_until(lambda: heard.update(one["key"] for one in driver.replies()) or len(heard) == 3, 3.0)
+                if all_heard(0.5):
+                    break
+            if len(heard) < 3:
+                all_heard(3.0)
             return len(heard)
         finally:
             driver.stop()
@@ -246,6 +251,7 @@ def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_kno
     try:
         assert pinged(50, 0) == 3
         assert pinged(1, 0) == 0
-        assert pinged(2, 3) == 3
+        # A line may lose the command of the one leap in three that the cells obey: it comes again.
+        assert pinged(2, 9) == 3
     finally:
         skin.stop()
