@@ -55,6 +55,10 @@ static void measure(rs_unit_rate* rate, uint32_t size) {
     uint32_t known_hz = RS_CLOCK_RATE_DEFAULT_HZ;
     while (known_hz > 1U && measured_hz * 5U < known_hz * 3U) known_hz /= 2U;
     if (known_hz > rate->rate_hz || !rate->lossy) rate->rate_hz = (uint16_t)known_hz;
+  }
+  /* No divisor thins out torque sums, so that it does not fall while many come, even if cells move all the time. What
+   * a repair costs for a moment is no reason to begin with it. */
+  if ((rate->size == size && size > 0U) || rate->divisor > 1U) {
     const uint32_t sums_hz = rate->sums * 1000U / RATE_WINDOW_TICKS;
     rate->sums_hz = (uint16_t)(sums_hz < SUM_HZ ? SUM_HZ : sums_hz > PORT_HZ / 2 ? PORT_HZ / 2 : sums_hz);
   }

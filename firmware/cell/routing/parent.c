@@ -92,6 +92,14 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
 
 enum { LOSSY_COST = 1024 }; /* more than any number of hops */
 
+/* Whether a neighbour's wave is ahead of the known time by more than a path may be behind before it is lost: memory is
+ * damaged, or all time has leapt, which its next tick tells. */
+static bool runs_ahead(const rs_route* route, const rs_neighbour* neighbour) {
+  enum { AHEAD_MOST = RS_STALE_LIMIT_US / RS_TICK_US + RS_SEQUENCE_WINDOW };
+  const uint16_t ahead = (uint16_t)(neighbour->wave.sequence - (uint16_t)route->known_time);
+  return route->known_time == ~route->known_time_complement && ahead > AHEAD_MOST && ahead < 0x8000U;
+}
+
 /* The best neighbour to adopt: over a line that does not spoil frames, fewest hops, the own root first, then the lowest
  * port; RS_PORTS if none is feasible. */
 unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
@@ -100,7 +108,7 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
-    if (!rs_route_feasible(route, port)) continue;
+    if (!rs_route_feasible(route, port) || runs_ahead(route, neighbour)) continue;
     const uint32_t cost = (rs_link_lossy(neighbour, now_us) ? LOSSY_COST : 0U) + 2U * neighbour->hops +
                           (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {

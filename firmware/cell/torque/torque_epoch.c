@@ -158,7 +158,10 @@ static void keep_time(rs_cell* cell, uint32_t now_us) {
   const bool was_due = cell->timer_us == epoch->begin_us;
   epoch->origin_us = route->origin_us;
   epoch->begin_us = now_us + EPOCH_US - since_us;
-  if (was_due) cell->timer_us = epoch->begin_us;
+  /* The correction may put off what was due at this very moment, or bring forward what was to come after the timer,
+   * which has been set without it. */
+  const bool adds = epoch->own.parts > 0U || epoch->used > 0U;
+  if (was_due || (adds && rs_reached(cell->timer_us, epoch->begin_us))) cell->timer_us = epoch->begin_us;
   const uint32_t behind = (epoch->epoch - number) & NUMBER_MASK;
   if (behind >= BACK) begin(cell, number, now_us - since_us, now_us);
 }

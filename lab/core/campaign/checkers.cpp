@@ -47,7 +47,13 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
 
 void Checkers::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
   control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
-  if (from.at != world::WireEnd::At::unit) return;
+  if (from.at != world::WireEnd::At::unit) {
+    const std::int32_t far = ground_->far(ground_->wire_of(from));
+    const bool to_unit = far != GroundTruth::no_wire && !ground_->is_cell(static_cast<std::size_t>(far));
+    if (to_unit && rs_frame_type_of(frame) == RS_TYPE_torque)
+      queues_.sum_sent(network.cell(from.index).route.wave.root);
+    return;
+  }
   tags_.frame_sent(network, from.index, frame);
   if (rs_frame_type_of(frame) == RS_TYPE_grant) {
     balance_.granted(network, *routes_, frame);
@@ -98,12 +104,15 @@ void Checkers::fault_applied(const Network&, const world::Fault& fault, int phas
 // The true loads, by paths.
 void Checkers::weigh() {
   std::vector<std::uint32_t> load(256);
+  std::vector<std::int32_t> deepest(256);
   for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
     const rs_route& route = network_->cell(cell).route;
-    if (ground_->runs(cell) && route.parent_port != RS_NO_PARENT) ++load[route.wave.root];
+    if (!ground_->runs(cell) || route.parent_port == RS_NO_PARENT) continue;
+    ++load[route.wave.root];
+    deepest[route.wave.root] = std::max<std::int32_t>(deepest[route.wave.root], route.hops);
   }
   if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
-  overruns_.weigh(network_->time_ns(), load);
+  overruns_.weigh(network_->time_ns(), load, deepest);
   const std::int64_t now_ns = network_->time_ns();
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;

@@ -53,6 +53,7 @@ inline QueueChecker::PortLoad port_load(const world::LineQuality& line, std::int
       (RS_STATUS_PAUSE_US + (2 + limbs) * RS_FRAME_US) * us + times.status_ns + idle_hop_ns + times.tick_ns;
   return {.bearable = cells(line_hz - least_hz),
           .draining = cells(worst_hz * (0.95 - control)),
+          .sums = static_cast<std::uint32_t>(limbs),
           .known_hop_ns = known_hop_ns};
 }
 
@@ -74,7 +75,7 @@ class Checkers : public world::Observer, public world::DatagramSink {
         line_(drawn.options.line),
         cells_carried_(cells_carried(line_)),
         port_load_(port_load(line_, drawn.workload.touch ? 1 : drawn.workload.limbs, times_)),
-        overruns_(times_, cells_carried_),
+        overruns_(times_, cells_carried_, drawn.workload.touch ? 1 : drawn.workload.limbs),
         whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);

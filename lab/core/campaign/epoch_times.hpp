@@ -18,4 +18,12 @@ inline constexpr std::int64_t complete_ns = 2 * epoch_ns;
 // the second is over.
 inline constexpr std::int64_t at_rest_ns = 5 * epoch_ns;
 
+// Whether the sums of a tree so deep can be in time. They go up hop by hop, each in 120 us, the processor's time and
+// 50 us for each further limb, and have to be there 3.7 ms after the epoch's begin; clocks are a quarter of a
+// millisecond apart.
+inline bool sums_in_time(std::int32_t deepest, std::int32_t limbs, const ProcessingTimes& times) {
+  const std::int64_t hop_ns = idle_hop_ns + times.sum_ns;
+  return deepest * hop_ns + (limbs - 1) * RS_FRAME_US * us + RS_TORQUE_EARLY_US * us <= RS_TORQUE_END_US * us;
+}
+
 }  // namespace robotskin::campaign

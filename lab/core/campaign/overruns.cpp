@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "campaign/overruns.hpp"
 
+#include "campaign/epoch_times.hpp"
+
 namespace robotskin::campaign {
 
-void Overruns::weigh(std::int64_t now_ns, std::span<const std::uint32_t> load) {
-  for (std::size_t root = 0; root < load.size(); ++root)
-    if (load[root] > cells_carried_) overloaded_ns_[root] = now_ns;
+void Overruns::weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest) {
+  for (std::size_t root = 0; root < load.size(); ++root) {
+    const bool single_sums = limbs_ > 0 && !sums_in_time(deepest[root], limbs_, times_);
+    if (load[root] > cells_carried_ || single_sums) overloaded_ns_[root] = now_ns;
+  }
 }
 
 bool Overruns::lost(const world::Network& network, const GroundTruth& ground, std::size_t cell) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames that found a cell too busy to take them, and where that may be.
 //
-// A processor is made for the cells of one cable at 250 Hz. It may lose frames where more hang on the cable, and while
-// it catches up with what a repair costs. Nowhere else is a frame that is lost so any excuse.
+// A processor is made for the cells of one cable at 250 Hz. It may lose frames where more hang on the cable, where the
+// tree is too deep for its torque sums to be added up in time, so that they go up one by one, and while it catches up
+// with what a repair costs. Nowhere else is a frame that is lost so any excuse.
 #pragma once
 
 #include <array>
@@ -16,21 +17,22 @@ namespace robotskin::campaign {
 
 class Overruns {
  public:
-  // `cells_carried`: by a cable.
-  Overruns(ProcessingTimes times, std::uint32_t cells_carried) : times_(times), cells_carried_(cells_carried) {
+  // `cells_carried`: by a cable. `limbs`: of whose torques there are sums.
+  Overruns(ProcessingTimes times, std::uint32_t cells_carried, std::int32_t limbs)
+      : times_(times), cells_carried_(cells_carried), limbs_(limbs) {
     overloaded_ns_.fill(never_ns);
     overtaxed_ns_.fill(never_ns);
   }
 
-  // Every few milliseconds: cells by root.
-  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load);
+  // Every few milliseconds: cells by root, and the hops of the deepest.
+  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest);
   // A frame found no room in that cell. Whether that may be.
   bool lost(const world::Network& network, const GroundTruth& ground, std::size_t cell);
 
   // What came in under an overload is out again by then.
   static constexpr std::int64_t drained_ns = 80 * ms;
 
-  // When a processor last lost a frame in that root's tree while it had more cells than a cable carries.
+  // When a processor last lost a frame in that root's tree while it had more cells, or was deeper, than it bears.
   std::int64_t overtaxed_ns(std::uint8_t root) const { return overtaxed_ns_[root]; }
 
  private:
@@ -38,6 +40,7 @@ class Overruns {
 
   ProcessingTimes times_;
   std::uint32_t cells_carried_;
+  std::int32_t limbs_;
   std::array<std::int64_t, 256> overloaded_ns_, overtaxed_ns_;  // by root
 };
 

@@ -94,15 +94,19 @@ void QueueChecker::count_drops(const world::Network& network, const GroundTruth&
   const bool drained = known_ns + deepest * drained_hop_ns < counted_ns_;
   const bool judged =
       !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed_since(counted_ns_ - 20 * ms);
+  for (Sums& sums : sums_) sums.end_epoch();
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     const std::uint32_t dropped = network.cell(index).counts.frames_dropped - cells_[index].crowded_out;
     const rs_wave& wave = network.cell(index).route.wave;
     const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
     const bool too_low = load[wave.root] > divisor * port.bearable;
-    if (divisor > cells_[index].divisor) cells_[index].thinned_ns = now_ns;
+    const std::uint32_t late_sums = std::max(sums_[wave.root].in_epoch(), port.sums) - port.sums;
+    const std::uint32_t with_sums = load[wave.root] + divisor * late_sums;
+    const bool fills = late_sums > 0 && with_sums > divisor * port.draining && with_sums <= divisor * port.bearable;
+    if (divisor > cells_[index].divisor || fills) cells_[index].eased_ns = now_ns;
     cells_[index].divisor = divisor;
-    const bool thinned = cells_[index].thinned_ns + deepest * drained_hop_ns < counted_ns_;
-    const bool empty = drained && thinned && load[wave.root] <= divisor * port.draining;
+    const bool eased = cells_[index].eased_ns + deepest * drained_hop_ns < counted_ns_;
+    const bool empty = drained && eased && load[wave.root] <= divisor * port.draining;
     const bool overtaxed = counted_ns_ - overruns.overtaxed_ns(wave.root) < Overruns::drained_ns;
     if (judged && !overtaxed && (too_low || empty) && recovery.has_path(index) &&
         dropped != cells_[index].dropped_in_all)

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "campaign/ground_truth.hpp"
@@ -27,14 +28,20 @@ class QueueChecker {
 
   QueueChecker(std::size_t cells, bool events, BreakLog& breaks) : breaks_(breaks), cells_(cells), events_(events) {}
 
-  // Cells of a port at divisor 1: more than `bearable` need a larger one; up to `draining`, full queues become empty.
+  // Cells of a port at divisor 1: more than `bearable` need a larger one; up to `draining`, full queues become empty,
+  // with `sums` torque sums an epoch.
   struct PortLoad {
-    std::uint32_t bearable, draining;
+    std::uint32_t bearable, draining, sums;
     std::int64_t known_hop_ns;  // that a change of size takes up, and a divisor down
   };
 
-  // Every few milliseconds. Events are what no divisor thins out; nor does one give back to a processor that has lost
-  // frames the time for torque sums, which come late then, and fill lines one by one. `load`: cells of each root.
+  // A torque sum goes to the section unit.
+  void sum_sent(std::uint8_t root) { ++sums_[root].sent; }
+
+  // Once an epoch. Events are what no divisor thins out; nor does one give back to a processor that has lost frames the
+  // time for torque sums, which come late then, and fill lines one by one. In deep trees, too, sums come too late to be
+  // added up, and each that goes up alone takes the place of a cell's samples. A section unit knows of them: they may
+  // leave a line no time to empty queues, but not be more than it carries. `load`: cells of each root.
   void count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                    const RecoveryChecker& recovery, const Overruns& overruns, std::span<const std::uint32_t> load,
                    PortLoad port, bool undisturbed);
@@ -52,15 +59,24 @@ class QueueChecker {
     std::array<std::int64_t, RS_QUEUE_DATA> since_ns{};
     std::uint8_t first = 0, count = 0;
     std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
-    std::int64_t thinned_ns = 0;  // when the divisor rose last
-    std::int64_t begun_ns = 0;    // when it was empty last
-    bool crowded = false;         // since then a repeated sample has been in it, or trees have formed
+    std::int64_t eased_ns = 0;  // when the divisor rose last, or sums left no time to empty queues
+    std::int64_t begun_ns = 0;  // when it was empty last
+    bool crowded = false;       // since then a repeated sample has been in it, or trees have formed
     std::uint32_t crowded_out = 0;
     TakenSample oldest;  // while it is full
   };
 
+  struct Sums {
+    static constexpr std::uint32_t epochs = 16;  // 64 ms, as a section unit measures
+    std::uint32_t sent = 0, lately = 0;          // in this epoch, and on the average `epochs` times as many
+
+    void end_epoch() { lately += std::exchange(sent, 0) - lately / epochs; }
+    std::uint32_t in_epoch() const { return lately / epochs; }
+  };
+
   BreakLog& breaks_;
   std::vector<Cell> cells_;
+  std::array<Sums, 256> sums_;  // by root
   bool events_;
   std::int64_t longest_ns_ = 0, counted_ns_ = 0;
 };

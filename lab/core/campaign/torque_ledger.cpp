@@ -121,14 +121,10 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
       routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || forming_ns_ > rest_ns ||
       ground.samples_disturbed_since(rest_ns))
     return;
-  // The sums go up hop by hop, each in 120 us, the processor's time and 50 us for each further limb, and have to be
-  // there 3.7 ms after the epoch's begin; clocks are a quarter of a millisecond apart. What is deeper cannot be in
-  // time.
   std::int32_t deepest = 0;
   for (std::size_t cell = 0; cell < cells_; ++cell)
     if (recovery.has_path(cell)) deepest = std::max<std::int32_t>(deepest, network.cell(cell).route.hops);
-  const std::int64_t hop_ns = idle_hop_ns + times_.sum_ns;
-  if (deepest * hop_ns + (limbs_ - 1) * RS_FRAME_US * us + RS_TORQUE_EARLY_US * us > RS_TORQUE_END_US * us) return;
+  if (!sums_in_time(deepest, limbs_, times_)) return;
   ++epochs_judged_;
   std::int64_t missing = 0;
   std::size_t one = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "campaign/datagram_frames.hpp"
 #include "campaign/epoch_times.hpp"
@@ -15,6 +16,20 @@ constexpr std::uint64_t purpose_touch = 43;
 constexpr std::int64_t agreed_ns = 150 * ms;
 constexpr double force_error = 2e-3, least_force_n = 1e-3;
 constexpr std::int64_t broadcast_epochs = 8;  // a posture is on its way, and stands for its epoch and the next
+constexpr unsigned root_port_bits = 4;        // of a root's number; the section unit's are above
+
+// Between the times of section units. They take half the round trip for the way, so that ways of different lengths
+// keep them apart for good.
+std::int64_t apart_ms(const world::Network& network) {
+  std::int64_t first_ms = std::numeric_limits<std::int64_t>::max(), last_ms = 0;
+  for (std::size_t u = 0; u < network.unit_count(); ++u) {
+    if (!network.unit_runs(u)) continue;
+    const auto time_ms = static_cast<std::int64_t>(network.unit(u).tick_time);
+    first_ms = std::min(first_ms, time_ms);
+    last_ms = std::max(last_ms, time_ms);
+  }
+  return std::max(last_ms - first_ms, std::int64_t{0});
+}
 
 }  // namespace
 
@@ -51,6 +66,9 @@ void TouchChecker::cell_stepped(const world::Network& network, const GroundTruth
   const std::int64_t now_ns = network.time_ns();
   const bool begun = state.torque.epoch != cell.epoch;
   cell.epoch = state.torque.epoch;
+  const auto unit = static_cast<std::uint8_t>(state.route.wave.root >> root_port_bits);
+  if (unit != cell.unit) cell.came_ns = now_ns;
+  cell.unit = unit;
   if (ground.lawless(now_ns, index))
     cell.corrupted = true;
   else if (input.kind == RS_INPUT_BOOT)
@@ -94,8 +112,10 @@ void TouchChecker::judge_torques(const world::Network& network, const GroundTrut
   const auto age_ms = static_cast<std::int16_t>(now_ns / ms - position[0]);
   // While section units agree on a time, epochs leap.
   const bool timed = now_ns > agreed_ns && ground.calm(now_ns) && ground.repaired_ns() < now_ns - agreed_ns;
-  const bool true_age =
-      age_ms >= (own.age - 2) * RS_EPOCH_TICKS && age_ms <= (own.age + broadcast_epochs) * RS_EPOCH_TICKS;
+  // A posture of before the cell came over was numbered by the time of another unit.
+  const std::int64_t off_ms = now_ns - age_ms * ms <= cells_[index].came_ns ? apart_ms(network) : 0;
+  const bool true_age = age_ms + off_ms >= (own.age - 2) * RS_EPOCH_TICKS &&
+                        age_ms - off_ms <= (own.age + broadcast_epochs) * RS_EPOCH_TICKS;
   if (!std::ranges::equal(position, posture) || (timed && !true_age))
     breaks_.add(Invariant::torque_true, now_ns, {index},
                 {{"posture, ms old", age_ms}, {"age told, epochs", own.age}, {"second joint", position[1]}});

@@ -36,7 +36,9 @@ class TouchChecker {
   struct Cell {
     TouchModel model;
     std::uint32_t epoch = 0;
-    bool corrupted = false;  // its memory was, since it last started
+    bool corrupted = false;    // its memory was, since it last started
+    std::uint8_t unit = 0;     // the root of its tree,
+    std::int64_t came_ns = 0;  // and since when
   };
   struct Sum {
     std::int64_t cells = 0, active = 0;
