@@ -49,7 +49,8 @@ bool Network::has_room(std::size_t wire, const std::uint8_t* frame) const {
   if (!takes_time()) return true;
   const rs_frame_type type = rs_frame_type_of(frame);
   const bool to_host = type == RS_TYPE_clock || type == RS_TYPE_event || type == RS_TYPE_further ||
-                       type == RS_TYPE_topology || type == RS_TYPE_join || type == RS_TYPE_reply || type == RS_TYPE_torque;
+                       type == RS_TYPE_topology || type == RS_TYPE_join || type == RS_TYPE_reply ||
+                       type == RS_TYPE_torque;
   return boards_[wire / RS_PORTS].in.count() < board_frames_in - (to_host ? board_frames_kept : 0);
 }
 
