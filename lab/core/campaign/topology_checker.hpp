@@ -35,7 +35,7 @@ class TopologyChecker {
   struct Told {
     std::int64_t time_ns = -1;
     rs_topology topology{};
-    std::int64_t crowded_out_ns = never_ns;  // a later one
+    std::int64_t crowded_out_ns = never_ns;  // when an overtaxed processor last lost a report of this cell
   };
 
   void judge(const world::Network& network, const GroundTruth& ground, std::size_t cell);
