@@ -75,6 +75,7 @@ def state_of(skin: ForeignSkin) -> SkinState:
     return state
 
 
+@pytest.mark.real_time
 def test_a_touch_moves_the_robot_is_recorded_and_comes_back(seed: int, worn: Layout, tmp_path: Path) -> None:
     pads = Pads(seed)
     file = tmp_path / "touch.mcap"
