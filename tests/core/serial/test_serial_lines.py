@@ -239,7 +239,8 @@ def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_kno
             driver.replies()
             for _ in range(leaps):
                 driver.leap_command_counter()
-                if all_heard(0.5):
+                # A line may lose the command of the one leap that the cells obey.
+                if any(all_heard(0.5) for _ in range(3)):
                     break
             if len(heard) < 3:
                 all_heard(3.0)
@@ -251,7 +252,6 @@ def test_a_unit_and_a_host_that_are_started_anew_together_command_cells_that_kno
     try:
         assert pinged(50, 0) == 3
         assert pinged(1, 0) == 0
-        # A line may lose the command of the one leap in three that the cells obey: it comes again.
-        assert pinged(2, 9) == 3
+        assert pinged(2, 3) == 3
     finally:
         skin.stop()
