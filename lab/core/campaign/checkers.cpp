@@ -48,10 +48,10 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
 void Checkers::frame_sent(const Network& network, world::WireEnd from, const std::uint8_t* frame) {
   control_->frame_sent(*ground_, ground_->wire_of(from), frame, network.time_ns());
   if (from.at != world::WireEnd::At::unit) {
+    if (rs_frame_type_of(frame) != RS_TYPE_torque) return;
     const std::int32_t far = ground_->far(ground_->wire_of(from));
     const bool to_unit = far != GroundTruth::no_wire && !ground_->is_cell(static_cast<std::size_t>(far));
-    if (to_unit && rs_frame_type_of(frame) == RS_TYPE_torque)
-      queues_.sum_sent(network.cell(from.index).route.wave.root);
+    if (to_unit) queues_.sum_sent(network.cell(from.index).route.wave.root);
     return;
   }
   tags_.frame_sent(network, from.index, frame);

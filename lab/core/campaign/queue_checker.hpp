@@ -67,7 +67,7 @@ class QueueChecker {
   };
 
   struct Sums {
-    static constexpr std::uint32_t epochs = 16;  // 64 ms, as a section unit measures
+    static constexpr std::uint32_t epochs = 16;  // 64 ms: what was sent fades in so long
     std::uint32_t sent = 0, lately = 0;          // in this epoch, and on the average `epochs` times as many
 
     void end_epoch() { lately += std::exchange(sent, 0) - lately / epochs; }

@@ -37,7 +37,7 @@ class TouchChecker {
     TouchModel model;
     std::uint32_t epoch = 0;
     bool corrupted = false;    // its memory was, since it last started
-    std::uint8_t unit = 0;     // the root of its tree,
+    std::uint8_t unit = 0;     // of its tree,
     std::int64_t came_ns = 0;  // and since when
   };
   struct Sum {

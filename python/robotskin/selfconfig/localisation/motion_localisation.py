@@ -91,9 +91,10 @@ def motion_signals(
         raise LocalisationError(f"none of the links {', '.join(links or robot.link_names)} moves with {named}")
     found = _signals(robot, recordings, rest_posture, candidates)
     # What a wrong model changes hardly depends on what moves beside a swing, which then costs nothing.
-    others_move = any(recording.posture is not None for recording in recordings)
-    alone = [replace(recording, posture=None) for recording in recordings] if others_move else recordings
-    swung_alone = _signals(robot, alone, rest_posture, candidates) if others_move else found
+    alone, swung_alone = recordings, found
+    if any(recording.posture is not None for recording in recordings):
+        alone = [replace(recording, posture=None) for recording in recordings]
+        swung_alone = _signals(robot, alone, rest_posture, candidates)
     wrong: dict[int, list[NDArray[np.float32]]] = {joint: [] for joint in candidates}
     ways: dict[int, list[int]] = {joint: [] for joint in candidates}
     for way, (joint, other) in enumerate(wrong_models(robot, prior)):
