@@ -45,6 +45,16 @@ def _chunk_ends(path: Path) -> list[int]:
         return [file.tell() for record in chunks if isinstance(record, Chunk)]
 
 
+def _damaged(path: Path, end: int) -> bytearray:
+    """Its bytes, the chunk that ends there damaged.
+
+    LZ4 ends with an end mark of four bytes; the five before it are literals. Other bytes may tell the same content.
+    """
+    content = bytearray(path.read_bytes())
+    content[end - 6] ^= 255
+    return content
+
+
 class Made:
     """A recorded session: its file, and the truth."""
 
@@ -258,9 +268,8 @@ def test_a_recording_is_sought_in_its_own_time(seed: int, tmp_path: Path, monkey
 def test_what_no_keyframe_leads_to_any_more_is_told(made: Made, tmp_path: Path) -> None:
     found = summarise(Recording(made.path), 0.0, float("inf"))
     assert (found.frames, found.unplayed_s) == (STEPS, 0.0)
-    damaged = bytearray(made.path.read_bytes())
     ends = _chunk_ends(made.path)
-    damaged[ends[len(ends) // 2] - 20] ^= 255
+    damaged = _damaged(made.path, ends[len(ends) // 2])
     path = tmp_path / "middle.mcap"
     path.write_bytes(damaged)
     repair(path)
@@ -272,9 +281,7 @@ def test_what_no_keyframe_leads_to_any_more_is_told(made: Made, tmp_path: Path) 
 
 def test_a_chunk_that_declares_what_follows_may_be_the_damaged_one(made: Made, tmp_path: Path) -> None:
     """The first one holds schemas and channels; the summary says them again."""
-    first = _chunk_ends(made.path)[0]
-    damaged = bytearray(made.path.read_bytes())
-    damaged[first - 20] ^= 255
+    damaged = _damaged(made.path, _chunk_ends(made.path)[0])
     path = tmp_path / "first.mcap"
     path.write_bytes(damaged)
     found = repair(path)
@@ -291,8 +298,7 @@ def test_what_follows_a_damaged_chunk_is_kept(made: Made, tmp_path: Path) -> Non
     from mcap.reader import make_reader
 
     ends = _chunk_ends(made.path)
-    damaged = bytearray(made.path.read_bytes())
-    damaged[ends[len(ends) // 2] - 20] ^= 255
+    damaged = _damaged(made.path, ends[len(ends) // 2])
     for name, content in (("whole.mcap", damaged), ("cut.mcap", damaged[:-40])):
         path = tmp_path / name
         path.write_bytes(content)
