@@ -21,7 +21,7 @@ inline constexpr std::int64_t processor_hz = 48'000'000;
 
 // The board around it (firmware/chip/board.h): so many frames wait for the processor, in the last places none
 // that goes to the host, and of each port so many are out or wait for the line.
-inline constexpr std::size_t board_frames_in = 32, board_frames_kept = 8, board_frames_out = RS_FRAMES_OUT;
+inline constexpr std::size_t board_frames_in = 48, board_frames_kept = 8, board_frames_out = RS_FRAMES_OUT;
 
 // Kinds of inputs. A frame counts as its type, but for a tick that begins a new wave, and any frame that is damaged;
 // any input in which the cell computes its own torque of an epoch counts as `epoch`. The most frequent ones take a

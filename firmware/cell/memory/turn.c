@@ -3,7 +3,7 @@
 #include "cell/memory/turn.h"
 
 #include "cell/memory/integrity.h"
-#include "cell/wire/wave.h"
+#include "cell/memory/known_time.h"
 
 void rs_turn_take(rs_cell* cell, uint32_t turn) {
   cell->turn = turn & RS_TURN_MASK;
@@ -13,7 +13,7 @@ void rs_turn_take(rs_cell* cell, uint32_t turn) {
 
 void rs_turn_follow(rs_cell* cell, uint32_t time) {
   const rs_route* route = &cell->route;
-  if (cell->turn == RS_TURN_NONE || route->known_time != ~route->known_time_complement) return;
+  if (cell->turn == RS_TURN_NONE || !rs_time_known(route)) return;
   if (time < route->known_time && route->known_time - time > 1U << (RS_TICK_TIME_BITS - 1)) {
     rs_turn_take(cell, cell->turn + 1U);
   }

@@ -4,6 +4,7 @@
 #include "cell/routing/beacons.h"
 
 #include "cell/link/link.h"
+#include "cell/memory/known_time.h"
 #include "cell/routing/identity.h"
 #include "cell/routing/links.h"
 #include "cell/routing/refusal.h"
@@ -15,18 +16,13 @@
 
 /* Whether a wave is from before the known time by more than the sequence numbers in flight: a tick played again. */
 static bool is_past(const rs_cell* cell, const rs_wave* wave) {
-  if (cell->route.known_time == ~cell->route.known_time_complement) {
-    const uint32_t ahead = (rs_wave_time(wave) - cell->route.known_time) & ((1U << RS_TICK_TIME_BITS) - 1U);
-    const uint32_t behind = (0U - ahead) & ((1U << RS_TICK_TIME_BITS) - 1U);
-    return behind < ahead && behind >= 0x8000U;
-  }
-  return false;
+  const uint32_t ahead = rs_time_ahead(&cell->route, wave);
+  return rs_time_known(&cell->route) && ahead >= RS_TICK_TIME_HALF && ahead <= (1U << RS_TICK_TIME_BITS) - 0x8000U;
 }
 
 /* Whether a root made this wave: what the own parent said before needs no proof, where its time is known. */
 static bool authentic(const rs_cell* cell, const rs_wave* wave) {
-  const bool timed = cell->route.known_time == ~cell->route.known_time_complement;
-  if (timed && rs_waves_equal(wave, &cell->route.wave)) return true;
+  if (rs_time_known(&cell->route) && rs_waves_equal(wave, &cell->route.wave)) return true;
   return rs_tags_equal(rs_wave_tag(&cell->key, wave), wave->tag);
 }
 

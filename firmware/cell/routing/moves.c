@@ -99,7 +99,7 @@ bool rs_move_shed(rs_cell* cell, uint32_t now_us) {
     if (port + 1U == route->parent_port || neighbour->child || neighbour->draining || !rs_link_usable(neighbour))
       continue;
     if (neighbour->wave.root != route->wave.root || neighbour->hops >= route->hops) continue;
-    if (!rs_route_feasible(route, port)) continue;
+    if (!rs_route_feasible(route, port) || rs_route_runs_ahead(route, neighbour)) continue;
     if (best == RS_PORTS || neighbour->hops < route->neighbour[best].hops) best = port;
   }
   if (best == RS_PORTS) return false;

@@ -9,6 +9,7 @@
 #include "cell/routing/parent.h"
 
 #include "cell/link/link.h"
+#include "cell/memory/known_time.h"
 #include "cell/routing/identity.h"
 #include "cell/routing/subtree.h"
 #include "cell/time/sample_clock.h"
@@ -92,12 +93,12 @@ void rs_route_adopt(rs_cell* cell, unsigned port, uint32_t now_us) {
 
 enum { LOSSY_COST = 1024 }; /* more than any number of hops */
 
-/* Whether a neighbour's wave is ahead of the known time by more than a path may be behind before it is lost: memory is
- * damaged, or all time has leapt, which its next tick tells. */
-static bool runs_ahead(const rs_route* route, const rs_neighbour* neighbour) {
+/* Whether the wave that is kept of a neighbour is ahead of the known time by more than a path may be behind before it
+ * is lost: memory is damaged, or all time has leapt, which its next tick tells. */
+bool rs_route_runs_ahead(const rs_route* route, const rs_neighbour* neighbour) {
   enum { AHEAD_MOST = RS_STALE_LIMIT_US / RS_TICK_US + RS_SEQUENCE_WINDOW };
-  const uint16_t ahead = (uint16_t)(neighbour->wave.sequence - (uint16_t)route->known_time);
-  return route->known_time == ~route->known_time_complement && ahead > AHEAD_MOST && ahead < 0x8000U;
+  const uint32_t ahead = rs_time_ahead(route, &neighbour->wave);
+  return rs_time_known(route) && ahead > AHEAD_MOST && ahead < RS_TICK_TIME_HALF;
 }
 
 /* The best neighbour to adopt: over a line that does not spoil frames, fewest hops, the own root first, then the lowest
@@ -108,7 +109,7 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
   for (unsigned port = 0; port < RS_PORTS; ++port) {
     const rs_neighbour* neighbour = &route->neighbour[port];
     if (port + 1U == route->parent_port || neighbour->child || !rs_link_usable(neighbour)) continue;
-    if (!rs_route_feasible(route, port) || runs_ahead(route, neighbour)) continue;
+    if (!rs_route_feasible(route, port) || rs_route_runs_ahead(route, neighbour)) continue;
     const uint32_t cost = (rs_link_lossy(neighbour, now_us) ? LOSSY_COST : 0U) + 2U * neighbour->hops +
                           (neighbour->wave.root != route->wave.root ? 1U : 0U);
     if (best == RS_PORTS || cost < best_cost) {
@@ -123,7 +124,7 @@ unsigned rs_route_best_feasible(const rs_route* route, uint32_t now_us) {
  * says which of the two: otherwise no cell might be feasible for long. */
 void rs_route_heal_distance(rs_route* route) {
   if (route->parent_port == RS_NO_PARENT || route->unbound || route->feasible_sequence == route->wave.sequence) return;
-  if (route->known_time != ~route->known_time_complement) return;
+  if (!rs_time_known(route)) return;
   if ((uint16_t)route->known_time == route->wave.sequence) {
     route->feasible_sequence = route->wave.sequence;
     if (route->hops < route->feasible_hops) route->feasible_hops = route->hops;

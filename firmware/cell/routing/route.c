@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "cell/link/link.h"
+#include "cell/memory/known_time.h"
 #include "cell/memory/turn.h"
 #include "cell/routing/links.h"
 #include "cell/routing/moves.h"
@@ -89,8 +90,7 @@ void rs_route_turn(rs_cell* cell, unsigned port, uint32_t now_us) {
   if (route->parent_port == port + 1U && neighbour->hops != RS_HOPS_POISON &&
       rs_waves_equal(&route->wave, &neighbour->wave)) {
     rs_turn_follow(cell, rs_wave_time(&route->wave));
-    route->known_time = rs_wave_time(&route->wave);
-    route->known_time_complement = ~route->known_time;
+    rs_time_learn(route, rs_wave_time(&route->wave));
   }
 }
 
@@ -118,7 +118,8 @@ void rs_route_check(rs_cell* cell, uint32_t now_us) {
     const bool stale = now_us - route->advanced_us >= RS_STALE_LIMIT_US && !rs_link_lossy(parent, now_us);
     if (!rs_link_usable(parent) || stale) {
       rs_route_lose(cell, now_us);
-    } else if (held && !route->handover && rs_newer(parent->wave.sequence, route->wave.sequence)) {
+    } else if (held && !route->handover && rs_newer(parent->wave.sequence, route->wave.sequence) &&
+               !rs_route_runs_ahead(route, parent)) {
       tick_of_parent(cell, route->parent_port - 1U, now_us); /* what was held back */
     }
   } else if (!route->in_quarantine) {

@@ -105,14 +105,17 @@ void Checkers::fault_applied(const Network&, const world::Fault& fault, int phas
 void Checkers::weigh() {
   std::vector<std::uint32_t> load(256);
   std::vector<std::int32_t> deepest(256);
+  std::vector<std::uint32_t> late_sums(256);
   for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
     const rs_route& route = network_->cell(cell).route;
     if (!ground_->runs(cell) || route.parent_port == RS_NO_PARENT) continue;
     ++load[route.wave.root];
     deepest[route.wave.root] = std::max<std::int32_t>(deepest[route.wave.root], route.hops);
   }
+  queues_.end_epoch();
+  for (std::size_t root = 0; root < late_sums.size(); ++root) late_sums[root] = queues_.late_sums(root, port_load_);
   if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
-  overruns_.weigh(network_->time_ns(), load, deepest);
+  overruns_.weigh(network_->time_ns(), load, deepest, late_sums);
   const std::int64_t now_ns = network_->time_ns();
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;

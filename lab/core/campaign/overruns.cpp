@@ -5,9 +5,10 @@
 
 namespace robotskin::campaign {
 
-void Overruns::weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest) {
+void Overruns::weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest,
+                     std::span<const std::uint32_t> late_sums) {
   for (std::size_t root = 0; root < load.size(); ++root) {
-    const bool single_sums = limbs_ > 0 && !sums_in_time(deepest[root], limbs_, times_);
+    const bool single_sums = limbs_ > 0 && late_sums[root] > 0 && !sums_in_time(deepest[root], limbs_, times_);
     if (load[root] > cells_carried_ || single_sums) overloaded_ns_[root] = now_ns;
   }
 }

@@ -2,8 +2,8 @@
 // Frames that found a cell too busy to take them, and where that may be.
 //
 // A processor is made for the cells of one cable at 250 Hz. It may lose frames where more hang on the cable, where the
-// tree is too deep for its torque sums to be added up in time, as they may go up one by one then, and while it catches
-// up with what a repair costs. Nowhere else is a frame that is lost so any excuse.
+// tree is too deep for its torque sums to be added up in time and they do go up one by one, and while it catches up
+// with what a repair costs. Nowhere else is a frame that is lost so any excuse.
 #pragma once
 
 #include <array>
@@ -24,8 +24,10 @@ class Overruns {
     overtaxed_ns_.fill(never_ns);
   }
 
-  // Every few milliseconds: cells by root, and the hops of the deepest.
-  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest);
+  // Every few milliseconds: cells by root, the hops of the deepest, and lately how many sums of an epoch came beyond
+  // those of a tree that adds them up.
+  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest,
+             std::span<const std::uint32_t> late_sums);
   // A frame found no room in that cell. Whether that may be.
   bool lost(const world::Network& network, const GroundTruth& ground, std::size_t cell);
 

@@ -94,13 +94,12 @@ void QueueChecker::count_drops(const world::Network& network, const GroundTruth&
   const bool drained = known_ns + deepest * drained_hop_ns < counted_ns_;
   const bool judged =
       !events_ && undisturbed && known_ns < counted_ns_ && !ground.samples_disturbed_since(counted_ns_ - 20 * ms);
-  for (Sums& sums : sums_) sums.end_epoch();
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     const std::uint32_t dropped = network.cell(index).counts.frames_dropped - cells_[index].crowded_out;
     const rs_wave& wave = network.cell(index).route.wave;
     const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
     const bool too_low = load[wave.root] > divisor * port.bearable;
-    const std::uint32_t late_sums = std::max(sums_[wave.root].in_epoch(), port.sums) - port.sums;
+    const std::uint32_t late_sums = this->late_sums(wave.root, port);
     const std::uint32_t with_sums = load[wave.root] + divisor * late_sums;
     const bool fills = late_sums > 0 && with_sums > divisor * port.draining && with_sums <= divisor * port.bearable;
     if (divisor > cells_[index].divisor || fills) cells_[index].eased_ns = now_ns;

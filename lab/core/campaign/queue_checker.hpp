@@ -7,6 +7,7 @@
 // before it filled, until it is empty, no cell is held to how long others wait there, nor to those that find it full.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -37,6 +38,13 @@ class QueueChecker {
 
   // A torque sum goes to the section unit.
   void sum_sent(std::uint8_t root) { ++sums_[root].sent; }
+  void end_epoch() {
+    for (Sums& sums : sums_) sums.end_epoch();
+  }
+  // Lately in an epoch, beyond those of a tree that adds them up.
+  std::uint32_t late_sums(std::size_t root, PortLoad port) const {
+    return std::max(sums_[root].in_epoch(), port.sums) - port.sums;
+  }
 
   // Once an epoch. Events are what no divisor thins out; nor does one give back to a processor that has lost frames the
   // time for torque sums, which come late then, and fill lines one by one. In deep trees, too, sums come too late to be

@@ -19,7 +19,7 @@ constexpr std::int64_t broadcast_epochs = 8;  // a posture is on its way, and st
 constexpr unsigned root_port_bits = 4;        // of a root's number; the section unit's are above
 
 // Between the times of section units. They take half the round trip for the way, so that ways of different lengths
-// keep them apart for good.
+// keep them apart for good, but by no more than lets them leap.
 std::int64_t apart_ms(const world::Network& network) {
   std::int64_t first_ms = std::numeric_limits<std::int64_t>::max(), last_ms = 0;
   for (std::size_t u = 0; u < network.unit_count(); ++u) {
@@ -28,7 +28,7 @@ std::int64_t apart_ms(const world::Network& network) {
     first_ms = std::min(first_ms, time_ms);
     last_ms = std::max(last_ms, time_ms);
   }
-  return std::max(last_ms - first_ms, std::int64_t{0});
+  return std::clamp(last_ms - first_ms, std::int64_t{0}, std::int64_t{RS_PEER_TOGETHER_US * us / ms});
 }
 
 }  // namespace

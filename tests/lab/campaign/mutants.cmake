@@ -48,9 +48,9 @@ campaign_mutant(far_ahead_believed cell/routing/beacons.c
 campaign_mutant(wrap_unknown include/robotskin/feasibility.h
   "return ahead != 0U && ahead < 0x8000U"
   "return ahead != 0U && a > b")
-campaign_mutant(damaged_time_believed cell/routing/beacons.c
-  "if (cell->route.known_time == ~cell->route.known_time_complement) {"
-  "if (true) {")
+campaign_mutant(damaged_time_believed cell/memory/known_time.h
+  "return route->known_time == ~route->known_time_complement"
+  "return true")
 
 # ---- Moves and levelling: R10 ----
 campaign_mutant(moves_not_held cell/routing/moves.c
