@@ -30,10 +30,11 @@ Json = Annotated[Path | None, typer.Option("--json", help="Write the figures to 
 
 
 def benchmarks() -> dict[str, Callable[..., Figures]]:
-    """Return the benchmarks by name."""
+    """Return the benchmarks by name; a `run` that a module only imports is none of its own."""
     names = [module.name for module in pkgutil.iter_modules(robotskin_lab.bench.__path__)]
     modules = {name: importlib.import_module(f"robotskin_lab.bench.{name}") for name in names}
-    return {name: module.run for name, module in modules.items() if hasattr(module, "run")}
+    runs = {name: getattr(module, "run", None) for name, module in modules.items()}
+    return {name: run for name, run in runs.items() if run is not None and run.__module__ == modules[name].__name__}
 
 
 def show(name: str, figures: Figures) -> None:

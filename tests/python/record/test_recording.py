@@ -46,10 +46,7 @@ def _chunk_ends(path: Path) -> list[int]:
 
 
 def _damaged(path: Path, end: int) -> bytearray:
-    """Its bytes, the chunk that ends there damaged.
-
-    LZ4 ends with an end mark of four bytes; the five before it are literals. Other bytes may tell the same content.
-    """
+    """Its bytes, but in the last literals of the chunk that ends there: other bytes may tell the same content."""
     content = bytearray(path.read_bytes())
     content[end - 6] ^= 255
     return content

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.apps.balance.soles import SoleCalibration, SolePressure, with_weight
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
 from robotskin.robots import Robot
 from robotskin.robots.standing import Foot
@@ -24,6 +25,11 @@ SENSORS_AT_M = 0.006 * np.array([(np.cos(a), np.sin(a)) for a in 2 * np.pi / 3 *
 RANGE_N, COUNT_N, NOISE_COUNTS = 10.0, 10.0 / 1024, 0.5
 SCALE, HYSTERESIS, FOAM_HYSTERESIS = 0.02, 0.03, 0.05
 """Error of a sensor's gain, within ±; between the loading and the unloading branch of sensor and foam, of the load."""
+BEND = 0.1
+"""Chosen: what a cell bears grows with the pressure to a power that is off from 1 by up to this; no calibration knows
+it."""
+USUAL_N = 450.0
+"""The load under which a cell bears its share whatever that power is."""
 FOAM_TIME_S = 0.04
 """Time constant of the insole's contact with the floor: foam that the robot's weight presses by some 1.5 mm. On a
 harder one a foot that is out of true by half a degree stands on one edge, where no cell is."""
@@ -34,7 +40,6 @@ CALIBRATION = 400
 LEAST_N, MOST_N = 150.0, 850.0
 BLIND_M = 0.22
 """A sole's length: so far off counts a sample in which the cells feel no load though the robot stands."""
-_GRID = (24, 14)
 
 
 def seven_cells(half_m: tuple[float, float]) -> Array:
@@ -45,67 +50,47 @@ def seven_cells(half_m: tuple[float, float]) -> Array:
 
 
 def tiled(half_m: tuple[float, float]) -> Array:
-    """(32, 2) metres: the whole sole in cells, eight by four."""
+    """(32, 2) metres: the whole sole in cells, eight by four, the outer ones' middles 11 mm from the edge."""
     x, y = half_m
-    return np.array([(a * x, b * y) for a in np.linspace(-0.875, 0.875, 8) for b in np.linspace(-0.75, 0.75, 4)])
+    return np.array([(a * x, b * y) for a in np.linspace(-0.9, 0.9, 8) for b in np.linspace(-0.83, 0.83, 4)])
 
 
 class Insole:
-    """What the cells of one sole feel of the force on it, and what a calibration makes of that."""
+    """What the cells of one sole feel of the force on it; its calibration makes the load of that."""
 
     def __init__(self, cells: Array, half_m: tuple[float, float], generator: np.random.Generator) -> None:
         self._sensors = (cells[:, None, :] + SENSORS_AT_M).reshape(-1, 2)
         self._half = np.array(half_m)
         self._draw = generator
         self._gain = 1 + generator.uniform(-SCALE, SCALE, len(self._sensors))
+        self._exponent = 1 + generator.uniform(-BEND, BEND, len(self._sensors))
         self._lagging = np.zeros(len(self._sensors))
-        axes = [np.linspace(-1, 1, 2 * count + 1)[1::2] * half for count, half in zip(_GRID, half_m, strict=True)]
-        self._points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        self.matrix = self._calibrated()
-        """(3, n + 1): newton, and newton metres of the load about the sole's middle, of sensors in newton and of 1."""
+        self._pressure = SolePressure(half_m)
+        self.calibration = SoleCalibration(self._sensors, half_m, NOISE_COUNTS * COUNT_N, RANGE_N)
+        self._calibrate()
 
     def feel(self, load_n: float, centre_m: Array) -> Array:
         """(n,) newton shown under a load that presses at `centre_m` (2,) from the sole's middle."""
-        true = SHARE * load_n / len(self._sensors) * self._pressure(centre_m)
+        pressure = load_n * self._pressure.at(self._sensors, self._pressure.plane(centre_m))
+        true = SHARE * USUAL_N / len(self._sensors) * (pressure / USUAL_N) ** self._exponent
         # Foam and sensors show less while the load grows and more while it falls.
         play = (HYSTERESIS + FOAM_HYSTERESIS) / 2
         self._lagging = np.clip(self._lagging, (1 - play) * true, (1 + play) * true)
         counts = self._gain * self._lagging / COUNT_N + self._draw.normal(0.0, NOISE_COUNTS, len(true))
         return np.clip(np.round(counts) * COUNT_N, 0.0, RANGE_N)
 
-    def load(self, felt: Array) -> Array:
-        """(3,) newton and newton metres: the load and its moments, load times x and load times y."""
-        return np.asarray(self.matrix @ np.append(felt, 1.0))
-
-    def _pressure(self, centre_m: Array) -> Array:
-        """(n,) at the sensors, over the mean of the sole: a plane, and nothing where the foot would lift off."""
-        slope = np.zeros(3)
-        slope[0] = 1.0
-        target = np.array([1.0, *(centre_m / self._half)])
-        ones = np.ones(len(self._points))
-        basis = np.column_stack([ones, self._points / self._half])
-        for _ in range(12):
-            pressed = np.maximum(basis @ slope, 0.0)
-            wrong = target - basis.T @ pressed / len(basis)
-            if np.abs(wrong).max() < 1e-3:
-                break
-            touching = basis[pressed > 0]
-            slope += np.linalg.solve(touching.T @ touching / len(basis) + 1e-6 * np.eye(3), wrong)
-        there = np.column_stack([np.ones(len(self._sensors)), self._sensors / self._half])
-        return np.asarray(np.maximum(there @ slope, 0.0))
-
-    def _calibrated(self) -> Array:
-        """By least squares, ridge for sensors that nearly agree, over loads that wander over the middle of the sole."""
-        felt, true = [], []
-        at, load = np.zeros(2), 450.0
+    def _calibrate(self) -> None:
+        """Over loads that wander over the whole sole."""
+        felt, loads, centres = [], [], []
+        at, load = np.zeros(2), USUAL_N
         for _ in range(CALIBRATION):
-            goal = self._draw.uniform(-0.8, 0.8, 2) * self._half
+            goal = self._draw.uniform(-0.95, 0.95, 2) * self._half
             newton = self._draw.uniform(LEAST_N, MOST_N)
             at, load = at + 0.5 * (goal - at), load + 0.5 * (newton - load)
-            felt.append(np.append(self.feel(load, at), 1.0))
-            true.append([load, *(load * at)])
-        a, b = np.array(felt), np.array(true)
-        return np.asarray(np.linalg.solve(a.T @ a + 1e-3 * np.eye(a.shape[1]), a.T @ b).T)
+            felt.append(self.feel(load, at))
+            loads.append(load)
+            centres.append(at)
+        self.calibration.learn(np.array(felt), np.array(loads), np.array(centres))
 
 
 @dataclass
@@ -139,6 +124,8 @@ class SolePort(RobotPort):
         ]
         for foot in standing.feet:
             model.geom(f"sole_{foot.link}").solref[0] = FOAM_TIME_S
+        self._weight_n = float(model.body_subtreemass[model.body_rootid[self._sides[0].body]]) * -model.opt.gravity[2]
+        """As the plate of the calibration shows it."""
         self._fresh = SensorReadings(port.sensors)
         self._waiting: list[tuple[int, int, Array]] = []
         self._tick = 0
@@ -180,17 +167,30 @@ class SolePort(RobotPort):
 
     def _sample(self) -> None:
         true_point, felt_point = np.zeros(2), np.zeros(2)
-        true_all = felt_all = 0.0
-        for index, side in enumerate(self._sides):
-            load, centre = self._true_load(side)
-            shown = side.insole.load(side.insole.feel(load, centre))
+        true_all = 0.0
+        poses = [self._world.scene.data.body(side.foot.link) for side in self._sides]
+        turns = [pose.xmat.reshape(3, 3)[:2, :2] for pose in poses]
+        middles = [
+            pose.xpos[:2] + turn @ np.array(side.foot.sole_m[:2])
+            for pose, turn, side in zip(poses, turns, self._sides, strict=True)
+        ]
+        true = [self._true_load(side) for side in self._sides]
+        felt = [
+            side.insole.calibration.load(side.insole.feel(*one)) for side, one in zip(self._sides, true, strict=True)
+        ]
+        apart = middles[1] - middles[0]
+        inner = [
+            np.copysign(side.foot.half_m[1], (turn.T @ way)[1])
+            for side, turn, way in zip(self._sides, turns, (apart, -apart), strict=True)
+        ]
+        told = with_weight(np.array(felt), self._weight_n, np.array(inner))
+        for index, shown in enumerate(told):
             self._waiting.append((self._tick + LATE_TICKS, index, shown))
-            pose = self._world.scene.data.body(side.foot.link)
-            middle = pose.xpos[:2] + pose.xmat.reshape(3, 3)[:2, :2] @ np.array(side.foot.sole_m[:2])
-            turn = pose.xmat.reshape(3, 3)[:2, :2]
-            true_point += load * (middle + turn @ centre)
-            felt_point += shown[0] * middle + turn @ shown[1:]
-            true_all, felt_all = true_all + load, felt_all + shown[0]
+            load, centre = true[index]
+            true_point += load * (middles[index] + turns[index] @ centre)
+            felt_point += shown[0] * middles[index] + turns[index] @ shown[1:]
+            true_all += load
+        felt_all = told[:, 0].sum()
         if true_all > LEAST_N:
             felt = felt_all > LEAST_N
             off = np.linalg.norm(true_point / true_all - felt_point / felt_all) if felt else BLIND_M

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The load on a sole and where it presses, from cells that stand beside an insole: in place of a sensor at the ankle.
+
+A stiff, flat sole on foam presses as a plane does: pressure grows evenly over the sole, and is nothing where the foot
+would lift off. Each cell bears its own share of it. A calibration finds the shares; then the plane that fits what all
+cells feel tells load and moments, also where the foot stands on an edge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_GRID = (48, 48)
+"""Points along and across a sole: an edge that bears all is some three of them wide."""
+_PASSES = 12
+_RIDGE = 3e-4
+"""For cells in a row, which leave the slope across it open."""
+_FEWEST = 6
+"""Sensors that a plane is laid through at least: those that feel most, where fewer feel anything."""
+_SLIGHT = 0.03
+"""A sensor that feels less than this share of the most says that the foot lifts off there, or nothing."""
+
+_UNFELT, _UNSURE = 0.06, 0.06
+"""Of the weight: a sole that feels less may stand on an edge; the other sole's load is known so well."""
+
+
+class SolePressure:
+    """Pressures under a sole, over the mean that a newton makes; `half_m` (2,): half its length and width."""
+
+    def __init__(self, half_m: tuple[float, float]) -> None:
+        self._half = np.array(half_m)
+        axes = [np.linspace(-1, 1, 2 * count + 1)[1::2] for count in _GRID]
+        self._over_sole = _basis(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2))
+
+    def plane(self, centre_m: Array) -> Array:
+        """(3,) of the plane whose load is 1 N and presses at `centre_m` (2,) from the sole's middle."""
+        plane, basis = np.array([1.0, 0.0, 0.0]), self._over_sole
+        target = np.array([1.0, *(centre_m / self._half)])
+        for _ in range(_PASSES):
+            pressed = np.maximum(basis @ plane, 0.0)
+            wrong = target - basis.T @ pressed / len(basis)
+            if np.abs(wrong).max() < 1e-3:
+                break
+            touching = basis[pressed > 0]
+            plane += np.linalg.solve(touching.T @ touching / len(basis) + 1e-6 * np.eye(3), wrong)
+        return plane
+
+    def at(self, places_m: Array, plane: Array) -> Array:
+        """(n,) at `places_m` (n, 2)."""
+        return np.asarray(np.maximum(_basis(places_m / self._half) @ plane, 0.0))
+
+    def fitted(self, places_m: Array, pressure: Array, least: Array, open_ended: NDArray[np.bool_]) -> Array:
+        """(3,) of the plane nearest to (n,) pressures at `places_m` (n, 2).
+
+        Below `least` (n,) a pressure may be noise. Where `open_ended` (n,) bool, the sensor is at its end: its pressure
+        may be more.
+        """
+        basis = _basis(places_m / self._half)
+        plane = np.zeros(3)
+        certain = (pressure > np.maximum(least, _SLIGHT * pressure.max())) & ~open_ended
+        if certain.sum() < _FEWEST:
+            certain = np.zeros(len(pressure), bool)
+            certain[np.argsort(pressure)[-_FEWEST:]] = True
+        counted = certain
+        for _ in range(_PASSES):
+            rows = basis[counted]
+            plane = np.linalg.solve(rows.T @ rows + _RIDGE * np.diag([1e-3, 1.0, 1.0]), rows.T @ pressure[counted])
+            # Where the plane is above the floor a sensor that feels nothing counts, too; and one at its end, which
+            # feels no less than it says.
+            at = basis @ plane
+            following = np.where(open_ended, at < pressure, (at > 0) | certain)
+            if (following == counted).all():
+                break
+            counted = following
+        return np.asarray(plane)
+
+    def load(self, plane: Array) -> Array:
+        """(3,): newton, and newton metres: the load times x and times y of where it presses."""
+        pressed = np.maximum(self._over_sole @ plane, 0.0)
+        return np.asarray(self._over_sole.T @ pressed / len(pressed) * np.array([1.0, *self._half]))
+
+
+class SoleCalibration:
+    """What sensors beside an insole say of the load, learnt from poses in which a force plate knew it."""
+
+    def __init__(self, places_m: Array, half_m: tuple[float, float], noise_n: float, range_n: float) -> None:
+        """`places_m` (n, 2): sensors, from the sole's middle; `noise_n`: σ of one; `range_n`: where it ends."""
+        self.pressure = SolePressure(half_m)
+        self._places, self._noise_n, self._range_n = places_m, noise_n, range_n
+        self.share = np.ones(len(places_m))
+        """(n,) newton felt by each per newton of load, were it spread evenly."""
+
+    def learn(self, felt: Array, load_n: Array, centre_m: Array) -> None:
+        """From poses (p): `felt` (p, n) newton, the load (p) and where it pressed (p, 2)."""
+        pairs = zip(load_n, centre_m, strict=True)
+        pressed = np.array([load * self.pressure.at(self._places, self.pressure.plane(at)) for load, at in pairs])
+        inside = felt < self._range_n
+        self.share = (inside * felt * pressed).sum(axis=0) / (inside * pressed * pressed).sum(axis=0)
+
+    def load(self, felt: Array) -> Array:
+        """(3,) newton and newton metres, as `SolePressure.load`, of what (n,) sensors feel."""
+        least = 4 * self._noise_n / self.share
+        plane = self.pressure.fitted(self._places, felt / self.share, least, felt >= self._range_n)
+        return self.pressure.load(plane)
+
+
+def with_weight(loads: Array, weight_n: float, inner_edge_m: Array) -> Array:
+    """(2, 3) loads of both soles, as `SolePressure.load`, one of which may stand on an edge where no cell is.
+
+    A robot that leans to one foot rolls the other onto its inner edge. Where one sole feels nearly nothing and the
+    other less than the weight, the rest stands there, as far forward as the other presses. `inner_edge_m` (2,): y of
+    each sole's inner edge from its middle; the feet stand side by side.
+    """
+    found = loads.copy()
+    least = int(np.argmin(loads[:, 0]))
+    other_n, other_x, _ = loads[1 - least]
+    missing_n = weight_n - other_n
+    if loads[least, 0] < _UNFELT * weight_n and missing_n > _UNSURE * weight_n and other_n > _UNSURE * weight_n:
+        found[least] = missing_n * np.array([1.0, other_x / other_n, inner_edge_m[least]])
+    return found
+
+
+def _basis(places: Array) -> Array:
+    return np.column_stack([np.ones(len(places)), places])

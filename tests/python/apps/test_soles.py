@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The load that cells beside an insole tell: also on an edge, and beside a sensor that is at its end."""
+
+import numpy as np
+import pytest
+
+from robotskin.apps.balance.soles import SoleCalibration, SolePressure, with_weight
+
+HALF_M = (0.1, 0.06)
+NOISE_N = 0.005
+
+
+def tiled() -> np.ndarray:
+    """(96, 2) metres: sensors all over the sole."""
+    x, y = np.linspace(-0.9, 0.9, 12) * HALF_M[0], np.linspace(-0.85, 0.85, 8) * HALF_M[1]
+    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+class Sole:
+    """Sensors whose shares of the load are drawn, and what they feel."""
+
+    def __init__(self, generator: np.random.Generator, range_n: float = 1e3) -> None:
+        self.draw, self.places, self.range_n = generator, tiled(), range_n
+        self.share = generator.uniform(0.5, 1.5, len(self.places)) * 1e-3
+        self.pressure = SolePressure(HALF_M)
+        self.calibration = SoleCalibration(self.places, HALF_M, NOISE_N, range_n)
+        loads, centres = generator.uniform(200, 800, 200), generator.uniform(-0.95, 0.95, (200, 2)) * HALF_M
+        felt = np.array([self.feel(load, centre) for load, centre in zip(loads, centres, strict=True)])
+        self.calibration.learn(felt, loads, centres)
+        loads_and_moments = np.column_stack([loads, loads[:, None] * centres])
+        self.linear = np.linalg.lstsq(felt, loads_and_moments, rcond=None)[0]
+
+    def feel(self, load_n: float, centre_m: np.ndarray) -> np.ndarray:
+        felt = self.share * load_n * self.pressure.at(self.places, self.pressure.plane(centre_m))
+        return np.clip(felt + self.draw.normal(0.0, NOISE_N, len(felt)), 0.0, self.range_n)
+
+
+@pytest.fixture
+def generator(seed: int) -> np.random.Generator:
+    return np.random.default_rng([seed, 61])
+
+
+def test_a_plane_bears_its_load_where_it_presses(generator: np.random.Generator) -> None:
+    pressure = SolePressure(HALF_M)
+    for centre in generator.uniform(-0.95, 0.95, (50, 2)) * HALF_M:
+        assert pressure.load(pressure.plane(centre)) == pytest.approx([1.0, *centre], abs=3e-3)
+    assert pressure.at(np.zeros((1, 2)), pressure.plane(np.zeros(2))) == pytest.approx([1.0])
+
+
+def test_a_foot_that_stands_on_an_edge_is_told_where_a_linear_map_fails(generator: np.random.Generator) -> None:
+    sole = Sole(generator)
+    off, linearly = [], []
+    for _ in range(100):
+        centre = np.array([generator.choice([-1, 1]) * 0.9, generator.uniform(-0.5, 0.5)]) * HALF_M
+        felt = sole.feel(500.0, centre)
+        load, *moments = sole.calibration.load(felt)
+        assert load == pytest.approx(500.0, rel=0.05)
+        off.append(np.linalg.norm(np.array(moments) / load - centre))
+        load, *moments = felt @ sole.linear
+        linearly.append(np.linalg.norm(np.array(moments) / load - centre))
+    assert max(off) < 3e-3 < 2 * max(off) + 3e-3 < max(linearly)
+
+
+def test_sensors_at_their_end_say_at_least_so_much(generator: np.random.Generator) -> None:
+    sole = Sole(generator, range_n=1.5)
+    centre = np.array([0.7, 0.3]) * HALF_M
+    felt = sole.feel(700.0, centre)
+    assert (felt >= 1.5).sum() > 3
+    load, *moments = sole.calibration.load(felt)
+    assert load == pytest.approx(700.0, rel=0.03)
+    assert np.array(moments) / load == pytest.approx(centre, abs=2e-3)
+
+
+def test_a_foot_in_the_air_bears_nothing(generator: np.random.Generator) -> None:
+    sole = Sole(generator)
+    assert sole.calibration.load(sole.feel(0.0, np.zeros(2)))[0] == pytest.approx(0.0, abs=5.0)
+
+
+def test_what_no_sole_feels_of_the_weight_stands_on_an_inner_edge() -> None:
+    edges = np.array([-0.06, 0.06])
+    leaning = np.array([[700.0, 35.0, 20.0], [2.0, 0.0, 0.0]])
+    told = with_weight(leaning, 900.0, edges)
+    assert told[0] == pytest.approx(leaning[0])
+    assert told[1] == pytest.approx([200.0, 200.0 * 0.05, 200.0 * 0.06])
+    assert with_weight(leaning[::-1], 900.0, edges)[0] == pytest.approx([200.0, 10.0, -12.0])
+    # A sole that feels its share is believed, as is one in the air beside one that bears the whole robot.
+    for both in ([[500.0, 1.0, 2.0], [390.0, 3.0, 4.0]], [[880.0, 1.0, 2.0], [0.0, 0.0, 0.0]]):
+        assert with_weight(np.array(both), 900.0, edges) == pytest.approx(np.array(both))
+    # Nor is a robot that hangs said to stand.
+    assert with_weight(np.zeros((2, 3)), 900.0, edges) == pytest.approx(np.zeros((2, 3)))
