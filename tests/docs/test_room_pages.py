@@ -21,6 +21,8 @@ def test_the_index_has_every_page() -> None:
     listed = set(re.findall(r"\]\(([a-z_]+\.md)\)", (DOCS / "README.md").read_text(encoding="utf-8")))
     pages = {page.name for page in DOCS.glob("*.md")} - {"README.md", "index.md"}
     assert pages == listed
+    shown = re.findall(r"^([a-z_]+)$", (DOCS / "index.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(f"{page}.md" for page in shown) == sorted(pages), "the front page of the HTML shows each once"
 
 
 def test_no_page_shows_what_an_earlier_version_printed() -> None:
