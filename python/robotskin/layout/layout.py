@@ -92,7 +92,7 @@ class Layout:
     neighbours: (N, 4, 2): for own port p at row p - 1, the neighbour's index or -1 and its port 1 to 4 (0 for none).
     patch: (N,) index into patches.
     calibration: what is known of its force sensors (`robotskin.calibration`); no part of the layout's file. None:
-        forces are taken as they are shown.
+    forces are taken as they are shown.
     """
 
     robot: str

@@ -109,7 +109,7 @@ class GainSet:
     def force_weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """(N) w_f of [Cheng19 eq. 14], for which a newton moves every cell by the same length, |J K⁻¹ Jᵀ n (1 + w_f)|.
+        """(N) w_f of [Cheng19 eq. 14], for which a newton moves each cell by the same length, `|J K⁻¹ Jᵀ n (1 + w_f)|`.
 
         The length is that of the whole motion, since a cell may move aside more than it gives way. A robot that stands
         leans against the touch, which takes the cell back some way: that is part of the motion. A cell whose normal
