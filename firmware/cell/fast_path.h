@@ -70,8 +70,8 @@ static RS_NOINLINE RS_HOT bool take_tick(rs_cell* cell, unsigned port, const uin
   if (!of_own_wave(route, &tick) || !as_before(neighbour, &tick) || could_be_parent(route, neighbour)) return false;
   if (tick.parent != 0U && !rs_arq_receiver_agrees(&neighbour->arq_receiver, tick.ack)) return false;
   const uint32_t time = rs_wave_time(&route->wave);
-  const uint32_t ahead = (time - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
-  if (ahead >> (RS_TICK_TIME_BITS - 1) != 0U || time != route->known_time || time != ~route->known_time_complement ||
+  const uint32_t ahead = rs_ticks_between(rs_wave_time(&neighbour->wave), time);
+  if (ahead >= RS_TICK_TIME_HALF || time != route->known_time || time != ~route->known_time_complement ||
       route->in_quarantine || route->wave.root == 0U || neighbour->wave.root != route->wave.root) {
     return false;
   }

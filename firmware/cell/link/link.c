@@ -30,11 +30,10 @@ void rs_link_damage(rs_neighbour* neighbour, uint32_t now_us) {
 bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint32_t now_us) {
   /* It may have gone unheard, and is counted where it is then. */
   if (rs_link_lossy(neighbour, now_us)) return neighbour->child;
-  const uint32_t behind =
-      (rs_wave_time(&route->wave) - rs_wave_time(&neighbour->wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  const uint32_t behind = rs_ticks_between(rs_wave_time(&neighbour->wave), rs_wave_time(&route->wave));
   /* However long a stuck child has said the same, what it says does not become new by that. */
   if (neighbour->stale) return neighbour->child && behind != 0U;
-  return neighbour->child && behind > RS_STALE_TICKS && behind < 1U << (RS_TICK_TIME_BITS - 1);
+  return neighbour->child && behind > RS_STALE_TICKS && behind < RS_TICK_TIME_HALF;
 }
 
 bool rs_move_open(const rs_route* route, const rs_neighbour* neighbour) {

@@ -14,10 +14,9 @@ RS_INLINE void rs_time_learn(rs_route* route, uint32_t time) {
   route->known_time_complement = ~time;
 }
 
-/* Ticks from the known time to a wave; from RS_TICK_TIME_HALF on, the wave is from before. */
-enum { RS_TICK_TIME_HALF = 1U << (RS_TICK_TIME_BITS - 1) };
+/* Ticks from the known time to a wave. */
 RS_INLINE uint32_t rs_time_ahead(const rs_route* route, const rs_wave* wave) {
-  return (rs_wave_time(wave) - route->known_time) & ((1U << RS_TICK_TIME_BITS) - 1U);
+  return rs_ticks_between(route->known_time, rs_wave_time(wave));
 }
 
 #endif

@@ -14,7 +14,7 @@ void rs_turn_take(rs_cell* cell, uint32_t turn) {
 void rs_turn_follow(rs_cell* cell, uint32_t time) {
   const rs_route* route = &cell->route;
   if (cell->turn == RS_TURN_NONE || !rs_time_known(route)) return;
-  if (time < route->known_time && route->known_time - time > 1U << (RS_TICK_TIME_BITS - 1)) {
+  if (time < route->known_time && route->known_time - time > RS_TICK_TIME_HALF) {
     rs_turn_take(cell, cell->turn + 1U);
   }
 }

@@ -37,8 +37,8 @@ static bool from_before(const rs_neighbour* neighbour, const rs_tick* tick, cons
   if (tick->hops == RS_HOPS_POISON && (lost || neighbour->stale)) return false;
   if (neighbour->stale && now_us - neighbour->poisoned_us >= RS_LINK_DOWN_US) return false;
   if (tick->root == 0U) return neighbour->nonce == tick->nonce && neighbour->wave.root != 0U;
-  const uint32_t behind = (rs_wave_time(&neighbour->wave) - rs_wave_time(wave)) & ((1U << RS_TICK_TIME_BITS) - 1U);
-  return behind < 1U << (RS_TICK_TIME_BITS - 1) && (behind > 0U || lost);
+  const uint32_t behind = rs_ticks_between(rs_wave_time(wave), rs_wave_time(&neighbour->wave));
+  return behind < RS_TICK_TIME_HALF && (behind > 0U || lost);
 }
 
 void rs_beacon_tick(rs_cell* cell, unsigned port, const uint8_t* frame, uint32_t came_us, uint32_t now_us) {

@@ -7,7 +7,11 @@
 
 #include "robotskin/cell.h"
 
-enum { RS_TICK_TIME_BITS = 26 };
+/* Tick times go round. From RS_TICK_TIME_HALF on, `to` is from before `from`. */
+enum { RS_TICK_TIME_BITS = 26, RS_TICK_TIME_HALF = 1 << (RS_TICK_TIME_BITS - 1) };
+RS_INLINE uint32_t rs_ticks_between(uint32_t from, uint32_t to) {
+  return (to - from) & ((1U << RS_TICK_TIME_BITS) - 1U);
+}
 RS_INLINE uint32_t rs_wave_time(const rs_wave* wave) {
   return ((uint32_t)wave->era << 16) | wave->sequence;
 }

@@ -121,7 +121,7 @@ void Checkers::weigh() {
                            recovery_->whole_since_ns() < now_ns - settled_ns;
   balance_.weigh(now_ns, load, undisturbed);
   if (whole_lines_)
-    queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, load, port_load_, undisturbed);
+    queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, load, late_sums, port_load_, undisturbed);
 }
 
 // Nothing that was queued under overload is left.

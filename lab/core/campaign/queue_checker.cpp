@@ -84,7 +84,8 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
 
 void QueueChecker::count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                                const RecoveryChecker& recovery, const Overruns& overruns,
-                               std::span<const std::uint32_t> load, PortLoad port, bool undisturbed) {
+                               std::span<const std::uint32_t> load, std::span<const std::uint32_t> late_sums,
+                               PortLoad port, bool undisturbed) {
   const std::int64_t now_ns = network.time_ns();
   std::int32_t deepest = 0;
   for (std::size_t index = 0; index < cells_.size(); ++index)
@@ -99,9 +100,9 @@ void QueueChecker::count_drops(const world::Network& network, const GroundTruth&
     const rs_wave& wave = network.cell(index).route.wave;
     const std::uint32_t divisor = std::max<std::uint32_t>(wave.rate_divisor, 1);
     const bool too_low = load[wave.root] > divisor * port.bearable;
-    const std::uint32_t late_sums = this->late_sums(wave.root, port);
-    const std::uint32_t with_sums = load[wave.root] + divisor * late_sums;
-    const bool fills = late_sums > 0 && with_sums > divisor * port.draining && with_sums <= divisor * port.bearable;
+    const std::uint32_t with_sums = load[wave.root] + divisor * late_sums[wave.root];
+    const bool fills =
+        late_sums[wave.root] > 0 && with_sums > divisor * port.draining && with_sums <= divisor * port.bearable;
     if (divisor > cells_[index].divisor || fills) cells_[index].eased_ns = now_ns;
     cells_[index].divisor = divisor;
     const bool eased = cells_[index].eased_ns + deepest * drained_hop_ns < counted_ns_;

@@ -52,7 +52,7 @@ class QueueChecker {
   // leave a line no time to empty queues, but not be more than it carries. `load`: cells of each root.
   void count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                    const RecoveryChecker& recovery, const Overruns& overruns, std::span<const std::uint32_t> load,
-                   PortLoad port, bool undisturbed);
+                   std::span<const std::uint32_t> late_sums, PortLoad port, bool undisturbed);
 
   // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
   std::optional<TakenSample> cell_stepped(const world::Network& network, const GroundTruth& ground,

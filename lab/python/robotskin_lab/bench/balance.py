@@ -230,20 +230,23 @@ def largest_stood(
 def sole_figures(seed: int) -> dict[str, float]:
     """How far the zero-moment point of the soles' cells is off, 95 % of the time, while slow pushes sway the robot.
 
+    linear_…: by a linear map of the same cells, at the same moments.
     sole_load_share: of a foot's load, what its cells carry.
     """
     figures = {"sole_load_share": SHARE}
     for name, cells in (("zmp", LAWS["soles"].sole_cells), ("tiled_zmp", TILED_CELLS)):
-        errors: list[float] = []
+        errors: dict[str, list[float]] = {"": [], "linear_": []}
         for sign in (1.0, -1.0):
             direction = (sign, 0.0, 0.0)
             cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
             rig = StandingRig(ROBOT, Law("soles", sole_cells=cells), seed, cell, direction)
             rig.push(*ramp(SWAY_N))
             assert isinstance(rig.port, SolePort)
-            errors += rig.port.errors_m
-        figures[f"{name}_error_p95_mm"] = 1e3 * float(np.percentile(errors, 95))
-        tell(f"balance: seed {seed}, {cells} cells a sole: off by {1e3 * np.percentile(errors, 95):.1f} mm")
+            errors[""] += rig.port.errors_m
+            errors["linear_"] += rig.port.linear_errors_m
+        for map_name, found in errors.items():
+            figures[f"{map_name}{name}_error_p95_mm"] = 1e3 * float(np.percentile(found, 95))
+        tell(f"balance: seed {seed}, {cells} cells a sole: off by {figures[f'{name}_error_p95_mm']:.1f} mm")
     return figures
 
 
