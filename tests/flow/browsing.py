@@ -138,6 +138,23 @@ def choose(page: sync_api.Page, label: str, option: str) -> None:
     insist(act, lambda: box.input_value() == option, f"{option!r} of {label!r} cannot be chosen")
 
 
+def choose_until(
+    page: sync_api.Page, label: str, options: tuple[str, str], shown: Callable[[], object], complaint: str
+) -> None:
+    """Choose the first of two options until it shows.
+
+    What a slow page was told last may be lost; the same again would be no change, so the other goes before it.
+    """
+    option, other = options
+
+    def act() -> None:
+        if page.get_by_role("combobox", name=label).input_value() == option:
+            choose(page, label, other)
+        choose(page, label, option)
+
+    insist(act, shown, complaint, each_s=20.0)
+
+
 def canvas_box(page: sync_api.Page) -> dict[str, float]:
     """Where on the page the scene is drawn."""
     boxes = [canvas.bounding_box() for canvas in page.locator("canvas").all()]

@@ -10,6 +10,7 @@ import pytest
 from browsing import (
     PATIENCE_S,
     choose,
+    choose_until,
     click,
     insist,
     joint_positions,
@@ -118,16 +119,12 @@ def test_a_push_in_the_page_moves_the_robot_and_interfaces_switch(browser: "sync
     other = {"position": "torque"}.get(state.get_attribute("data-interface"), "position")
     page.get_by_text("Inside", exact=True).click()
 
-    def command_by_it() -> None:  # what a slow page was told last may be lost: the same again would be no change
-        if page.get_by_role("combobox", name="Motors obey").input_value() == other:
-            choose(page, "Motors obey", "velocity")
-        choose(page, "Motors obey", other)
-
-    insist(
-        command_by_it,
+    choose_until(
+        page,
+        "Motors obey",
+        (other, "velocity"),
         lambda: state.get_attribute("data-interface") == other,
         f"the interface does not become {other}",
-        each_s=20.0,
     )
     assert page.locator("[data-controller]").first.get_attribute("data-controller") == "running"
 
@@ -178,9 +175,8 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     used = page.locator("[data-torque-source]").first
     assert used.get_attribute("data-torque-source") == "host"
     page.get_by_label("Until released").check()
-    posture = joint_positions(page)
     insist(
-        lambda: click(page, *place_to_click(page, posture)[:2]),
+        lambda: click(page, *place_to_click(page, joint_positions(page))[:2]),
         lambda: np.abs(torques(page)[0]).max() > 0.1,
         "the host computes no torque of the push",
     )
@@ -191,8 +187,13 @@ def test_the_torques_of_host_and_skin_are_compared_and_switched_in_the_page(
     )
     page.get_by_text("Inside", exact=True).click()
     source = page.get_by_role("combobox", name="Touch adds up in")
-    choose(page, "Touch adds up in", "the cells")
-    wait_for(lambda: used.get_attribute("data-torque-source") == "skin", "the skin's own torque is not taken")
+    choose_until(
+        page,
+        "Touch adds up in",
+        ("the cells", "this computer"),
+        lambda: used.get_attribute("data-torque-source") == "skin",
+        "the skin's own torque is not taken",
+    )
     picture(page, "sources")
 
     told_to(page, "kinesthetic_cartesian")

@@ -37,7 +37,7 @@ void ForgeryChecker::frame_planted(const world::Network& network, const GroundTr
     planted.wave.era = static_cast<std::uint16_t>(tick.era);
     planted.wave.root = static_cast<std::uint8_t>(tick.root);
   }
-  planted.may_take_time = !forged && routes.alone_for_long(cell);
+  planted.may_take_time = !forged && routes.cannot_know_time(cell);
   planted.route = state.route;
   planted.settings = state.settings;
   planted.joints = state.joints;
@@ -60,10 +60,10 @@ void ForgeryChecker::cell_stepped(const world::Network& network, std::size_t cel
                 {{"frame type", before.type}, {"port", before.port}, {what, now}, {"before", then}});
   };
   if (before.type == RS_TYPE_tick) {
-    const bool orphan_took_it = before.may_take_time && same_wave(route.wave, before.wave);
-    if (route.parent_port != before.route.parent_port && !orphan_took_it)
+    const bool misled = before.may_take_time && same_wave(route.wave, before.wave);
+    if (route.parent_port != before.route.parent_port && !misled)
       tell("parent port", route.parent_port, before.route.parent_port);
-    else if (!same_wave(route.wave, before.route.wave) && !orphan_took_it)
+    else if (!same_wave(route.wave, before.route.wave) && !misled)
       tell("tick number", route.wave.sequence, before.route.wave.sequence);
     const rs_neighbour& now = route.neighbour[before.port - 1];
     const rs_neighbour& then = before.route.neighbour[before.port - 1];

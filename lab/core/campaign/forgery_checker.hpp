@@ -3,8 +3,9 @@
 //
 // A frame under a wrong tag, and one that was true once, must leave alone whatever a tag protects: route and time,
 // wants and moves, settings, name and joints. What it says of its sender is not protected and not looked at. Two things
-// are out of a cell's reach: a cell that has lost all its parents for long cannot know what time it has become, and
-// takes any time that was ever signed; and a command's last repetition is answered again.
+// are out of a cell's reach: a cell that has lost all its parents for long cannot know what time it has become, takes
+// any time that was ever signed, and goes on from there until the true one comes; and a command's last repetition is
+// answered again.
 #pragma once
 
 #include <cstdint>

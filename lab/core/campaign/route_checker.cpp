@@ -2,6 +2,7 @@
 #include "campaign/route_checker.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "robotskin/timing.h"
 
@@ -64,7 +65,7 @@ void RouteChecker::frame_taken(std::size_t at_wire, const std::uint8_t* frame, s
   if (type == RS_TYPE_tick) {
     rs_tick tick;
     rs_tick_unpack(&tick, frame);
-    beacons_.arrived(at_wire, tick, came_ns);
+    if (!std::exchange(tick_planted_, false)) beacons_.arrived(at_wire, tick, came_ns);
   } else if ((type == RS_TYPE_clock && !is_stuffed(frame)) || type == RS_TYPE_event || type == RS_TYPE_torque) {
     const std::size_t cell = GroundTruth::cell_of(at_wire);
     const Shadow& shadow = shadow_[cell];
@@ -147,7 +148,8 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < shortest_quarantine_ns)
       breaks_.add(Invariant::quarantine, now_ns, {cell}, {{"us since boot", (now_ns - ground_.booted_ns(cell)) / us}});
-    if (beacon != nullptr && beacon->planted && (before != none || now_ns - shadow.alone_ns < alone_long_ns))
+    const bool knew_time = !shadow.misled && (before != none || now_ns - shadow.alone_ns < alone_long_ns);
+    if (beacon != nullptr && beacon->planted && knew_time)
       breaks_.add(Invariant::replayed, now_ns, {cell},
                   {{"port", port}, {"sequence", route.wave.sequence}, {"before", shadow.wave.sequence}});
     if (beacon == nullptr)
@@ -180,10 +182,12 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
     breaks_.add(Invariant::depth_cap, now_ns, {cell},
                 {{"hops", route.hops}, {"cap", route.wave.depth_cap}, {"before", shadow.hops}});
   if (route.wave.sequence != shadow.wave.sequence) shadow.advanced_ns = now_ns;
+  shadow.misled = beacon != nullptr && beacon->planted;
   if (!lawless && shadow.parent != before) check_circle(cell);
 }
 
-bool RouteChecker::alone_for_long(std::size_t cell) const {
+bool RouteChecker::cannot_know_time(std::size_t cell) const {
+  if (shadow_[cell].misled) return true;
   return shadow_[cell].parent == none && network_.time_ns() - shadow_[cell].alone_ns >= alone_long_ns;
 }
 
@@ -192,6 +196,7 @@ void RouteChecker::frame_planted(std::size_t at_wire, const std::uint8_t* frame)
   rs_tick tick;
   rs_tick_unpack(&tick, frame);
   beacons_.planted(at_wire, tick, network_.time_ns());
+  tick_planted_ = true;
 }
 
 void RouteChecker::check_circle(std::size_t cell) {

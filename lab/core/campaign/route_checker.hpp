@@ -33,8 +33,9 @@ class RouteChecker {
   unsigned parent_port(std::size_t cell) const { return shadow_[cell].port; }
   unsigned hops(std::size_t cell) const { return shadow_[cell].hops; }
   std::int64_t changed_ns() const { return changed_ns_; }  // the last time that any cell had another parent
-  // Without a parent for so long that it has forgotten how near it was, or since its boot: it cannot know the time.
-  bool alone_for_long(std::size_t cell) const;
+  // Without a parent for so long that it has forgotten how near it was, or since its boot: it cannot know the time. Nor
+  // can one that took a time played again, until it hears the true one.
+  bool cannot_know_time(std::size_t cell) const;
   void frame_planted(std::size_t at_wire, const std::uint8_t* frame);  // played again
   std::uint64_t adoptions() const { return adoptions_; }
 
@@ -48,6 +49,7 @@ class RouteChecker {
     std::uint16_t feasible_sequence = 0;
     std::uint8_t feasible_hops = RS_HOPS_POISON, hops = RS_HOPS_POISON, port = 0;
     bool unbound = true;
+    bool misled = false;  // its wave was played again
     std::uint32_t hops_exhausted = 0;
   };
 
@@ -62,6 +64,7 @@ class RouteChecker {
   BeaconLog& beacons_;
   BreakLog& breaks_;
   std::vector<Shadow> shadow_;
+  bool tick_planted_ = false;  // the next tick that a cell takes; no neighbour has said it now
   std::int64_t changed_ns_ = 0;
   std::uint64_t adoptions_ = 0;
 };

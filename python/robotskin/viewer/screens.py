@@ -32,7 +32,8 @@ class _Fitting:
     """Fits the view of one browser.
 
     A slow one still tells where it was before it was put elsewhere, may go back to where it opened, and may lose what
-    it is told while it opens. It is told again until it says that it is where it was put.
+    it is told while it opens, or understand it in a world that has not been turned upright yet. It is told again until
+    it says that it is where it was put. From then on, any other place is one that its person turned it to.
     """
 
     def __init__(self, client: viser.ClientHandle, camera_at: Callable[[float], Camera], opening_m: Floats) -> None:
@@ -41,6 +42,8 @@ class _Fitting:
         self.openings_m: tuple[Floats, ...] = (opening_m, np.array(client.camera.position, dtype=float))
         self.put: list[tuple[float, Camera]] = []
         self.arrived = False
+        """Where it was put last."""
+        self.has_arrived_once = False
 
     def begin(self) -> None:
         self.client.camera.on_update(lambda _: self.heard())
@@ -53,6 +56,7 @@ class _Fitting:
         aspect, camera = self.put[-1]
         there = self.is_at(camera.position_m)
         self.arrived = self.arrived or there
+        self.has_arrived_once = self.has_arrived_once or there
         went_back = self.has_just_opened() and not there
         other_shape = abs(self.client.camera.aspect / aspect - 1) >= OTHER_SHAPE
         if (went_back or other_shape) and self.is_ours():
@@ -68,13 +72,15 @@ class _Fitting:
         return any(self.is_at(opening_m) for opening_m in self.openings_m)
 
     def is_ours(self) -> bool:
-        """Where it opened or was put: its person has not turned it."""
+        """Where it opened or was ever put, or not come to such a place yet: its person has not turned it."""
+        if not self.has_arrived_once:
+            return True
         return self.has_just_opened() or any(self.is_at(camera.position_m) for _, camera in self.put)
 
     def fit(self) -> None:
         aspect = self.client.camera.aspect
         camera = self.camera_at(aspect)
-        self.put = [*self.put[-1:], (aspect, camera)]
+        self.put.append((aspect, camera))
         self.arrived = False
         _put(self.client, camera.position_m, camera.look_at_m)
         threading.Thread(target=self.insist, args=(camera,), name="view of a browser", daemon=True).start()

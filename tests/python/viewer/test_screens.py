@@ -108,8 +108,32 @@ def test_a_browser_whose_screen_changes_is_told_again_until_it_answers(browser: 
     assert browser.told[-1] == pytest.approx(place(NARROW))
 
 
+def test_a_browser_that_opens_at_a_strange_place_is_told_again_until_it_answers(browser: Browser) -> None:
+    """It understood the first place in a world that was not upright yet, and that counted as turned."""
+    browser.tells(WIDE, place(WIDE)[[0, 2, 1]])
+    before = len(browser.told)
+    time.sleep(0.3)
+    assert len(browser.told) > before
+    assert browser.told[-1] == pytest.approx(place(WIDE))
+
+
+def test_a_browser_that_follows_several_shapes_late_is_told_the_last(browser: Browser) -> None:
+    """It came to the first of three places once it had been put at the third, and that counted as turned."""
+    shapes = (0.95, 0.85, 0.6)
+    browser.tells(shapes[0], OPENING_M)
+    browser.tells(shapes[0], place(shapes[0]))
+    for shape in shapes[1:]:
+        browser.tells(shape, place(shapes[0]))
+    browser.tells(0.5, place(shapes[0]))
+    before = len(browser.told)
+    time.sleep(0.3)
+    assert len(browser.told) > before
+    assert browser.told[-1] == pytest.approx(place(0.5))
+
+
 @pytest.mark.parametrize("way_m", [0.0, 0.3])
 def test_a_browser_that_answers_and_a_view_that_was_turned_are_left_alone(browser: Browser, way_m: float) -> None:
+    browser.tells(WIDE, place(WIDE))
     browser.tells(WIDE, place(WIDE) + way_m)
     before = len(browser.told)
     time.sleep(0.3)
