@@ -12,8 +12,17 @@ from robotskin.apps.embrace.areas import areas_of
 from robotskin.apps.embrace.arms import SIDES, Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable, torque_shares
 from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD
-from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, Large, sinking
-from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
+from robotskin.apps.embrace.grasp_scene import (
+    CHEST_FRONT_M,
+    HEIGHT_M,
+    LEANS_BACK_M,
+    MIDDLE_M,
+    Large,
+    grasp_scene_of,
+    place_of,
+    sinking,
+)
+from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
 from robotskin.apps.embrace.regulation import CLOSED_AXIS_M, CLOSED_M, PULL_LEAST_M_S
 from robotskin.apps.embrace.scene import PERSON, Person, scene_of
@@ -132,6 +141,34 @@ def test_the_table_leaves_before_the_robot_s_knees(arms: Arms, seed: int) -> Non
         for waypoint in sinking(large, arms).waypoints:
             x, _, z = waypoint.position_m
             assert z > knee + 0.2 or x > nearest + 0.3
+
+
+def test_the_chest_of_a_trunk_that_bends_forward_meets_a_thing_before_the_hip_does(arms: Arms) -> None:
+    bent = Arms(arms.robot, arms.home, GRASP_HOLD.lean_rad)
+    layout, top, bottom = finished("talos_grasp"), MIDDLE_M + HEIGHT_M / 2, MIDDLE_M - HEIGHT_M / 2
+    hip = arms.robot.link_mesh("base_link", "collision").vertices
+    foremost_hip = hip[hip[:, 2] > arms.origin[2] + bottom][:, 0].max()
+
+    def foremost_cell(one: Arms) -> float:
+        link = one.robot.base_from_link(one.home)[one.robot.link_index("torso_2_link")]
+        places = (link @ layout.link_from_cell[layout.cells_on("torso_2_link")])[:, :3, 3]
+        return float(places[places[:, 2] < one.origin[2] + top][:, 0].max())
+
+    assert foremost_cell(bent) > foremost_hip
+    assert foremost_cell(arms) < foremost_hip  # upright
+
+
+def test_the_table_of_a_robot_on_its_feet_follows_as_it_leans_back(seed: int) -> None:
+    standing, bolted = arms_of(standing=True), arms_of()
+    large = Large.drawn(np.random.default_rng(seed))
+    table, thing = grasp_scene_of(large, standing, standing=True).things
+    ways = [waypoint.position_m[0] for waypoint in table.path.waypoints]
+    assert ways[0] - ways[-1] == pytest.approx(LEANS_BACK_M)
+    assert thing.position_m[0] == pytest.approx(place_of(large, standing)[0] + LEANS_BACK_M)
+    table, thing = grasp_scene_of(large, bolted).things
+    assert len({waypoint.position_m for waypoint in table.path.waypoints}) == 1
+    assert thing.position_m == pytest.approx(place_of(large, bolted))
+    assert sinking(large, standing).waypoints[0].position_m[0] == pytest.approx(ways[-1])
 
 
 def test_what_is_beyond_the_arms_is_refused_with_joint_and_bound(arms: Arms, paths: Paths, seed: int) -> None:

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 SIDES = ("left", "right")
 CHEST = "torso_2_link"
+_BENDS = "torso_2_joint"
 _ELBOW, _WRIST = "arm_left_4_link", "arm_left_7_link"
 _FOREARM_M = 0.266
 """From elbow to wrist."""
@@ -87,16 +88,21 @@ def _place(values: Array, value: float) -> tuple[int, float]:
 class Arms:
     """The two arms of a robot.
 
+    Args:
+        home: (n) rad.
+        lean_rad: how far the trunk is bent forward from there.
+
     Raises:
         SessionError: a robot that has no such arms.
     """
 
-    def __init__(self, robot: Robot, home: Array) -> None:
+    def __init__(self, robot: Robot, home: Array, lean_rad: float = 0.0) -> None:
         names = [f"arm_{side}_{number}_joint" for side in SIDES for number in range(1, 8)]
         missing = [name for name in names if name not in robot.joint_names]
         if missing:
             raise SessionError(f"embrace with {robot.name}: it has no joint {missing[0]}; use talos or talos_standing")
-        self.robot, self.home = robot, home
+        self.robot, self.home = robot, home.copy()
+        self.home[robot.joint_index(_BENDS)] += lean_rad
         self.origin = robot.base_from_link(home)[robot.link_index(CHEST)][:3, 3]
         """(3,) metres of the chest's joint, in the base's frame at home."""
         self.joints = {

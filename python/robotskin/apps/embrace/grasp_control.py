@@ -3,26 +3,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.embrace.arms import SIDES, Around, Paths
 from robotskin.apps.embrace.grasp_states import GraspSeen, GraspState, following_grasp
 from robotskin.apps.embrace.regulation import LOOK_S, PERIODS, Hold, Regulation
+from robotskin.apps.embrace.tap import Tap
 from robotskin.session import SkinnedRobot
 
 Array = NDArray[np.float64]
 
 REACH_S = 1.5
-TAP_N = 2.0
-"""Of the chest while the arms are open: a touch that asks for a grasp once it has ended."""
 FIRM_SHARE, FIRM_S = 0.6, 0.4
 """Both arms have felt this share of what they should, and the chest its touch, for so long."""
 SLIP_SHARE, SLIP_LEAST_N, SLIP_LOOKS = 0.75, 4.0, 12
 """A slip: of so many newton less than this share is left in an area after so many looks."""
 SLIP_GAIN, SLIP_MOST = 1.2, 1.6
 GRASP_HOLD = Hold(
-    arm_n=30.0, chest_n=15.0, cell_n=12.0, aside_m_s_n=0.0004, together_per_s=0.5, far_m=0.345, stiff_m=0.215
+    arm_n=30.0,
+    chest_n=15.0,
+    cell_n=12.0,
+    aside_m_s_n=0.0004,
+    together_per_s=0.5,
+    far_m=0.345,
+    stiff_m=0.215,
+    lean_rad=0.12,
 )
 """Light enough for the arms' own torques, whose shoulders bear half of what they can by holding the arms up."""
 
@@ -50,13 +58,15 @@ class GraspControl:
         answers: bool = True,
     ) -> None:
         self.session, self.reactive = session, reactive
+        if isinstance(around, Paths):
+            hold = replace(hold, lean_rad=0.0)  # the trunk is upright in a lesson
         self.arms = Regulation(session, hold, around or GRASP_AROUND, regulated=reactive, answers=answers)
         self.state, self.since_s, self.because = GraspState.OPEN, 0.0, ""
         self.slips = 0
         """How often a slip was felt and answered."""
         self.visited = [GraspState.OPEN]
         self._tick, self._firm_s = 0, 0.0
-        self._tapped, self._asked = False, False
+        self._tap, self._asked = Tap(LOOK_S), False
         self._begin: Array | None = np.array(session.home)
         """Where the arms come from when they open for the first time; later they go back as they came."""
         self._earlier: list[dict[str, float]] = []
@@ -92,9 +102,7 @@ class GraspControl:
         """Taps on the chest, firm holds and slips."""
         arms = self.arms
         if self.state is GraspState.OPEN:
-            if self._tapped and arms.force["chest"] < 0.3 * TAP_N:
-                self._tapped, self._asked = False, True
-            self._tapped = self._tapped or arms.force["chest"] > TAP_N
+            self._asked = self._tap.ends(arms.force["chest"]) or self._asked
         firm = arms.touches["chest"] and all(
             arms.force[side] > FIRM_SHARE * arms.hold.arm_n * arms.eased() for side in SIDES
         )
@@ -132,7 +140,7 @@ class GraspControl:
     def _enter(self, because: str) -> None:
         self.since_s, self.because = 0.0, because
         self.visited.append(self.state)
-        self._asked = self._tapped = False
+        self._tap, self._asked = Tap(LOOK_S), False
         if self.state is GraspState.CLOSE:
             self.arms.met = dict.fromkeys(SIDES, False)
             self.arms.strength = 1.0

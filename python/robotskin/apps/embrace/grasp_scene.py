@@ -22,6 +22,10 @@ _TABLE_M = 0.02
 _TABLE_LENGTHS_M = (0.14, 0.16)
 _TABLE_NEARER_M = 0.04
 _SINKS_M, _LEAVES_M = 0.07, 0.6
+LEANS_BACK_M = 0.065
+"""A robot on its feet leans back by so much at the chest as its arms open forward, or it would fall."""
+_COMES_S = (1.0, 2.5)
+"""Meanwhile its table comes as near as that of a robot that is bolted down."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +51,13 @@ class Large:
 
 
 def place_of(large: Large, arms: Arms) -> tuple[float, float, float]:
-    """Metres, of the thing's middle in the world of a robot whose arms these are."""
-    x = arms.origin[0] + CHEST_FRONT_M + GAP_M + large.width_m / 2 + large.error_m[0]
+    """Metres, of the thing's middle before the open arms, in the world of a robot whose arms these are."""
+    x = arms.origin[0] + CHEST_FRONT_M + GAP_M + large.width_m / 2 + large.error_m[0] - _leans_back_m(arms)
     return float(x), float(arms.origin[1] + large.error_m[1]), float(arms.origin[2] + MIDDLE_M)
+
+
+def _leans_back_m(arms: Arms) -> float:
+    return 0.0 if arms.robot.standing is None else LEANS_BACK_M
 
 
 def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> SceneSpec:
@@ -57,7 +65,8 @@ def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> Scene
 
     Raises SceneError where the thing would begin inside of the robot.
     """
-    x, y, z = place_of(large, arms)
+    near_x, y, z = place_of(large, arms)
+    x = near_x + _leans_back_m(arms)
     box = Box(lengths_m=(large.width_m, large.width_m, HEIGHT_M))
     shape: Box | Cylinder = box if large.kind == "box" else Cylinder(radius_m=large.width_m / 2, length_m=HEIGHT_M)
     top = z - HEIGHT_M / 2 - 0.0005
@@ -74,7 +83,12 @@ def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> Scene
         shape=Box(lengths_m=(*_TABLE_LENGTHS_M, _TABLE_M)),
         moves="path",
         friction=0.3,
-        path=PathSpec(waypoints=(WaypointSpec(at_s=0.0, position_m=(x - _TABLE_NEARER_M, y, top - _TABLE_M / 2)),)),
+        path=PathSpec(
+            waypoints=tuple(
+                WaypointSpec(at_s=at_s, position_m=(at_x - _TABLE_NEARER_M, y, top - _TABLE_M / 2))
+                for at_s, at_x in ((0.0, x), (_COMES_S[0], x), (_COMES_S[1], near_x))
+            )
+        ),
     )
     floor = FloorSpec(robot_stands=True) if standing else None
     return SceneSpec(about="A large thing on a table that sinks away.", floor=floor, things=(table, thing))

@@ -21,7 +21,7 @@ from robotskin.session import PERIOD_S, Session
 
 Progress = Callable[[str], None]
 ROBOT, STANDING_ROBOT, LAYOUT = "talos", "talos_standing", "talos_grasp"
-LONGEST_S = 18.0
+LONGEST_S = 20.0
 ASKED_S = 3.0
 """After a tap that was not felt, for so long."""
 HOLD_S, SHAKE_S = 3.0, 2.0
@@ -40,16 +40,13 @@ def grasp_bounds() -> list[Bound]:
 
 
 def arms_of(standing: bool = False) -> Arms:
-    """The arms of the robot that grasps, bolted down or on its feet."""
-    return _arms(_ready(standing))
+    """The arms of the robot that grasps, bolted down or on its feet, with its trunk upright as in a lesson."""
+    ready = _ready(standing)
+    return Arms(ready.robot, np.array(ready.gains.home))
 
 
 def _ready(standing: bool) -> RobotWithGains:
     return robot_with_gains(STANDING_ROBOT if standing else ROBOT)
-
-
-def _arms(ready: RobotWithGains) -> Arms:
-    return Arms(ready.robot, np.array(ready.gains.home))
 
 
 def grasp_session_of(
@@ -63,7 +60,7 @@ def grasp_session_of(
     robot or skin.
     """
     ready = _ready(standing)
-    arms = _arms(ready)
+    arms = Arms(ready.robot, np.array(ready.gains.home), GRASP_HOLD.lean_rad)
     paths = arms.plan(GRASP_AROUND)
     at_chest = CHEST_FRONT_M + large.width_m / 2
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)

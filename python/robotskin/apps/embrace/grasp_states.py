@@ -46,7 +46,7 @@ GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
     Row(PULL, lambda seen: seen.reactive and seen.firm, HOME, "both arms and the chest hold it"),
     Row(PULL, lambda seen: seen.reactive and seen.lost, OPEN, "lost while it was pulled", 0.5),
     Row(PULL, lambda seen: not seen.reactive, HOME, "at the end of the taught path", 3.0),
-    Row(PULL, lambda seen: False, OPEN, "the chest was not reached", latest_s=8.0),
+    Row(PULL, lambda seen: False, OPEN, "the chest was not reached", latest_s=10.0),
     Row(HOME, lambda seen: seen.asked, OPEN, "touched on the chest", 1.0),
     Row(HOME, lambda seen: seen.reactive and seen.lost, OPEN, "dropped", 0.5),
 )

@@ -46,7 +46,7 @@ class Hold:
     they lack; aside_m_s_n: how fast they go aside for one by which they differ; pull_m_s_n: how fast the axis comes
     near for one that the chest lacks; together_per_s: how fast the arms come back to the same distance.
     compliance_share: see `use_embrace`. stiff_m: where arms that do not feel end, from the axis. far_m: where the axis
-    is while the arms close.
+    is while the arms close. lean_rad: how far the trunk is bent forward.
     """
 
     arm_n: float = 34.0
@@ -62,6 +62,7 @@ class Hold:
     compliance_share: float = 0.25
     stiff_m: float = 0.175
     far_m: float = 0.305
+    lean_rad: float = 0.0
 
 
 class Regulation:
@@ -82,7 +83,7 @@ class Regulation:
         answers: bool = True,
     ) -> None:
         self.session, self.hold, self.regulated = session, hold, regulated
-        self.arms = Arms(session.robot, np.array(session.home))
+        self.arms = Arms(session.robot, np.array(session.home), hold.lean_rad)
         self.paths = around if isinstance(around, Paths) else self.arms.plan(around)
         closed = self.arms.posture(self.paths, dict.fromkeys(SIDES, CLOSED_M), CLOSED_AXIS_M)
         self.areas = areas_of(self.arms, session.layout, closed, CLOSED_AXIS_M)
