@@ -47,7 +47,7 @@ def plan_grasp_babbling(ready: RobotWithGains) -> BabblingPlan:
     Raises SessionError for a robot without such arms, and BabblingError for one that cannot swing anywhere.
     """
     robot, home = ready.robot, np.array(ready.gains.home)
-    arms = Arms(robot, home, GRASP_HOLD.lean_rad)
+    arms = Arms(robot, home)  # upright: bent forward, the swinging trunk carries the head beyond its limits
     trunk = [joint for joint, name in enumerate(robot.joint_names) if name.startswith("torso_")]
     joints = [*trunk, *(int(joint) for side in SIDES for joint in arms.joints[side])]
     space = FreeSpace(robot, MARGIN_M, home=home)
