@@ -68,7 +68,9 @@ void CartesianTask::follow(const TaskInput&, bool fresh) noexcept {
 
 bool CartesianTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
-  follow(input, goal_box_.take(goal_, scratch_));
+  const bool asked = goal_box_.take(goal_, scratch_);
+  if (input.held) goal_ = reference_;
+  follow(input, asked && !input.held);
   std::array<double, 16> pose;
   if (!input.dynamics.base_from_link(link_, pose) || !input.dynamics.link_jacobian(link_, jacobian_)) return false;
 

@@ -43,6 +43,7 @@ void ForceTask::start(const TaskInput&) noexcept {
 bool ForceTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
   (void)force_box_.take(force_, scratch_);
+  if (input.held) start(input);
   if (!felt_->update(input) || !input.dynamics.link_jacobian(link_, jacobian_)) return false;
   measured_ = {};
   const TouchMatrix& matrix = felt_->matrix();

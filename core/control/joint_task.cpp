@@ -72,7 +72,9 @@ void JointTask::follow(const TaskInput&, bool fresh) noexcept {
 
 bool JointTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
-  follow(input, goal_box_.take(goal_, scratch_));
+  const bool asked = goal_box_.take(goal_, scratch_);
+  if (input.held) goal_ = reference_;
+  follow(input, asked && !input.held);
   (void)gain_box_.take(asked_, scratch_);
   const double share = std::min(3 * input.period_s / fade_s, 1.0);  // 95 % of the way within fade_s
   for (std::size_t i = 0; i < 2 * joints; ++i) gain_[i] += share * (asked_[i] - gain_[i]);

@@ -42,6 +42,8 @@ struct TaskInput {
   std::span<const double> mass = {}, bias = {};
   // (n) Nm of all that touches the skin, filtered; the bias holds it already. Empty: nothing.
   std::span<const double> touch_torque = {};
+  // The robot was stopped and goes on balancing only: a task stays where it began, and drops what it is asked for.
+  bool held = false;
 };
 
 // What a task states: a torque, of which its level may leave a part, or the accelerations that its rows are to have.

@@ -112,7 +112,8 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
         .standing = standing(),
         .mass = mass_,
         .bias = bias_,
-        .touch_torque = touch};
+        .touch_torque = touch,
+        .held = stands && !runs};
     if (!moves || settles) stack_.restart(input);
     valid = stack_.compute(input, mass_, bias_, fused_torque_);
     const control::FusionReport fusion = stack_.stack().report();

@@ -68,7 +68,7 @@ class LiveSession(LiveRobot):
         self.network = SessionNetwork(watch, self._ask, session.layout, session.world_cells)
         self._touch: Touch | None = None
         self._touch_until_s: float | None = None
-        self._restart = False
+        self._restart = self._homing = False
         self._rates: dict[str, float] = {}
         self._counted = self._counts()
         self._held_back = ""
@@ -194,7 +194,11 @@ class LiveSession(LiveRobot):
             self._end_touch()
         if self._restart and self.session.state is SafetyState.ready:
             self.session.start()
-            self._restart = False
+            self._restart, self._homing = False, True
+        # What is asked of a robot that does not run is dropped.
+        if self._homing and self.session.state in (SafetyState.running, SafetyState.degraded):
+            self.session.controller.request_goal(self.session.home)
+            self._homing = False
 
     def _counts(self) -> dict[str, float]:
         driver = self.session.driver.statistics()

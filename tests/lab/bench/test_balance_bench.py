@@ -124,6 +124,27 @@ def test_a_stop_goes_on_balancing_and_feels_no_touch(rig: StandingRig) -> None:
     assert np.linalg.norm(rig.cell_place(rig.cell or 0) - place) < 0.05
 
 
+def test_what_is_asked_of_a_stopped_robot_that_stands_is_dropped(rig: StandingRig) -> None:
+    assert rig.skinned is not None
+    elbow = rig.skinned.robot.joint_index("arm_left_4_joint")
+    rig.skinned.stop()
+    rig.run(0.1)
+    before = rig.skinned.joints.position[elbow]
+    asked = np.array(rig.skinned.home)
+    asked[elbow] += 0.6
+    for _ in range(10):
+        rig.skinned.controller.request_goal(asked)
+        rig.run(0.1)
+    assert rig.skinned.state in (SafetyState.stopped, SafetyState.ready)
+    assert abs(rig.skinned.joints.position[elbow] - before) < 0.05, "it obeys although it was stopped"
+    rig.start_again()
+    rig.run(1.0)
+    assert abs(rig.skinned.joints.position[elbow] - before) < 0.05, "it obeys what it was asked before it ran"
+    rig.skinned.controller.request_goal(asked)
+    rig.run(1.5)
+    assert rig.skinned.joints.position[elbow] - before > 0.3, "it runs again"
+
+
 def test_a_mounted_robot_has_no_balance_and_one_that_stands_needs_a_floor() -> None:
     arm = load("ur5").core
     library = TaskLibrary(arm, finished("ur5").skin_model())
