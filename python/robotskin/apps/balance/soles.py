@@ -65,7 +65,8 @@ class SolePressure:
         counted = certain
         for _ in range(_PASSES):
             rows = basis[counted]
-            plane = np.linalg.solve(rows.T @ rows + _RIDGE * np.diag([1e-3, 1.0, 1.0]), rows.T @ pressure[counted])
+            spread = rows.T @ rows + _RIDGE * np.diag([1e-3, 1.0, 1.0])
+            plane = np.asarray(np.linalg.solve(spread, rows.T @ pressure[counted]), float)
             # Where the plane is above the floor a sensor that feels nothing counts, too; and one at its end, which
             # feels no less than it says.
             at = basis @ plane
@@ -73,7 +74,7 @@ class SolePressure:
             if (following == counted).all():
                 break
             counted = following
-        return np.asarray(plane)
+        return plane
 
     def unsure(self, places_m: Array, pressure: Array, least: Array) -> float:
         """σ of where the plane of `fitted` presses, over half the sole: large where few sensors feel, or near ones."""
