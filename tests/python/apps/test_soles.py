@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from robotskin.apps.balance.soles import SoleCalibration, SolePressure, with_weight
+from robotskin.apps.balance.soles import SoleCalibration, SolePressure
 
 HALF_M = (0.1, 0.06)
 NOISE_N = 0.005
@@ -76,15 +76,8 @@ def test_a_foot_in_the_air_bears_nothing(generator: np.random.Generator) -> None
     assert sole.calibration.load(sole.feel(0.0, np.zeros(2)))[0] == pytest.approx(0.0, abs=5.0)
 
 
-def test_what_no_sole_feels_of_the_weight_stands_on_an_inner_edge() -> None:
-    edges = np.array([-0.06, 0.06])
-    leaning = np.array([[700.0, 35.0, 20.0], [2.0, 0.0, 0.0]])
-    told = with_weight(leaning, 900.0, edges)
-    assert told[0] == pytest.approx(leaning[0])
-    assert told[1] == pytest.approx([200.0, 200.0 * 0.05, 200.0 * 0.06])
-    assert with_weight(leaning[::-1], 900.0, edges)[0] == pytest.approx([200.0, 10.0, -12.0])
-    # A sole that feels its share is believed, as is one in the air beside one that bears the whole robot.
-    for both in ([[500.0, 1.0, 2.0], [390.0, 3.0, 4.0]], [[880.0, 1.0, 2.0], [0.0, 0.0, 0.0]]):
-        assert with_weight(np.array(both), 900.0, edges) == pytest.approx(np.array(both))
-    # Nor is a robot that hangs said to stand.
-    assert with_weight(np.zeros((2, 3)), 900.0, edges) == pytest.approx(np.zeros((2, 3)))
+def test_less_is_sure_where_a_foot_stands_beside_its_sensors(generator: np.random.Generator) -> None:
+    sole = Sole(generator)
+    middle, edge, corner = (sole.feel(500.0, np.array(at) * HALF_M) for at in ((0, 0), (0.9, 0), (0.95, 0.95)))
+    unsure = [sole.calibration.unsure(felt) for felt in (middle, edge, corner, np.zeros(len(sole.places)))]
+    assert 0 < unsure[0] < unsure[1] < unsure[2] <= unsure[3] == 1.0

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.apps.balance.soles import SoleCalibration, SolePressure, with_weight
+from robotskin.apps.balance.foot_tilts import FootTilts
+from robotskin.apps.balance.soles import SoleCalibration, SolePressure
+from robotskin.apps.balance.standing_soles import SoleFoam, StandingSoles
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
 from robotskin.robots import Robot
 from robotskin.robots.standing import Foot
@@ -33,6 +35,9 @@ USUAL_N = 450.0
 FOAM_TIME_S = 0.04
 """Time constant of the insole's contact with the floor: foam that the robot's weight presses by some 1.5 mm. On a
 harder one a foot that is out of true by half a degree stands on one edge, where no cell is."""
+FOAM_N_PER_M, FOAM_LAG_S = 4.1e5, 0.066
+"""Of the foam under one sole, as a robot that sways finds it: what a tilt presses, and how late."""
+TICK_S = 0.001
 SAMPLED_TICKS, LATE_TICKS = 8, 4
 """125 Hz, and the way of a sample through the skin."""
 CALIBRATION = 400
@@ -135,6 +140,10 @@ class SolePort(RobotPort):
             model.geom(f"sole_{foot.link}").solref[0] = FOAM_TIME_S
         self._weight_n = float(model.body_subtreemass[model.body_rootid[self._sides[0].body]]) * -model.opt.gravity[2]
         """As the plate of the calibration shows it."""
+        foam = SoleFoam(standing.feet[0].half_m, FOAM_N_PER_M, FOAM_LAG_S)
+        self._tilts = FootTilts(robot, port.sensors.imus[0])
+        self._soles = StandingSoles(foam, self._tilts, self._weight_n)
+        self._joints = np.full(port.joint_count, np.nan)
         self._fresh = SensorReadings(port.sensors)
         self._waiting: list[tuple[int, int, Array]] = []
         self._tick = 0
@@ -144,7 +153,9 @@ class SolePort(RobotPort):
 
     def read(self, state: JointState) -> PortStatus:
         """As the port says."""
-        return self._port.read(state)
+        status = self._port.read(state)
+        self._joints[:] = state.position
+        return status
 
     def write(self, command: JointCommand) -> PortStatus:
         """To the port."""
@@ -160,6 +171,7 @@ class SolePort(RobotPort):
         for mine, new in zip(readings.imus, self._fresh.imus, strict=True):
             mine.acceleration, mine.angular_velocity = new.acceleration, new.angular_velocity
             mine.up_from_sensor, mine.stamp_ns = new.up_from_sensor, new.stamp_ns
+        self._tilts.hear(self._fresh.imus[0], TICK_S)
         if self._tick % SAMPLED_TICKS == 0:
             self._sample()
         self._tick += 1
@@ -184,13 +196,9 @@ class SolePort(RobotPort):
         ]
         true = [self._true_load(side) for side in self._sides]
         felt = [side.insole.feel(*one) for side, one in zip(self._sides, true, strict=True)]
-        apart = middles[1] - middles[0]
-        inner = [
-            np.copysign(side.foot.half_m[1], (turn.T @ way)[1])
-            for side, turn, way in zip(self._sides, turns, (apart, -apart), strict=True)
-        ]
-        loads = [side.insole.calibration.load(one) for side, one in zip(self._sides, felt, strict=True)]
-        told = with_weight(np.array(loads), self._weight_n, np.array(inner))
+        by_cells = [side.insole.calibration.load(one) for side, one in zip(self._sides, felt, strict=True)]
+        unsure = [side.insole.calibration.unsure(one) for side, one in zip(self._sides, felt, strict=True)]
+        told = self._soles.loads(np.array(by_cells), np.array(unsure), self._joints, SAMPLED_TICKS * TICK_S)
         for index, shown in enumerate(told):
             self._waiting.append((self._tick + LATE_TICKS, index, shown))
         true_loads = np.array([[load, *(load * centre)] for load, centre in true])

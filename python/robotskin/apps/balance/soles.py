@@ -21,9 +21,8 @@ _FEWEST = 6
 """Sensors that a plane is laid through at least: those that feel most, where fewer feel anything."""
 _SLIGHT = 0.03
 """A sensor that feels less than this share of the most says that the foot lifts off there, or nothing."""
-
-_UNFELT, _UNSURE = 0.06, 0.06
-"""Of the weight: a sole that feels less may stand on an edge; the other sole's load is known so well."""
+_UNSURE = 0.02
+"""σ of where a plane presses, over half the sole, while what feels is spread by 1 along the way of least spread."""
 
 
 class SolePressure:
@@ -59,14 +58,15 @@ class SolePressure:
         """
         basis = _basis(places_m / self._half)
         plane = np.zeros(3)
-        certain = (pressure > np.maximum(least, _SLIGHT * pressure.max())) & ~open_ended
+        certain = _pressed(pressure, least) & ~open_ended
         if certain.sum() < _FEWEST:
             certain = np.zeros(len(pressure), bool)
             certain[np.argsort(pressure)[-_FEWEST:]] = True
         counted = certain
         for _ in range(_PASSES):
             rows = basis[counted]
-            plane = np.linalg.solve(rows.T @ rows + _RIDGE * np.diag([1e-3, 1.0, 1.0]), rows.T @ pressure[counted])
+            spread = rows.T @ rows + _RIDGE * np.diag([1e-3, 1.0, 1.0])
+            plane = np.asarray(np.linalg.solve(spread, rows.T @ pressure[counted]), float)
             # Where the plane is above the floor a sensor that feels nothing counts, too; and one at its end, which
             # feels no less than it says.
             at = basis @ plane
@@ -74,7 +74,13 @@ class SolePressure:
             if (following == counted).all():
                 break
             counted = following
-        return np.asarray(plane)
+        return plane
+
+    def unsure(self, places_m: Array, pressure: Array, least: Array) -> float:
+        """σ of where the plane of `fitted` presses, over half the sole: large where few sensors feel, or near ones."""
+        rows = _basis(places_m / self._half)[_pressed(pressure, least)]
+        spread = float(np.linalg.eigvalsh(rows.T @ rows)[0])
+        return min(_UNSURE / np.sqrt(max(spread, 1e-9)), 1.0)
 
     def load(self, plane: Array) -> Array:
         """(3,): newton, and newton metres: the load times x and times y of where it presses."""
@@ -105,21 +111,13 @@ class SoleCalibration:
         plane = self.pressure.fitted(self._places, felt / self.share, least, felt >= self._range_n)
         return self.pressure.load(plane)
 
+    def unsure(self, felt: Array) -> float:
+        """σ of where `load` presses, over half the sole, from what (n,) sensors feel; 1 beside an edge without them."""
+        return self.pressure.unsure(self._places, felt / self.share, 4 * self._noise_n / self.share)
 
-def with_weight(loads: Array, weight_n: float, inner_edge_m: Array) -> Array:
-    """(2, 3) loads of both soles, as `SolePressure.load`, one of which may stand on an edge where no cell is.
 
-    A robot that leans to one foot rolls the other onto its inner edge. Where one sole feels nearly nothing and the
-    other less than the weight, the rest stands there, as far forward as the other presses. `inner_edge_m` (2,): y of
-    each sole's inner edge from its middle; the feet stand side by side.
-    """
-    found = loads.copy()
-    least = int(np.argmin(loads[:, 0]))
-    other_n, other_x, _ = loads[1 - least]
-    missing_n = weight_n - other_n
-    if loads[least, 0] < _UNFELT * weight_n and missing_n > _UNSURE * weight_n and other_n > _UNSURE * weight_n:
-        found[least] = missing_n * np.array([1.0, other_x / other_n, inner_edge_m[least]])
-    return found
+def _pressed(pressure: Array, least: Array) -> NDArray[np.bool_]:
+    return np.asarray(pressure > np.maximum(least, _SLIGHT * pressure.max()))
 
 
 def _basis(places: Array) -> Array:
