@@ -57,7 +57,7 @@ class NumberTable:
         found = np.empty((len(self), len(names)))
         for place, name in enumerate(names):
             column = self._cells[name]
-            # Truth values are numbers to pandas, and text to whoever reads the page.
+            # Pandas takes truth values for numbers; the page does not.
             told = column.astype(str) if column.dtype == bool else column
             found[:, place] = pd.to_numeric(told, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
             wrong = np.isinf(found[:, place]) | (np.isnan(found[:, place]) & column.notna().to_numpy(dtype=bool))
