@@ -149,13 +149,13 @@ def command(
     require_writable("--recording", recording)
     require_writable("--report", report)
     require_writable("--record", record)
-    from_series = source is not None and source.suffix == ".csv"
+    from_series = source is not None and source.suffix.lower() == ".csv"
     if neighbours is not None and not from_series:
         raise InputError(f"--neighbours {neighbours}: goes with --from FILE.csv; other recordings hold them")
     if recording is not None and from_series:
         raise InputError(f"--recording {recording} with --from {source}: nothing moves, and the CSV is the recording")
     kept = None if record is None else KeptExploration(record)
-    series = KeptSeries() if recording is not None and recording.suffix == ".csv" and source is None else None
+    series = KeptSeries() if recording is not None and recording.suffix.lower() == ".csv" and source is None else None
     earlier = BabblingRecording.load(check) if check is not None else None
     if earlier is not None:
         require_joints(model, earlier)

@@ -17,6 +17,14 @@ RUN = Run("waits", "bench waits --long", "bench waits", (1, 2, 3), (1,), ("READM
 MACHINE = {"processor": "any", "cores": 2}
 
 
+@pytest.fixture(autouse=True)
+def commit(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the checkout is at: the last one holds. A `+` says that it has changes which are not committed."""
+    commits = ["abc"]
+    monkeypatch.setattr(measuring, "commit_now", lambda _paths: commits[-1])
+    return commits
+
+
 class OneAfterTheOther:
     """An executor that is cut off after some jobs."""
 
@@ -82,6 +90,39 @@ def test_seeds_of_other_sources_or_another_form_do_not_count(tmp_path: Path, mon
             monkeypatch.setattr(measuring, "objects_now", lambda _paths: {"README.md": "another"})
         measured(executor, tmp_path, quick=change == "form")
         assert executor.asked == ([1] if change == "form" else [1, 2, 3])
+
+
+def test_seeds_of_changes_that_are_not_committed_are_never_taken_for_a_commit(
+    tmp_path: Path, commit: list[str]
+) -> None:
+    commit.append("abc+")
+    with pytest.raises(KeyboardInterrupt):
+        measured(OneAfterTheOther(2), tmp_path)
+    commit.append("abc")
+    clean = OneAfterTheOther(2)
+    with pytest.raises(KeyboardInterrupt):
+        measured(clean, tmp_path)
+    assert clean.asked == [1, 2], "those of the changes are measured anew"
+    commit.append("abc+")
+    changed = OneAfterTheOther()
+    [result] = measured(changed, tmp_path)
+    assert (changed.asked, result.commit) == ([1, 2, 3], "abc+"), "nor do those of the commit count for the changes"
+    commit.append("abc")
+    last = OneAfterTheOther()
+    [result] = measured(last, tmp_path)
+    assert (last.asked, result.commit) == ([3], "abc"), "and those of the commit are still there"
+
+
+def test_a_result_whose_sources_were_changed_while_it_ran_says_so(tmp_path: Path, commit: list[str]) -> None:
+    class EditedAfterTheFirst(OneAfterTheOther):
+        def results(self, work: Callable[..., Any], jobs: Sequence[tuple[Any, Any]]) -> Iterator[tuple[Any, Any]]:
+            for done in super().results(work, jobs):
+                commit.append("abc" if done[0][1] == 1 else "abc+")
+                yield done
+                commit.append("abc")
+
+    [result] = measured(EditedAfterTheFirst(), tmp_path)
+    assert result.commit == "abc+"
 
 
 def test_a_file_that_is_no_record_of_seeds_is_as_if_there_were_none(tmp_path: Path) -> None:

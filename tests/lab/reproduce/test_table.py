@@ -4,6 +4,7 @@
 import dataclasses
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -36,10 +37,30 @@ def test_cited_figures_are_those_of_the_kept_results(page: Path) -> None:
     assert cited.with_figures(page.read_text()) == page.read_text(), "robotskin reproduce --table"
 
 
-def test_every_kept_result_is_of_a_run_of_the_catalogue_and_names_its_paths() -> None:
+def test_every_kept_result_is_of_a_run_of_the_catalogue_and_names_none_but_its_paths() -> None:
     assert set(kept()) <= set(CATALOGUE.runs)
     for name in kept():
-        assert set(load(name).measured) == set(CATALOGUE.runs[name].measures), name
+        measures = CATALOGUE.runs[name].measures
+        strange = [path for path in load(name).measured if not any(Path(path).is_relative_to(one) for one in measures)]
+        assert not strange, name
+
+
+def imported_benches(file: Path) -> set[Path]:
+    names = re.findall(r"^from robotskin_lab\.bench\.(\w+) import", file.read_text(), re.MULTILINE)
+    return {file.with_name(f"{name}.py") for name in names}
+
+
+@pytest.mark.parametrize("name", ["events", "event_predictors", "interfaces"])
+def test_what_a_measured_bench_imports_is_measured_unless_it_only_draws_or_tells(name: str) -> None:
+    measured = {TREE / path for path in CATALOGUE.runs[name].measures}
+    benches = {file for file in measured if file.parent.name == "bench"}
+    imported = {one for file in benches for one in imported_benches(file)}
+    assert {file.stem for file in imported - measured} <= {"event_plots", "progress"}
+
+
+@pytest.mark.parametrize("name", ["events", "event_predictors", "interfaces"])
+def test_what_worlds_are_drawn_from_is_measured(name: str) -> None:
+    assert {"core/world", "python/robotskin/world", "firmware"} <= set(CATALOGUE.runs[name].measures)
 
 
 def test_what_a_run_measures_is_there() -> None:
@@ -80,6 +101,50 @@ def test_how_seeds_are_joined_is_known_for_every_row() -> None:
     assert {choice for row in CATALOGUE.rows for choice in row.worst.values()} <= set(OF_SEEDS)
 
 
+COMPARED_WITH = {
+    "naive_us": "least",
+    "baseline_paper_babbling_rotation_deg": "least",
+    "baseline_centred_babbling_rotation_deg": "least",
+    "baseline_sign_agreement": "most",
+    "interface_spread_uncompensated": "least",
+    "interface_spread_uncompensated_worst": "least",
+    "push_peak_force_stiff_n": "least",
+    "frames_per_s_linear": "least",
+    "frames_per_s_linear_half_slope": "least",
+    "frames_per_s_better_of_both": "least",
+    "frames_per_s_lead": "least",
+    "ball_primitive_undisturbed": "most",
+    "cylinder_primitive_undisturbed": "most",
+    "pliers_equal_below_5_deg": "most",
+    "follow_03_without": "most",
+    "statue_ramp_chest_n": "most",
+    "statue_step_chest_n": "most",
+    "statue_impulse_chest_ns": "most",
+    "statue_impulse_side_ns": "most",
+    "linear_zmp_error_p95_mm": "least",
+    "linear_tiled_zmp_error_p95_mm": "least",
+    "naive_false_share": "least",
+    "peer_thresholds_recall": "most",
+    "peer_thresholds_false_share": "least",
+    "stiff_hug_cell_max_n": "least",
+    "fixed_width_2": "most",
+    "fixed_width_1_5": "most",
+    "fixed_width_1_2": "most",
+    "motion_only_frames_right": "most",
+    "played_back_right": "most",
+    "stacked_motion_only": "most",
+    "calibration_uncalibrated_rmse_n": "least",
+}
+"""Figures of other ways that stand beside ours, and which of the seeds is the best for them."""
+
+
+@pytest.mark.parametrize(("figure", "best"), COMPARED_WITH.items())
+def test_of_what_ours_is_compared_with_the_best_seed_counts(figure: str, best: str) -> None:
+    rows = [row for row in CATALOGUE.rows if f"{{{figure}:" in row.ours]
+    assert rows, "no row says it"
+    assert {row.worst.get(figure, "most") for row in rows} == {best}
+
+
 def test_of_several_seeds_the_worst_counts(tmp_path: Path) -> None:
     result().save(tmp_path)
     row = Row("wait", "1", "driver", "{wait_ms:.1f} ms with {cells} cells", {"cells": "least"}, ("wait_ms", 1.5))
@@ -101,6 +166,8 @@ def test_a_result_is_old_once_what_it_measures_is_another() -> None:
     assert not is_old(result(measured=now), measures)
     assert is_old(result(measured=now | {measures[0]: "0" * 40}), measures)
     assert is_old(result(measured=now, commit="abc+"), measures)
+    before_one_was_added = {path: identity for path, identity in now.items() if path != measures[0]}
+    assert is_old(result(measured=before_one_was_added), measures)
 
 
 def test_a_figure_in_the_text_is_written_from_its_result(tmp_path: Path) -> None:

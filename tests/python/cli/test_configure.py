@@ -73,6 +73,15 @@ def test_what_cannot_be_done_is_refused_before_the_robot_moves(
     assert [path.name for path in tmp_path.iterdir()] == ["half.npz"]
 
 
+@pytest.mark.parametrize("name", ["felt.csv", "felt.CSV"])
+def test_a_series_is_told_by_the_ending_of_its_name(name: str, tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text("time_s,a_x,a_y,a_z\n0,0,0,9.81\n")
+    result = CliRunner().invoke(app, ["configure", "ur5", "--from", name])
+    assert result.exit_code == 2, result.output
+    assert f"{name}: no column shoulder_pan_joint" in " ".join(result.stderr.split())
+
+
 def test_check_names_the_patch_that_slid_and_places_only_that(recordings, tmp_path) -> None:
     before, after, worn, slid = recordings
     target = tmp_path / "found.json"

@@ -16,7 +16,7 @@ from robotskin.errors import RobotskinError
 from robotskin_lab.executors import Executor
 from robotskin_lab.reproduce.catalogue import Run
 from robotskin_lab.reproduce.kept_seeds import FOLDER, KeptSeeds
-from robotskin_lab.reproduce.result import Result, commit_now, machine_now, objects_now
+from robotskin_lab.reproduce.result import CHANGED, Result, commit_now, machine_now, objects_now
 
 BOUND_BROKEN = 1
 """Exit status of a command whose figures are there, but one of which breaks its bound."""
@@ -36,7 +36,8 @@ def measure(
 ) -> Iterator[Result | RunFailedError]:
     """Run each with every seed; the result of each, or why there is none, once its last seed has ended.
 
-    What was cut off goes on with the seeds that are missing, as long as sources and command are the same.
+    What was cut off goes on with the seeds that are missing, as long as sources and command are the same. Seeds of
+    sources with changes that are not committed are measured anew: nothing says which changes they were.
 
     Args:
         runs: of the catalogue.
@@ -48,7 +49,12 @@ def measure(
     listed = {run.name: run for run in runs}
     commits = {name: commit_now(run.measures) for name, run in listed.items()}
     measured = {name: objects_now(run.measures) for name, run in listed.items()}
-    kept = {name: KeptSeeds(name, run.arguments(quick=quick), measured[name], folder) for name, run in listed.items()}
+    kept = {
+        name: KeptSeeds(
+            name, run.arguments(quick=quick), measured[name], folder, changed=commits[name].endswith(CHANGED)
+        )
+        for name, run in listed.items()
+    }
     jobs = [
         ((name, seed), (run.arguments(quick=quick), seed, run.measures, measured[name]))
         for name, run in listed.items()
@@ -85,7 +91,11 @@ def measure(
             failed.setdefault(name, told)
         else:
             ended[name][seed] = (figures, machine)
-            kept[name].add(seed, figures, machine)
+            # Sources may have been changed while it ran.
+            if commit_now(listed[name].measures).endswith(CHANGED):
+                commits[name] = commits[name].removesuffix(CHANGED) + CHANGED
+            else:
+                kept[name].add(seed, figures, machine)
         left[name].remove(seed)
         if left[name]:
             continue

@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 LEAST_MARGIN = 30.0
 """Difference in squared normalised residuals below which two links count as equally good."""
+MOST_APART, LEAST_BENDS = 8, 20
+"""Noise is told from so many second differences, of instants that lie as near as they must and so far apart at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,21 +265,27 @@ def _bounded_cost(fit: MotionFit, state: FitState, reduced: Reduced) -> float:
 def _noise(readings: Array, lengths: Sequence[int]) -> Array:
     """(n,) m/s² standard deviation of single readings: second differences hold noise and hardly any motion.
 
+    They are of neighbouring instants. Of a cell that was read at every second or third instant only, they are of those.
+
     Args:
         readings: (n, K, 3), swings one after the other; lengths: how many belong to each swing.
         lengths: see readings.
     """
     squares, number = np.zeros(len(readings)), np.zeros(len(readings), dtype=np.int64)
-    begin = 0
-    for length in lengths:
-        part = readings[:, begin : begin + length]
-        begin += length
-        bend = part[:, 2:] - 2.0 * part[:, 1:-1] + part[:, :-2]
-        there = np.isfinite(bend)
-        if not there.all():
-            bend = np.where(there, bend, 0.0)
-        squares += np.einsum("nka,nka->n", bend, bend)
-        number += there.sum(axis=(1, 2))
+    for apart in range(1, MOST_APART + 1):
+        cells = np.flatnonzero(number < 3 * LEAST_BENDS)
+        if not len(cells):
+            break
+        read, begin = readings if len(cells) == len(readings) else readings[cells], 0
+        for length in lengths:
+            part = read[:, begin : begin + length]
+            begin += length
+            bend = part[:, 2 * apart :] - 2.0 * part[:, apart:-apart] + part[:, : -2 * apart]
+            there = np.isfinite(bend)
+            if not there.all():
+                bend = np.where(there, bend, 0.0)
+            squares[cells] += np.einsum("nka,nka->n", bend, bend)
+            number[cells] += there.sum(axis=(1, 2))
     noise = np.sqrt(squares / np.maximum(number, 1) / 6)
     return np.where(number > 0, np.maximum(noise, ACCELERATION_STEP_MPS2 / np.sqrt(12)), np.nan)
 

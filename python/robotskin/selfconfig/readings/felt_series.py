@@ -16,12 +16,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from robotskin.selfconfig.readings.number_table import NumberTable
 from robotskin.selfconfig.readings.recording import RecordingError
 from robotskin.whole_file import whole_file
 
 Array = NDArray[np.float64]
 
 TIME, AXES = "time_s", ("x", "y", "z")
+MOST_STEP_S = 0.01
+"""From row to row, in the median: rests and motions are told by what lies between."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,35 +46,43 @@ class FeltSeries:
         """Read a CSV that has a column for each of the joints.
 
         Raises:
-            RecordingError: no such table; a joint without a column, a sensor without its three; times that do not rise,
-                a joint that was not read.
+            RecordingError: no such table; a joint without a column, a sensor without its three; a row that was cut off,
+                or a cell that is no number; times that do not rise, or in steps beyond `MOST_STEP_S`; a joint that was
+                not read; fewer than two rows.
         """
-        try:
-            table = pd.read_csv(path)
-        except (OSError, ValueError) as error:
-            raise RecordingError(f"{path}: {error}") from error
-        lacking = [name for name in (TIME, *joint_names) if name not in table.columns]
+        table = NumberTable.load(path)
+        lacking = [name for name in (TIME, *joint_names) if name not in table.names]
         if lacking:
-            columns = ", ".join([str(name) for name in table.columns[:8]])
+            columns = ", ".join(table.names[:8])
             raise RecordingError(
                 f"{path}: no column {', '.join(lacking)}; it begins with {columns}. The columns are {TIME}, the joints "
                 f"{', '.join(joint_names)}, and NAME_x, NAME_y, NAME_z of each sensor"
             )
-        others = [str(name) for name in table.columns if name not in (TIME, *joint_names)]
+        others = [name for name in table.names if name not in (TIME, *joint_names)]
         sensors = list(dict.fromkeys(name[:-2] for name in others if name[-2:] in ("_x", "_y", "_z")))
         wanted = [f"{name}_{axis}" for name in sensors for axis in AXES]
         if set(wanted) != set(others) or not sensors:
             odd = sorted(set(wanted) ^ set(others))
             raise RecordingError(f"{path}: {', '.join(odd) or 'no sensor'}: a sensor has NAME_x, NAME_y and NAME_z")
-        try:
-            values = table[[TIME, *joint_names, *wanted]].to_numpy(dtype=float)
-        except ValueError as error:
-            raise RecordingError(f"{path}: {error}") from error
+        values = table.numbers([TIME, *joint_names, *wanted])
         count = 1 + len(joint_names)
         time_s, position = values[:, 0], values[:, 1:count]
-        _require(path, TIME, np.isfinite(time_s) & np.r_[True, np.diff(time_s) > 0], "must be a number and rise")
+        table.require(
+            TIME, np.isfinite(time_s) & np.r_[True, np.diff(time_s) > 0][: len(table)], "must be a number and rise"
+        )
         for number, name in enumerate(joint_names):
-            _require(path, name, np.isfinite(position[:, number]), "must be a number in every row")
+            table.require(name, np.isfinite(position[:, number]), "must be a number in every row")
+        if len(table) < 2:
+            raise RecordingError(
+                f"{path}: {len(table)} rows: a series has rests and motions of some seconds each; "
+                "robotskin configure ROBOT --recording FILE.csv writes one of a simulated robot"
+            )
+        step_s = float(np.median(np.diff(time_s)))
+        if step_s > MOST_STEP_S + 1e-6:
+            raise RecordingError(
+                f"{path}: {TIME}: steps of {1e3 * step_s:.3g} ms in the median: must be {1e3 * MOST_STEP_S:g} ms or "
+                "less; record at 100 Hz or faster, times in seconds"
+            )
         acceleration = values[:, count:].reshape(len(values), len(sensors), 3)
         return cls(tuple(joint_names), tuple(sensors), time_s, position, acceleration)
 
@@ -89,9 +100,3 @@ class FeltSeries:
         if all(name.isdigit() for name in self.sensor_names):
             return np.array([int(name) for name in self.sensor_names], dtype=np.int64)
         return np.arange(1, len(self.sensor_names) + 1, dtype=np.int64)
-
-
-def _require(path: str | Path, name: str, fits: NDArray[np.bool_], must: str) -> None:
-    if not fits.all():
-        # The heading is line 1.
-        raise RecordingError(f"{path}, line {int(np.argmin(fits)) + 2}: {name} {must}")

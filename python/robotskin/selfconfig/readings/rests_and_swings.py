@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from robotskin.layout.cell import PORTS
+from robotskin.selfconfig.common.gravity import GRAVITY_MPS2
 from robotskin.selfconfig.readings.felt_series import FeltSeries
 from robotskin.selfconfig.readings.measured_swing import MeasuredSwing
 from robotskin.selfconfig.readings.motion_recording import MotionRecording
 from robotskin.selfconfig.readings.recording import BabblingRecording, RecordingError
-from robotskin.selfconfig.readings.swing_statistics import swing_signals
+from robotskin.selfconfig.readings.sensor_lag import lag_s_of
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
 
 Array = NDArray[np.float64]
@@ -34,7 +35,8 @@ SETTLE_S, REST_S, REST_SAMPLES = 0.1, 0.06, 64
 SWING_S, SWING_RAD, SWING_SAMPLES = 0.4, 0.01, 64
 """A motion that is shorter, smaller or of fewer instants tells nothing."""
 SAME_POSTURE_RAD = 0.02
-MOST_LAG_S, LAG_STEP_S = 0.04, 0.004
+LEAST_GRAVITY, MOST_GRAVITY = 0.75, 1.25
+"""Of what an accelerometer at rest reads over gravity: scales and offsets are smaller, other units are farther off."""
 
 
 def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = None) -> BabblingRecording:
@@ -46,7 +48,8 @@ def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = 
         lists: which cell is plugged into which, by the sensors' keys; by default that is not known.
 
     Raises:
-        RecordingError: no rest or no motion of a single joint, or neighbours of other cells.
+        RecordingError: fewer than two instants, no rest or no motion of a single joint, neighbours of other cells, a
+            sensor that does not read gravity at rest, or no lag that can be told.
     """
     keys = series.keys()
     lists = lists or NeighbourLists(keys, np.zeros((len(keys), PORTS), dtype=np.int64))
@@ -61,10 +64,11 @@ def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = 
             f"{len(rests)} rests and {len(spans)} motions of single joints: a skin is configured from both. "
             f"A rest lasts {SETTLE_S + REST_S:g} s at least; a joint swings for {SWING_S:g} s while the others stand"
         )
+    _require_gravity(series, [felt for _, felt in rests])
     row = {int(key): number for number, key in enumerate(keys)}
     order = np.array([row[int(key)] for key in lists.cell])
     swings = [_swing(series, joint, span) for joint, span in spans]
-    lag_s = _lag_s(swings)
+    lag_s = lag_s_of(swings, series.sensor_names)
     return BabblingRecording(
         robot=robot,
         joint_names=series.joint_names,
@@ -79,6 +83,8 @@ def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = 
 
 def _moving(series: FeltSeries) -> NDArray[np.bool_]:
     """(T, n) which joints move; a pause of a turn is none."""
+    if len(series.time_s) < 2:
+        raise RecordingError(f"{len(series.time_s)} instants: a series has rests and motions of some seconds each")
     period_s = float(np.median(np.diff(series.time_s)))
     window = max(2 * round(SMOOTH_S / period_s / 2) + 1, 5)
     if len(series.time_s) < window:
@@ -119,6 +125,22 @@ def _rests(series: FeltSeries, moving: NDArray[np.bool_]) -> list[tuple[Array, A
     return found
 
 
+def _require_gravity(series: FeltSeries, rests: list[Array]) -> None:
+    """Refuse accelerations in another unit; rests: (N, samples, 3) each."""
+    for number, name in enumerate(series.sensor_names):
+        whole = [felt[number][np.isfinite(felt[number]).all(axis=1)] for felt in rests]
+        # Medians: a bump, or the end of a way that the joints told late, is no other unit.
+        sizes = [np.linalg.norm(np.median(samples, axis=0)) for samples in whole if len(samples)]
+        if not sizes:
+            continue
+        reads = float(np.median(sizes))
+        if not LEAST_GRAVITY < reads / GRAVITY_MPS2 < MOST_GRAVITY:
+            raise RecordingError(
+                f"sensor {name} reads {reads:.3g} at rest, where gravity is {GRAVITY_MPS2:.2f} m/s²: accelerations are "
+                f"in m/s² (1 g is {GRAVITY_MPS2}); leave the three columns of a broken sensor out"
+            )
+
+
 def _single_motions(series: FeltSeries, moving: NDArray[np.bool_]) -> Iterator[tuple[int, Span]]:
     """Joint and rows of each motion in which it moves alone."""
     alone = moving.sum(axis=1) == 1
@@ -138,24 +160,3 @@ def _swing(series: FeltSeries, joint: int, span: Span) -> MotionRecording:
     centre[joint] = (position[:, joint].max() + position[:, joint].min()) / 2
     swing = MeasuredSwing.of(joint, centre, time_s, position[:, joint])
     return MotionRecording(swing, time_s, np.ascontiguousarray(series.acceleration[rows].swapaxes(0, 1)))
-
-
-def _lag_s(swings: list[MotionRecording]) -> float:
-    """Seconds by which the accelerometers are later than the joints: where the motion explains most of what is felt."""
-    lags = np.arange(-MOST_LAG_S, MOST_LAG_S + LAG_STEP_S / 2, LAG_STEP_S)
-    left = np.array([sum(_unexplained(swing, lag) for swing in swings) for lag in lags])
-    best = int(np.clip(np.argmin(left), 1, len(lags) - 2))
-    low, middle, high = left[best - 1 : best + 2]
-    bend = low - 2 * middle + high
-    return float(lags[best] + (0.5 * LAG_STEP_S * (low - high) / bend if bend > 0 else 0.0))
-
-
-def _unexplained(swing: MotionRecording, lag_s: float) -> float:
-    """Squares that are left of all readings of whole cells; the lag would move the ends out of the motion."""
-    inner = (swing.time_s > MOST_LAG_S) & (swing.time_s < swing.swing.duration_s - MOST_LAG_S)
-    whole = swing.present[:, inner].all(axis=1)
-    at = swing.time_s[inner] - lag_s
-    signals = swing_signals(*(swing.swing.displacement(at, derivative) for derivative in range(3)))
-    basis = np.linalg.qr(signals / np.abs(signals).max(axis=0))[0]
-    felt = swing.acceleration[whole][:, inner]
-    return float((felt**2).sum() - (np.matmul(basis.T, felt) ** 2).sum())
