@@ -136,10 +136,12 @@ void bind_control_fusion(nb::module_& module) {
       .def_rw("form", &QuadraticLimits::form, "how position and velocity limits are written")
       .def_rw("position_rate", &QuadraticLimits::position_rate, "lambda of [Cheng19 eq. 27], Nm/rad")
       .def_rw("velocity_rate", &QuadraticLimits::velocity_rate, "mu of [Cheng19 eq. 27], Nm s/rad")
-      .def_rw("steps", &QuadraticLimits::steps, "solver steps that one tick may take")
+      .def_rw("steps", &QuadraticLimits::steps,
+              "solver steps that one tick may take, 12 a joint at least where limits seem to exclude each other")
       .def_rw("fade_s", &QuadraticLimits::fade_s, "s, how long a difference fades that the end of the steps made");
   nb::class_<FusionReport>(module, "FusionReport", "How the work of a tick's fusion ended.")
       .def_ro("steps", &FusionReport::steps, "of the solver, in this tick")
+      .def_ro("room_steps", &FusionReport::room_steps, "of these, to find a torque within all limits")
       .def_ro("fallback", &FusionReport::fallback, "the steps, or the time, ended before all levels were exact")
       .def_ro("by_clock", &FusionReport::by_clock, "it was the time")
       .def_ro("fade_limited", &FusionReport::fade_limited, "a limit forbade that the torque went on without a step")

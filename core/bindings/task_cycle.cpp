@@ -82,6 +82,8 @@ void bind_task_cycle(nb::module_& module) {
       .def_ro("clock_ticks", &robot::FusionCounts::clock_ticks, "those that the clock ended")
       .def_ro("fade_limited_ticks", &robot::FusionCounts::fade_limited_ticks,
               "a limit forbade that the torque went on without a step")
+      .def_ro("widened_ticks", &robot::FusionCounts::widened_ticks,
+              "no torque kept all limits, so that those of acceleration gave way")
       .def_ro("most_steps", &robot::FusionCounts::most_steps, "of one tick");
   nb::class_<TaskCycle>(
       module, "TaskCycle",

@@ -10,7 +10,16 @@
 
 namespace robotskin::control {
 
+struct FoundRoom {
+  std::size_t steps = 0;  // of the solver
+  bool moved = false;     // bounds of acceleration gave way
+  bool cut = false;       // the steps ended, so that one may have given way for want of these alone
+};
+
 // In coordinates t = L^-1 tau, M = L L^T, as QuadraticFusion has them.
+//
+// SAFETY: its steps are its own. No budget of a tick and no clock ends it: bounds that gave way for want of steps would
+// let a joint pass its limits although a torque keeps all of them.
 class BrakingRoom {
  public:
   explicit BrakingRoom(std::size_t joint_count);
@@ -18,14 +27,20 @@ class BrakingRoom {
   // Of all t whose torque L t is within its bounds, one that misses the bounds of acceleration L^-T t by the least sum
   // of squares, with some room around it. `t` (n) is a first guess before, any one, and that one after; `low` and
   // `high` (2 n) bound acceleration, then torque, and where an acceleration is missed its bound moves there. `factor`
-  // (n, n) is L; the first n rows of `matrix` (2 n, n) are L^-T, both by columns. False where all bounds are kept.
-  // Allocates nothing.
-  bool find(const double* factor, const double* matrix, std::span<double> low, std::span<double> high,
-            StepBudget& budget, std::span<double> t) noexcept;
+  // (n, n) is L; the first n rows of `matrix` (2 n, n) are L^-T, both by columns. Allocates nothing.
+  FoundRoom find(const double* factor, const double* matrix, std::span<double> low, std::span<double> high,
+                 std::span<double> t) noexcept;
+
+  // For both searches. 72 000 drawn states of Talos took at most 6 of a quarter of its torque, 11 of a tenth with joints
+  // of 3 rad/s; with half of its torque and joints of 1 rad/s, 3.
+  static constexpr std::size_t steps_per_joint = 12;
 
  private:
+  bool search(const double* factor, std::span<const double> low, std::span<const double> high, double share,
+              StepBudget& budget, std::span<double> t) noexcept;
+
   std::size_t n_;
-  std::vector<double> rows_, low_, high_, torque_, acceleration_;
+  std::vector<double> rows_, low_, high_, torque_, acceleration_, narrow_;
   HierarchicalQp solver_;
 };
 

@@ -76,8 +76,8 @@ struct QuadraticFusion::Workspace {
   std::size_t kept = 0;                 // levels that what fades may not change
   bool running = false, fades = false;  // there was a tick before; something fades
   BrakingRoom braking_room;
-  StepBudget budget;     // of this tick
-  bool widened = false;  // of this tick
+  FoundRoom room;     // of this tick
+  StepBudget budget;  // of this tick
   FusionReport report;
 
   bool begin(const TaskInput& input, std::span<const double> mass, std::span<const double> bias,
@@ -132,7 +132,7 @@ void QuadraticFusion::Workspace::set_bounds(const TaskInput& input, std::span<co
 }
 
 // A point within all limits. Those of acceleration and torque may exclude each other, as where the motor is too weak to
-// brake; then the former give way, as little as can be.
+// brake; then the former give way, as little as can be. The levels have the steps that this leaves.
 void QuadraticFusion::Workspace::find_a_feasible_torque() {
   for (std::size_t i = 0; i < n; ++i) z[i] = std::clamp(0.0, low[i], high[i]);
   // t = L^T z, torque = L t
@@ -140,7 +140,8 @@ void QuadraticFusion::Workspace::find_a_feasible_torque() {
   product(factor.data(), n, n, n, chosen.data(), torque.data());
   bool within = true;
   for (std::size_t i = 0; i < n; ++i) within = within && torque[i] >= low[n + i] && torque[i] <= high[n + i];
-  widened = !within && braking_room.find(factor.data(), matrix.data(), low, high, budget, chosen);
+  room = within ? FoundRoom{} : braking_room.find(factor.data(), matrix.data(), low, high, chosen);
+  budget.taken += room.steps;
 }
 
 // Rows `first` on of `count` at `place` are `weight` times these. Returns where the next level's rows begin.
@@ -157,10 +158,11 @@ bool QuadraticFusion::Workspace::solve(std::size_t count, const TaskInput& input
   const bool before = report.fallback;
   if (!solver.solve({matrix.data(), low, high}, {levels.data(), count}, budget, chosen)) return false;
   report = {.steps = budget.taken,
-            .fallback = solver.finished() < count,
+            .room_steps = room.steps,
+            .fallback = room.cut || solver.finished() < count,
             .by_clock = budget.by_clock,
-            .widened = widened,
-            .finished = solver.finished()};
+            .widened = room.moved,
+            .finished = room.cut ? 0 : solver.finished()};
   product(factor.data(), n, n, n, chosen.data(), torque.data());
   if (running && (before || report.fallback)) {
     kept = std::min({report.finished, before ? finished : count, fades ? kept : count});

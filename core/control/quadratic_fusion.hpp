@@ -31,7 +31,7 @@ struct QuadraticLimits {
   LimitForm form = LimitForm::acceleration;
   double position_rate = 100;  // lambda of [Cheng19 eq. 27], Nm/rad
   double velocity_rate = 100;  // mu of [Cheng19 eq. 27], Nm s/rad
-  std::size_t steps = 400;     // solver steps that one tick may take
+  std::size_t steps = 400;     // solver steps of one tick; to find a torque within all limits, BrakingRoom has its own
   double fade_s = 0.25;        // how long a difference fades that the end of the steps made
 
   // The limits of the robot's model; every joint brakes with `braking` rad/s^2.
@@ -47,12 +47,13 @@ struct WeightedRows {
 
 // How the work of a tick ended.
 struct FusionReport {
-  std::size_t steps = 0;      // of the solver, in this tick
-  bool fallback = false;      // the steps, or the time, ended before all levels were exact
-  bool by_clock = false;      // it was the time
-  bool fade_limited = false;  // a limit forbade that the torque went on without a step
-  bool widened = false;       // no torque keeps all limits: those of acceleration gave way
-  std::size_t finished = 0;   // levels that are exact, from the highest on
+  std::size_t steps = 0;       // of the solver, in this tick
+  std::size_t room_steps = 0;  // of these, to find a torque within all limits
+  bool fallback = false;       // the steps, or the time, ended before all levels were exact
+  bool by_clock = false;       // it was the time
+  bool fade_limited = false;   // a limit forbade that the torque went on without a step
+  bool widened = false;        // no torque keeps all limits: those of acceleration gave way
+  std::size_t finished = 0;    // levels that are exact, from the highest on
 };
 
 // Level k: the torque tau = M a + bias nearest to giving its motions the acceleration that the level's own torque would

@@ -120,6 +120,7 @@ const GuardReport& TaskCycle::step(const JointState& joints, const skin::SkinSta
     fusion_counts_.fallback_ticks += fusion.fallback ? 1 : 0;
     fusion_counts_.clock_ticks += fusion.by_clock ? 1 : 0;
     fusion_counts_.fade_limited_ticks += fusion.fade_limited ? 1 : 0;
+    fusion_counts_.widened_ticks += fusion.widened ? 1 : 0;
     fusion_counts_.most_steps = std::max<std::uint64_t>(fusion_counts_.most_steps, fusion.steps);
     valid = valid && resolver_.resolve(dynamics_, fused_torque_, touch, joints, command);
   }

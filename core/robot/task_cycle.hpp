@@ -42,6 +42,7 @@ struct FusionCounts {
   std::uint64_t fallback_ticks = 0;      // their solver steps, or their time, ended before all levels were exact
   std::uint64_t clock_ticks = 0;         // those that the clock ended
   std::uint64_t fade_limited_ticks = 0;  // a limit forbade that the torque went on without a step
+  std::uint64_t widened_ticks = 0;       // no torque kept all limits, so that those of acceleration gave way
   std::uint64_t most_steps = 0;          // of one tick
 };
 

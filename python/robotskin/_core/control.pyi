@@ -1361,7 +1361,9 @@ class QuadraticLimits:
     def velocity_rate(self, arg: float, /) -> None: ...
     @property
     def steps(self) -> int:
-        """solver steps that one tick may take"""
+        """
+        solver steps that one tick may take, 12 a joint at least where limits seem to exclude each other
+        """
 
     @steps.setter
     def steps(self, arg: int, /) -> None: ...
@@ -1378,6 +1380,10 @@ class FusionReport:
     @property
     def steps(self) -> int:
         """of the solver, in this tick"""
+
+    @property
+    def room_steps(self) -> int:
+        """of these, to find a torque within all limits"""
 
     @property
     def fallback(self) -> bool:

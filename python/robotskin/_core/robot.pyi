@@ -381,6 +381,10 @@ class FusionCounts:
         """a limit forbade that the torque went on without a step"""
 
     @property
+    def widened_ticks(self) -> int:
+        """no torque kept all limits, so that those of acceleration gave way"""
+
+    @property
     def most_steps(self) -> int:
         """of one tick"""
 

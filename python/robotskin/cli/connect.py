@@ -221,6 +221,7 @@ def run_headless(session: ConnectedRobot, seconds: float, json_file: Path | None
         "limit_violations": float(session.controller.report.violations),
         "fallback_ticks": float(session.controller.cycle.fusion_counts.fallback_ticks),
         "clock_ticks": float(session.controller.cycle.fusion_counts.clock_ticks),
+        "widened_ticks": float(session.controller.cycle.fusion_counts.widened_ticks),
         "faults": float(bool(session.fault)),
     }
     for name, value in figures.items():

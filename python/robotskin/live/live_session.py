@@ -229,6 +229,7 @@ class LiveSession(LiveRobot):
             "driver_cpu_percent": 100.0 * gone["driver_s"] / virtual_s,
             "frames_lost": float(self.session.frames_lost),
             "fallback_ticks": float(controller.cycle.fusion_counts.fallback_ticks),
+            "widened_ticks": float(controller.cycle.fusion_counts.widened_ticks),
             "intervention_share": controller.report.interventions / max(1.0, self.session.world.time_s / PERIOD_S),
         }
 

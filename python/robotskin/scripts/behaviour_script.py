@@ -38,9 +38,9 @@ def run(
     Figures: `largest_move_m` of the pushed cells, `peak_contact_n`, `joint_error_rad` or `hand_error_m` at the end
     where the behaviour has a reference, of a spline its present point; `goal_error_rad` or `goal_error_m`: how far it
     still is to a goal that was given; `limit_violations`, `interventions`, `fallback_ticks` (the solver's
-    steps ended before all levels were exact), `running` (1: it never stopped). `intervention_share`: of the ticks,
-    those in which the guard changed the command; `intervention_share_least`: what it is at least, for all that so few
-    touches, drawn at random, can tell.
+    steps ended before all levels were exact), `widened_ticks` (no torque kept all limits, so that those of acceleration
+    gave way), `running` (1: it never stopped). `intervention_share`: of the ticks, those in which the guard changed the
+    command; `intervention_share_least`: what it is at least, for all that so few touches, drawn at random, can tell.
     """
     progress("boot")
     figures: dict[str, float] = {"boot_s": session.boot()}
@@ -85,6 +85,7 @@ def run(
         "limit_violations": report.violations,
         "interventions": report.interventions,
         "fallback_ticks": session.controller.cycle.fusion_counts.fallback_ticks,
+        "widened_ticks": session.controller.cycle.fusion_counts.widened_ticks,
         "intervention_share": report.interventions / ticks,
         "intervention_share_least": interventions_at_least(report.interventions, by_touch) / ticks,
         "running": float(running),

@@ -47,6 +47,12 @@ DATA_TILES = (
         "{:,.0f}",
         "Ticks in which the solver ran out of steps: limits and the highest priorities were kept.",
     ),
+    (
+        "widened_ticks",
+        "too weak to brake",
+        "{:,.0f}",
+        "Ticks in which no torque of the motors kept all limits: those of torque were kept, braking came short.",
+    ),
 )
 ALIVE_MEANS = "Cells that send fresh values."
 NO_TOUCH_YET = "Click a cell of the robot: its force and its way are drawn here."

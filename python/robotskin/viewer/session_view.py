@@ -210,7 +210,7 @@ class Snapshot:
     """(K, 4, 4) where the session's `solids` are, in the base frame; None where there are none."""
     statistics: Mapping[str, float] = field(default_factory=dict)
     """`realtime_factor`, `frames_per_s`, `datagrams_per_s`, `driver_cpu_percent`, `frames_lost`, `fallback_ticks`,
-    `intervention_share`; what is not known is left out."""
+    `widened_ticks`, `intervention_share`; what is not known is left out."""
     parent: Integers | None = None
     """(N,) the cell to which a cell sends its frames, -1 for the section unit; None while the tree is not known."""
 

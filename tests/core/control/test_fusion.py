@@ -235,7 +235,7 @@ def test_where_steps_end_and_come_back_the_torque_of_a_frozen_state_stays(robot,
         for steps in (1000, 1000, 3, 3, 3, 1000, 1000):
             fusion.set_steps(steps)
             torques.append(fusion.fuse(dynamics, q, v, gravity, levels))
-            assert fusion.report.steps <= steps
+            assert fusion.report.steps <= max(steps, fusion.report.room_steps)
             assert (np.abs(torques[-1]) <= np.array(limits.torque) + 1e-4).all()
             fell += fusion.report.fallback
             assert not fusion.report.fade_limited
