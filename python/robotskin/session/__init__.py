@@ -15,6 +15,7 @@ from robotskin.model import (
     RobotPort,
     SensorPlace,
 )
+from robotskin.session.lost_cells import LostCells
 from robotskin.session.session import Session
 from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput
@@ -30,6 +31,7 @@ __all__ = [
     "InputStatus",
     "LoopError",
     "LoopReport",
+    "LostCells",
     "PortSensors",
     "PortStatus",
     "RobotPort",

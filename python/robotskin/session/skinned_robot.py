@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin.choices import INTERFACES, member
 from robotskin.control import Behaviour, Controller
@@ -314,6 +315,30 @@ class SkinnedRobot:
     def command(self) -> JointCommand:
         """Of the last tick."""
         return self.loop.command
+
+    @property
+    def living(self) -> NDArray[np.bool_]:
+        """(N,) cells that are alive, left out or not."""
+        return np.asarray(np.asarray(self.skin.health) == int(Health.alive))
+
+    @property
+    def fresh(self) -> NDArray[np.bool_]:
+        """(N,) cells whose values count: alive, and not left out. Values of cells that are not alive are their last."""
+        fresh = self.living
+        fresh[list(self.left_out)] = False
+        return fresh
+
+    def cell_readings_n(self) -> NDArray[np.float64]:
+        """(N, 3) newton of the force sensors of each cell; a cell that is not fresh feels nothing."""
+        return np.where(self.fresh[:, None], np.asarray(self.skin.normal_force, dtype=float), 0.0)
+
+    def cell_forces_n(self) -> NDArray[np.float64]:
+        """(N,) newton that each cell feels; one that is not fresh feels nothing."""
+        return np.asarray(self.cell_readings_n().sum(axis=1))
+
+    def cell_distances_m(self) -> NDArray[np.float64]:
+        """(N,) metres to what each cell sees; one that is not fresh sees nothing: infinity."""
+        return np.where(self.fresh, np.asarray(self.skin.distance, dtype=float), np.inf)
 
     def felt_force_n(self, threshold_n: float = 0.1) -> float:
         """Newton at the driver: the sum over cells that feel more than the threshold; NaN where no cell is alive."""

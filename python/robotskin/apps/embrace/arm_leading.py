@@ -79,7 +79,7 @@ class ArmLeader:
         self._tick += 1
         if self._tick % PERIODS:
             return
-        force = np.asarray(self.session.skin.normal_force).sum(axis=1)
+        force = self.session.cell_forces_n()
         posture = np.array(self.session.joints.position)
         for side, own in self.sides.items():
             touched = np.flatnonzero(force[own.cells] > SILENT_N)

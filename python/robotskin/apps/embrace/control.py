@@ -56,7 +56,7 @@ class HugControl:
         else:
             self.since_s, self.because = 0.0, because
             if self.state is State.CLOSE:
-                arms.met = dict.fromkeys(SIDES, False)
+                arms.begin()
         if self.state in (State.RELEASE, State.RELEASED):
             arms.part()
         elif self.state in (State.CLOSE, State.HOLD) and not arms.regulated:
@@ -83,5 +83,6 @@ class HugControl:
             chest=arms.touches["chest"],
             outside=arms.outside_n > arms.hold.outside_n,
             too_hard=arms.too_hard,
+            lost_areas=arms.lost_areas,
             asked_to_release=self._asked_to_release,
         )

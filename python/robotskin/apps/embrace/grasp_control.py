@@ -102,6 +102,9 @@ class GraspControl:
         """Taps on the chest, firm holds and slips."""
         arms = self.arms
         if self.state is GraspState.OPEN:
+            if "chest" in arms.lost_areas:  # a touch that ends because its cell dies asks for nothing
+                self._tap = Tap(LOOK_S)
+            arms.forget_lost()
             self._asked = self._tap.ends(arms.force["chest"]) or self._asked
         firm = arms.touches["chest"] and all(
             arms.force[side] > FIRM_SHARE * arms.hold.arm_n * arms.eased() for side in SIDES
@@ -135,6 +138,7 @@ class GraspControl:
             chest=arms.touches["chest"],
             firm=self._firm_s >= FIRM_S,
             lost=not any(arms.touches.values()),
+            lost_areas=arms.lost_areas,
         )
 
     def _enter(self, because: str) -> None:
@@ -142,7 +146,7 @@ class GraspControl:
         self.visited.append(self.state)
         self._tap, self._asked = Tap(LOOK_S), False
         if self.state is GraspState.CLOSE:
-            self.arms.met = dict.fromkeys(SIDES, False)
+            self.arms.begin()
             self.arms.strength = 1.0
         if self.state is GraspState.HOME:
             self._earlier.clear()

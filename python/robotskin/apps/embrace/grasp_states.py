@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from robotskin.apps.embrace.lost import lost_rows
 from robotskin.state_table import Row, following_row
 
 
@@ -22,8 +23,11 @@ class GraspState(StrEnum):
 class GraspSeen:
     """Of one moment, told by the skin alone but for `open`.
 
-    since_s: in this state. open: the arms are wide open. asked: the chest was touched and let go, or a script asked.
-    one_arm, arms, chest: what feels the thing. firm: all areas have felt what they should for a while. lost: none does.
+    since_s: in this state. reactive: the paths adapt to what the skin feels. open: the arms are wide open. closed:
+    stiff arms are at the end of their path. asked: a script or a page asked since this state began, or, in OPEN alone,
+    the chest was touched and let go. arms, chest: what feels the thing, both arms or the chest. firm: all areas have
+    felt what they should for a while. lost: none feels anything. lost_areas: those of which cells are lost, see
+    `lost.py`.
     """
 
     since_s: float
@@ -35,11 +39,14 @@ class GraspSeen:
     chest: bool
     firm: bool
     lost: bool
+    lost_areas: frozenset[str] = frozenset()
 
 
 OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, GraspState.HOME
 GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
-    Row(OPEN, lambda seen: seen.asked and seen.open, CLOSE, "touched on the chest", 0.5),
+    Row(OPEN, lambda seen: seen.asked and seen.open, CLOSE, "touched on the chest, or asked", 0.5),
+    *(Row(state, lambda seen: seen.asked, OPEN, "asked to open") for state in (CLOSE, PULL)),
+    *lost_rows((CLOSE, PULL, HOME), OPEN, GraspSeen),
     Row(CLOSE, lambda seen: seen.reactive and seen.arms, PULL, "both arms feel it"),
     Row(CLOSE, lambda seen: not seen.reactive and seen.closed, PULL, "at the end of the taught path"),
     Row(CLOSE, lambda seen: False, OPEN, "no contact, or with one arm only", latest_s=8.0),
@@ -47,7 +54,7 @@ GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
     Row(PULL, lambda seen: seen.reactive and seen.lost, OPEN, "lost while it was pulled", 0.5),
     Row(PULL, lambda seen: not seen.reactive, HOME, "at the end of the taught path", 3.0),
     Row(PULL, lambda seen: False, OPEN, "the chest was not reached", latest_s=10.0),
-    Row(HOME, lambda seen: seen.asked, OPEN, "touched on the chest", 1.0),
+    Row(HOME, lambda seen: seen.asked, OPEN, "asked to open", 1.0),
     Row(HOME, lambda seen: seen.reactive and seen.lost, OPEN, "dropped", 0.5),
 )
 """The first row of a state that fits is taken, one a moment."""

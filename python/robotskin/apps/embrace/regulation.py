@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from robotskin.apps.embrace.areas import areas_of
 from robotskin.apps.embrace.arms import SIDES, Arms, Around, Paths
+from robotskin.apps.embrace.lost import LOST_SHARE
 from robotskin.apps.embrace.tasks import use_embrace
-from robotskin.session import PERIOD_S, SkinnedRobot
+from robotskin.session import PERIOD_S, LostCells, SkinnedRobot
 
 Array = NDArray[np.float64]
 
@@ -103,6 +104,9 @@ class Regulation:
         """Of one cell outside of them."""
         self.touched: NDArray[np.bool_] = np.zeros(len(session.layout), dtype=bool)
         """(N,) cells that feel more than the gains' silence."""
+        self.lost_areas: frozenset[str] = frozenset()
+        """Those with a cell that felt something and is lost, or with more than `LOST_SHARE` of all their cells lost."""
+        self._lost = LostCells(len(session.layout))
         self.strength = 1.0
         """By which slips have made the squeeze stronger."""
         self._middle = self.areas.middle_of_chest
@@ -117,9 +121,11 @@ class Regulation:
 
     def look(self) -> None:
         """Take what the skin feels now."""
-        cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
-        cells[list(self.session.left_out)] = 0.0
+        cells = self.session.cell_forces_n()
         self.touched = cells > self._silent_n
+        # What is left out and lives was left out on purpose. A page's health watch leaves out the dead by itself.
+        self._lost.look(~self.session.living, self.touched)
+        self.lost_areas = frozenset(area for area, own in self.areas.cells.items() if self._lost.among(own, LOST_SHARE))
         felt = np.where(self.touched, cells, 0.0)
         self.touches = {area: float(felt[own].sum()) >= self.hold.touch_n for area, own in self.areas.cells.items()}
         self._slow += _SLOW_SHARE * (felt - self._slow)
@@ -127,6 +133,15 @@ class Regulation:
         self.largest_n = float(self._slow[self._allowed].max())
         self.outside_n = float(self._slow[~self._allowed].max(initial=0.0))
         self._hard_s = self._hard_s + LOOK_S if self.largest_n > self.hold.most_cell_n else 0.0
+
+    def begin(self) -> None:
+        """Arms that are open begin to close: none has met anything, and what lost cells once felt is over."""
+        self.met = dict.fromkeys(SIDES, False)
+        self.forget_lost()
+
+    def forget_lost(self) -> None:
+        """What lost cells felt counts no more; that too many are lost does."""
+        self._lost.forget()
 
     def meet(self) -> None:
         """While arms close: an arm that meets something stops where it is.
@@ -201,7 +216,9 @@ class Regulation:
 
     def _pull(self) -> float:
         """m/s towards the chest, of what has not reached it."""
-        near = float(np.asarray(self.session.skin.distance)[self._middle].min())
+        if not self.session.fresh[self._middle].any():  # it sees nothing because it is blind
+            return PULL_LEAST_M_S
+        near = float(self.session.cell_distances_m()[self._middle].min())
         return float(np.clip(PULL_PER_S * near, PULL_LEAST_M_S, PULL_M_S))
 
     def _firmness(self) -> float:
@@ -213,7 +230,7 @@ class Regulation:
         """m/s away from the axis, of an arm that answers to the skin."""
         other = next(one for one in SIDES if one != side)
         if not self.met[side]:
-            near = float(np.asarray(self.session.skin.distance)[self.areas.cells[side]].min())
+            near = float(self.session.cell_distances_m()[self.areas.cells[side]].min())
             return -(NEARBY_M_S if near < NEARBY_M else SPEED_M_S)
         if not self.met[other]:  # waits for the other
             speed = self.hold.rate_m_s_n * (self.force[side] - 2 * self.hold.touch_n)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from robotskin.apps.embrace.lost import lost_rows
 from robotskin.state_table import Row, following_row
 
 
@@ -25,7 +26,7 @@ class Seen:
 
     since_s: in this state. regulated: the arms answer to the skin. open, closed: both arms are at that end of their
     paths. arms, chest: each feels the person. outside: a cell where no contact is allowed is pressed. too_hard: a cell
-    is pressed harder than is allowed.
+    is pressed harder than is allowed. lost_areas: those of which cells are lost, see `lost.py`.
     """
 
     since_s: float
@@ -37,12 +38,14 @@ class Seen:
     outside: bool
     too_hard: bool
     asked_to_release: bool
+    lost_areas: frozenset[str] = frozenset()
 
 
 TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.OPEN, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.OPEN, lambda seen: seen.open, State.CLOSE, "the arms are open", 1.0),
     Row(State.CLOSE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
+    *lost_rows((State.CLOSE, State.HOLD), State.RELEASE, Seen),
     Row(State.CLOSE, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
     Row(State.CLOSE, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
     Row(

@@ -19,7 +19,7 @@ from robotskin.apps.grasp.scene import HINGE_M
 from robotskin.apps.grasp.shares import equilibrium_shares
 from robotskin.apps.grasp.states import Seen, State, following
 from robotskin.apps.grasp.tasks import grasp_gains, use_grasp
-from robotskin.session import PERIOD_S, Session
+from robotskin.session import PERIOD_S, LostCells, Session
 from robotskin.world.scene import SKIN_STIFFNESS_N_PER_M
 
 Array = NDArray[np.float64]
@@ -74,8 +74,11 @@ class GraspControl:
         self.levers: Levers | None = None
         """Of what has handles."""
         self.shares = self._shares()
-        self.state = State.BRINGING
+        self.state, self.because = State.BRINGING, ""
         self.since_s = 0.0
+        self.lost: NDArray[np.bool_] = np.zeros(4, dtype=bool)
+        """(4,) fingers whose pad's cell is lost, or a cell of whose front is lost that felt something."""
+        self._lost = LostCells(len(session.layout))
         self.distance = np.full(4, OPEN_M)
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
@@ -109,7 +112,8 @@ class GraspControl:
     def restart(self) -> None:
         """Open, and grasp again from the first belief."""
         self._asked_to_release = False
-        self.state, self.since_s, self.strength = State.BRINGING, 0.0, 1.0
+        self._lost.forget()
+        self.state, self.since_s, self.strength, self.because = State.BRINGING, 0.0, 1.0, ""
         self.press = np.zeros(4)
         self.contacts = self._believed
         self.give_way = self._new_give_way()
@@ -127,9 +131,10 @@ class GraspControl:
             return
         self._look()
         before = self.state
-        self.state = following(self.state, self._seen())
+        self.state, because = following(before, self._seen())
         self.since_s = 0.0 if self.state is not before else self.since_s + LOOK_S
         if self.state is not before:
+            self.because = because
             self._enter()
         self._act()
         self._send()
@@ -137,17 +142,21 @@ class GraspControl:
     # ---- What it sees ----
 
     def _look(self) -> None:
-        cells = np.asarray(self.session.skin.normal_force).sum(axis=1)
+        cells = self.session.cell_forces_n()
+        self._lost.look(~self.session.fresh, cells > HELD_N)
+        self.lost = self._lost.lost[self.hand.tip] | [self._lost.among(front) for front in self.hand.front]
         force = self._front @ cells
         if self.state is State.OPENING:
             self._tare, self._tares = self._tare + force, self._tares + 1
             force = np.zeros(4)
         else:
             force = force - self._tare / max(self._tares, 1)
-        if self.state is State.HOLD and self.method != "primitive" and self._slips(force):
+        if self.lost.any():  # what they feel less is no slip
+            self._earlier.clear()
+        elif self.state is State.HOLD and self.method != "primitive" and self._slips(force):
             self.strength = min(SLIP_GAIN * self.strength, SLIP_MOST)
         self.force = force
-        self.near = np.asarray(self.session.skin.distance, dtype=float)[self.hand.tip]
+        self.near = self.session.cell_distances_m()[self.hand.tip]
 
     def _slips(self, force: Array) -> bool:
         """Whether a finger has lost a third of its force within 20 ms: what it held has slid under it."""
@@ -177,6 +186,7 @@ class GraspControl:
             risen=self.levers is None or self._reached_forces(),
             held=bool((self.force > HELD_N).sum() >= 2),
             asked_to_release=self._asked_to_release,
+            lost=bool(self.lost.any()),
         )
 
     # ---- What it does ----
@@ -240,8 +250,9 @@ class GraspControl:
 
     def _hold(self) -> None:
         """The fingers close or open together; where a person pushes a finger from outside, all go along."""
-        cell_force = np.asarray(self.session.skin.normal_force, dtype=float).sum(axis=1)
-        if self.give_way.step(np.array(self.session.joints.position), cell_force, LOOK_S):
+        if self.give_way.step(np.array(self.session.joints.position), self.session.cell_forces_n(), LOOK_S):
+            return
+        if self.lost.any():  # no finger presses harder for want of what another felt
             return
         wanted = self.strength * self.grip.force_n * self.shares
         lacks = float((wanted - self.force).sum() / self.shares.sum())
@@ -300,7 +311,7 @@ class GraspControl:
     def _pressed(self) -> Array:
         """(4, 3) metres where the pads are pressed, in the hand's frame."""
         pads = self._pads()
-        return pads.touched(np.asarray(self.session.skin.normal_force, dtype=float)[self.hand.tip])
+        return pads.touched(self.session.cell_readings_n()[self.hand.tip])
 
     def _closed(self, pressed: Array) -> Array:
         """(3,) metres of the fingers' handle along the way in which it closes: the skin is pressed in on it."""

@@ -42,10 +42,13 @@ class GraspPage(ToldPage):
             f"<td>{control.shares[finger]:.2f}</td></tr>"
             for finger, name in enumerate(NAMES)
         )
+        lost = [name for finger, name in enumerate(NAMES) if control.lost[finger]]
+        because = f"{control.because}; cells are lost: {', '.join(lost)}" if lost else control.because
         share = "share" if control.levers is None else "wants, N"
         return (
             f'<div style="padding:0 12px;font-size:12px" data-grasp="{control.state.name.lower()}">'
-            f"<b>{control.state}</b><table><tr><td>finger</td><td>feels</td><td>near</td><td>{share}</td></tr>{rows}"
+            f"<b>{control.state}</b> {because}<table><tr><td>finger</td>"
+            f"<td>feels</td><td>near</td><td>{share}</td></tr>{rows}"
             "</table></div>"
         )
 

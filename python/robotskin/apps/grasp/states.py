@@ -28,7 +28,11 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class Seen:
-    """Of one moment. since_s: in this state; the others are what a finger, or all fingers, have reached."""
+    """Of one moment.
+
+    since_s: in this state. lost: a finger's pad is lost, or a cell that felt something. The others are what a finger,
+    or all fingers, have reached.
+    """
 
     since_s: float
     reactive: bool
@@ -41,12 +45,17 @@ class Seen:
     risen: bool
     held: bool
     asked_to_release: bool
+    lost: bool = False
 
 
 TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.BRINGING, lambda seen: seen.brought, State.OPENING, "there"),
     Row(State.OPENING, lambda seen: seen.open and seen.reactive, State.SURVEY, "open", 0.5),
     Row(State.OPENING, lambda seen: seen.open, State.CLOSING, "open, and goes by its belief alone", 0.5),
+    *(
+        Row(state, lambda seen: seen.reactive and seen.lost, State.RELEASE, "cells of a finger are lost")
+        for state in (State.SURVEY, State.MOVING, State.APPROACH, State.TOUCHING, State.SQUEEZE)
+    ),
     Row(State.SURVEY, lambda seen: seen.surveyed, State.MOVING, "every finger is near, or the time is over", 0.3, 2.5),
     Row(State.MOVING, lambda seen: True, State.APPROACH, "moved to the estimate", 0.6),
     Row(State.APPROACH, lambda seen: seen.near, State.TOUCHING, "every finger is 4 mm away or touches", 0.2, 3.0),
@@ -63,7 +72,7 @@ TABLE: tuple[Row[State, Seen], ...] = (
 """The first row of a state that fits is taken, one a moment."""
 
 
-def following(state: State, seen: Seen) -> State:
-    """The state after a moment."""
+def following(state: State, seen: Seen) -> tuple[State, str]:
+    """The state after a moment, and why it is another one."""
     row = following_row(TABLE, state, seen)
-    return state if row is None else row.then
+    return (state, "") if row is None else (row.then, row.because)
