@@ -15,7 +15,7 @@ from robotskin.apps.feet.exoskeleton import REGIONS, Region, robot, skin
 from robotskin.apps.feet.expected_duty import ExpectedDuty
 from robotskin.apps.feet.gait import Gait
 from robotskin.apps.feet.script import bounds, expected_duty, figures_of, walk
-from robotskin.apps.feet.settings import FILE, Settings, Vibration, read_settings
+from robotskin.apps.feet.settings import FILE, UPDATES_HZ, Settings, Vibration, read_settings
 from robotskin.apps.feet.vibration import Calibration, SerialVibrators, SimulatedVibrators, duty_of
 from robotskin.apps.feet.walk import FeelingFeet
 from robotskin.cli import main
@@ -40,7 +40,8 @@ def felt(time_s: float, force_n: np.ndarray, *, swings: bool = False, heard: np.
 def told(contact: FootContact, pushes: list[tuple[float, np.ndarray, bool]]) -> list[str]:
     """What a foot tells of (seconds, forces (7,), whether it swings), one after the other; it stood before."""
     events, now = [], 0.0
-    for seconds, force, swings in [(0.5, np.full(7, 5.0), False), (0.4, np.zeros(7), True), *pushes]:
+    before = [(0.1, np.zeros(7), True), (0.5, np.full(7, 5.0), False), (0.4, np.zeros(7), True)]
+    for seconds, force, swings in [*before, *pushes]:
         for _ in range(round(seconds / PERIOD_S)):
             now += PERIOD_S
             events += [event.kind for event in contact.update(felt(now, force, swings=swings))]
@@ -71,12 +72,17 @@ def test_a_walk_is_told_step_by_step(seed: int, settings: Settings) -> None:
     figures = figures_of(feet, walk(feet, gait.ends_s, expected_duty(feet)), gait.steps)
     assert not broken(bounds(), figures), figures
     assert figures["landings"] == 6
-    # All cells of both soles are lost: the motors fall silent.
+    # All cells of both soles are lost: the motors fall silent, and no foot is told as lifted.
     assert feet.duty.max() > 0
+    assert State.STANDS in [contact.state for contact in feet.contacts]
+    events = [list(told.events) for told in feet.told]
     for cell in range(14):
         feet.world.network.kill(cell)
     feet.run_until(feet.time_s + 0.1)
     assert feet.duty.max() == 0
+    assert [contact.state for contact in feet.contacts] == [State.UNKNOWN] * 2
+    since = [[event.kind for event in told.events[len(old) :]] for told, old in zip(feet.told, events, strict=True)]
+    assert since == [["not heard"]] * 2
     feet.run_until(feet.time_s + 0.3)
     assert feet.motors.strength.max() < 0.05
 
@@ -147,6 +153,61 @@ def test_a_foot_that_is_off_the_ground_for_a_moment_has_made_no_step(settings: S
     assert events.count("touchdown") == 2
 
 
+UNHEARD = np.zeros(7, dtype=bool)
+ON_THE_GROUND, IN_THE_AIR = np.full(7, 5.0), np.zeros(7)
+TOES = np.where(REGIONS == Region.FRONT, 5.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "state"),
+    [
+        (ON_THE_GROUND, ON_THE_GROUND, State.STANDS),
+        (ON_THE_GROUND, IN_THE_AIR, State.SWINGS),
+        (IN_THE_AIR, ON_THE_GROUND, State.STANDS),
+        (IN_THE_AIR, IN_THE_AIR, State.SWINGS),
+        (IN_THE_AIR, TOES, State.STANDS),
+    ],
+)
+@pytest.mark.parametrize("lost_s", [PERIOD_S, 1.0])
+def test_of_a_sole_that_is_not_heard_nothing_is_told(
+    settings: Settings, before: np.ndarray, after: np.ndarray, state: State, lost_s: float
+) -> None:
+    foot, now, events = FootContact(settings), 0.0, []
+
+    def feed(seconds: float, force: np.ndarray, heard: np.ndarray | None = None) -> None:
+        nonlocal now
+        for _ in range(round(seconds / PERIOD_S)):
+            now += PERIOD_S
+            events.extend(event.kind for event in foot.update(felt(now, force, swings=not force.any(), heard=heard)))
+
+    assert foot.state is State.UNKNOWN, "nothing was read yet"
+    feed(0.3, IN_THE_AIR)
+    feed(0.5, before)
+    events.clear()
+    feed(lost_s, before, UNHEARD)
+    assert foot.state is State.UNKNOWN
+    assert foot.force_n.max() == 0
+    assert not foot.announced
+    # When it landed or left, if it did, is not known.
+    feed(0.2, after)
+    assert foot.state is state
+    assert events == ["not heard"]
+    feed(0.3, IN_THE_AIR)
+    feed(0.3, ON_THE_GROUND)
+    assert events[1:] == ["lift-off"] * (state is State.STANDS) + ["touchdown"]
+
+
+def test_a_landing_that_was_announced_is_not_known_either(settings: Settings) -> None:
+    foot, kinds = FootContact(settings), []
+    for number in range(60):
+        near = np.full(7, 0.1 - 0.3 * PERIOD_S * number)
+        heard = np.full(7, number < 50)
+        reading = Felt(PERIOD_S * number, IN_THE_AIR, near, REST, heard)
+        kinds += [event.kind for event in foot.update(reading)]
+        assert foot.announced == (kinds == ["announced"])
+    assert kinds == ["announced", "not heard"]
+
+
 def test_the_zero_of_cells_drifts_along_while_nothing_touches(settings: Settings, seed: int) -> None:
     drift = np.random.default_rng(seed).uniform(0.0, 0.5, 7)
     foot = FootContact(settings)
@@ -203,6 +264,18 @@ def test_real_motors_hear_a_line_of_text() -> None:
         SerialVibrators("/dev/no_such_line")
 
 
+def test_a_file_that_is_no_terminal_is_refused_and_keeps_its_text(tmp_path: Path) -> None:
+    notes = tmp_path / "notes.txt"
+    notes.write_text("what I must not forget")
+    answer = CliRunner().invoke(main.app, ["app", "feet", "--headless", "--steps", "2", "--serial", str(notes)])
+    assert answer.exit_code == 2
+    assert notes.read_text() == "what I must not forget"
+    with pytest.raises(InputError, match=r"notes\.txt: is no terminal.*ls /dev/tty"):
+        SerialVibrators(notes)
+    with pytest.raises(InputError, match="/dev/null"):
+        SerialVibrators("/dev/null")
+
+
 def test_a_line_that_is_pulled_out_is_named_and_closes() -> None:
     ours, theirs = pty.openpty()
     device = os.ttyname(theirs)
@@ -220,6 +293,10 @@ def test_a_line_that_is_pulled_out_is_named_and_closes() -> None:
         ("on_n = 0.6", "on_n = -1.0", "on_n"),
         ("full_share = 2.5", "full_share = 0.01", "silent_share"),
         ("calm_s", "clam_s", "clam_s"),
+        ("off_share = 0.6", "off_share = 3", "off_share = 3: must be more than 0 and at most 1"),
+        ("residue_share = 0.05", "residue_share = 1.5", "residue_share = 1.5: must be more than 0 and at most 1"),
+        ("update_hz = 50.0", "update_hz = 5", "update_hz = 5: must be 20 to 250"),
+        ("update_hz = 50.0", "update_hz = 1000", "update_hz = 1000: must be 20 to 250"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused_by_name(tmp_path: Path, old: str, new: str, complaint: str) -> None:
@@ -229,3 +306,21 @@ def test_settings_that_make_no_sense_are_refused_by_name(tmp_path: Path, old: st
         read_settings(file)
     answer = CliRunner().invoke(main.app, ["app", "feet", "--headless", "--settings", str(file)])
     assert answer.exit_code != 0
+
+
+def test_settings_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_bytes(FILE.read_bytes() + "# größer".encode("latin-1"))
+    with pytest.raises(InputError, match=r"own\.toml: byte \d+ is no UTF-8 text"):
+        read_settings(file)
+
+
+def test_the_slowest_updates_never_let_a_motor_stop(settings: Settings) -> None:
+    motors = SimulatedVibrators()
+    period = 1 / UPDATES_HZ[0]
+    for number in range(1, 100):
+        # Each second duty gets lost on its way.
+        if number % 2:
+            motors.set_duty(np.ones(3))
+        motors.step(number * (period - 1e-9))
+        assert motors.duty.min() == 1.0

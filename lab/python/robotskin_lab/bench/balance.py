@@ -6,9 +6,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
@@ -91,7 +92,7 @@ def run(
     kinds: str = "all",
     parts: str = "limits,give",
     triples: Count = 5,
-    touches_s: float = 60.0,
+    touches_s: Annotated[float, typer.Option(min=1.0)] = 60.0,
 ) -> dict[str, Any]:
     """Pushes of a padded plate about drawn cells of the chest, until the robot falls; the worse of both directions.
 

@@ -7,9 +7,10 @@ Real times: on a machine that does nothing else.
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
@@ -31,7 +32,12 @@ DRAWN_FRAMES = 30
 
 
 def run(
-    *, seed: int = 1, robot: str = "talos", seconds: float = 3.0, threads: int = 2, parts: str = ",".join(PARTS)
+    *,
+    seed: int = 1,
+    robot: str = "talos",
+    seconds: Annotated[float, typer.Option(min=SLICE_S)] = 3.0,
+    threads: int = 2,
+    parts: str = ",".join(PARTS),
 ) -> dict[str, Any]:
     """Run a session of this robot in its whole skin at the clock rate, pushed all the time.
 

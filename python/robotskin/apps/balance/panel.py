@@ -47,9 +47,9 @@ class Held:
     inside_m: float
     """How far the capture point is inside of the polygon."""
     pressed: Array
-    """(2, 2) where each foot presses."""
-    load_n: Array
-    """(2,) of each foot."""
+    """(2, 2) where each foot presses; means nothing without its load."""
+    load_n: Array | None
+    """(2,) of each foot; None where a foot does not tell its force."""
 
 
 def held(session: Session) -> Held | None:
@@ -64,7 +64,7 @@ def held(session: Session) -> Held | None:
         np.array(state.support.corners),
         float(state.support.inside_by(state.capture_point)),
         np.array(state.foot_place) + np.array(state.foot_pressure),
-        np.array(state.foot_load_n) if state.forces_count else np.zeros(2),
+        np.array(state.foot_load_n) if state.forces_count else None,
     )
 
 
@@ -75,7 +75,9 @@ def priorities(session: Session) -> list[tuple[str, str]]:
         by_level.setdefault(level, []).append(name.replace("_", " "))
     levels = sorted(level for level in by_level if level != FEEDFORWARD)
     rows = [(str(level), ", ".join(by_level[level])) for level in levels]
-    return rows + [("+", ", ".join(by_level[FEEDFORWARD]))] * (FEEDFORWARD in by_level)
+    if FEEDFORWARD in by_level:
+        rows.append(("+", ", ".join(by_level[FEEDFORWARD])))
+    return rows
 
 
 class BalancePage(Page):
@@ -122,10 +124,12 @@ class BalancePage(Page):
         self._polygon.points = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32)
         below = np.array([*found.centre[:2], LIFT_M])
         self._plumb.points = np.array([[below, found.centre]], dtype=np.float32)
-        starts = np.column_stack([found.pressed, np.full(2, LIFT_M)])
-        # From below, where no leg hides them: the floor pushes the feet up.
-        below_feet = starts - np.outer(np.maximum(FORCE_M_PER_N * found.load_n, 0.07), [0.0, 0.0, 1.0])
-        self._forces.points = np.stack([below_feet, starts], axis=1).astype(np.float32)
+        self._forces.visible = found.load_n is not None
+        if found.load_n is not None:
+            starts = np.column_stack([found.pressed, np.full(2, LIFT_M)])
+            # From below, where no leg hides them: the floor pushes the feet up.
+            below_feet = starts - np.outer(np.maximum(FORCE_M_PER_N * found.load_n, 0.07), [0.0, 0.0, 1.0])
+            self._forces.points = np.stack([below_feet, starts], axis=1).astype(np.float32)
         self._ring.position = found.centre
         places = {"centre": found.centre[:2], "zmp": found.zmp, "capture": found.capture}
         for height, (name, place) in enumerate(places.items()):
@@ -142,14 +146,19 @@ class BalancePage(Page):
             for level, tasks in priorities(self._live.session)
         )
         zmp = "unknown" if found.zmp is None else f"{1e3 * found.zmp[0]:+.0f}, {1e3 * found.zmp[1]:+.0f} mm"
+        load = "left unknown, right unknown"
+        load_n = ""
+        if found.load_n is not None:
+            load = f"left {found.load_n[0]:.0f} N, right {found.load_n[1]:.0f} N"
+            load_n = f"{found.load_n.sum():.0f}"
         touch = f"touched with {felt_n:.1f} N" if felt_n > 0 else "not touched"
         return (
             f'<div style="padding:0 12px;font-size:12px" data-inside-mm="{1e3 * found.inside_m:.1f}" '
-            f'data-felt-n="{felt_n:.1f}" data-load-n="{found.load_n.sum():.0f}">'
+            f'data-felt-n="{felt_n:.1f}" data-load-n="{load_n}">'
             f"{spot(CENTRE)} centre of mass {1e3 * found.centre[0]:+.0f}, {1e3 * found.centre[1]:+.0f} mm<br>"
             f"{spot(ZMP)} zero-moment point {zmp}<br>"
             f"{spot(CAPTURE)} capture point, {1e3 * found.inside_m:.0f} mm inside {spot(SUPPORT)} the soles<br>"
-            f"{spot(FLOOR_FORCE)} left {found.load_n[0]:.0f} N, right {found.load_n[1]:.0f} N<br>"
+            f"{spot(FLOOR_FORCE)} {load}<br>"
             f'<div style="margin-top:6px"><b>Priorities</b>, the highest first</div>{levels}{touch}</div>'
         )
 

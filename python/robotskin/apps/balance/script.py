@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from robotskin.cycle import SafetyState
 from robotskin.figures import Bound
 from robotskin.session import Session
-from robotskin.tasks import BalanceTask
 
 Progress = Callable[[str], None]
 
@@ -47,15 +46,17 @@ def run(session: Session, pushes: int, progress: Progress = lambda _text: None) 
     """Boot, push one link after the other, let go, and measure.
 
     Figures: `give_mm_per_n`, the mean way of a pushed cell for a newton of the hand; `lean_mm`, the furthest that
-    the centre of mass went; `capture_inside_mm`, the least distance of the capture point from the edge of the soles;
-    `base_error_mm`, between the estimated and the true base; `stands`; `running`, 1 if the guard never stopped it.
+    the estimated centre of mass went over the floor from where it was before the first push; `capture_inside_mm`, the
+    least distance of the capture point from the edge of the soles; `base_error_mm`, the most between the estimated and
+    the true base; `stands`; `running`, 1 if the guard never stopped it. All but the first and `stands` are looked at in
+    every period of the pushes and of the rests after them.
     """
     progress("boot")
     figures = {"boot_s": session.boot()}
     generator = np.random.default_rng([session.seed, 18])
     gives: list[float] = []
     inside, lean, error = np.inf, 0.0, 0.0
-    begun = _centre(session)
+    begun: NDArray[np.float64] | None = None
     running = True
     for number in range(pushes):
         cell = drawn_cell(session, LINKS[number % len(LINKS)], generator)
@@ -69,13 +70,15 @@ def run(session: Session, pushes: int, progress: Progress = lambda _text: None) 
                     gives.append(1e3 * float(np.linalg.norm(session.cell_position(cell) - before)) / force)
                 session.world.release()
             session.step()
+            error = max(error, base_error_m(session))
             standing = session.controller.cycle.standing
             if standing is None:
                 continue
+            centre = np.array(standing.centre_of_mass)[:2]
+            begun = centre if begun is None else begun
+            lean = max(lean, float(np.linalg.norm(centre - begun)))
             inside = min(inside, standing.support.inside_by(standing.capture_point))
             running = running and session.state in (SafetyState.running, SafetyState.degraded)
-        lean = max(lean, float(np.linalg.norm(_centre(session) - begun)))
-        error = max(error, base_error_m(session))
     return figures | {
         "give_mm_per_n": float(np.mean(gives)) if gives else 0.0,
         "lean_mm": 1e3 * lean,
@@ -86,13 +89,6 @@ def run(session: Session, pushes: int, progress: Progress = lambda _text: None) 
         "running": float(running),
         "simulated_s": session.world.time_s,
     }
-
-
-def _centre(session: Session) -> NDArray[np.float64]:
-    """(2,) metres, where the balance task wants the centre of mass."""
-    task = session.controller.tasks["balance"]
-    assert isinstance(task, BalanceTask)
-    return np.array(task.wanted)
 
 
 def base_error_m(session: Session) -> float:

@@ -30,6 +30,7 @@ REST_S = 0.3
 class State(StrEnum):
     """Of one foot."""
 
+    UNKNOWN = "not known"
     SWINGS = "in the air"
     TOUCHES = "touches something"
     STANDS = "on the ground"
@@ -54,7 +55,8 @@ class Felt:
 class Event:
     """Something that happened to a foot.
 
-    kind: touchdown, lift-off, stays (the last lift-off was none), scuff, announced (a landing), taken back.
+    kind: touchdown, lift-off, stays (the last lift-off was none), scuff, announced (a landing), taken back,
+    not heard (no cell of the sole is; what the foot does is not known).
     """
 
     time_s: float
@@ -68,18 +70,21 @@ class Evidence:
     touched: bool
     """A cell is pressed."""
     free: bool
-    """No cell has been pressed for a while."""
+    """No cell has been pressed for a while in which the sole was heard."""
     beyond_toes: bool
     """A cell of centre or back is pressed."""
     lasts: bool
-    """The touch is older than a scuff."""
+    """The touch is older than a scuff, and the sole was heard for as long."""
     young: bool
     """The foot was lifted so short a time ago that it cannot have made a step."""
     calm: bool
     """The foot's accelerometers have been at rest for a while."""
 
 
+# When a foot that is heard again landed or left is not known, so neither is told.
 TABLE: tuple[tuple[State, Callable[[Evidence], bool], State, str], ...] = (
+    (State.UNKNOWN, lambda e: e.touched and (e.beyond_toes or e.lasts or e.calm), State.STANDS, ""),
+    (State.UNKNOWN, lambda e: e.free, State.SWINGS, ""),
     (State.SWINGS, lambda e: e.touched and e.young, State.STANDS, "stays"),
     (State.SWINGS, lambda e: e.touched and e.beyond_toes, State.STANDS, "touchdown"),
     (State.SWINGS, lambda e: e.touched, State.TOUCHES, ""),
@@ -87,7 +92,10 @@ TABLE: tuple[tuple[State, Callable[[Evidence], bool], State, str], ...] = (
     (State.TOUCHES, lambda e: e.beyond_toes or e.lasts or e.calm, State.STANDS, "touchdown"),
     (State.STANDS, lambda e: e.free, State.SWINGS, "lift-off"),
 )
-"""State, condition, next state, event; the first row of a state that fits is taken, one a moment."""
+"""State, condition, next state, event; the first row of a state that fits is taken, one a moment.
+
+It is asked while at least one cell of the sole is heard. A cell that is not heard counts as not pressed.
+"""
 
 
 class FootContact:
@@ -95,7 +103,7 @@ class FootContact:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.state = State.SWINGS
+        self.state = State.UNKNOWN
         self.force_n = np.zeros(7)
         """(7,) newton of each cell above its zero; 0 where it is not heard."""
         self.announced = False
@@ -103,7 +111,7 @@ class FootContact:
         self._most = np.zeros(7)
         self._pressed = np.zeros(7, dtype=bool)
         self.since_s = -np.inf
-        """Since when it swings, touches or stands."""
+        """Since when it swings, touches or stands; where that is not known, when it was last not heard."""
         self._pressed_s = self._lifted_s = -np.inf
         self._rest: Array | None = None
         self._calm_since_s = np.inf
@@ -112,8 +120,12 @@ class FootContact:
 
     def update(self, felt: Felt) -> list[Event]:
         """What this reading tells: none, one or two events."""
-        step = 0.0 if self._last_s is None else felt.time_s - self._last_s
+        if self._last_s is None:
+            self._last_s = self.since_s = self._pressed_s = felt.time_s
+        step = felt.time_s - self._last_s
         self._last_s = felt.time_s
+        if not felt.heard.any():
+            return self._lose(felt, step)
         evidence = self._look(felt, step)
         events = []
         for state, holds, following, kind in TABLE:
@@ -138,6 +150,18 @@ class FootContact:
             events.append(Event(felt.time_s, "announced"))
         return events
 
+    def _lose(self, felt: Felt, step: float) -> list[Event]:
+        """No cell is heard: whatever was so may be so no more."""
+        known, self.state = self.state is not State.UNKNOWN, State.UNKNOWN
+        self.force_n = np.zeros(7)
+        self._pressed[:] = False
+        # What lasts or is free has to be heard to be so, from now on.
+        self.since_s = self._pressed_s = felt.time_s
+        self._calm_since_s = np.inf
+        self._approach.update(felt, step)
+        self.announced = False
+        return [Event(felt.time_s, "not heard")] if known else []
+
     def _look(self, felt: Felt, step: float) -> Evidence:
         touch = self.settings.touch
         self.force_n = np.maximum(felt.force_n - self._zero, 0.0) * felt.heard
@@ -160,8 +184,6 @@ class FootContact:
 
     def _is_calm(self, felt: Felt, step: float) -> bool:
         """Whether the accelerometers have long been as they are where the foot stands."""
-        if not felt.heard.any():
-            return False
         now = felt.acceleration[felt.heard].mean(axis=0)
         if self._rest is None:
             self._rest = now

@@ -161,9 +161,11 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
 
 
 def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type-arg]
-    """The announcement before a landing that was not taken back."""
+    """The announcement before a landing that was not taken back, nor lost with the sole's cells."""
     before = [
-        event for event in events if event.kind in ("announced", "lift-off", "taken back") and event.time_s < lands_s
+        event
+        for event in events
+        if event.kind in ("announced", "lift-off", "taken back", "not heard") and event.time_s < lands_s
     ]
     return [before[-1].time_s] if before and before[-1].kind == "announced" else []
 

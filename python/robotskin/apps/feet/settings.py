@@ -14,6 +14,12 @@ FILE = Path(__file__).with_name("settings.toml")
 """The file to copy."""
 
 
+HIGHEST_SHARE = 1.0
+"""Of the force that starts a touch, below which it ends: above 1 a touch would end as it starts."""
+UPDATES_HZ = (20.0, 250.0)
+"""With the slowest one duty may get lost within the 100 ms after which motors stop; the fastest is the control rate."""
+
+
 class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Numbers of one table; all finite and greater than 0."""
 
@@ -36,6 +42,12 @@ class Touch(Part, frozen=True):
     calm_s: float
     zero_s: float
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("off_share", "residue_share"):
+            if getattr(self, name) > HIGHEST_SHARE:
+                raise ValueError(f"{name} = {getattr(self, name):g}: must be more than 0 and at most {HIGHEST_SHARE:g}")
+
 
 class Nearness(Part, frozen=True):
     """When a landing is announced."""
@@ -56,6 +68,9 @@ class Vibration(Part, frozen=True):
         super().__post_init__()
         if self.full_share <= self.silent_share:
             raise ValueError(f"full_share = {self.full_share:g}: must be more than silent_share")
+        least, most = UPDATES_HZ
+        if not least <= self.update_hz <= most:
+            raise ValueError(f"update_hz = {self.update_hz:g}: must be {least:g} to {most:g}")
 
 
 class Settings(Part, frozen=True):
@@ -76,5 +91,7 @@ def read_settings(file: Path = FILE) -> Settings:
         return msgspec.toml.decode(file.read_bytes(), type=Settings)
     except OSError as error:
         raise InputError(f"settings {file}: {error.strerror}; copy {FILE}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"settings {file}: byte {error.start} is no UTF-8 text; compare with {FILE}") from error
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
         raise InputError(f"settings {file}: {error}; compare with {FILE}") from error

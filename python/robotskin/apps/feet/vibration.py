@@ -114,10 +114,10 @@ class SerialVibrators:
     """Motors behind a microcontroller on a serial line.
 
     Each duty is a line of ASCII, `V front centre back`, three whole numbers of 0 to 255. The microcontroller has to
-    stop its motors when no line has come for 100 ms.
+    stop its motors when no line has come for 100 ms. The line has 115200 baud, eight bits and no parity.
 
     Raises:
-        InputError: a device that cannot be opened.
+        InputError: a device that cannot be opened, or is no terminal.
     """
 
     def __init__(self, device: str | Path) -> None:
@@ -126,11 +126,20 @@ class SerialVibrators:
             self._line = os.open(device, os.O_WRONLY | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError as error:
             raise InputError(f"serial line {device}: {error.strerror}") from error
-        if os.isatty(self._line):
+        # Opened for writing, an ordinary file would lose its text to the first duty.
+        if not os.isatty(self._line):
+            os.close(self._line)
+            raise InputError(
+                f"serial line {device}: is no terminal, such as /dev/ttyUSB0; `ls /dev/tty*` lists those that are there"
+            )
+        try:
             tty.setraw(self._line)
             attributes = termios.tcgetattr(self._line)
             attributes[4] = attributes[5] = termios.B115200
             termios.tcsetattr(self._line, termios.TCSANOW, attributes)
+        except termios.error as error:
+            os.close(self._line)
+            raise InputError(f"serial line {device}: cannot be set to 115200 baud: {error.args[-1]}") from error
 
     def set_duty(self, duty: Array) -> None:
         """(3,) 0 to 1. A line that takes nothing loses it: the next one comes soon.
