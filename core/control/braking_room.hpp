@@ -31,8 +31,8 @@ class BrakingRoom {
   FoundRoom find(const double* factor, const double* matrix, std::span<double> low, std::span<double> high,
                  std::span<double> t) noexcept;
 
-  // For both searches. 72 000 drawn states of Talos took at most 6 of a quarter of its torque, 11 of a tenth with joints
-  // of 3 rad/s; with half of its torque and joints of 1 rad/s, 3.
+  // For both searches. 72 000 drawn states of Talos took at most 6 of a quarter of its torque, 11 of a tenth with
+  // joints of 3 rad/s; with half of its torque and joints of 1 rad/s, 3.
   static constexpr std::size_t steps_per_joint = 12;
 
  private:
