@@ -8,9 +8,8 @@
 namespace robotskin::control {
 namespace {
 
-// Of what lies between two bounds, kept free at either end: the levels need some room to move in. Where there is no
-// torque with so much of it, one with hardly any still keeps all limits.
-constexpr double room_share = 0.01, least_room_share = 1e-4;
+// Of what lies between two bounds, kept free at either end: the search from here on needs some room to move in.
+constexpr double room_share = 0.01;
 
 }  // namespace
 
@@ -21,49 +20,37 @@ BrakingRoom::BrakingRoom(std::size_t joint_count)
       high_(2 * n_),
       torque_(n_),
       acceleration_(n_),
-      narrow_(n_),
       solver_({.variables = n_, .limits = n_, .largest_rows = n_, .levels = 1, .ranges = n_}) {}
 
 FoundRoom BrakingRoom::find(const double* factor, const double* matrix, std::span<double> low, std::span<double> high,
                             std::span<double> t) noexcept {
   for (std::size_t k = 0; k < n_; ++k) std::copy_n(matrix + 2 * n_ * k, n_, &rows_[n_ * k]);
-  product(factor, n_, n_, n_, t.data(), torque_.data());
-  StepBudget budget{.most = steps_per_joint * n_};
-  if (search(factor, low, high, room_share, budget, t)) return {.steps = budget.taken};
-  if (search(factor, low, high, least_room_share, budget, narrow_)) {
-    std::ranges::copy(narrow_, t.begin());
-    return {.steps = budget.taken};
-  }
-  product(rows_.data(), n_, n_, n_, t.data(), acceleration_.data());
-  for (std::size_t i = 0; i < n_; ++i) {
-    const double room = room_share * (high[i] - low[i]);
-    const bool below = acceleration_[i] < low[i];
-    const bool above = acceleration_[i] > high[i];
-    // A bound that is kept stays where it is, however near to it the acceleration lies.
-    if (below) low[i] = acceleration_[i] - room;
-    if (above) high[i] = acceleration_[i] + room;
-  }
-  return {.steps = budget.taken, .moved = true, .cut = budget.taken >= budget.most};
-}
-
-// t: a torque that keeps `share` of all room free where it can, from torque_ on. Whether all limits are kept.
-bool BrakingRoom::search(const double* factor, std::span<const double> low, std::span<const double> high, double share,
-                         StepBudget& budget, std::span<double> t) noexcept {
   for (std::size_t i = 0; i < 2 * n_; ++i) {
-    const double room = share * (high[i] - low[i]);
+    const double room = room_share * (high[i] - low[i]);
     low_[i] = low[i] + room;
     high_[i] = high[i] - room;
   }
-  for (std::size_t i = 0; i < n_; ++i) t[i] = std::clamp(torque_[i], low_[n_ + i], high_[n_ + i]);
+  product(factor, n_, n_, n_, t.data(), torque_.data());
+  for (std::size_t i = 0; i < n_; ++i) torque_[i] = std::clamp(torque_[i], low_[n_ + i], high_[n_ + i]);
+  std::ranges::copy(torque_, t.begin());
   solve_lower(factor, n_, n_, t.data());
   const std::span<const double> inner_low{low_}, inner_high{high_};
   const QpLimits torque{factor, inner_low.subspan(n_), inner_high.subspan(n_)};
   const QpLevel acceleration{rows_.data(), inner_low.first(n_), inner_high.first(n_)};
+  StepBudget budget{.most = steps_per_joint * n_};
   if (!solver_.solve(torque, {&acceleration, 1}, budget, t)) solver_.restart();
   product(rows_.data(), n_, n_, n_, t.data(), acceleration_.data());
-  bool kept = true;
-  for (std::size_t i = 0; i < n_; ++i) kept = kept && acceleration_[i] >= low[i] && acceleration_[i] <= high[i];
-  return kept;
+  bool moved = false;
+  for (std::size_t i = 0; i < n_; ++i) {
+    const double room = low_[i] - low[i];
+    const bool below = acceleration_[i] < low[i];
+    const bool above = acceleration_[i] > high[i];
+    moved = moved || below || above;
+    // A bound that is kept stays where it is, however near to it the acceleration lies.
+    if (below) low[i] = acceleration_[i] - room;
+    if (above) high[i] = acceleration_[i] + room;
+  }
+  return {.steps = budget.taken, .moved = moved, .cut = moved && budget.taken >= budget.most};
 }
 
 }  // namespace robotskin::control
