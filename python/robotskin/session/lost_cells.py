@@ -28,6 +28,6 @@ class LostCells:
         self.bearing = self.bearing & ~self.lost
 
     def among(self, cells: NDArray[np.int64], most_share: float = 1.0) -> bool:
-        """Whether one of these cells that felt something is lost, or more than this share of them all."""
+        """Whether one of these cells (K) that felt something is lost, or more than this share of them all."""
         lost = self.lost[cells]
         return bool((lost & self.bearing[cells]).any()) or bool(lost.mean() > most_share)
