@@ -68,9 +68,8 @@ void CartesianTask::follow(const TaskInput&, bool fresh) noexcept {
 
 bool CartesianTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
-  const bool asked = goal_box_.take(goal_, scratch_);
-  if (input.held) goal_ = reference_;
-  follow(input, asked && !input.held);
+  if (input.held) goal_box_.drop();
+  follow(input, !input.held && goal_box_.take(goal_, scratch_));
   std::array<double, 16> pose;
   if (!input.dynamics.base_from_link(link_, pose) || !input.dynamics.link_jacobian(link_, jacobian_)) return false;
 

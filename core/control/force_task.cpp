@@ -42,8 +42,12 @@ void ForceTask::start(const TaskInput&) noexcept {
 
 bool ForceTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
-  (void)force_box_.take(force_, scratch_);
-  if (input.held) start(input);
+  if (input.held) {
+    force_box_.drop();
+    start(input);
+  } else {
+    (void)force_box_.take(force_, scratch_);
+  }
   if (!felt_->update(input) || !input.dynamics.link_jacobian(link_, jacobian_)) return false;
   measured_ = {};
   const TouchMatrix& matrix = felt_->matrix();

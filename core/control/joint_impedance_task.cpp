@@ -18,7 +18,6 @@ JointImpedanceTask::JointImpedanceTask(const RobotModel& robot, JointGains gains
       box_(2 * robot.joint_count()),
       reference_(2 * robot.joint_count()),
       scratch_(2 * robot.joint_count()),
-      dropped_(2 * robot.joint_count()),
       push_(robot.joint_count()),
       acceleration_of_(robot.joint_count()) {
   check_joint_gains(gains, robot.joint_count(), name());
@@ -55,7 +54,7 @@ bool JointImpedanceTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
   const std::span<double> position(reference_.data(), joints), velocity(reference_.data() + joints, joints);
   if (input.held) {
-    (void)box_.take(dropped_, scratch_);
+    box_.drop();
     std::ranges::fill(velocity, 0.0);
   } else if (box_.take(reference_, scratch_)) {
     age_s_ = 0;

@@ -36,10 +36,10 @@ class JointImpedanceTask final : public Task {
 
  private:
   JointGains gains_;
-  std::vector<double> lower_, upper_;                  // (n)
-  VectorMailbox box_;                                  // (2 n)
-  std::vector<double> reference_, scratch_, dropped_;  // (2 n) position, then velocity
-  std::vector<double> push_, acceleration_of_;         // (n)
+  std::vector<double> lower_, upper_;           // (n)
+  VectorMailbox box_;                           // (2 n)
+  std::vector<double> reference_, scratch_;     // (2 n) position, then velocity
+  std::vector<double> push_, acceleration_of_;  // (n)
   double age_s_ = 0;
 };
 

@@ -72,9 +72,8 @@ void JointTask::follow(const TaskInput&, bool fresh) noexcept {
 
 bool JointTask::update(const TaskInput& input) noexcept {
   const std::size_t joints = joint_count();
-  const bool asked = goal_box_.take(goal_, scratch_);
-  if (input.held) goal_ = reference_;
-  follow(input, asked && !input.held);
+  if (input.held) goal_box_.drop();
+  follow(input, !input.held && goal_box_.take(goal_, scratch_));
   (void)gain_box_.take(asked_, scratch_);
   const double share = std::min(3 * input.period_s / fade_s, 1.0);  // 95 % of the way within fade_s
   for (std::size_t i = 0; i < 2 * joints; ++i) gain_[i] += share * (asked_[i] - gain_[i]);

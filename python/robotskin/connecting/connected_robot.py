@@ -27,7 +27,6 @@ from robotskin.model import RobotPort
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet, gains_of
 from robotskin.session import PERIOD_S, SkinnedRobot
-from robotskin.skin import Health
 from robotskin.ur import UrPort, told
 
 TOLD_MOST = 3
@@ -226,7 +225,7 @@ class ConnectedRobot(SkinnedRobot):
 
     def latency(self) -> dict[str, float]:
         """Seconds: of the loop's parts, as measured since `begin`; what the port cannot tell is left out."""
-        alive = np.asarray(self.skin.health) == int(Health.alive)
+        alive = self.living
         found = {"worst_gap_s": self.paced.worst_gap_s, "late_ticks": float(self.paced.late_ticks)}
         if alive.any():
             age_ns = time.monotonic_ns() - np.asarray(self.skin.stamp_ns)[alive]

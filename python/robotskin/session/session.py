@@ -30,7 +30,7 @@ from robotskin.session.skinned_robot import PERIOD_S, SessionError, SkinnedRobot
 from robotskin.session.torque_setup import TorqueSetup
 from robotskin.session.worn_cells import cells_in
 from robotskin.simulator import UdpTransport
-from robotskin.skin import DatagramInput, Health, SkinModel, SkinReader, SkinTorque, TorqueReader
+from robotskin.skin import DatagramInput, SkinModel, SkinReader, SkinTorque, TorqueReader
 from robotskin.tasks import Fusion
 from robotskin.world import SceneSpec, World
 
@@ -211,7 +211,7 @@ class Session(SkinnedRobot):
         started = self.world.time_s
         while self.alive < len(self.layout):
             if self.world.time_s - started > patience_s:
-                silent = np.flatnonzero(np.asarray(self.skin.health) != int(Health.alive))
+                silent = np.flatnonzero(~self.living)
                 raise SessionError(f"{len(silent)} cells are silent after {patience_s} s: {silent[:5].tolist()} …")
             self.step()
         self.set_mode(self.mode)

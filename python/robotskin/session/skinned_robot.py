@@ -299,7 +299,7 @@ class SkinnedRobot:
     @property
     def alive(self) -> int:
         """Cells alive."""
-        return int((np.asarray(self.skin.health) == int(Health.alive)).sum())
+        return int(self.living.sum())
 
     @property
     def skin(self) -> SkinState:
@@ -343,7 +343,6 @@ class SkinnedRobot:
     def felt_force_n(self, threshold_n: float = 0.1) -> float:
         """Newton at the driver: the sum over cells that feel more than the threshold; NaN where no cell is alive."""
         force = np.asarray(self.skin.normal_force).sum(axis=1)
-        alive = np.asarray(self.skin.health) == int(Health.alive)
-        if not alive.any():
+        if not self.living.any():
             return float("nan")
-        return float(force[alive & (force > threshold_n)].sum())
+        return float(force[self.living & (force > threshold_n)].sum())

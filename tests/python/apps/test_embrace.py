@@ -161,7 +161,7 @@ def test_the_chest_of_a_trunk_that_bends_forward_meets_a_thing_before_the_hip_do
 def test_the_table_of_a_robot_on_its_feet_follows_as_it_leans_back(seed: int) -> None:
     standing, bolted = arms_of(standing=True), arms_of()
     large = Large.drawn(np.random.default_rng(seed))
-    table, thing = grasp_scene_of(large, standing, standing=True).things
+    table, thing = grasp_scene_of(large, standing).things
     ways = [waypoint.position_m[0] for waypoint in table.path.waypoints]
     assert ways[0] - ways[-1] == pytest.approx(LEANS_BACK_M)
     assert thing.position_m[0] == pytest.approx(place_of(large, standing)[0] + LEANS_BACK_M)

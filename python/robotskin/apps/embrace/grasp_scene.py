@@ -60,7 +60,7 @@ def _leans_back_m(arms: Arms) -> float:
     return 0.0 if arms.robot.standing is None else LEANS_BACK_M
 
 
-def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> SceneSpec:
+def grasp_scene_of(large: Large, arms: Arms) -> SceneSpec:
     """A scene with this thing on its table, and a floor for a robot that stands.
 
     Raises SceneError where the thing would begin inside of the robot.
@@ -90,7 +90,7 @@ def grasp_scene_of(large: Large, arms: Arms, *, standing: bool = False) -> Scene
             )
         ),
     )
-    floor = FloorSpec(robot_stands=True) if standing else None
+    floor = None if arms.robot.standing is None else FloorSpec(robot_stands=True)
     return SceneSpec(about="A large thing on a table that sinks away.", floor=floor, things=(table, thing))
 
 

@@ -64,7 +64,7 @@ def grasp_session_of(
     paths = arms.plan(GRASP_AROUND)
     at_chest = CHEST_FRONT_M + large.width_m / 2
     require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
-    scene = grasp_scene_of(large, arms, standing=standing)
+    scene = grasp_scene_of(large, arms)
     layout = finished(LAYOUT, ready.robot.name)
     return Session(ready.robot, layout, seed=seed, gains=ready.gains, skin_map=skin_map, link="in process", scene=scene)
 

@@ -76,7 +76,7 @@ class FeetPage(ServedPage):
             self._walk()
         except Exception as error:
             self.why_stopped = str(error) or type(error).__name__
-            # For those who look now, and for those who come later.
+            # In pages that are open, and in those opened later.
             self._count = 0
             self.draw()
             # Whatever else it is is a bug, and is shown as one.

@@ -79,6 +79,7 @@ class GraspControl:
         self.lost: NDArray[np.bool_] = np.zeros(4, dtype=bool)
         """(4,) fingers whose pad's cell is lost, or a cell of whose front is lost that felt something."""
         self._lost = LostCells(len(session.layout))
+        self._cells = np.zeros(len(session.layout))
         self.distance = np.full(4, OPEN_M)
         """(4,) metres along the paths, from the surface as it is believed; below 0 inside of it."""
         self.force = np.zeros(4)
@@ -142,7 +143,7 @@ class GraspControl:
     # ---- What it sees ----
 
     def _look(self) -> None:
-        cells = self.session.cell_forces_n()
+        self._cells = cells = self.session.cell_forces_n()
         self._lost.look(~self.session.fresh, cells > HELD_N)
         self.lost = self._lost.lost[self.hand.tip] | [self._lost.among(front) for front in self.hand.front]
         force = self._front @ cells
@@ -250,7 +251,7 @@ class GraspControl:
 
     def _hold(self) -> None:
         """The fingers close or open together; where a person pushes a finger from outside, all go along."""
-        if self.give_way.step(np.array(self.session.joints.position), self.session.cell_forces_n(), LOOK_S):
+        if self.give_way.step(np.array(self.session.joints.position), self._cells, LOOK_S):
             return
         if self.lost.any():  # no finger presses harder for want of what another felt
             return
