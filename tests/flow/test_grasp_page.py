@@ -36,21 +36,30 @@ def test_a_ball_is_grasped_lifted_shaken_and_let_go_by_clicks(browser: "sync_api
         texts = page.locator("[data-grasp] table tr td:nth-child(2)").all_inner_texts()[1:]
         return np.array([float(text.split()[0]) for text in texts])
 
+    def raised() -> str:
+        return page.locator("[data-raised]").first.inner_text()
+
     def press(button: str) -> None:
         page.get_by_role("button", name=button, exact=True).click()
+
+    def is_held() -> None:
+        """Thumb against fingers: the ball is held by two sides at least."""
+        assert state() == "hold"
+        assert np.sum(felt_n() > HELD_N) >= 2
 
     wait_for(lambda: state() == "hold", "the ball is not held")
     rows = page.locator("[data-grasp] table tr td:first-child").all_inner_texts()
     assert rows == ["finger", *NAMES]
-    for order in ("Lift", "Shake"):
-        press(order)
-        page.wait_for_timeout(5000)
-        assert state() == "hold"
-        # Thumb against fingers: the ball is held by two sides at least.
-        assert np.sum(felt_n() > HELD_N) >= 2
+    press("Lift")
+    wait_for(lambda: raised() == "raised by 150 mm", "the hand is not lifted")
+    is_held()
+    press("Shake")
+    page.wait_for_timeout(5000)
+    is_held()
     picture(page, "grasp")
     press("Lower")
-    page.wait_for_timeout(5000)
+    # A ball that is let go higher up rolls away.
+    wait_for(lambda: raised() == "raised by 0 mm", "the hand is not lowered")
     insist(lambda: press("Let go"), lambda: state() in ("release", "released"), "the hand does not let go")
     wait_for(lambda: state() == "released", "the hand does not open")
     assert felt_n().max() < HELD_N

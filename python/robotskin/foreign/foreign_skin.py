@@ -20,6 +20,7 @@ from robotskin.skin import ForeignInput
 
 RATE_SHARE = 0.8
 """Of the declared rate that must come."""
+RATE_LOOKS = 4
 LEAST_ALIVE = 0.9
 """Share of the cells that must speak before a robot is started."""
 
@@ -136,17 +137,25 @@ class ForeignSkin:
         self._check_rate()
         return alive
 
-    def _check_rate(self, watched_s: float = 0.5) -> None:
-        before = [tally.frames for tally in self.tallies]
+    def _check_rate(self) -> None:
+        """Looks again before it complains: a machine that is busy for a moment makes no skin slow."""
+        best_hz = np.zeros(len(self.tallies))
+        for _ in range(RATE_LOOKS):
+            best_hz = np.maximum(best_hz, self._rates_hz())
+            if (best_hz >= RATE_SHARE * self.declared.rate_hz).all():
+                return
+        slowest = int(best_hz.argmin())
+        raise ForeignSkinError(
+            f"{self.declared.sources[slowest].at}: found {best_hz[slowest]:.0f} frames a second, the declaration says "
+            f"{self.declared.rate_hz:g}"
+        )
+
+    def _rates_hz(self, watched_s: float = 0.5) -> np.ndarray:
+        before = np.array([tally.frames for tally in self.tallies])
         began = time.monotonic()
         time.sleep(watched_s)
-        passed = time.monotonic() - began
-        for source, tally, count in zip(self.declared.sources, self.tallies, before, strict=True):
-            rate_hz = (tally.frames - count) / passed
-            if rate_hz < RATE_SHARE * self.declared.rate_hz:
-                raise ForeignSkinError(
-                    f"{source.at}: found {rate_hz:.0f} frames a second, the declaration says {self.declared.rate_hz:g}"
-                )
+        after = np.array([tally.frames for tally in self.tallies])
+        return np.asarray((after - before) / (time.monotonic() - began))
 
     def tare(self, seconds: float) -> None:
         """Take the forces' zero from the coming `seconds`, in the loop's thread."""

@@ -44,7 +44,7 @@ def _at_end(evidence: Evidence) -> Iterator[Finding]:
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
     long[:, FORCES] &= ~near[:, None]
-    long[:, PROXIMITY] = _see_what_is_not_there(evidence, long[:, PROXIMITY] & ~evidence.pressed)
+    long[:, PROXIMITY] = _see_what_is_not_there(evidence, long[:, PROXIMITY] & ~evidence.pressed & ~evidence.leant_on)
     for cell in np.flatnonzero(long.any(axis=1)):
         yield Finding(int(cell), Kind.end_of_range, _names(long[cell]))
 
@@ -180,10 +180,10 @@ def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.f
     last = evidence.last(THERMOMETER_WINDOWS)
     if len(last["time"]) < THERMOMETER_WINDOWS:
         return np.zeros(evidence.cells), np.ones(evidence.cells)
-    mean = last["mean"][:, :, SURFACE].astype(float)
-    bend = np.abs(mean[2:] - 2 * mean[1:-1] + mean[:-2])
-    # A touch bends a few of them; the median does not see these.
-    noise = np.median(bend, axis=0) / (0.6745 * np.sqrt(6))
+    # Fourth differences: skin that warms or cools in a touch does so smoothly, over a third of these windows or more.
+    fourth = np.abs(np.diff(last["mean"][:, :, SURFACE].astype(float), n=4, axis=0))
+    # Where a touch begins or ends a few of them are large; the median does not see these.
+    noise = np.median(fourth, axis=0) / (0.6745 * np.sqrt(70))
     known = np.asarray((last["samples"] >= 3).all(axis=0))
     usual = np.maximum(_by_link(evidence, noise, known), evidence.healthy.thermometer_noise_k)
     return np.where(known, noise, 0.0), usual

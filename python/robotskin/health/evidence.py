@@ -50,6 +50,9 @@ class Evidence:
         """(N) seconds for which its reader has called it stuck."""
         self.pressed = np.zeros(cells, bool)
         """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
+        self.leant_on = np.zeros(cells, bool)
+        """(N) cells that have come to feel something, however little, since their proximity is at its end."""
+        self._before_n = np.full(cells, np.inf)
         self.blind = np.zeros(cells, bool)
         """(N) cells that were touched and saw nothing of it, and whose proximity has not moved since."""
         self.sightless = np.zeros(cells, bool)
@@ -83,6 +86,7 @@ class Evidence:
         self._samples[row] = window["samples"]
         self._near[row] = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         self._look_at_presses(window)
+        self._look_at_light_touches(window)
         self.count += 1
         self.silence.add(window, seconds)
         self.stuck_s = np.where(window["stuck"] > 0.9 * ticks, self.stuck_s + seconds, 0.0)
@@ -134,6 +138,13 @@ class Evidence:
         touched = (beside > healthy.free_share) | several
         seen = (swing > healthy.touched_n) & (load > carried) & touched
         self.blind = (self.blind | seen) & unmoved
+
+    def _look_at_light_touches(self, window: Mapping[str, Any]) -> None:
+        """Something that is held rests on a cell for long and presses little: less than a wrong zero may be."""
+        force = window["mean"][:, FORCES].sum(axis=1)
+        ended = window["at_end"][:, PROXIMITY] > 0
+        self.leant_on = ended & (self.leant_on | (force - self._before_n > self.healthy.leant_n))
+        self._before_n = np.where(ended, self._before_n, force)
 
 
 def _neighbours(skin: SkinModel, cells: int) -> list[list[int]]:

@@ -54,3 +54,35 @@ def test_a_proximity_is_blind_that_saw_nothing_of_a_touch_which_no_other_cell_se
             rig.state.normal_force[well, 1] += np.float32(3.0)
 
     assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {blind: Kind.stuck}
+
+
+def test_a_thing_that_rests_lightly_on_one_cell_for_long_is_no_illness(body: Robot, seed: int) -> None:
+    """As a finger's tip that holds a ball: its proximity is at its end, and no cell beside it sees the ball."""
+    rig = rig_of(body, seed, SECONDS)
+    cell, ill = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
+    light_n = float(rig.draw.uniform(0.15, 0.6))
+
+    def changed(time_s: float) -> None:
+        if time_s > 5.0:
+            rig.state.proximity[[cell, ill]] = 1.0
+            rig.state.normal_force[cell] += np.float32(light_n / 3)
+
+    assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {ill: Kind.end_of_range}
+
+
+def test_a_thermometer_that_is_touched_for_long_and_often_is_not_noisy(body: Robot, seed: int) -> None:
+    """A thing that is held warms or cools the skin smoothly, in most of the seconds that are looked at."""
+    rig = rig_of(body, seed, 60.0)
+    touched, noisy = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
+    begins_s, lag_s = float(rig.draw.uniform(20.0, 25.0)), 2.3
+    rig.sensors.set_fault(noisy, SensorFaultKind.noisy, channels=[8], size=5.0, begin_s=0.0)
+    warmth_k, last_s = 0.0, 0.0
+
+    def changed(time_s: float) -> None:
+        nonlocal warmth_k, last_s
+        held = begins_s < time_s % 40.0 < begins_s + 8.0
+        warmth_k += ((-7.0 if held else 0.0) - warmth_k) * min((time_s - last_s) / lag_s, 1.0)
+        last_s = time_s
+        rig.state.temperature[touched, 1] += np.float32(warmth_k)
+
+    assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {noisy: Kind.noisy}

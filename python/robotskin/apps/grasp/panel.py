@@ -45,9 +45,10 @@ class GraspPage(ToldPage):
         lost = [name for finger, name in enumerate(NAMES) if control.lost[finger]]
         because = f"{control.because}; cells are lost: {', '.join(lost)}" if lost else control.because
         share = "share" if control.levers is None else "wants, N"
+        raised_mm = 1e3 * control.carriage.position_m
         return (
             f'<div style="padding:0 12px;font-size:12px" data-grasp="{control.state.name.lower()}">'
-            f"<b>{control.state}</b> {because}<table><tr><td>finger</td>"
+            f"<b>{control.state}</b> {because}<p data-raised>raised by {raised_mm:.0f} mm</p><table><tr><td>finger</td>"
             f"<td>feels</td><td>near</td><td>{share}</td></tr>{rows}"
             "</table></div>"
         )
