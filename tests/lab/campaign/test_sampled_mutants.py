@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A change of the firmware is built into a program of its own, and the campaign runs it."""
 
+import dataclasses
 import random
 
 from robotskin_lab.campaign.mutation import mutations
 from robotskin_lab.campaign.sampled_mutants import Workshop
 
 SOURCE = "cell/routing/moves.c"
+STEP = "cell/step.c"
 
 
 def test_a_change_is_linked_and_runs_seeds(seed: int) -> None:
@@ -14,7 +16,14 @@ def test_a_change_is_linked_and_runs_seeds(seed: int) -> None:
     changes = list(mutations(SOURCE, (workshop.firmware / SOURCE).read_text()))
     # Most changes build; a few are no C, or no change.
     fates = [
-        workshop.fate(one, number, seed, 1, 60.0, {})
-        for number, one in enumerate(random.Random(seed).sample(changes, 3))
+        workshop.fate(one, number, seed, 1, 60, {}) for number, one in enumerate(random.Random(seed).sample(changes, 3))
     ]
     assert any(fate.counts for fate in fates), [str(fate) for fate in fates]
+
+
+def test_a_change_that_makes_the_firmware_run_forever_stands_still(seed: int) -> None:
+    """By processor time: how busy the machine is makes no difference."""
+    workshop = Workshop()
+    left_out = next(one for one in mutations(STEP, (workshop.firmware / STEP).read_text()) if one.kind == "left out")
+    forever = dataclasses.replace(left_out, after="for (;;) {}")
+    assert workshop.fate(forever, 0, seed, 1, 2, {}).by == "standstill"

@@ -13,9 +13,11 @@ import concurrent.futures
 import dataclasses
 import hashlib
 import json
+import math
+import resource
 import shutil
+import signal
 import subprocess
-import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -26,7 +28,8 @@ from robotskin_lab.campaign.mutation import Mutation, drawn
 
 COMPILE_S = 300
 STANDSTILL = 8
-"""A changed firmware that takes so many times as long as the whole one for the same seeds stands still."""
+"""A changed firmware that takes so many times the processor time of the whole one for the same seeds stands still."""
+LEAST_LIMIT_S = 60
 _OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
 _SHARED = ("campaign", "program", "model_check")
 """Object libraries of `tests/lab/campaign/CMakeLists.txt` that every program has beside the firmware."""
@@ -161,21 +164,31 @@ class Workshop:
         number: int,
         first_seed: int,
         seeds: int,
-        limit_s: float,
+        limit_s: int,
         reasons: dict[str, str],
         tests: LawTests | None = None,
     ) -> Fate:
-        """Build it and run seeds until a law breaks or `limit_s` ends; if none breaks, the tests until one fails."""
+        """Build it and run seeds until a law breaks or `limit_s` of processor time end; if none breaks, the tests."""
         program = self.build(mutation, number)
         if isinstance(program, str):
             return Fate(mutation, program)
-        command = [str(program), "run", str(first_seed), str(seeds)]
+        limited = [
+            "sh",
+            "-c",
+            f'ulimit -t {limit_s}; exec "$@"',
+            "sh",
+            str(program),
+            "run",
+            str(first_seed),
+            str(seeds),
+        ]
         try:
-            run = subprocess.run(command, capture_output=True, text=True, timeout=limit_s)
-        except subprocess.TimeoutExpired:
-            return Fate(mutation, "standstill")
+            run = subprocess.run(limited, capture_output=True, text=True)
         finally:
             shutil.rmtree(program.parent, ignore_errors=True)
+        # The hard limit kills, as `ulimit` sets both.
+        if run.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            return Fate(mutation, "standstill")
         if run.returncode != 0:
             return Fate(mutation, "crash")
         found = json.loads(run.stdout.splitlines()[-1])
@@ -183,6 +196,12 @@ class Workshop:
             return Fate(mutation, found["invariant"], found["seed"])
         test = "" if tests is None else self.failing_test(mutation, number, tests)
         return Fate(mutation, "", None, reasons.get(key_of(mutation, self.firmware), ""), test)
+
+
+def _children_s() -> float:
+    """Processor time of programs that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def key_of(mutation: Mutation, firmware: Path) -> str:
@@ -221,9 +240,9 @@ def sampled_fates(
     """
     workshop = Workshop()
     shipping = [str(workshop.folder / "campaign_shipping"), "run", str(first_seed), str(seeds)]
-    begun = time.monotonic()
+    begun_s = _children_s()
     whole = json.loads(subprocess.run(shipping, capture_output=True, text=True, check=True).stdout.splitlines()[-1])
-    limit_s = max(60.0, STANDSTILL * (time.monotonic() - begun))
+    limit_s = max(LEAST_LIMIT_S, math.ceil(STANDSTILL * (_children_s() - begun_s)))
     if "invariant" in whole:  # which the campaign tells; what comes before it is sound
         seeds = whole["seed"] - first_seed
         if seeds == 0:
