@@ -336,6 +336,10 @@ class SkinnedRobot:
         """(N,) newton that each cell feels; one that is not fresh feels nothing."""
         return np.asarray(self.cell_readings_n().sum(axis=1))
 
+    def cell_nearness(self) -> NDArray[np.float64]:
+        """(N,) 0 to 1, how near something is to each cell; a cell that is not fresh sees nothing."""
+        return np.where(self.fresh, np.asarray(self.skin.proximity, dtype=float), 0.0)
+
     def cell_distances_m(self) -> NDArray[np.float64]:
         """(N,) metres to what each cell sees; one that is not fresh sees nothing: infinity."""
         return np.where(self.fresh, np.asarray(self.skin.distance, dtype=float), np.inf)

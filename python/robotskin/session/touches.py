@@ -102,9 +102,7 @@ def turn_by_touch(session: Session) -> NDArray[np.float64]:
     """
     gains, robot, model = session.gains, session.robot.core, session.layout.skin_model()
     now = np.array(session.joints.position)
-    torque = touch_torque(
-        gains, robot, model, np.asarray(session.skin.normal_force), np.asarray(session.skin.proximity), now
-    )
+    torque = touch_torque(gains, robot, model, session.cell_readings_n(), session.cell_nearness(), now)
     return np.asarray(torque @ gains.joint_compliance(robot, now))
 
 

@@ -71,12 +71,12 @@ class Gripper:
 
     def forces_n(self, session: SkinnedRobot) -> Array:
         """(2,) newton that each pad feels."""
-        force = np.asarray(session.skin.normal_force).sum(axis=1)
+        force = session.cell_forces_n()
         return np.array([force[cells].sum() for cells in self.cells])
 
     def nearness(self, session: SkinnedRobot) -> Array:
         """(2,) 0 to 1, the nearest thing that each pad sees."""
-        near = np.asarray(session.skin.proximity, dtype=float)
+        near = session.cell_nearness()
         return np.array([near[cells].max() for cells in self.cells])
 
     def opening_m(self, session: SkinnedRobot) -> Array:

@@ -131,7 +131,7 @@ class Leader:
 
     def pushes(self, session: SkinnedRobot) -> list[tuple[int, Array]]:
         """By cell, (3) newton, base axes: how people push the arm; the gripper and its button are left out."""
-        force = np.asarray(session.skin.normal_force).sum(axis=1)
+        force = session.cell_forces_n()
         touched = self.leading[force[self.leading] > SILENT_N]
         if not len(touched):
             return []
@@ -154,7 +154,7 @@ class Leader:
 
     def _tell_button(self) -> None:
         worker = self.worker
-        force = np.asarray(worker.session.skin.normal_force).sum(axis=1)[worker.gripper.button]
+        force = worker.session.cell_forces_n()[worker.gripper.button]
         asked = self.button.look(float(force.max(initial=0.0)), worker.now_s)
         if asked is not Asked.NOTHING:
             self.ask(asked)

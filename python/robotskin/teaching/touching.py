@@ -86,10 +86,15 @@ def holds(worker: Worker) -> bool:
 
 
 def take(worker: Worker, hold_n: float = HOLD_N) -> Steps:
-    """Close until both pads touch, each waiting for the other, then to a force. Returns whether something is held."""
+    """Close until both pads touch, each waiting for the other, then to a force. Returns whether something is held.
+
+    Pads whose cells are lost close no further: they would not feel what they press.
+    """
     pads = worker.gripper.joints
     touches = np.zeros(2, dtype=bool)
     while not touches.all():
+        if worker.lost.any():
+            return False
         near = worker.gripper.nearness(worker.session).max() > NEAR
         speed = TOUCH_M_S if near else CLOSE_M_S
         worker.move_pads(np.where(touches, 0.0, -speed * LOOK_S))
@@ -118,7 +123,7 @@ def squeeze(worker: Worker, largest_n: float = LARGEST_N, hold_n: float = HOLD_N
     yield from hold(worker, LOOSE_N, 0.8)
     worker.hold_n = None
     patience = round(4.0 / LOOK_S)
-    while worker.force_n.mean() < largest_n and patience > 0:
+    while worker.force_n.mean() < largest_n and patience > 0 and not worker.lost.any():
         patience -= 1
         worker.move_pads(-0.5 * SQUEEZE_M_S * LOOK_S)
         yield

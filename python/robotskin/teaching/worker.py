@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robotskin.control import Behaviour
 from robotskin.errors import RobotskinError
-from robotskin.session import PERIOD_S, Session
+from robotskin.session import PERIOD_S, LostCells, Session
 from robotskin.teaching.behaviours import WORK, use
 from robotskin.teaching.gripper import Gripper
 from robotskin.teaching.postures import Postures
@@ -30,6 +30,8 @@ END_M = 0.004
 TURN_RAD_S = 0.9
 FLOOR_N = 0.15
 """What a cell may read with nothing on it."""
+LOST_SHARE = 0.5
+"""Of a pad's cells: where more are lost, it does not know how hard it presses, whether they felt something or not."""
 CARRIES_SHARE = 0.08
 """A cell with less of its pad's force does not count."""
 GIVE_M_S_N, FASTEST_GIVE_M_S = 0.0012, 0.006
@@ -52,6 +54,9 @@ class Worker:
         self._tare, self.force_n = np.zeros(2), np.zeros(2)
         self.hold_n: float | None = None
         """Newton with which the pads hold, whatever else is done; None: they stay where they are."""
+        self._lost = LostCells(len(session.layout))
+        self.lost: NDArray[np.bool_] = np.zeros(2, dtype=bool)
+        """(2,) pads with a lost cell that felt something, or with too few that are heard: they press no harder."""
         self.result: Any = None
         """What the last skill returned."""
         self._lag_s = float(session.gains.values["virtual_robot"]["friction_s"])
@@ -93,6 +98,8 @@ class Worker:
         self._tick += 1
         if self._tick % PERIODS:
             return
+        self._lost.look(~self.session.fresh, self.session.cell_forces_n() > FLOOR_N)
+        self.lost = np.array([self._lost.among(pad, LOST_SHARE) for pad in self.gripper.cells])
         self.force_n = self.gripper.forces_n(self.session) - self._tare
         if self._skill is not None:
             try:
@@ -117,7 +124,7 @@ class Worker:
         robot = self.session.robot
         velocity = (self.wanted - self._before) / LOOK_S
         self._before = self.wanted.copy()
-        if self.hold_n is not None:
+        if self.hold_n is not None and not self.lost.any():
             # From where the pads are: an integral would wind up against their friction.
             pads = self.gripper.joints
             lacks = self.hold_n - float(self.force_n.mean())
@@ -145,7 +152,7 @@ class Worker:
 
     def carrying(self) -> tuple[int, int]:
         """How many cells of each pad carry a part of its force that counts; offsets are not taken out."""
-        force = np.asarray(self.session.skin.normal_force).sum(axis=1)
+        force = self.session.cell_forces_n()
         left, right = (np.maximum(force[cells] - FLOOR_N, 0.0) for cells in self.gripper.cells)
         return _carrying(left), _carrying(right)
 
@@ -195,6 +202,7 @@ class Worker:
         while np.abs(goal - self.wanted[pads]).max() > 1e-6:
             self.move_pads(np.clip(goal - self.wanted[pads], -PAD_SPEED_M_S * LOOK_S, PAD_SPEED_M_S * LOOK_S))
             yield
+        self._lost.forget()
 
     def move_pads(self, by_m: Array | float) -> None:
         """Move the pads by (2,) metres, outwards."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from robotskin.firmware import SENSORS
 from robotskin.layout import Layout
-from robotskin.skin import SkinState
+from robotskin.skin import Health, SkinState
 
 if TYPE_CHECKING:
     from robotskin.viewer.network_view import NetworkView
@@ -113,6 +113,14 @@ class SkinReading:
             ill=ill or {},
             sensors=tuple(skin.sensors),
         )
+
+    def living_forces_n(self) -> Floats:
+        """(N,) newton that each cell feels; one that is not alive feels nothing."""
+        return np.where(self.health == int(Health.alive), np.asarray(self.normal_force, dtype=float).sum(axis=1), 0.0)
+
+    def living_nearness(self) -> Floats:
+        """(N,) share of full scale; a cell that is not alive sees nothing."""
+        return np.where(self.health == int(Health.alive), np.asarray(self.proximity, dtype=float), 0.0)
 
 
 @dataclass(frozen=True)

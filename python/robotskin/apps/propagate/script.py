@@ -91,9 +91,9 @@ def base_m(session: Session) -> float:
     return BaseWay(session).metres(session.joints.position)
 
 
-def felt_n(normal_force: ArrayLike, proximity: ArrayLike, near_n: float) -> float:
-    """Newton on all cells, from (N, 3) N of sensors and (N,) nearness, which at full scale counts as `near_n`."""
-    force, near = np.asarray(normal_force, dtype=float).sum(axis=1), np.asarray(proximity, dtype=float)
+def felt_n(force_n: ArrayLike, nearness: ArrayLike, near_n: float) -> float:
+    """Newton on all cells, from (N,) N and (N,) nearness of cells, which at full scale counts as `near_n`."""
+    force, near = np.asarray(force_n, dtype=float), np.asarray(nearness, dtype=float)
     return float(force[force > FORCE_SILENT_N].sum() + near_n * near[near > PROXIMITY_SILENT].sum())
 
 
@@ -113,9 +113,8 @@ def run(session: Session, plan: Plan, progress: Progress = lambda _text: None) -
         nonlocal state, moved, away, peak, running
         session.step()
         if round(1e3 * session.world.time_s) % 10 == 0:
-            now = Seen(
-                felt_n(session.skin.normal_force, session.skin.proximity, near_n), way.metres(session.joints.position)
-            )
+            felt = felt_n(session.cell_forces_n(), session.cell_nearness(), near_n)
+            now = Seen(felt, way.metres(session.joints.position))
             state = following(state, now)
             spent[state] += 10 * PERIOD_S
             away = max(away, now.base_m)
