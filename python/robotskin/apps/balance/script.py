@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robotskin.cycle import SafetyState
 from robotskin.figures import Bound
 from robotskin.session import Session
+from robotskin.session.touches import expected_displacement, turn_by_touch
 
 Progress = Callable[[str], None]
 
@@ -29,7 +30,7 @@ def bounds() -> list[Bound]:
         Bound("stands", 1, 1),
         Bound("running", 1, 1),
         Bound("limit_violations", 0, 0),
-        Bound("give_mm_per_n", 0.2, 6.0),
+        Bound("give_over_gains", 0.35, 1.2),
         Bound("capture_inside_mm", least=10.0),
         Bound("base_error_mm", most=30.0),
     ]
@@ -45,29 +46,33 @@ def drawn_cell(session: Session, link: str, generator: np.random.Generator) -> i
 def run(session: Session, pushes: int, progress: Progress = lambda _text: None) -> dict[str, float]:
     """Boot, push one link after the other, let go, and measure.
 
-    Figures: `give_mm_per_n`, the mean way of a pushed cell for a newton of the hand; `lean_mm`, the furthest that
-    the estimated centre of mass went over the floor from where it was before the first push; `capture_inside_mm`, the
-    least distance of the capture point from the edge of the soles; `base_error_mm`, the most between the estimated and
-    the true base; `stands`; `running`, 1 if the guard never stopped it. All but the first and `stands` are looked at in
-    every period of the pushes and of the rests after them.
+    Figures: `give_mm_per_n`, the mean way of a pushed cell for a newton of the hand, in a second; `give_over_gains`,
+    the way of all of them over what the gains say for what the skin feels then, once at rest; `lean_mm`, the
+    furthest that the estimated centre of mass went over the floor from where it was before the first push;
+    `capture_inside_mm`, the least distance of the capture point from the edge of the soles; `base_error_mm`, the most
+    between the estimated and the true base; `stands`; `running`, 1 if the guard never stopped it. All but the gives
+    and `stands` are looked at in every period of the pushes and of the rests after them.
     """
     progress("boot")
     figures = {"boot_s": session.boot()}
     generator = np.random.default_rng([session.seed, 18])
     gives: list[float] = []
+    gave = says = 0.0
     inside, lean, error = np.inf, 0.0, 0.0
     begun: NDArray[np.float64] | None = None
     running = True
     for number in range(pushes):
         cell = drawn_cell(session, LINKS[number % len(LINKS)], generator)
         progress(f"push {number + 1} of {pushes}")
-        before = session.cell_position(cell)
+        before, turned = session.cell_position(cell), turn_by_touch(session)
         session.world.push(session.in_world(cell), FORCE_N)
         for tick in range(round((HOLD_S + REST_S) * 1000)):
             if tick == round(HOLD_S * 1000):
                 force = float(session.world.contact_normal_force()[0])
                 if force > 0.5 * FORCE_N:
-                    gives.append(1e3 * float(np.linalg.norm(session.cell_position(cell) - before)) / force)
+                    way = float(np.linalg.norm(session.cell_position(cell) - before))
+                    gives.append(1e3 * way / force)
+                    gave, says = gave + way, says + expected_displacement(session, cell, turned)
                 session.world.release()
             session.step()
             error = max(error, base_error_m(session))
@@ -81,6 +86,7 @@ def run(session: Session, pushes: int, progress: Progress = lambda _text: None) 
             running = running and session.state in (SafetyState.running, SafetyState.degraded)
     return figures | {
         "give_mm_per_n": float(np.mean(gives)) if gives else 0.0,
+        "give_over_gains": gave / says if says else 0.0,
         "lean_mm": 1e3 * lean,
         "capture_inside_mm": 1e3 * float(inside),
         "base_error_mm": 1e3 * error,
