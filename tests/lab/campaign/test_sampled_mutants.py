@@ -3,7 +3,9 @@
 
 import dataclasses
 import random
+from pathlib import Path
 
+from robotskin_lab.campaign.mutants import source_tree
 from robotskin_lab.campaign.mutation import mutations
 from robotskin_lab.campaign.sampled_mutants import Workshop
 
@@ -27,3 +29,16 @@ def test_a_change_that_makes_the_firmware_run_forever_stands_still(seed: int) ->
     left_out = next(one for one in mutations(STEP, (workshop.firmware / STEP).read_text()) if one.kind == "left out")
     forever = dataclasses.replace(left_out, after="for (;;) {}")
     assert workshop.fate(forever, 0, seed, 1, 2, {}).by == "standstill"
+
+
+def test_workshops_beside_each_other_build_in_places_of_their_own(seed: int) -> None:
+    changes = [
+        one for one in mutations(STEP, (source_tree() / "firmware" / STEP).read_text()) if one.kind == "left out"
+    ]
+    one, other = random.Random(seed).sample(changes, 2)
+    workshops = Workshop(), Workshop()
+    programs = [shop.build(change, 0) for shop, change in zip(workshops, (one, other), strict=True)]
+    built = [program for program in programs if isinstance(program, Path)]
+    assert built, "most changes build, and not to the same code"
+    assert all(program.is_file() for program in built)
+    assert len({program.parent for program in built}) == len(built)

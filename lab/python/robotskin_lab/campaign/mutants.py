@@ -7,6 +7,7 @@ They are built from the source tree as programs of their own (tests/lab/campaign
 from __future__ import annotations
 
 import dataclasses
+import fcntl
 import json
 import os
 import subprocess
@@ -136,7 +137,7 @@ def _boost() -> Path:
 def build(*names: str, sanitize: str = "", others: tuple[str, ...] = ()) -> Path:
     """Build the programs `campaign_NAME` and return their folder; `shipping` is the unbroken firmware.
 
-    others: more targets, by their own names.
+    others: more targets, by their own names. One process builds at a time: the others wait.
     """
     root = source_tree()
     folder = root / "build/native" / ("campaign" + ("_" + sanitize.split(",")[0] if sanitize else ""))
@@ -144,10 +145,13 @@ def build(*names: str, sanitize: str = "", others: tuple[str, ...] = ()) -> Path
     configure = ["cmake", "-G", "Ninja", "-S", str(root / "tests/lab/campaign"), "-B", str(folder)]
     configure += [f"-DBOOST_INCLUDE={_boost()}", f"-DSANITIZE={sanitize}"]
     targets = [*(f"campaign_{name}" for name in names), *others]
-    for command in (configure, ["cmake", "--build", str(folder), "--parallel", "2", "--target", *targets]):
-        run = subprocess.run(command, env=environment, capture_output=True, text=True)
-        if run.returncode != 0:
-            raise CampaignBuildError(f"{' '.join(command)}: {(run.stdout + run.stderr)[-3000:]}")
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "building.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for command in (configure, ["cmake", "--build", str(folder), "--parallel", "2", "--target", *targets]):
+            run = subprocess.run(command, env=environment, capture_output=True, text=True)
+            if run.returncode != 0:
+                raise CampaignBuildError(f"{' '.join(command)}: {(run.stdout + run.stderr)[-3000:]}")
     return folder
 
 

@@ -18,6 +18,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -78,6 +79,9 @@ class Workshop:
 
     def __init__(self) -> None:
         self.folder = build("shipping", others=("firmware", *_SHARED))
+        (self.folder / "sampled").mkdir(exist_ok=True)
+        # Of its own, as pieces of a sample run beside each other in processes.
+        self._own = tempfile.TemporaryDirectory(dir=self.folder / "sampled")
         self.firmware = source_tree() / "firmware"
         parts = [self.folder / "CMakeFiles" / f"{part}.dir" for part in _SHARED]
         self._objects = [str(path) for part in parts for path in sorted(part.rglob("*.o"))]
@@ -112,7 +116,7 @@ class Workshop:
 
     def build(self, mutation: Mutation, number: int) -> Path | str:
         """The program with this change; or "same code", "no build"."""
-        place = self.folder / "sampled" / str(number)
+        place = Path(self._own.name) / str(number)
         shutil.rmtree(place, ignore_errors=True)
         changed = place / mutation.path
         changed.parent.mkdir(parents=True)
@@ -141,7 +145,7 @@ class Workshop:
 
     def failing_test(self, mutation: Mutation, number: int, tests: LawTests) -> str:
         """The first test of the firmware that fails with this change; "" if none does."""
-        place = self.folder / "sampled" / f"{number}_tests"
+        place = Path(self._own.name) / f"{number}_tests"
         shutil.rmtree(place, ignore_errors=True)
         changed = place / mutation.path
         changed.parent.mkdir(parents=True)
