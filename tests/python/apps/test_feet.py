@@ -295,6 +295,7 @@ def test_a_line_that_is_pulled_out_is_named_and_closes() -> None:
         ("calm_s", "clam_s", "clam_s"),
         ("off_share = 0.6", "off_share = 3", "off_share = 3: must be more than 0 and at most 1"),
         ("residue_share = 0.05", "residue_share = 1.5", "residue_share = 1.5: must be more than 0 and at most 1"),
+        ("lost_s = 0.05", "lost_s = 0.2", "lost_s = 0.2: must be at most 0.08"),
         ("update_hz = 50.0", "update_hz = 5", "update_hz = 5: must be 20 to 250"),
         ("update_hz = 50.0", "update_hz = 1000", "update_hz = 1000: must be 20 to 250"),
     ],

@@ -18,6 +18,8 @@ HIGHEST_SHARE = 1.0
 """Of the force that starts a touch, below which it ends: above 1 a touch would end as it starts."""
 UPDATES_HZ = (20.0, 250.0)
 """With the slowest one duty may get lost within the 100 ms after which motors stop; the fastest is the control rate."""
+STOPS_S = 0.1
+"""After cells are lost, so late at most motors stop: a cell counts as lost first, and the next update stops them."""
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -71,6 +73,9 @@ class Vibration(Part, frozen=True):
         least, most = UPDATES_HZ
         if not least <= self.update_hz <= most:
             raise ValueError(f"update_hz = {self.update_hz:g}: must be {least:g} to {most:g}")
+        latest_s = STOPS_S - 1 / self.update_hz
+        if self.lost_s > latest_s:
+            raise ValueError(f"lost_s = {self.lost_s:g}: must be at most {latest_s:.3g}, so that motors stop in time")
 
 
 class Settings(Part, frozen=True):
