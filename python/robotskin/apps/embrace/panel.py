@@ -42,11 +42,20 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
     """Serve the page of a booted session, whose arms begin to hug, until it is interrupted."""
     control = HugControl(session, regulated=regulated)
     person = session.world.thing(PERSON)
+
+    def push_no_more() -> None:
+        person.push((0.0, 0.0, 0.0))
+
+    def hug_again() -> None:
+        """The person comes back to where they stood: one that is pushed aside is found by no arms."""
+        push_no_more()
+        control.restart()
+
     orders: Orders = {
         "Let go": control.release,
-        "Hug again": control.restart,
+        "Hug again": hug_again,
         "Push the person": lambda: person.push((0.0, PUSH_N, 0.0)),
-        "Push no more": lambda: person.push((0.0, 0.0, 0.0)),
+        "Push no more": push_no_more,
     }
     _show(session, control, orders, port)
 
