@@ -30,6 +30,14 @@ def command(
     stale: Annotated[
         bool, typer.Option(help="List the results that are older than the code they measure; status 1 if any is.")
     ] = False,
+    more_seeds: Annotated[
+        int | None,
+        typer.Option(
+            help="A long run in parts: measure at most so many seeds that are missing, and keep them with those "
+            "before, where the sources are the same. By default all.",
+            min=0,
+        ),
+    ] = None,
     on: Annotated[str, typer.Option(help=f"{HELP} Times are truest one after the other.")] = "here",
     only_table: Annotated[bool, typer.Option("--table", help="Write the table from the kept results only.")] = False,
 ) -> None:
@@ -42,7 +50,7 @@ def command(
     if stale:
         raise typer.Exit(_tell_stale(chosen))
     if not only_table:
-        failed = _measure(chosen, named(on), quick=quick)
+        failed = _measure(chosen, named(on), quick=quick, more_seeds=more_seeds)
         _write(catalogue)
         raise typer.Exit(int(failed))
     _write(catalogue)
@@ -53,12 +61,16 @@ def _write(catalogue: Catalogue) -> None:
         console.print(f"wrote {page}")
 
 
-def _measure(chosen: list[Run], executor: Executor, *, quick: bool) -> bool:
+def _measure(chosen: list[Run], executor: Executor, *, quick: bool, more_seeds: int | None) -> bool:
     """Measure each; a run that fails is told, the others go on. Whether any failed."""
     failed = False
     minutes = "" if quick else f", about {sum(run.minutes for run in chosen):g} min on one machine"
     console.print(f"[bold]{', '.join(run.name for run in chosen)}[/]{minutes}")
-    for result in measure(chosen, executor, quick=quick, tell=lambda line: console.print(f"  {line}", highlight=False)):
+
+    def tell(line: str) -> None:
+        console.print(f"  {line}", highlight=False)
+
+    for result in measure(chosen, executor, quick=quick, more_seeds=more_seeds, tell=tell):
         if isinstance(result, RunFailedError):
             console.print(f"[red]{result}[/]")
             failed = True
@@ -85,6 +97,9 @@ def _tell_stale(chosen: list[Run]) -> int:
             continue
         if is_old(result, run.measures):
             old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
+        elif missing := table.lacking(result, run):
+            lacks = f"lacks {len(missing)} of {len(missing) + len(result.seeds)} seeds"
+            old.add_row(run.name, result.commit, lacks, f"robotskin reproduce {run.name}")
     console.print(old if old.row_count else "every kept result is of the code as it is")
     for page in table.PAGES:
         for heading in unstored(page.read_text(encoding="utf-8")):

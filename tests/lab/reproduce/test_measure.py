@@ -39,8 +39,16 @@ class OneAfterTheOther:
             yield key, ("", {"wait_ms": 10.0 * seed}, MACHINE)
 
 
-def measured(executor: OneAfterTheOther, folder: Path, quick: bool = False) -> list[Any]:
-    return list(measuring.measure([RUN], executor, quick=quick, folder=folder))  # type: ignore[arg-type]
+def measured(executor: OneAfterTheOther, folder: Path, quick: bool = False, more_seeds: int | None = None) -> list[Any]:
+    found = measuring.measure(
+        [RUN],
+        executor,  # type: ignore[arg-type]
+        quick=quick,
+        more_seeds=more_seeds,
+        folder=folder,
+        results=folder / "results",
+    )
+    return list(found)
 
 
 def test_what_was_cut_off_goes_on_with_the_missing_seeds(tmp_path: Path) -> None:
@@ -53,6 +61,30 @@ def test_what_was_cut_off_goes_on_with_the_missing_seeds(tmp_path: Path) -> None
     assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
     measured(third, tmp_path)
     assert third.asked == [1, 2, 3], "a result that is whole is measured anew"
+
+
+def test_a_long_run_is_measured_in_parts_that_add_up_to_a_whole_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, commit: list[str]
+) -> None:
+    """A part is a result, which another machine goes on with; what was kept beside the build is not needed."""
+    [nothing] = measured(OneAfterTheOther(), tmp_path, more_seeds=0)
+    assert "no seed" in str(nothing)
+    for part, (seeds, has) in enumerate([([1], [1]), ([2], [1, 2]), ([3], [1, 2, 3])]):
+        executor = OneAfterTheOther()
+        [result] = measured(executor, tmp_path / str(part), more_seeds=1)
+        assert (executor.asked, result.seeds) == (seeds, has)
+        result.save(tmp_path / str(part + 1) / "results")
+    assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
+    again = OneAfterTheOther()
+    [result] = measured(again, tmp_path / "3", more_seeds=1)
+    assert (again.asked, result.seeds) == ([1], [1]), "a result that is whole is measured anew"
+    commit.append("abc+")
+    [result] = measured(OneAfterTheOther(), tmp_path / "2", more_seeds=1)
+    assert result.seeds == [1], "changes that are not committed take nothing from before"
+    commit.append("abc")
+    monkeypatch.setattr(measuring, "objects_now", lambda _paths: {"README.md": "another"})
+    [result] = measured(OneAfterTheOther(), tmp_path / "2", more_seeds=2)
+    assert result.seeds == [1, 2], "nor do other sources"
 
 
 def test_why_a_seed_failed_is_told_before_the_next_is_measured(tmp_path: Path) -> None:

@@ -160,6 +160,15 @@ def test_a_row_without_a_result_says_so_and_one_with_a_wrong_figure_is_refused(t
         table.said(row, result())
 
 
+def test_a_result_that_lacks_seeds_tells_of_how_many_it_is(tmp_path: Path) -> None:
+    row = Row("pooled", "—", "grasp", "{wait_ms}", {}, None)
+    part = result(run="grasp", command=CATALOGUE.runs["grasp"].command)
+    part.save(tmp_path)
+    whole = len(CATALOGUE.runs["grasp"].seeds)
+    assert table.lacking(part, CATALOGUE.runs["grasp"]) == list(CATALOGUE.runs["grasp"].seeds[2:])
+    assert f"2 of {whole} seeds" in table.line(row, CATALOGUE, tmp_path)
+
+
 def test_a_result_is_old_once_what_it_measures_is_another() -> None:
     measures = CATALOGUE.runs["driver"].measures
     now = objects_now(measures)

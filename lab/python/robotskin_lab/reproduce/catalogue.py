@@ -39,6 +39,10 @@ class Run:
         """The words after `robotskin`."""
         return shlex.split(self.quick if quick else self.command)
 
+    def wanted_seeds(self, *, quick: bool) -> tuple[int, ...]:
+        """Those of a whole result."""
+        return self.quick_seeds if quick else self.seeds
+
 
 @dataclass(frozen=True)
 class Row:

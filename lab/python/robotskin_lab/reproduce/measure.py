@@ -16,7 +16,8 @@ from robotskin.errors import RobotskinError
 from robotskin_lab.executors import Executor
 from robotskin_lab.reproduce.catalogue import Run
 from robotskin_lab.reproduce.kept_seeds import FOLDER, KeptSeeds
-from robotskin_lab.reproduce.result import CHANGED, Result, commit_now, machine_now, objects_now
+from robotskin_lab.reproduce.result import CHANGED, Result, ResultError, commit_now, load, machine_now, objects_now
+from robotskin_lab.reproduce.result import FOLDER as RESULTS
 
 BOUND_BROKEN = 1
 """Exit status of a command whose figures are there, but one of which breaks its bound."""
@@ -31,20 +32,25 @@ def measure(
     on: Executor,
     *,
     quick: bool,
+    more_seeds: int | None = None,
     tell: Callable[[str], None] = lambda line: None,
     folder: Path = FOLDER,
+    results: Path = RESULTS,
 ) -> Iterator[Result | RunFailedError]:
     """Run each with every seed; the result of each, or why there is none, once its last seed has ended.
 
-    What was cut off goes on with the seeds that are missing, as long as sources and command are the same. Seeds of
-    sources with changes that are not committed are measured anew: nothing says which changes they were.
+    What was cut off goes on with the seeds that are missing, as long as sources and command are the same, and so does a
+    result that has a part of the seeds. Seeds of sources with changes that are not committed are measured anew: nothing
+    says which changes they were.
 
     Args:
         runs: of the catalogue.
         on: where the seeds run. A time is worth most where nothing runs beside it.
         quick: in the short form.
+        more_seeds: of each run, at most so many that are missing; by default all.
         tell: is given each command as it has ended.
         folder: where seeds are kept until the last one of their run has ended.
+        results: where results are kept.
     """
     listed = {run.name: run for run in runs}
     commits = {name: commit_now(run.measures) for name, run in listed.items()}
@@ -55,21 +61,29 @@ def measure(
         )
         for name, run in listed.items()
     }
+    ended = {
+        name: _seeds_of_a_part(run, quick, commits[name], measured[name], results) | kept[name].seeds
+        for name, run in listed.items()
+    }
+    left = {
+        name: [seed for seed in run.wanted_seeds(quick=quick) if seed not in ended[name]][:more_seeds]
+        for name, run in listed.items()
+    }
     jobs = [
         ((name, seed), (run.arguments(quick=quick), seed, run.measures, measured[name]))
         for name, run in listed.items()
-        for seed in (run.quick_seeds if quick else run.seeds)
-        if seed not in kept[name].seeds
+        for seed in left[name]
     ]
-    left = {name: [seed for (of, seed), _ in jobs if of == name] for name in listed}
-    ended: dict[str, dict[int, tuple[dict[str, Any], dict[str, Any]]]] = {name: kept[name].seeds for name in listed}
     for name, seeds in ended.items():
         if seeds:
             tell(f"{name}: seed {', '.join(map(str, sorted(seeds)))} measured before")
 
-    def result(name: str) -> Result:
-        kept[name].forget()
+    def result(name: str) -> Result | RunFailedError:
         by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
+        if not by_seed:
+            return RunFailedError(f"{name}: no seed has been measured; ask for one more")
+        if set(by_seed) >= set(listed[name].wanted_seeds(quick=quick)):
+            kept[name].forget()
         run, machines = listed[name], [machine for _, machine in by_seed.values()]
         processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
         return Result(
@@ -103,6 +117,21 @@ def measure(
             yield RunFailedError(failed[name])
             continue
         yield result(name)
+
+
+def _seeds_of_a_part(
+    run: Run, quick: bool, commit: str, measured: dict[str, str], results: Path
+) -> dict[int, tuple[dict[str, Any], dict[str, Any]]]:
+    """By seed, figures and machine of a kept result of these sources that lacks some of the seeds."""
+    try:
+        part = load(run.name, results)
+    except ResultError:
+        return {}
+    command = run.quick if quick else run.command
+    same = (part.command, part.quick, part.measured) == (command, quick, measured)
+    if not same or CHANGED in part.commit + commit or set(part.seeds) >= set(run.wanted_seeds(quick=quick)):
+        return {}
+    return {seed: (figures, part.machine) for seed, figures in part.by_seed.items()}
 
 
 def measure_seed(
