@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands take effect exactly once; forged and replayed ones never do."""
 
+import random
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -131,6 +133,24 @@ def test_settings_survive_a_power_cycle_if_stored_and_a_damaged_image_does_not(s
         again.command("read", 1, later, target=33, index=0, value_low=OPERATION["threshold"])
         (reply,) = [fields for name, fields in map(firmware.unpack, again.sent) if name == "reply"]
         assert reply["value_low"] == expected
+
+
+def test_every_setting_that_is_stored_comes_back_as_it_was(seed: int) -> None:
+    draw = random.Random(seed)
+    wanted = {("mode", 0): 1, ("event_rate", 0): 500, ("event_mask", 0): draw.randrange(1, 512)}
+    for channel in range(len(firmware.EVENT_THRESHOLDS)):
+        wanted["threshold", channel] = draw.randrange(1, 65536)
+        wanted["offset", channel] = draw.randrange(-32768, 32768)
+    feeder, now = named_cell()
+    for counter, ((name, index), value) in enumerate(wanted.items(), 1):
+        feeder.command(name, counter, now, index=index, value_low=value & 0xFFFFFFFF)
+    frame = firmware.pack("command", {"operation": OPERATION["store"], "counter": len(wanted) + 1, "target": 33})
+    again, later = named_cell(flash=feeder.cell.frame(1, frame, now).flash)
+    for counter, ((name, index), value) in enumerate(wanted.items(), 1):
+        again.sent.clear()
+        again.command("read", counter, later, target=33, index=index, value_low=OPERATION[name])
+        (reply,) = [fields for told, fields in map(firmware.unpack, again.sent) if told == "reply"]
+        assert (reply["value_low"] ^ value) & 0xFFFF == 0, (name, index)
 
 
 @settings(max_examples=200)

@@ -24,7 +24,16 @@ from robotskin.apps.embrace.grasp_scene import (
 )
 from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
-from robotskin.apps.embrace.regulation import CLOSED_AXIS_M, CLOSED_M, PULL_LEAST_M_S
+from robotskin.apps.embrace.regulation import (
+    CLOSED_AXIS_M,
+    CLOSED_M,
+    NEAR_M,
+    NEARBY_M_S,
+    OPEN_M,
+    PULL_LEAST_M_S,
+    TIGHT_M,
+    Hold,
+)
 from robotskin.apps.embrace.scene import PERSON, Person, scene_of
 from robotskin.apps.embrace.states import TABLE, Seen, State, following
 from robotskin.cli import main
@@ -130,6 +139,15 @@ def test_with_all_cells_left_out_no_grasp_begins_and_nothing_is_held(seed: int) 
 def test_what_is_pulled_reaches_the_chest_more_slowly_than_would_strike_a_cell_hard() -> None:
     stiffness, mass = 9000.0, 75.0
     assert PULL_LEAST_M_S * np.sqrt(stiffness * mass) < 10.0  # newton, where a sensor's range ends
+
+
+def test_a_person_who_stands_at_the_chest_already_is_hugged_in_the_time_that_there_is() -> None:
+    """Their chest is seen from the first moment, and arms pull slowly all the way, as when a hug is asked again."""
+    longest_s = (OPEN_M - TIGHT_M) / NEARBY_M_S + (Hold().far_m - NEAR_M) / PULL_LEAST_M_S
+    closing = Seen(longest_s, True, False, False, True, False, False, False, asked_to_release=False)
+    assert following(State.CLOSE, closing)[0] is State.CLOSE
+    felt = dataclasses.replace(closing, chest=True)
+    assert following(State.CLOSE, felt)[0] is State.HOLD
 
 
 def test_the_table_leaves_before_the_robot_s_knees(arms: Arms, seed: int) -> None:

@@ -46,14 +46,14 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
     def push_no_more() -> None:
         person.push((0.0, 0.0, 0.0))
 
-    def hug_again() -> None:
-        """The person comes back to where they stood: one that is pushed aside is found by no arms."""
+    def let_go() -> None:
+        """The push ends, too: it would carry a person aside whom nothing holds, to where no arms find them."""
         push_no_more()
-        control.restart()
+        control.release()
 
     orders: Orders = {
-        "Let go": control.release,
-        "Hug again": hug_again,
+        "Let go": let_go,
+        "Hug again": control.restart,
         "Push the person": lambda: person.push((0.0, PUSH_N, 0.0)),
         "Push no more": push_no_more,
     }

@@ -19,7 +19,7 @@ from robotskin.session import PERIOD_S, SafetyState, Session
 
 Progress = Callable[[str], None]
 ROBOT, LAYOUT = "talos_standing", "talos_embrace"
-LONGEST_S = 19.0
+LONGEST_S = 34.0
 """From the home posture to a hug."""
 HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 4.0
 PUSH_N = 20.0

@@ -52,7 +52,7 @@ TABLE: tuple[Row[State, Seen], ...] = (
         State.CLOSE, lambda seen: seen.regulated and seen.arms and seen.chest, State.HOLD, "both arms and chest feel it"
     ),
     Row(State.CLOSE, lambda seen: not seen.regulated and seen.closed, State.HOLD, "at the end of the paths"),
-    Row(State.CLOSE, lambda seen: False, State.RELEASE, "the person was not found", latest_s=15.0),
+    Row(State.CLOSE, lambda seen: False, State.RELEASE, "the person was not found", latest_s=30.0),
     Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.HOLD, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
     Row(State.HOLD, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
