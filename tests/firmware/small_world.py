@@ -59,6 +59,7 @@ class SmallWorld:
         for k, root in enumerate(roots):
             self.other[root], self.other[(-1, k + 1)] = (-1, k + 1), root
         self.cut: set[Port] = set()  # sending ends whose frames vanish
+        self.sends_until: dict[Port, int] = {}
         self.nodes = [Node(None) for _ in range(cells)]
         self.records: list[tuple[int, int, str, dict]] = []  # (time, port, frame name, fields) that reached the host
         self.sampled: list[tuple[int, int, list[int]]] = []  # (time, cell, values)
@@ -82,7 +83,12 @@ class SmallWorld:
     def unit_ns(self) -> int:
         return (self.now + self.ahead_us) * 1000
 
+    def ends_sending(self, index: int) -> None:
+        """What starts anew knows nothing of a frame that it has begun."""
+        self.sends_until = {end: until for end, until in self.sends_until.items() if end[0] != index}
+
     def boot_unit(self) -> None:
+        self.ends_sending(-1)
         self.unit_done(
             self.unit.boot(
                 self.unit_ns, self.ports, 4711, unasked=True, cell_key=self.key, batch_us=0, turns=self.turns
@@ -91,6 +97,7 @@ class SmallWorld:
 
     def boot(self, index: int) -> None:
         node = self.nodes[index]
+        self.ends_sending(index)
         node.cell = firmware.Cell()
         node.on = True
         node.timer = node.sample = -1
@@ -109,6 +116,8 @@ class SmallWorld:
         self.cut -= {end, self.other[end]}
 
     def send(self, end: Port, frame: bytes) -> None:
+        assert self.sends_until.get(end, 0) <= self.now, f"{end}: a frame is started over another one"
+        self.sends_until[end] = self.now + 50
         self.at(self.now + 50, "sent", (end, self.nodes[end[0]].cell if end[0] >= 0 else None))
         if end in self.other and end not in self.cut and self.random.random() >= self.loss:
             if self.tamper is not None:

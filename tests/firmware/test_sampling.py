@@ -238,6 +238,32 @@ def tick(sequence: int, **more: int) -> bytes:
     return firmware.pack("tick", {**fields, "gain_threshold": 1, **more})
 
 
+def crowded_out(source: int) -> list[int]:
+    """What a cell sends of 100 samples of a child that came while its own line was busy, by their number."""
+    feeder, now = Feeder(), 5_000_000
+    feeder.take(feeder.cell.boot(77, 1, now), now)
+    for _ in range(12):
+        now += 1000
+        feeder.tick(now)
+        feeder.take(feeder.cell.frame(2, tick(feeder.sequence, sender=source, parent=1, hops=2), now), now)
+    feeder.sent.clear()
+    told = {"source": source, "ttl": 20, "sample_tick": feeder.sequence % 16}
+    for number in range(100):
+        now += 3
+        output = feeder.cell.frame(2, firmware.pack("clock", {**told, "proximity": number}), now)
+        feeder.sent += [frame for frame in output.frames[:1] if frame is not None]
+    feeder.take(feeder.cell.sent(1, now), now)
+    told_frames = map(firmware.unpack, feeder.sent)
+    return [fields["proximity"] for name, fields in told_frames if name == "clock" and fields["source"] == source]
+
+
+def test_of_more_samples_than_a_line_can_wait_for_the_newest_are_kept_in_order() -> None:
+    """But for cells of which the next sample is to be left out: of these none comes once many wait."""
+    kept = [crowded_out(source) for source in range(40, 48)]
+    assert [0, *range(36, 100)] in kept
+    assert all(numbers in ([0, *range(36, 100)], list(range(65))) for numbers in kept)
+
+
 class Feeder:
     """Keeps a lone cell attached to a root at port 1 and collects what it sends there."""
 

@@ -199,6 +199,21 @@ def test_injected_commands_go_to_the_roots_of_the_named_port() -> None:
     assert bench.unit.refused == 1
 
 
+def test_commands_that_no_key_fits_are_dropped_and_counted() -> None:
+    """A cell whose unique number the unit does not know has no key there; one without keys takes them all."""
+    for cell_key, lost in ((bytes(16), 3), (None, 0)):
+        bench = Bench(cell_key=cell_key)
+        bench.attach()
+        for sequence in range(1, 4):
+            unknown = firmware.pack("command", {"operation": 2, "counter": sequence, "target": 1234})
+            bench.say(datagram(INJECT, sequence, (record(unknown, 1),)))
+            bench.run_us(500)
+        assert len(commands_sent(bench)) == 3 - lost
+        bench.run_us(100_000)
+        assert int.from_bytes(bench.datagrams[-1][1][28:32], "big") == lost
+        assert bench.unit.refused == 0
+
+
 def test_repeated_reordered_and_foreign_datagrams_are_refused() -> None:
     bench = Bench()
     bench.attach()

@@ -211,3 +211,34 @@ def test_a_report_that_the_processor_finds_before_its_own_timer_is_added_up(seed
     outputs += [world.cell(cell).sent(world.cell(cell).parent_port, now_us + 60 * (i + 1)) for i in range(3)]
     told = [one for output in outputs for one in sums(output.frames)]
     assert all(one["cells"] > report["cells"] for one in told if one["epoch"] == (report["epoch"] + 1) % 64)
+
+
+@pytest.mark.parametrize("line_is_free_after", [None, 0, 3, 8])
+def test_of_more_sums_than_can_wait_each_is_sent_once_in_order_or_counted(
+    line_is_free_after: int | None, seed: int
+) -> None:
+    """Those that were sent and may be asked for again make room for new ones."""
+    world, cell, port, report = reporting_child(seed)
+    node, now_us, sent = world.cell(cell), world.now, list[int]()
+    dropped = node.counts["torques_dropped"]
+
+    def take(output: firmware.CellOutput) -> None:
+        sent.extend(one["joint_1"] for one in sums(output.frames))
+
+    def line_is_free(frames: int) -> None:
+        nonlocal now_us
+        for _ in range(frames):
+            now_us += 10
+            take(node.sent(node.parent_port, now_us))
+
+    over = report | {"epoch": (report["epoch"] - 1) % 64}
+    for number in range(30):
+        now_us += 3
+        over = next_serial(over) | {"joint_1": number}
+        take(node.frame(port, firmware.pack("torque", over), now_us, 0))
+        if number == line_is_free_after:
+            line_is_free(3)
+    line_is_free(60)
+    assert sent == list(range(len(sent)))
+    assert len(sent) >= 16
+    assert len(sent) + node.counts["torques_dropped"] - dropped == 30
