@@ -264,6 +264,21 @@ def test_of_more_samples_than_a_line_can_wait_for_the_newest_are_kept_in_order()
     assert all(numbers in ([0, *range(36, 100)], list(range(65))) for numbers in kept)
 
 
+@pytest.mark.parametrize("missed", [0, 1, 6])
+def test_frames_that_a_child_has_sent_and_that_did_not_come_are_asked_for_at_once(missed: int) -> None:
+    """A child's tick tells the number that comes next; the answer does not wait for the cell's own tick."""
+    feeder, now, number = Feeder(), 5_000_000, 5
+    feeder.take(feeder.cell.boot(77, 1, now), now)
+    child = {"sender": 40, "parent": 1, "hops": 2}
+    for _ in range(12):
+        now += 1000
+        feeder.tick(now)
+        feeder.take(feeder.cell.frame(2, tick(feeder.sequence, ack=number, **child), now), now)
+    output = feeder.cell.frame(2, tick(feeder.sequence, ack=number + missed, **child), now + 300)
+    told = [firmware.unpack(frame) for frame in output.frames if frame is not None]
+    assert [(name, fields["ack"] % 128) for name, fields in told] == ([("tick", number)] if missed else [])
+
+
 class Feeder:
     """Keeps a lone cell attached to a root at port 1 and collects what it sends there."""
 
