@@ -51,8 +51,9 @@ class Evidence:
         self.pressed = np.zeros(cells, bool)
         """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
         self.leant_on = np.zeros(cells, bool)
-        """(N) cells that have come to feel something, however little, since their proximity is at its end."""
+        """(N) cells that came to feel something, however little, as their proximity came to its end, and still do."""
         self._before_n = np.full(cells, np.inf)
+        self._near_s, self._felt_less_s = np.zeros(cells), np.zeros(cells)
         self.blind = np.zeros(cells, bool)
         """(N) cells that were touched and saw nothing of it, and whose proximity has not moved since."""
         self.sightless = np.zeros(cells, bool)
@@ -86,7 +87,7 @@ class Evidence:
         self._samples[row] = window["samples"]
         self._near[row] = ~(window["most"][:, PROXIMITY] <= self.healthy.free_share)
         self._look_at_presses(window)
-        self._look_at_light_touches(window)
+        self._look_at_light_touches(window, seconds)
         self.count += 1
         self.silence.add(window, seconds)
         self.stuck_s = np.where(window["stuck"] > 0.9 * ticks, self.stuck_s + seconds, 0.0)
@@ -139,11 +140,20 @@ class Evidence:
         seen = (swing > healthy.touched_n) & (load > carried) & touched
         self.blind = (self.blind | seen) & unmoved
 
-    def _look_at_light_touches(self, window: Mapping[str, Any]) -> None:
-        """Something that is held rests on a cell for long and presses little: less than a wrong zero may be."""
+    def _look_at_light_touches(self, window: Mapping[str, Any], seconds: float) -> None:
+        """Something that is held rests on a cell for long and presses little: less than a wrong zero may be.
+
+        It is seen and felt at about the same time. A force that comes later, or goes while the cell sees something
+        still, is a touch of a proximity sensor that is ill, or a zero that drifts.
+        """
+        healthy = self.healthy
         force = window["mean"][:, FORCES].sum(axis=1)
         ended = window["at_end"][:, PROXIMITY] > 0
-        self.leant_on = ended & (self.leant_on | (force - self._before_n > self.healthy.leant_n))
+        rise = force - self._before_n
+        self._near_s = np.where(ended, self._near_s + seconds, 0.0)
+        self._felt_less_s = np.where(rise > healthy.leant_n / 2, 0.0, self._felt_less_s + seconds)
+        comes = (rise > healthy.leant_n) & (self._near_s <= healthy.end_s)
+        self.leant_on = ended & (self.leant_on | comes) & (self._felt_less_s <= healthy.leaves_s)
         self._before_n = np.where(ended, self._before_n, force)
 
 

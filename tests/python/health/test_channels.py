@@ -56,8 +56,14 @@ def test_a_proximity_is_blind_that_saw_nothing_of_a_touch_which_no_other_cell_se
     assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {blind: Kind.stuck}
 
 
-def test_a_thing_that_rests_lightly_on_one_cell_for_long_is_no_illness(body: Robot, seed: int) -> None:
-    """As a finger's tip that holds a ball: its proximity is at its end, and no cell beside it sees the ball."""
+@pytest.mark.parametrize("touched_s", [None, (6.0, 7.5), (20.0, 21.5), (20.0, SECONDS)])
+def test_a_thing_that_rests_lightly_on_one_cell_for_long_is_no_illness(
+    body: Robot, seed: int, touched_s: tuple[float, float] | None
+) -> None:
+    """As a finger's tip that holds a ball: its proximity is at its end, and no cell beside it sees the ball.
+
+    A proximity that is ill is told from that however its cell is touched later, for a moment or for long.
+    """
     rig = rig_of(body, seed, SECONDS)
     cell, ill = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
     light_n = float(rig.draw.uniform(0.15, 0.6))
@@ -66,6 +72,8 @@ def test_a_thing_that_rests_lightly_on_one_cell_for_long_is_no_illness(body: Rob
         if time_s > 5.0:
             rig.state.proximity[[cell, ill]] = 1.0
             rig.state.normal_force[cell] += np.float32(light_n / 3)
+        if touched_s is not None and touched_s[0] < time_s < touched_s[1]:
+            rig.state.normal_force[ill] += np.float32(0.1)
 
     assert {finding.cell: finding.kind for finding in watched(rig, changed).findings} == {ill: Kind.end_of_range}
 
