@@ -16,6 +16,7 @@ from robotskin.teaching.worker import Steps, Worker
 
 Array = NDArray[np.float64]
 
+LOST = "cells of a pad are lost"
 GRASP_ABOVE_M = np.array([0.0, 0.0, 0.0025])
 """How far above the middle of a thing the middle of the pads is: a palm's breadth of room over the thing."""
 UP_M = np.array([0.0, 0.0, 0.10])
@@ -64,12 +65,16 @@ class Execution:
         self.done = Done()
 
     def steps(self) -> Steps:
-        """The whole plan as a skill. Returns `Done`."""
+        """The whole plan as a skill. Returns `Done`.
+
+        Where cells of a pad are lost it ends with the pads as they are: what they hold is not dropped, and what they
+        press on is pressed no harder.
+        """
         done = self.done
         for tried in range(self.plan.tries):
             done.tries = tried + 1
             yield from self._once()
-            if done.finished or not done.why:
+            if done.finished or not done.why or done.why == LOST:
                 break
             yield from let_go(self.worker)
             yield from self._rise()
@@ -85,16 +90,19 @@ class Execution:
             if when is not None and not when.holds(done.measured, self.scales.get(when.property, 1.0)):
                 continue
             self.lights(number)
+            if worker.lost.any():
+                done.why = LOST
+                return
             if needs_hold and not holds(worker):
                 done.why = f"nothing is held any more at step {step.do!r}"
                 return
             if step.do == "reach":
                 if not (yield from self._reach(self._place(step.at))):
-                    done.why = f"a pad met something on its way down to {step.at}"
+                    done.why = LOST if worker.lost.any() else f"a pad met something on its way down to {step.at}"
                     return
             elif step.do == "take":
                 if not (yield from take(worker)):
-                    done.why = "nothing was held after closing"
+                    done.why = LOST if worker.lost.any() else "nothing was held after closing"
                     return
                 needs_hold = True
                 done.measured["diameter_m"] = float(worker.openings_m.sum())
@@ -104,7 +112,7 @@ class Execution:
                 done.squeezed = found
                 stiffness = found.stiffness_n_per_m(self.skin_n_per_m)
                 if not np.isfinite(stiffness):
-                    done.why = "the squeeze felt no force rise"
+                    done.why = LOST if worker.lost.any() else "the squeeze felt no force rise"
                     return
                 done.measured["stiffness_n_per_m"] = stiffness
             elif step.do == "put":
@@ -130,7 +138,7 @@ class Execution:
         yield from worker.move_to(place + UP_M)
         yield from worker.tare()
         for _ in worker.move_to(place, DOWN_M_S):
-            if worker.force_n.max() > MEETS_N:
+            if worker.lost.any() or worker.force_n.max() > MEETS_N:
                 worker.stay()
                 return False
             yield

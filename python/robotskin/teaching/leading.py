@@ -45,9 +45,18 @@ class Button:
     began_s: float | None = None
     tapped_s: float = -np.inf
     asked: bool = False
+    waits: bool = False
+    """For the button to be let go, before anything counts."""
+
+    def lose(self) -> None:
+        """A cell that was pressed is lost: neither that nor its return is a tap."""
+        self.began_s, self.tapped_s, self.waits = None, -np.inf, True
 
     def look(self, force_n: float, now_s: float) -> Asked:
         """What is asked at this moment; each pair of taps and each press once."""
+        if self.waits:
+            self.waits = force_n >= LET_GO_N
+            return Asked.NOTHING
         if self.began_s is None:
             if force_n > TAP_N:
                 self.began_s, self.asked = now_s, False
@@ -154,6 +163,9 @@ class Leader:
 
     def _tell_button(self) -> None:
         worker = self.worker
+        if worker.has_lost(worker.gripper.button):
+            self.button.lose()
+            return
         force = worker.session.cell_forces_n()[worker.gripper.button]
         asked = self.button.look(float(force.max(initial=0.0)), worker.now_s)
         if asked is not Asked.NOTHING:

@@ -133,6 +133,8 @@ def squeeze(worker: Worker, largest_n: float = LARGEST_N, hold_n: float = HOLD_N
         found.peak_n = max(found.peak_n, float(worker.force_n.max()))
         if (worker.wanted[worker.gripper.joints] <= 1e-5).all():
             break
+    if worker.lost.any():  # what was felt since is less than what presses
+        found = Squeezed(diameter_m=found.diameter_m, peak_n=found.peak_n)
     yield from hold(worker, hold_n, 1.2)
     return found
 

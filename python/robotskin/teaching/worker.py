@@ -150,6 +150,10 @@ class Worker:
         """(3,) base frame, of the pads' middle, as measured."""
         return self.postures.place_of(np.array(self.session.joints.position))
 
+    def has_lost(self, cells: NDArray[np.int64]) -> bool:
+        """Whether one of these cells that felt something is lost."""
+        return self._lost.among(cells)
+
     def carrying(self) -> tuple[int, int]:
         """How many cells of each pad carry a part of its force that counts; offsets are not taken out."""
         force = self.session.cell_forces_n()
@@ -202,10 +206,13 @@ class Worker:
         while np.abs(goal - self.wanted[pads]).max() > 1e-6:
             self.move_pads(np.clip(goal - self.wanted[pads], -PAD_SPEED_M_S * LOOK_S, PAD_SPEED_M_S * LOOK_S))
             yield
-        self._lost.forget()
+        if opening_m is None:
+            self._lost.forget()
 
     def move_pads(self, by_m: Array | float) -> None:
-        """Move the pads by (2,) metres, outwards."""
+        """Move the pads by (2,) metres, outwards; pads whose cells are lost move no further inwards."""
+        if self.lost.any():
+            by_m = np.maximum(by_m, 0.0)
         robot, pads = self.session.robot, self.gripper.joints
         self.wanted[pads] = np.clip(self.wanted[pads] + by_m, robot.lower[pads], robot.upper[pads])
 

@@ -114,13 +114,18 @@ class SkinReading:
             sensors=tuple(skin.sensors),
         )
 
-    def living_forces_n(self) -> Floats:
-        """(N,) newton that each cell feels; one that is not alive feels nothing."""
-        return np.where(self.health == int(Health.alive), np.asarray(self.normal_force, dtype=float).sum(axis=1), 0.0)
+    def cell_forces_n(self) -> Floats:
+        """(N,) newton that each cell feels; one that is not alive, or is ill, feels nothing."""
+        return np.where(self._counts(), np.asarray(self.normal_force, dtype=float).sum(axis=1), 0.0)
 
-    def living_nearness(self) -> Floats:
-        """(N,) share of full scale; a cell that is not alive sees nothing."""
-        return np.where(self.health == int(Health.alive), np.asarray(self.proximity, dtype=float), 0.0)
+    def cell_nearness(self) -> Floats:
+        """(N,) share of full scale; a cell that is not alive, or is ill, sees nothing."""
+        return np.where(self._counts(), np.asarray(self.proximity, dtype=float), 0.0)
+
+    def _counts(self) -> NDArray[np.bool_]:
+        counts = np.asarray(self.health == int(Health.alive))
+        counts[list(self.ill)] = False
+        return counts
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ class BalancePage(Page):
         with self.server.atomic():
             self._draw(found)
             if self._count % FRAMES_PER_TEXT == 0:
-                force = snapshot.skin.living_forces_n()
+                force = snapshot.skin.cell_forces_n()
                 self._text.content = self._told(found, float(force[force > FELT_N].sum()))
         self._count += 1
 

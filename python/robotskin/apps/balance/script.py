@@ -30,6 +30,7 @@ def bounds() -> list[Bound]:
         Bound("stands", 1, 1),
         Bound("running", 1, 1),
         Bound("limit_violations", 0, 0),
+        Bound("give_mm_per_n", 0.2, 25.0),
         Bound("give_over_gains", 0.35, 1.2),
         Bound("capture_inside_mm", least=10.0),
         Bound("base_error_mm", most=30.0),

@@ -51,9 +51,13 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
         push_no_more()
         control.release()
 
+    def hug_again() -> None:
+        push_no_more()
+        control.restart()
+
     orders: Orders = {
         "Let go": let_go,
-        "Hug again": control.restart,
+        "Hug again": hug_again,
         "Push the person": lambda: person.push((0.0, PUSH_N, 0.0)),
         "Push no more": push_no_more,
     }

@@ -26,7 +26,7 @@ class PropagatePage(ToldPage):
     def draw(self, snapshot: Snapshot, now_s: float) -> None:
         """Send one moment to the browsers."""
         self._way_m = self._way.metres(snapshot.joint_position)
-        self._felt_n = felt_n(snapshot.skin.living_forces_n(), snapshot.skin.living_nearness(), self._near_n)
+        self._felt_n = felt_n(snapshot.skin.cell_forces_n(), snapshot.skin.cell_nearness(), self._near_n)
         self._state = following(self._state, Seen(self._felt_n, self._way_m))
         super().draw(snapshot, now_s)
 
