@@ -28,7 +28,10 @@ def command(
         bool, typer.Option("--list", help="List the runs with what they cost, and measure none.")
     ] = False,
     stale: Annotated[
-        bool, typer.Option(help="List the results that are older than the code they measure; status 1 if any is.")
+        bool,
+        typer.Option(
+            help="List the results that are older than the code they measure, or lack seeds; status 1 if any is."
+        ),
     ] = False,
     more_seeds: Annotated[
         int | None,
@@ -97,7 +100,7 @@ def _tell_stale(chosen: list[Run]) -> int:
             continue
         if is_old(result, run.measures):
             old.add_row(run.name, result.commit, "older than the code", f"robotskin reproduce {run.name}")
-        elif missing := table.lacking(result, run):
+        elif missing := run.lacking(result.seeds, quick=result.quick):
             lacks = f"lacks {len(missing)} of {len(missing) + len(result.seeds)} seeds"
             old.add_row(run.name, result.commit, lacks, f"robotskin reproduce {run.name}")
     console.print(old if old.row_count else "every kept result is of the code as it is")

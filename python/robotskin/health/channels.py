@@ -181,6 +181,7 @@ def _thermometers(evidence: Evidence) -> tuple[NDArray[np.float64], NDArray[np.f
     if len(last["time"]) < THERMOMETER_WINDOWS:
         return np.zeros(evidence.cells), np.ones(evidence.cells)
     # Fourth differences: skin that warms or cools in a touch does so smoothly, over a third of these windows or more.
+    # What wanders over six seconds and more counts as warmth, too.
     fourth = np.abs(np.diff(last["mean"][:, :, SURFACE].astype(float), n=4, axis=0))
     # Where a touch begins or ends a few of them are large; the median does not see these.
     noise = np.median(fourth, axis=0) / (0.6745 * np.sqrt(70))

@@ -75,9 +75,12 @@ def test_a_long_run_is_measured_in_parts_that_add_up_to_a_whole_result(
         assert (executor.asked, result.seeds) == (seeds, has)
         result.save(tmp_path / str(part + 1) / "results")
     assert result.by_seed == {seed: {"wait_ms": 10.0 * seed} for seed in (1, 2, 3)}
-    again = OneAfterTheOther()
-    [result] = measured(again, tmp_path / "3", more_seeds=1)
-    assert (again.asked, result.seeds) == ([1], [1]), "a result that is whole is measured anew"
+    for more_seeds in (0, 1):
+        again = OneAfterTheOther()
+        assert measured(again, tmp_path / "3", more_seeds=more_seeds) == []
+        assert again.asked == [], "a result that is whole stays as it is"
+    [result] = measured(again, tmp_path / "3")
+    assert again.asked == [1, 2, 3], "unless all of it is asked for"
     commit.append("abc+")
     [result] = measured(OneAfterTheOther(), tmp_path / "2", more_seeds=1)
     assert result.seeds == [1], "changes that are not committed take nothing from before"

@@ -165,8 +165,10 @@ def test_a_result_that_lacks_seeds_tells_of_how_many_it_is(tmp_path: Path) -> No
     part = result(run="grasp", command=CATALOGUE.runs["grasp"].command)
     part.save(tmp_path)
     whole = len(CATALOGUE.runs["grasp"].seeds)
-    assert table.lacking(part, CATALOGUE.runs["grasp"]) == list(CATALOGUE.runs["grasp"].seeds[2:])
+    assert CATALOGUE.runs["grasp"].lacking(part.seeds, quick=False) == list(CATALOGUE.runs["grasp"].seeds[2:])
     assert f"2 of {whole} seeds" in table.line(row, CATALOGUE, tmp_path)
+    text = "waits <!-- grasp.wait_ms .1f -->9.9<!-- --> ms"
+    assert cited.with_figures(text, tmp_path) == text, "a part speaks for no whole"
 
 
 def test_a_result_is_old_once_what_it_measures_is_another() -> None:

@@ -43,6 +43,10 @@ class Run:
         """Those of a whole result."""
         return self.quick_seeds if quick else self.seeds
 
+    def lacking(self, seeds: Sequence[int], *, quick: bool) -> list[int]:
+        """Those that a result of these seeds lacks."""
+        return sorted(set(self.wanted_seeds(quick=quick)) - set(seeds))
+
 
 @dataclass(frozen=True)
 class Row:

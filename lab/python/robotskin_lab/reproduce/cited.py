@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from robotskin_lab.reproduce import catalogue
 from robotskin_lab.reproduce.result import FOLDER, Result, ResultError, load
 
 CITED = re.compile(r"<!-- (?P<run>[a-z]\w*)\.(?P<key>\w+) (?P<format>[^\s-]\S*) -->(?P<said>[^<]*)<!-- -->")
@@ -33,10 +34,17 @@ def figure(cited: re.Match[str], folder: Path = FOLDER) -> str:
 
 
 def with_figures(page: str, folder: Path = FOLDER) -> str:
-    """The page with every cited figure as the kept results have it."""
-    return CITED.sub(
-        lambda cited: f"<!-- {cited['run']}.{cited['key']} {cited['format']} -->{figure(cited, folder)}<!-- -->", page
-    )
+    """The page with every cited figure as the kept results have it; what cites a result that lacks seeds stays."""
+    runs = catalogue.read().runs
+
+    def said(cited: re.Match[str]) -> str:
+        found = figure(cited, folder)
+        result = load(cited["run"], folder)
+        if result.run in runs and runs[result.run].lacking(result.seeds, quick=result.quick):
+            return cited[0]
+        return f"<!-- {cited['run']}.{cited['key']} {cited['format']} -->{found}<!-- -->"
+
+    return CITED.sub(said, page)
 
 
 def uncited(page: str) -> list[str]:

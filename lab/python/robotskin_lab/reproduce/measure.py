@@ -19,6 +19,8 @@ from robotskin_lab.reproduce.kept_seeds import FOLDER, KeptSeeds
 from robotskin_lab.reproduce.result import CHANGED, Result, ResultError, commit_now, load, machine_now, objects_now
 from robotskin_lab.reproduce.result import FOLDER as RESULTS
 
+AND = " and "
+"""Between the processors of several machines."""
 BOUND_BROKEN = 1
 """Exit status of a command whose figures are there, but one of which breaks its bound."""
 
@@ -61,10 +63,18 @@ def measure(
         )
         for name, run in listed.items()
     }
-    ended = {
-        name: _seeds_of_a_part(run, quick, commits[name], measured[name], results) | kept[name].seeds
-        for name, run in listed.items()
+    of_before = {
+        name: _seeds_of_before(run, quick, commits[name], measured[name], results) for name, run in listed.items()
     }
+    for name, run in list(listed.items()):
+        if run.lacking(list(of_before[name]), quick=quick):
+            continue
+        if more_seeds is None:
+            of_before[name] = {}  # all of it is asked for anew
+        else:
+            tell(f"{name}: its result has every seed already")
+            del listed[name]
+    ended = {name: of_before[name] | kept[name].seeds for name in listed}
     left = {
         name: [seed for seed in run.wanted_seeds(quick=quick) if seed not in ended[name]][:more_seeds]
         for name, run in listed.items()
@@ -82,17 +92,17 @@ def measure(
         by_seed = {seed: ended[name][seed] for seed in sorted(ended[name])}
         if not by_seed:
             return RunFailedError(f"{name}: no seed has been measured; ask for one more")
-        if set(by_seed) >= set(listed[name].wanted_seeds(quick=quick)):
+        if not listed[name].lacking(list(by_seed), quick=quick):
             kept[name].forget()
         run, machines = listed[name], [machine for _, machine in by_seed.values()]
-        processors = dict.fromkeys(str(machine["processor"]) for machine in machines)
+        processors = dict.fromkeys(one for machine in machines for one in str(machine["processor"]).split(AND))
         return Result(
             name,
             run.quick if quick else run.command,
             quick,
             commits[name],
             measured[name],
-            machines[0] | {"processor": " and ".join(processors)},
+            machines[0] | {"processor": AND.join(processors)},
             {seed: figures for seed, (figures, _) in by_seed.items()},
         )
 
@@ -119,19 +129,19 @@ def measure(
         yield result(name)
 
 
-def _seeds_of_a_part(
+def _seeds_of_before(
     run: Run, quick: bool, commit: str, measured: dict[str, str], results: Path
 ) -> dict[int, tuple[dict[str, Any], dict[str, Any]]]:
-    """By seed, figures and machine of a kept result of these sources that lacks some of the seeds."""
+    """By seed, figures and machine of a kept result of these sources."""
     try:
-        part = load(run.name, results)
+        before = load(run.name, results)
     except ResultError:
         return {}
     command = run.quick if quick else run.command
-    same = (part.command, part.quick, part.measured) == (command, quick, measured)
-    if not same or CHANGED in part.commit + commit or set(part.seeds) >= set(run.wanted_seeds(quick=quick)):
+    same = (before.command, before.quick, before.measured) == (command, quick, measured)
+    if not same or CHANGED in before.commit + commit:
         return {}
-    return {seed: (figures, part.machine) for seed, figures in part.by_seed.items()}
+    return {seed: (figures, before.machine) for seed, figures in before.by_seed.items()}
 
 
 def measure_seed(

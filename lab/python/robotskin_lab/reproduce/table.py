@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robotskin_lab import page_table
-from robotskin_lab.reproduce.catalogue import Catalogue, Row, Run
+from robotskin_lab.reproduce.catalogue import Catalogue, Row
 from robotskin_lab.reproduce.cited import with_figures
 from robotskin_lab.reproduce.result import FOLDER, TREE, Result, ResultError, is_old, load
 
@@ -47,16 +47,11 @@ def line(row: Row, catalogue: Catalogue, folder: Path = FOLDER) -> str:
         return f"| {row.figure} | {row.stated} | not measured yet | — | {command} | — |"
     ours, ratio = said(row, result)
     seeds = f"{len(result.seeds)} seeds" if len(result.seeds) > 1 else f"seed {result.seeds[0]}"
-    if lacking(result, run):
+    if run.lacking(result.seeds, quick=result.quick):
         seeds = f"{len(result.seeds)} of {len(run.wanted_seeds(quick=result.quick))} seeds"
     form = f"`robotskin {run.quick}` (short form)" if result.quick else command
     old = OLD if is_old(result, run.measures) else ""
     return f"| {row.figure} | {row.stated} | {ours} | {ratio} | {form}, {seeds} | {result.commit}{old} |"
-
-
-def lacking(result: Result, run: Run) -> list[int]:
-    """The seeds of its run that a result has not."""
-    return sorted(set(run.wanted_seeds(quick=result.quick)) - set(result.seeds))
 
 
 def lines(catalogue: Catalogue, folder: Path = FOLDER) -> list[str]:
