@@ -141,7 +141,7 @@ def test_what_is_pulled_reaches_the_chest_more_slowly_than_would_strike_a_cell_h
     assert PULL_LEAST_M_S * np.sqrt(stiffness * mass) < 10.0  # newton, where a sensor's range ends
 
 
-def test_a_person_who_stands_at_the_chest_already_is_hugged_in_the_time_that_there_is() -> None:
+def test_a_person_at_the_chest_already_is_hugged_in_the_time_that_there_is() -> None:
     """Their chest is seen from the first moment, and arms pull slowly all the way, as when a hug is asked again."""
     longest_s = (OPEN_M - TIGHT_M) / NEARBY_M_S + (Hold().far_m - NEAR_M) / PULL_LEAST_M_S
     closing = Seen(longest_s, True, False, False, True, False, False, False, asked_to_release=False)

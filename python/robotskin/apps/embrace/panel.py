@@ -47,7 +47,7 @@ def show_hug(session: Session, regulated: bool, port: int) -> None:
         person.push((0.0, 0.0, 0.0))
 
     def let_go() -> None:
-        """The push ends, too: it would carry a person aside whom nothing holds, to where no arms find them."""
+        """The push ends, too: what nothing holds it would carry aside, to where no arms find it."""
         push_no_more()
         control.release()
 
