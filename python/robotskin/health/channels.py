@@ -44,7 +44,8 @@ def _at_end(evidence: Evidence) -> Iterator[Finding]:
     now = evidence.now
     near = now["mean"][:, PROXIMITY] > evidence.healthy.untouched_share
     long[:, FORCES] &= ~near[:, None]
-    long[:, PROXIMITY] = _see_what_is_not_there(evidence, long[:, PROXIMITY] & ~evidence.pressed & ~evidence.leant_on)
+    something = evidence.pressed | evidence.leant_on | evidence.came_near
+    long[:, PROXIMITY] = _see_what_is_not_there(evidence, long[:, PROXIMITY] & ~something)
     for cell in np.flatnonzero(long.any(axis=1)):
         yield Finding(int(cell), Kind.end_of_range, _names(long[cell]))
 

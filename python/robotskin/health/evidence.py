@@ -52,7 +52,9 @@ class Evidence:
         """(N) cells that feel more than pre-loads and zeros can be, or a force that comes or goes."""
         self.leant_on = np.zeros(cells, bool)
         """(N) cells that came to feel something, however little, as their proximity came to its end, and still do."""
-        self._before_n = np.full(cells, np.inf)
+        self.came_near = np.zeros(cells, bool)
+        """(N,) cells whose proximity came to its end from near there, not long ago, as of a thing that comes slowly."""
+        self._before_n, self._before_near = np.full(cells, np.inf), np.zeros(cells)
         self._near_s, self._felt_less_s = np.zeros(cells), np.zeros(cells)
         self.blind = np.zeros(cells, bool)
         """(N) cells that were touched and saw nothing of it, and whose proximity has not moved since."""
@@ -150,7 +152,10 @@ class Evidence:
         force = window["mean"][:, FORCES].sum(axis=1)
         ended = window["at_end"][:, PROXIMITY] > 0
         rise = force - self._before_n
+        self.came_near = ended & (self.came_near | ((self._near_s == 0.0) & (self._before_near > healthy.comes_share)))
+        self._before_near = np.where(ended, 0.0, window["most"][:, PROXIMITY])
         self._near_s = np.where(ended, self._near_s + seconds, 0.0)
+        self.came_near &= self._near_s <= healthy.stays_s
         self._felt_less_s = np.where(rise > healthy.leant_n / 2, 0.0, self._felt_less_s + seconds)
         comes = (rise > healthy.leant_n) & (self._near_s <= healthy.end_s)
         self.leant_on = ended & (self.leant_on | comes) & (self._felt_less_s <= healthy.leaves_s)

@@ -28,7 +28,8 @@ class Healthy:
     Noise is told as standard deviations, in counts for proximity and force. `untouched_share`: proximity below it says
     that nothing touches the cell; below `free_share` nothing touches a cell beside it. `leant_n`: by which the force
     of a cell rises, at least, when something comes to rest on it; `leaves_s`: for how long it feels less than half of
-    that before the thing is gone. `rest_force_n`: what a force sensor may show with nothing there: pre-load and offset.
+    that before the thing is gone. What is seen above `comes_share` may come to the very face of a cell, and stay there
+    untouched for `stays_s`. `rest_force_n`: what a force sensor may show with nothing there: pre-load and offset.
     `carried_share`: of a cell's force, at most, that the soft layer carries to one beside it. `creep`: share of a load
     by which a force sensor may be off a while after it, with its time constant.
     """
@@ -50,6 +51,8 @@ class Healthy:
     touched_n: float = 0.5
     leant_n: float = 0.1
     leaves_s: float = 2.0
+    comes_share: float = 0.5
+    stays_s: float = 60.0
     carried_share: float = 0.2
     rest_force_n: float = 0.6
     drift_n_per_min: float = 0.022

@@ -65,10 +65,12 @@ def test_a_thing_that_rests_lightly_on_one_cell_for_long_is_no_illness(
     A proximity that is ill is told from that however its cell is touched later, for a moment or for long.
     """
     rig = rig_of(body, seed, SECONDS)
-    cell, ill = (int(cell) for cell in rig.draw.choice(len(rig.layout), 2, replace=False))
+    cell, near, ill = (int(cell) for cell in rig.draw.choice(len(rig.layout), 3, replace=False))
     light_n = float(rig.draw.uniform(0.15, 0.6))
 
     def changed(time_s: float) -> None:
+        # A thing that comes slowly may stop at the very face of a cell.
+        rig.state.proximity[near] = np.float32(np.clip((time_s - 5.0) / 6.0, 0.0, 1.0))
         if time_s > 5.0:
             rig.state.proximity[[cell, ill]] = 1.0
             rig.state.normal_force[cell] += np.float32(light_n / 3)
