@@ -63,8 +63,13 @@ class StandIn:
         )
 
 
-def test_the_furthest_lean_and_the_largest_error_are_looked_for_in_every_period() -> None:
+def test_the_furthest_lean_and_the_largest_error_are_looked_for_in_every_period(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(script, "turn_by_touch", lambda _: np.zeros(3))
+    monkeypatch.setattr(script, "expected_displacement", lambda *_: 0.0)
     figures = script.run(StandIn(), 1)  # type: ignore[arg-type]
+    assert figures["give_over_gains"] == 0.0, "where nothing is felt the gains say nothing"
     assert figures["lean_mm"] == pytest.approx(1e3 * AWAY_M)
     assert figures["base_error_mm"] == pytest.approx(1e3 * ERROR_M)
 

@@ -32,7 +32,7 @@ def test_after_each_step_is_known_what_its_skill_measures(seed: int, monkeypatch
     monkeypatch.setattr(execution, "let_go", does())
     monkeypatch.setattr(execution, "squeeze", does(SimpleNamespace(stiffness_n_per_m=lambda _: stiffness)))
     monkeypatch.setattr(execution, "holds", lambda _: True)
-    plan, worker = usual_plan(), SimpleNamespace(openings_m=np.array([0.03, 0.03]))
+    plan, worker = usual_plan(), SimpleNamespace(openings_m=np.array([0.03, 0.03]), lost=np.zeros(2, bool))
     known: list[set[str]] = []
     run = Execution(
         worker,  # type: ignore[arg-type]
