@@ -74,6 +74,8 @@ class Execution:
         for tried in range(self.plan.tries):
             done.tries = tried + 1
             yield from self._once()
+            if not done.finished and self.worker.lost.any():
+                done.why = LOST
             if done.finished or not done.why or done.why == LOST:
                 break
             yield from let_go(self.worker)
@@ -91,18 +93,17 @@ class Execution:
                 continue
             self.lights(number)
             if worker.lost.any():
-                done.why = LOST
                 return
             if needs_hold and not holds(worker):
                 done.why = f"nothing is held any more at step {step.do!r}"
                 return
             if step.do == "reach":
                 if not (yield from self._reach(self._place(step.at))):
-                    done.why = LOST if worker.lost.any() else f"a pad met something on its way down to {step.at}"
+                    done.why = f"a pad met something on its way down to {step.at}"
                     return
             elif step.do == "take":
                 if not (yield from take(worker)):
-                    done.why = LOST if worker.lost.any() else "nothing was held after closing"
+                    done.why = "nothing was held after closing"
                     return
                 needs_hold = True
                 done.measured["diameter_m"] = float(worker.openings_m.sum())
@@ -112,7 +113,7 @@ class Execution:
                 done.squeezed = found
                 stiffness = found.stiffness_n_per_m(self.skin_n_per_m)
                 if not np.isfinite(stiffness):
-                    done.why = LOST if worker.lost.any() else "the squeeze felt no force rise"
+                    done.why = "the squeeze felt no force rise"
                     return
                 done.measured["stiffness_n_per_m"] = stiffness
             elif step.do == "put":
