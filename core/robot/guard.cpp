@@ -81,6 +81,7 @@ Guard::Guard(const RobotModel& robot, GuardLimits limits)
   check_joints("stop_deceleration", limits_.stop_deceleration);
   check_joints("torque_rate", limits_.torque_rate);
   check_range("position_margin", limits_.position_margin, 0, 1);
+  check_range("end_tolerance", limits_.end_tolerance, 0, 0.1);
   check_range("speed_share", limits_.speed_share, 0, 1);
   check_range("degraded_speed_share", limits_.degraded_speed_share, 0, limits_.speed_share);
   check_range("whole_alive_share", limits_.whole_alive_share, 0, 1);
@@ -167,15 +168,13 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
   joints_known_ = usable && young;
   if (joints_known_) {
     found |= joints_fresh;
-    bool inside = true, rest = true;
+    bool all_inside = true, rest = true;
     for (std::size_t i = 0; i < count; ++i) {
-      inside = inside && joints.position[i] >= lower_[i] && joints.position[i] <= upper_[i] &&
-               std::abs(joints.velocity[i]) <= velocity_limit_[i];
+      all_inside = all_inside && inside(joints, i);
       const double rest_speed = standing != nullptr ? standing_rest_speed : limits_.rest_speed;
       rest = rest && (!actuated_[i] || std::abs(joints.velocity[i]) <= rest_speed);
     }
-    if (inside) found |= joints_inside;
-    if (rest) found |= at_rest;
+    found |= static_cast<std::uint16_t>((all_inside ? joints_inside : 0) | (rest ? at_rest : 0));
   }
 
   std::size_t alive = 0;
@@ -197,16 +196,20 @@ std::uint16_t Guard::conditions(const JointState& joints, const skin::SkinState&
   return found;
 }
 
+bool Guard::inside(const JointState& joints, std::size_t joint) const noexcept {
+  const double beyond = std::max(joints.position[joint] - upper_[joint], lower_[joint] - joints.position[joint]);
+  return beyond <= std::min(limits_.end_tolerance, 0.005 * (upper_[joint] - lower_[joint])) &&
+         std::abs(joints.velocity[joint]) <= velocity_limit_[joint];
+}
+
 void Guard::count_violations(const JointState& joints) noexcept {
   if (joints.stamp_ns == last_joints_ns_) return;
   last_joints_ns_ = joints.stamp_ns;
   for (std::size_t i = 0; i < lower_.size(); ++i) {
     const bool effort_beyond = i < joints.effort.size() && std::abs(joints.effort[i]) > effort_limit_[i];
-    if (joints.position[i] < lower_[i] || joints.position[i] > upper_[i] ||
-        std::abs(joints.velocity[i]) > velocity_limit_[i] || effort_beyond) {
-      ++report_.violations;
-      return;
-    }
+    if (inside(joints, i) && !effort_beyond) continue;
+    ++report_.violations;
+    return;
   }
 }
 

@@ -28,6 +28,9 @@ struct GuardLimits {
   std::vector<double> torque_rate;  // (n) Nm/s
   // rad (m) kept from the position limits by commands, but no more than 5 % of the room between them.
   double position_margin = 0.02;
+  // rad (m) by which a joint may be measured beyond a position limit, but no more than 0.5 % of the room between them:
+  // a hand that presses a joint onto its end bends that end.
+  double end_tolerance = 0.002;
   double speed_share = 0.95;           // share of the velocity limits commands may use
   double degraded_speed_share = 0.25;  // the same while degraded
   double largest_switch_step = 0.05;  // rad between a position command and the joint when that interface is switched to
@@ -98,6 +101,7 @@ class Guard {
  private:
   std::uint16_t conditions(const JointState& joints, const skin::SkinState& skin, std::int64_t now_ns, bool run_wanted,
                            const JointCommand& command, const control::StandingState* standing) noexcept;
+  bool inside(const JointState& joints, std::size_t joint) const noexcept;
   void count_violations(const JointState& joints) noexcept;
   bool limit(const RobotDynamics& dynamics, const JointState& joints, double speed_share,
              JointCommand& command) noexcept;
