@@ -23,7 +23,7 @@ void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) 
   beacons_.emplace(*ground_);
   routes_.emplace(network, *ground_, *beacons_, breaks_);
   recovery_.emplace(network, *ground_, *routes_, breaks_, whole_lines_);
-  control_.emplace(ground_->wire_count(), line_, times_, breaks_);
+  control_.emplace(network.cell_count(), ground_->wire_count(), line_, times_, breaks_);
   network.observe(*this);
 }
 

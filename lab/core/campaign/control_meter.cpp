@@ -30,6 +30,11 @@ void ControlMeter::frame_sent(const GroundTruth& ground, std::size_t index, cons
 
 void ControlMeter::poll(const world::Network& network, const GroundTruth& ground, const Overruns& overruns) {
   const std::int64_t now_ns = network.time_ns();
+  // Kept by cell, since one that asked for lost frames again may hang in another tree by the end of the window.
+  for (std::size_t cell = 0; cell < overtaxed_ns_.size(); ++cell) {
+    if (!ground.runs(cell)) continue;
+    overtaxed_ns_[cell] = std::max(overtaxed_ns_[cell], overruns.overtaxed_ns(network.cell(cell).route.wave.root));
+  }
   if (now_ns < window_start_ns_ + window_ns) return;
   const bool quiet = ground.repaired_ns() < window_start_ns_;
   const auto capacity = static_cast<double>(now_ns - window_start_ns_) / (RS_FRAME_US * us);
@@ -39,10 +44,7 @@ void ControlMeter::poll(const world::Network& network, const GroundTruth& ground
     const double beacons = wire.beacons / capacity;
     wire.control = wire.beacons = 0;
     if (!quiet || !ground.joined(index)) continue;
-    if (ground.is_cell(index)) {
-      const std::uint8_t root = network.cell(GroundTruth::cell_of(index)).route.wave.root;
-      if (overruns.overtaxed_ns(root) >= window_start_ns_) continue;
-    }
+    if (ground.is_cell(index) && overtaxed_ns_[GroundTruth::cell_of(index)] >= window_start_ns_) continue;
     largest_share_ = std::max(largest_share_, share);
     if (share <= share_max) continue;
     breaks_.add(Invariant::control_share, now_ns, {ground.is_cell(index) ? GroundTruth::cell_of(index) : index},

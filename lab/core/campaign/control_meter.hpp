@@ -23,9 +23,11 @@ class ControlMeter {
   // are the bound there.
   static constexpr double share_max = 0.08;
 
-  ControlMeter(std::size_t wires, const world::LineQuality& line, ProcessingTimes times, BreakLog& breaks)
+  ControlMeter(std::size_t cells, std::size_t wires, const world::LineQuality& line, ProcessingTimes times,
+               BreakLog& breaks)
       : breaks_(breaks),
         wires_(wires),
+        overtaxed_ns_(cells, never_ns),
         beacon_window_ns_(beacon_window_ns(line, times)),
         held_ns_(times.longest_ns > 0 ? RS_FRAMES_OUT * slow_frame_ns : 0) {}
 
@@ -51,8 +53,11 @@ class ControlMeter {
   // A slow cell's frames come up to a millisecond later each; what its board held goes out close together in the end.
   static constexpr std::int64_t slow_frame_ns = ms + RS_FRAME_US * us;
 
+  static constexpr std::int64_t never_ns = -10'000 * ms;
+
   BreakLog& breaks_;
   std::vector<Wire> wires_;
+  std::vector<std::int64_t> overtaxed_ns_;  // by cell: when a tree that it hung in was last overtaxed
   std::int64_t beacon_window_ns_, held_ns_;
   std::int64_t window_start_ns_ = 0;
   double largest_share_ = 0;
