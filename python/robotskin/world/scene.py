@@ -30,6 +30,8 @@ STANDING_SCENE = SceneSpec(about="A floor to stand on.", floor=FloorSpec(robot_s
 """Around a robot that stands, where no other scene is asked for."""
 
 _IMPEDANCE = 0.5
+_USUAL_END = (0.02, 1.0)
+"""Time constant and damping of a joint's end in MuJoCo: rubber, into which a light finger goes by milliradians."""
 _START_OVERLAP_M = 0.001
 """How far bodies may be inside of each other at the beginning."""
 
@@ -145,6 +147,7 @@ def build(
     for geom in hulls_that_stick_out(model, layout, BENEATH):
         model.geom_contype[geom] = 0
     _soften(model, cell_geom)
+    _harden_ends(model, robot_joints)
     mujoco.mj_forward(model, data)
     _check_start(model, data, chosen)
     return Scene(
@@ -265,3 +268,10 @@ def _soften(model: mujoco.MjModel, cell_geom: NDArray[np.int32]) -> None:
         damping = 2 * np.sqrt(stiffness / _IMPEDANCE) * _IMPEDANCE
         model.geom_solref[geom] = [-stiffness, -damping]
         model.geom_solimp[geom] = [_IMPEDANCE, _IMPEDANCE, 0.001, 0.5, 2]
+
+
+def _harden_ends(model: mujoco.MjModel, robot_joints: NDArray[np.int32]) -> None:
+    """Make the ends of joints as stiff as the physics takes, where the robot's file does not tell how stiff they are."""
+    for joint in robot_joints:
+        if tuple(model.jnt_solref[joint]) == _USUAL_END:
+            model.jnt_solref[joint, 0] = 2 * model.opt.timestep

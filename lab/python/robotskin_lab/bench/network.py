@@ -249,13 +249,23 @@ def campaign_part(fault_seeds: int, first: int | None, on: Executor) -> dict[str
 def mutants_part(count: int, first: int | None, on: Executor) -> dict[str, Any]:
     """Changes of the firmware, drawn anew and made on purpose, that the checkers of the fault campaign must catch.
 
+    Those drawn that it lets live meet the tests of the firmware; of the rest, some have a reason to be seen by none.
+
     first: seed of the drawn changes and of the campaign; drawn anew if None.
     """
     from robotskin_lab.campaign import caught_mutants, caught_share, fresh_seed, sampled_fates
 
     first = fresh_seed() if first is None else first
     print(f"mutants: drawn by seed {first}, run from it on", file=sys.stderr)
-    fates = sampled_fates(count, first, first_seed=first, seeds=SAMPLED_SEEDS, processes=on.workers, told=_tell_fate)
+    fates = sampled_fates(
+        count,
+        first,
+        first_seed=first,
+        seeds=SAMPLED_SEEDS,
+        processes=on.workers,
+        with_tests=True,
+        told=_tell_fate,
+    )
     made = caught_mutants(MUTANT_SEEDS, search=True)
     figures: dict[str, Any] = {
         "mutants_first_seed": first,
@@ -264,6 +274,11 @@ def mutants_part(count: int, first: int | None, on: Executor) -> dict[str, Any]:
         "mutants_counted": sum(fate.counts for fate in fates),
         "mutants_caught_by_campaign": sum(fate.caught for fate in fates),
         "mutants_caught_share": round(caught_share(fates), 4),
+        "mutants_caught_by_tests": sum(fate.counts and not fate.caught and fate.test != "" for fate in fates),
+        "mutants_caught_with_tests_share": round(caught_share(fates, by_tests=True), 4),
+        "mutants_explained": sum(
+            fate.counts and not fate.caught and not fate.test and fate.reason != "" for fate in fates
+        ),
         "mutants_living": "; ".join(str(fate) for fate in fates if fate.counts and not fate.caught),
         "mutants_caught": int(all(mutant.seed is not None for mutant in made)),
     }

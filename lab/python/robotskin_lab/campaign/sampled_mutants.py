@@ -31,6 +31,8 @@ COMPILE_S = 300
 STANDSTILL = 8
 """A changed firmware that takes so many times the processor time of the whole one for the same seeds stands still."""
 LEAST_LIMIT_S = 60
+WAITS = 30
+"""Times its limit of processor time, by the clock on the wall: also what uses no processor comes to an end."""
 _OPTIONS = ("-std=c11", "-O2", "-DNDEBUG", "-w")
 _SHARED = ("campaign", "program", "model_check")
 """Object libraries of `tests/lab/campaign/CMakeLists.txt` that every program has beside the firmware."""
@@ -176,22 +178,15 @@ class Workshop:
         program = self.build(mutation, number)
         if isinstance(program, str):
             return Fate(mutation, program)
-        limited = [
-            "sh",
-            "-c",
-            f'ulimit -t {limit_s}; exec "$@"',
-            "sh",
-            str(program),
-            "run",
-            str(first_seed),
-            str(seeds),
-        ]
+        limit = ["sh", "-c", f'ulimit -S -t {limit_s}; exec "$@"', "sh"]
+        command = [*limit, str(program), "run", str(first_seed), str(seeds)]
         try:
-            run = subprocess.run(limited, capture_output=True, text=True)
+            run = subprocess.run(command, capture_output=True, text=True, timeout=WAITS * limit_s)
+        except subprocess.TimeoutExpired:  # it waits for what never comes
+            return Fate(mutation, "standstill")
         finally:
             shutil.rmtree(program.parent, ignore_errors=True)
-        # The hard limit kills, as `ulimit` sets both.
-        if run.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        if run.returncode == -signal.SIGXCPU:
             return Fate(mutation, "standstill")
         if run.returncode != 0:
             return Fate(mutation, "crash")
