@@ -271,7 +271,7 @@ def _soften(model: mujoco.MjModel, cell_geom: NDArray[np.int32]) -> None:
 
 
 def _harden_ends(model: mujoco.MjModel, robot_joints: NDArray[np.int32]) -> None:
-    """Make the ends of joints as stiff as the physics takes, where the robot's file does not tell how stiff they are."""
+    """Make the ends of joints as stiff as the physics takes, where the robot's file tells nothing of them."""
     for joint in robot_joints:
         if tuple(model.jnt_solref[joint]) == _USUAL_END:
             model.jnt_solref[joint, 0] = 2 * model.opt.timestep
