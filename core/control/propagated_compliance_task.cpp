@@ -209,6 +209,8 @@ bool PropagatedComplianceTask::update(const TaskInput& input) noexcept {
   for (std::size_t sweep = 0; sweep < gains_.sweeps && !active_.empty(); ++sweep)
     for (std::size_t limb = programmes_.size(); limb-- > 0;)
       if (!solve(input, limb, budget)) return false;
+  cut_by_clock_ = budget.by_clock;
+  cut_ = cut_by_clock_ || (budget.most > 0 && budget.taken == budget.most);
 
   const bool own = !input.mass.empty();
   const std::span<const double> mass = own ? input.mass : input.dynamics.mass_matrix();

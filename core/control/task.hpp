@@ -75,6 +75,9 @@ class Task {
   std::size_t largest_rows() const noexcept { return largest_rows_; }
   std::size_t row_count() const noexcept { return row_count_; }
   Asks asks() const noexcept { return asks_; }
+  // How a programme of the task's own ended its last update: before it was exact, and by the clock.
+  bool cut() const noexcept { return cut_; }
+  bool cut_by_clock() const noexcept { return cut_by_clock_; }
 
   // (n) Nm that the task asks for, of which a task of a higher level may leave only a part.
   std::span<const double> torque() const noexcept { return torque_; }
@@ -92,6 +95,7 @@ class Task {
   std::vector<double> rows_;
   std::vector<double> acceleration_;
   std::size_t row_count_ = 0;
+  bool cut_ = false, cut_by_clock_ = false;
 
  private:
   std::string name_;

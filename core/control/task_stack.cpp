@@ -76,6 +76,15 @@ void TaskStack::start(const TaskInput& input, const TaskStack* before) noexcept 
   if (quadratic_) quadratic_->restart();
 }
 
+FusionReport TaskStack::report() const noexcept {
+  FusionReport report = quadratic_ ? quadratic_->report() : FusionReport{};
+  for (const StackEntry& entry : entries_) {
+    report.fallback = report.fallback || entry.task->cut();
+    report.by_clock = report.by_clock || entry.task->cut_by_clock();
+  }
+  return report;
+}
+
 double TaskStack::add(std::span<const double> addition, std::span<double> fused) noexcept {
   if (quadratic_) return quadratic_->add_within_limits(addition, fused);
   for (std::size_t i = 0; i < fused.size(); ++i) fused[i] += addition[i];

@@ -52,8 +52,9 @@ class TaskStack {
   // How many directions the levels of a quadratic fusion claimed in the last compute, else 0: where this changes, so
   // may the torque, at once.
   std::size_t claimed() const noexcept { return quadratic_ ? quadratic_->claimed() : 0; }
-  // How a quadratic fusion ended the last compute; another always finishes, without steps.
-  FusionReport report() const noexcept { return quadratic_ ? quadratic_->report() : FusionReport{}; }
+  // How a quadratic fusion ended the last compute; another always finishes, without steps. Beside it, whether steps or
+  // time ended a programme of a task's own.
+  FusionReport report() const noexcept;
   // After compute: fused += addition (n) Nm, of which a quadratic fusion leaves only what keeps its limits. Returns the
   // share that was added.
   double add(std::span<const double> addition, std::span<double> fused) noexcept;

@@ -15,10 +15,16 @@ TICKS = 200
 
 
 @pytest.mark.parametrize(("fusion_ends_s", "cut"), [(0.0, 0), (1e-9, TICKS)])
-def test_a_clock_ends_a_fusion_only_where_it_is_asked_to(fusion_ends_s: float, cut: int, seed: int) -> None:
+@pytest.mark.parametrize(
+    ("behaviour", "fusion"), [("skin_compliance", Fusion.quadratic), ("propagated_compliance", Fusion.weighted_sum)]
+)
+def test_a_clock_ends_programmes_only_where_it_is_asked_to(
+    fusion_ends_s: float, cut: int, behaviour: str, fusion: Fusion, seed: int
+) -> None:
+    """Of the fusion, and of a task that has a programme of its own."""
     robot, layout, gains = robots.load("ur5"), finished("ur5"), GainSet.load("ur5")
     controller = Controller(
-        robot.core, layout.skin_model(), gains, fusion=Fusion.quadratic, fusion_ends_s=fusion_ends_s
+        robot.core, layout.skin_model(), gains, behaviour, fusion=fusion, fusion_ends_s=fusion_ends_s
     )
     controller.request_mode(CommandMode.velocity)
     joints, command = JointState(6), JointCommand(CommandMode.velocity, 6)
