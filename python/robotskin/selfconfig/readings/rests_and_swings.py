@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.signal import savgol_filter
 
 from robotskin.layout.cell import PORTS
@@ -30,6 +31,9 @@ STILL_RAD_S, SMOOTH_S = 0.01, 0.06
 """A joint that is slower than this stands; rates are those of a parabola over so many seconds."""
 TURN_S = 0.15
 """A joint that stands for less is only turning round."""
+SHAKEN_SHARE, SHAKEN_S = 0.05, 1.0
+"""A joint that is slower than this share of the fastest one, within so many seconds, is only shaken by that: servos
+give way a little."""
 SETTLE_S, REST_S, REST_SAMPLES = 0.1, 0.06, 64
 """Of a rest that counts which comes after the first; it lasts the second at least; the last samples are taken."""
 SWING_S, SWING_RAD, SWING_SAMPLES = 0.4, 0.01, 64
@@ -56,9 +60,10 @@ def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = 
     if sorted(lists.cell.tolist()) != sorted(keys.tolist()):
         odd = sorted(set(lists.cell.tolist()) ^ set(keys.tolist()))
         raise RecordingError(f"cells {odd[:5]} are not among both sensors and neighbours")
-    moving = _moving(series)
+    speed = _speeds(series)
+    moving = _moving(series, speed > STILL_RAD_S)
     rests = _rests(series, moving)
-    spans = list(_single_motions(series, moving))
+    spans = list(_single_motions(series, moving & ~_only_shaken(series, speed)))
     if not rests or not spans:
         raise RecordingError(
             f"{len(rests)} rests and {len(spans)} motions of single joints: a skin is configured from both. "
@@ -81,8 +86,8 @@ def recording_of(series: FeltSeries, robot: str, lists: NeighbourLists | None = 
     )
 
 
-def _moving(series: FeltSeries) -> NDArray[np.bool_]:
-    """(T, n) which joints move; a pause of a turn is none."""
+def _speeds(series: FeltSeries) -> Array:
+    """(T, n) rad/s without sign."""
     if len(series.time_s) < 2:
         raise RecordingError(f"{len(series.time_s)} instants: a series has rests and motions of some seconds each")
     period_s = float(np.median(np.diff(series.time_s)))
@@ -91,8 +96,20 @@ def _moving(series: FeltSeries) -> NDArray[np.bool_]:
         raise RecordingError(
             f"{len(series.time_s)} instants {1e3 * period_s:.0f} ms apart: {window} are needed at least"
         )
-    rate = savgol_filter(series.position, window, 2, deriv=1, delta=period_s, axis=0)
-    moving = np.abs(rate) > STILL_RAD_S
+    return np.abs(np.asarray(savgol_filter(series.position, window, 2, deriv=1, delta=period_s, axis=0)))
+
+
+def _only_shaken(series: FeltSeries, speed: Array) -> NDArray[np.bool_]:
+    """(T, n) which joints move so little beside the fastest one that they would stand without it."""
+    period_s = float(np.median(np.diff(series.time_s)))
+    fastest = maximum_filter1d(speed.max(axis=1), max(round(SHAKEN_S / period_s), 1))
+    return np.asarray(
+        maximum_filter1d(speed, max(round(SHAKEN_S / period_s), 1), axis=0) < SHAKEN_SHARE * fastest[:, None]
+    )
+
+
+def _moving(series: FeltSeries, moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(T, n) which joints move; a pause of a turn is none."""
     for joint in range(moving.shape[1]):
         for begin, end in _runs(~moving[:, joint]):
             inside = begin > 0 and end < len(moving)
