@@ -204,12 +204,12 @@ def test_a_figure_that_cites_nothing_is_found() -> None:
 
 
 def test_a_figure_of_runs_is_found_wherever_it_stands() -> None:
-    page = (
-        "# Idea\nA cell is 20 mm wide. It errs by\n1.5 mm (seeds 1 to 5). The median of `2.5 mm`.\n\n## Figures\n1 ms\n"
-    )
+    page = "# Idea\nA cell is `20 mm` wide. It errs by\n1.5 mm (seeds 1 to 5).\n\n## Figures\n1 ms\n"
     assert cited.uncited_runs(page) == ["It errs by 1.5 mm (seeds 1 to 5)."]
     assert not cited.uncited_runs(page.replace("1.5 mm (", "<!-- driver.wait_ms .1f -->3.0<!-- --> mm ("))
     assert cited.uncited_runs("## Figures\n1 ms at worst\n## Idea\n- 2 ms at worst\n") == ["- 2 ms at worst"]
+    for said in ("A tick took 2 ms.", "We measured 2 ms.", "The median is `2.5 mm`."):
+        assert cited.uncited_runs(f"# Idea\n{said}\n") == [said]
 
 
 @pytest.mark.parametrize("page", table.PAGES, ids=lambda page: str(page.relative_to(TREE)))
