@@ -175,6 +175,14 @@ class GuardLimits:
     @position_margin.setter
     def position_margin(self, arg: float, /) -> None: ...
     @property
+    def end_tolerance(self) -> float:
+        """
+        rad (m) by which a joint may be measured beyond a position limit, at most 0.5 % of the room between them
+        """
+
+    @end_tolerance.setter
+    def end_tolerance(self, arg: float, /) -> None: ...
+    @property
     def speed_share(self) -> float:
         """share of the velocity limits commands may use"""
 

@@ -192,28 +192,6 @@ def test_a_fault_stops_the_robot_and_says_why(bench, mode, fault, reason) -> Non
         assert np.isfinite(bench.command.value).all()
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("side", ["lower", "upper"])
-@pytest.mark.parametrize("tolerance", [0.0, 0.002])
-def test_a_joint_that_is_pressed_onto_its_end_runs_on_up_to_the_tolerance(ur5, mode, side, tolerance) -> None:
-    bench = Bench(ur5, end_tolerance=tolerance).started(mode)
-    end, outwards = (ur5.upper[2], 1) if side == "upper" else (ur5.lower[2], -1)
-    bench.joints.position[2] = end + outwards * 0.99 * tolerance
-    report = bench.check(mode, bench.neutral(mode))
-    assert (report.state, report.violations) == (RUNNING, 0)
-    bench.joints.position[2] = end + outwards * (1.01 * tolerance + 1e-6)
-    report = bench.check(mode, bench.neutral(mode))
-    assert (report.state, report.reason, report.violations) == (STOPPED, Reason.joints_beyond, 1)
-
-
-def test_a_joint_of_little_room_has_little_tolerance() -> None:
-    robot = robots.load("ur5_gripper").core
-    bench = Bench(robot).started(POSITION)
-    jaw = list(robot.joint_names).index("left_pad_joint")
-    bench.joints.position[jaw] = robot.upper[jaw] + 0.0003  # of 50 mm
-    assert bench.check(POSITION, bench.neutral(POSITION)).reason == Reason.joints_beyond
-
-
 def test_a_command_that_was_held_back_closes_up_without_swinging(ur5) -> None:
     """The controller's command stops at once from 0.5 rad/s, which takes the joint 25 ms at 20 rad/s²."""
     bench = Bench(ur5)
