@@ -13,6 +13,7 @@ from robotskin.apps.feet.contact import State
 from robotskin.apps.feet.exoskeleton import Region
 from robotskin.apps.feet.expected_duty import ExpectedDuty, duty_of_share
 from robotskin.apps.feet.gait import Step
+from robotskin.apps.feet.lift_offs import lift_off_figures
 from robotskin.apps.feet.truth import TrueLoad
 from robotskin.apps.feet.vibration import Calibration
 from robotskin.apps.feet.walk import CALIBRATES_S, PERIOD_S, FeelingFeet
@@ -102,15 +103,14 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
 
     Figures: `detected_share` of the landings; `false_share`, landings told without one, for each step;
     `scuffs_reported_share`, scuffs told as landings; `latency_ms_median` and `latency_ms_p99` of those detected;
-    `announced_share`, told at least 50 ms ahead; `lift_off_ms_median`, after the true one; `duty_error` and
-    `duty_error_p95`, mean and 95 % of the differences between a duty and that of the true load, while a foot stands;
-    `duty_felt_error`, the largest difference between a duty that a motor is told and the one that follows from what
-    the skin reads at that moment, computed apart (`expected_duty.py`).
+    `announced_share`, told at least 50 ms ahead; those of `lift_off_figures`; `duty_error` and `duty_error_p95`, mean
+    and 95 % of the differences between a duty and that of the true load, while a foot stands; `duty_felt_error`, the
+    largest difference between a duty that a motor is told and the one that follows from what the skin reads at that
+    moment, computed apart (`expected_duty.py`).
     """
     time = np.array(walked.time_s)
     total = np.array(walked.load_n).sum(axis=2)
     latencies: list[float] = []
-    lifts: list[float] = []
     announced = reported = scuffs = 0
     landings = 0
     used: list[set[float]] = [set(), set()]
@@ -131,7 +131,6 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
             scuffs += 1
             hit = [at for at in told.times("touchdown") if abs(at - step.scuff.at_s) < LATE_S]
             reported += bool(hit)
-        lifts += _lift_latency(time, total[:, step.foot], told.times("lift-off"), step)
     begins, ends = steps[0].lifts_s, steps[-1].lands_s + LATE_S
     wrong = sum(
         begins <= at <= ends and at not in used[foot] for foot in (0, 1) for at in feet.told[foot].times("touchdown")
@@ -153,11 +152,10 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
         "latency_ms_median": float(np.median(milliseconds)),
         "latency_ms_p99": float(np.percentile(milliseconds, 99)),
         "announced_share": announced / max(landings, 1),
-        "lift_off_ms_median": float(1e3 * np.median(lifts)) if lifts else float("nan"),
         "duty_error": float(np.mean(walked.true_error)) if walked.true_error else float("nan"),
         "duty_error_p95": float(np.percentile(walked.true_error, 95)) if walked.true_error else float("nan"),
         "duty_felt_error": float(np.max(walked.felt_error)) if walked.felt_error else float("nan"),
-    }
+    } | lift_off_figures(time, total, feet.told, steps)
 
 
 def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type-arg]
@@ -168,15 +166,6 @@ def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type
         if event.kind in ("announced", "lift-off", "taken back", "not heard") and event.time_s < lands_s
     ]
     return [before[-1].time_s] if before and before[-1].kind == "announced" else []
-
-
-def _lift_latency(time: Array, total: Array, told: list[float], step: Step) -> list[float]:
-    window = (time > step.lifts_s - LATE_S) & (time < step.lifts_s + LATE_S) & (total > LOADED_N)
-    if not window.any():
-        return []
-    left = float(time[np.flatnonzero(window)[-1]])
-    found = [at for at in told if abs(at - left) < LATE_S]
-    return [min(found, key=lambda at: abs(at - left)) - left] if found else []
 
 
 def _over_threshold(time: Array, strongest_n: Array) -> list[float]:
