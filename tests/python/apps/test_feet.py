@@ -13,6 +13,7 @@ from robotskin.apps.feet.exoskeleton import REGIONS, Region, robot, skin
 from robotskin.apps.feet.expected_duty import ExpectedDuty
 from robotskin.apps.feet.gait import Gait
 from robotskin.apps.feet.motors import SimulatedVibrators
+from robotskin.apps.feet.picture import draw
 from robotskin.apps.feet.script import bounds, expected_duty, figures_of, walk
 from robotskin.apps.feet.settings import FILE, UPDATES_HZ, Settings, Vibration, read_settings
 from robotskin.apps.feet.vibration import Calibration, duty_of
@@ -65,10 +66,15 @@ def test_every_sole_has_three_front_two_centre_two_back_cells_on_joined_hinges()
     assert robot().joint_count == 6
 
 
-def test_a_walk_is_told_step_by_step(seed: int, settings: Settings) -> None:
+def test_a_walk_is_told_step_by_step(seed: int, settings: Settings, tmp_path: Path) -> None:
     gait = Gait(seed, 6)
     feet = FeelingFeet(gait, settings, seed)
-    figures = figures_of(feet, walk(feet, gait.ends_s, expected_duty(feet)), gait.steps)
+    walked = walk(feet, gait.ends_s, expected_duty(feet))
+    figures = figures_of(feet, walked, gait.steps)
+    draw(feet, walked, tmp_path / "steps.svg")
+    drawn = (tmp_path / "steps.svg").read_text()
+    for word in ("touchdown", "lift-off", "announced", "front: duty", "left sole: force on cells, N"):
+        assert f"<!-- {word} -->" in drawn
     assert not broken(bounds(), figures), figures
     assert figures["landings"] == 6
     # All cells of both soles are lost: the motors fall silent, and no foot is told as lifted.

@@ -27,10 +27,10 @@ SOON_S = 2.4
 def losses(seed: int, progress: Callable[[str], None]) -> dict[str, float]:
     """Let cells lose their power at drawn moments of a stance on one foot; the slowest motor of all losses counts.
 
-    Figures, all milliseconds from the loss on, in the simulator's time: `motors_still_ms` after all cells of both soles,
-    `motors_still_one_sole_ms` and `motors_still_one_region_ms` after those of the sole or region alone, until motors
-    that turned are slower than the slowest that they can be driven at; `motors_faint_ms`, all cells, until they are below
-    5 % of full speed; `silent_ms`, the slowest of all three kinds, until their duty is 0.
+    Figures are milliseconds from the loss on, in the simulator's time. Until motors that turned are slower than the
+    slowest that they can be driven at: `motors_still_ms` after all cells of both soles, `motors_still_one_sole_ms` and
+    `motors_still_one_region_ms` after those of the sole or region alone. `motors_faint_ms`: after all cells, until they
+    are below 5 % of full speed. `silent_ms`: the slowest of all three kinds, until their duty is 0.
 
     Args:
         seed: of gaits, worlds and moments.

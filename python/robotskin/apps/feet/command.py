@@ -31,6 +31,10 @@ def command(
     test_motors: Annotated[
         bool, typer.Option("--test-motors", help="Run each motor of --serial for half a second; nothing walks.")
     ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw two steps of the headless walk, with a scuff if there is one, to this file."),
+    ] = None,
     headless: Headless = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
@@ -49,8 +53,9 @@ def command(
     from robotskin.apps.feet.settings import read_settings
     from robotskin.apps.feet.walk import FeelingFeet
     from robotskin.figures import report
+    from robotskin.outputs import PICTURES, require_writable
 
-    refuse_in_page(headless, context, "json_file")
+    refuse_in_page(headless, context, "json_file", "picture")
     if headless and (serial is not None or test_motors):
         raise typer.BadParameter(
             "a headless walk does not wait for the clock, so real motors cannot follow it; leave --headless out",
@@ -58,6 +63,7 @@ def command(
         )
     if test_motors and serial is None:
         raise typer.BadParameter("needs --serial, such as /dev/ttyUSB0", param_hint="--test-motors")
+    require_writable("--picture", picture, PICTURES)
     console = Console()
     chosen = read_settings(settings)
     line = None if serial is None else SerialVibrators(serial)
@@ -76,5 +82,9 @@ def command(
     finally:
         if line is not None:
             line.close()
+    if picture is not None:
+        from robotskin.apps.feet.picture import draw
+
+        draw(feet, walked, picture)
     figures = figures_of(feet, walked, feet.gait.steps)
     raise typer.Exit(report(console, f"{steps} steps", figures, bounds(), seed, json_file))

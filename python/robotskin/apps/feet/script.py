@@ -34,13 +34,17 @@ AHEAD_S = 0.05
 
 @dataclass
 class Walked:
-    """What was true while feet walked; T moments."""
+    """What was true while feet walked, and what was felt and told; T moments."""
 
     time_s: list[float] = field(default_factory=list)
-    strongest_n: list[list[float]] = field(default_factory=list)
-    """Each (2), of the strongest cell of each foot."""
     load_n: list[Array] = field(default_factory=list)
     """Each (2, 3), of the regions of both feet."""
+    cell_n: list[Array] = field(default_factory=list)
+    """Each (14,) newton, as felt above the zero of each cell."""
+    duty: list[Array] = field(default_factory=list)
+    """Each (3,), as the motors are told."""
+    strength: list[Array] = field(default_factory=list)
+    """Each (3,), what the motors do."""
     true_error: list[float] = field(default_factory=list)
     """Of the duty of each region of a foot that stands."""
     felt_error: list[float] = field(default_factory=list)
@@ -74,7 +78,9 @@ def walk(feet: FeelingFeet, until_s: float, expected: ExpectedDuty, progress: Pr
         expected.read(feet.time_s, feet.world.now_ns, feet.felt, load_n.sum(axis=1) == 0, feet.reader.taring)
         walked.time_s.append(feet.time_s)
         walked.load_n.append(load_n)
-        walked.strongest_n.append([float(contact.force_n.max()) for contact in feet.contacts])
+        walked.cell_n.append(np.concatenate([contact.force_n for contact in feet.contacts]))
+        walked.duty.append(feet.motors.duty.copy())
+        walked.strength.append(feet.motors.strength.copy())
         _compare(feet, walked, expected)
         if len(walked.time_s) % 2500 == 0:
             progress(f"{feet.time_s:.0f} s of {until_s:.0f} s")
@@ -135,10 +141,11 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
     wrong = sum(
         begins <= at <= ends and at not in used[foot] for foot in (0, 1) for at in feet.told[foot].times("touchdown")
     )
+    strongest_n = np.array(walked.cell_n).reshape(len(time), 2, -1).max(axis=2)
     naive = sum(
         begins <= at <= ends and not any(abs(at - step.lands_s) < LATE_S for step in steps if step.foot == foot)
         for foot in (0, 1)
-        for at in _over_threshold(time, np.array(walked.strongest_n)[:, foot])
+        for at in _over_threshold(time, strongest_n[:, foot])
     )
     milliseconds = 1e3 * np.array(latencies or [np.inf])
     return {
