@@ -53,7 +53,7 @@ def draw(feet: FeelingFeet, walked: Walked, file: Path) -> None:
     axes[-1].set_xlim(begins, ends)
     axes[-1].set_xlabel("time, s")
     try:
-        figure.savefig(file, dpi=110, metadata={"Software": None})
+        figure.savefig(file, dpi=110)
     except (OSError, ValueError) as error:
         raise InputError(f"picture {file}: {error}") from error
 
