@@ -14,21 +14,23 @@ from robotskin.apps.feet.script import expected_duty, figures_of, walk
 from robotskin.apps.feet.settings import read_settings
 from robotskin.apps.feet.walk import FeelingFeet
 from robotskin_lab.bench.count import Count
+from robotskin_lab.bench.feet_losses import losses
 from robotskin_lab.bench.progress import tell, tell_step
 
-LOST_S = 0.5
-"""After all cells of a sole are lost, in which its motors have to fall silent."""
 SETTLES_S = 0.6
-SILENT_DUTY = 0.0
-WORSE_IF_LARGE = ("false_share", "scuffs_reported_share", "latency_ms", "lift_off_ms", "duty_", "silent_ms")
+WORSE_IF_LARGE = (
+    *("false_share", "taken_back_share", "wrong_share", "scuffs_reported_share"),
+    *("latency_ms", "lift_off_ms", "duty_", "silent_ms", "motors_"),
+)
 
 
 def run(*, seed: int = 1, seeds: Count = 1, steps: Count = 500) -> dict[str, Any]:
-    """Walk on sound soles; walk on with one dead cell a sole; then lose all cells of a foot that stands.
+    """Walk on sound soles; walk on with one dead cell a sole; then lose the cells of a region, a sole, or both soles.
 
     Everything goes through firmware, network and driver, in the imperfect world. Of several seeds the worst counts.
     `worn_` figures are of the second walk, whose cells have drifted since the first one began: at the usual 500 steps
-    for ten minutes. `naive_` ones are of a threshold of 0.3 N on the strongest cell.
+    for ten minutes. `naive_` ones are of a threshold of 0.3 N on the strongest cell. Cells are lost in short walks of
+    their own (`feet_losses.py`).
 
     Args:
         seed: of gait and world; the first of `seeds`.
@@ -61,19 +63,4 @@ def _figures(seed: int, steps: int) -> dict[str, float]:
         feet.world.network.kill(7 * foot + int(draw.integers(len(REGIONS))))
     worn = walk(feet, gait.ends_s, expected, progress)
     figures |= {f"worn_{name}": value for name, value in figures_of(feet, worn, gait.steps[steps:]).items()}
-    return figures | _lost(feet)
-
-
-def _lost(feet: FeelingFeet) -> dict[str, float]:
-    """Kill what is left of the soles while they stand: milliseconds until the duty of every motor is 0."""
-    before = float(feet.duty.max())
-    for cell in range(len(feet.layout)):
-        feet.world.network.kill(cell)
-    begun = feet.time_s
-    silent = float("inf")
-    while feet.time_s < begun + LOST_S:
-        feet.step()
-        if feet.duty.max() <= SILENT_DUTY:
-            silent = 1e3 * (feet.time_s - begun)
-            break
-    return {"standing_duty": before, "silent_ms": silent}
+    return figures | losses(seed, progress)

@@ -16,6 +16,8 @@ from robotskin.apps.feet.settings import Nearness, Settings
 Array = NDArray[np.float64]
 LEAST_SWING_S = 0.15
 """A foot that was lifted does not land, and no landing is announced, before so long."""
+LEAST_STANCE_S = 0.1
+"""A foot that landed does not leave before so long: soft cells may feel nothing while the sole still settles."""
 APPROACH_S = 0.03
 """Time constant of the speed towards the ground."""
 LEAVES_SHARE, LEAVES_M_S = 1.5, 0.05
@@ -77,6 +79,8 @@ class Evidence:
     """The touch is older than a scuff, and the sole was heard for as long."""
     young: bool
     """The foot was lifted so short a time ago that it cannot have made a step."""
+    fresh: bool
+    """The foot landed so short a time ago that it cannot have left again."""
     calm: bool
     """The foot's accelerometers have been at rest for a while."""
 
@@ -90,7 +94,7 @@ TABLE: tuple[tuple[State, Callable[[Evidence], bool], State, str], ...] = (
     (State.SWINGS, lambda e: e.touched, State.TOUCHES, ""),
     (State.TOUCHES, lambda e: e.free, State.SWINGS, "scuff"),
     (State.TOUCHES, lambda e: e.beyond_toes or e.lasts or e.calm, State.STANDS, "touchdown"),
-    (State.STANDS, lambda e: e.free, State.SWINGS, "lift-off"),
+    (State.STANDS, lambda e: e.free and not e.fresh, State.SWINGS, "lift-off"),
 )
 """State, condition, next state, event; the first row of a state that fits is taken, one a moment.
 
@@ -112,7 +116,7 @@ class FootContact:
         self._pressed = np.zeros(7, dtype=bool)
         self.since_s = -np.inf
         """Since when it swings, touches or stands; where that is not known, when it was last not heard."""
-        self._pressed_s = self._lifted_s = -np.inf
+        self._pressed_s = self._lifted_s = self._landed_s = -np.inf
         self._rest: Array | None = None
         self._calm_since_s = np.inf
         self._last_s: float | None = None
@@ -135,6 +139,8 @@ class FootContact:
                 self.since_s = felt.time_s
                 if kind == "lift-off":
                     self._lifted_s = felt.time_s
+                if kind == "touchdown":
+                    self._landed_s = felt.time_s
                 if following is State.SWINGS:
                     self._most[:] = 0
                 self.state = following
@@ -179,6 +185,7 @@ class FootContact:
             beyond_toes=bool(self._pressed[BEYOND_TOES].any()),
             lasts=touched and felt.time_s - self.since_s > touch.front_alone_s,
             young=felt.time_s - self._lifted_s < LEAST_SWING_S,
+            fresh=felt.time_s - self._landed_s < LEAST_STANCE_S,
             calm=touched and self._is_calm(felt, step),
         )
 

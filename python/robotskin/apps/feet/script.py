@@ -13,6 +13,7 @@ from robotskin.apps.feet.contact import State
 from robotskin.apps.feet.exoskeleton import Region
 from robotskin.apps.feet.expected_duty import ExpectedDuty, duty_of_share
 from robotskin.apps.feet.gait import Step
+from robotskin.apps.feet.lift_offs import lift_off_figures
 from robotskin.apps.feet.truth import TrueLoad
 from robotskin.apps.feet.vibration import Calibration
 from robotskin.apps.feet.walk import CALIBRATES_S, PERIOD_S, FeelingFeet
@@ -33,13 +34,17 @@ AHEAD_S = 0.05
 
 @dataclass
 class Walked:
-    """What was true while feet walked; T moments."""
+    """What was true while feet walked, and what was felt and told; T moments."""
 
     time_s: list[float] = field(default_factory=list)
-    strongest_n: list[list[float]] = field(default_factory=list)
-    """Each (2), of the strongest cell of each foot."""
     load_n: list[Array] = field(default_factory=list)
     """Each (2, 3), of the regions of both feet."""
+    cell_n: list[Array] = field(default_factory=list)
+    """Each (14,) newton, as felt above the zero of each cell."""
+    duty: list[Array] = field(default_factory=list)
+    """Each (3,), as the motors are told."""
+    strength: list[Array] = field(default_factory=list)
+    """Each (3,), what the motors do."""
     true_error: list[float] = field(default_factory=list)
     """Of the duty of each region of a foot that stands."""
     felt_error: list[float] = field(default_factory=list)
@@ -73,7 +78,9 @@ def walk(feet: FeelingFeet, until_s: float, expected: ExpectedDuty, progress: Pr
         expected.read(feet.time_s, feet.world.now_ns, feet.felt, load_n.sum(axis=1) == 0, feet.reader.taring)
         walked.time_s.append(feet.time_s)
         walked.load_n.append(load_n)
-        walked.strongest_n.append([float(contact.force_n.max()) for contact in feet.contacts])
+        walked.cell_n.append(np.concatenate([contact.force_n for contact in feet.contacts]))
+        walked.duty.append(feet.motors.duty.copy())
+        walked.strength.append(feet.motors.strength.copy())
         _compare(feet, walked, expected)
         if len(walked.time_s) % 2500 == 0:
             progress(f"{feet.time_s:.0f} s of {until_s:.0f} s")
@@ -102,15 +109,14 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
 
     Figures: `detected_share` of the landings; `false_share`, landings told without one, for each step;
     `scuffs_reported_share`, scuffs told as landings; `latency_ms_median` and `latency_ms_p99` of those detected;
-    `announced_share`, told at least 50 ms ahead; `lift_off_ms_median`, after the true one; `duty_error` and
-    `duty_error_p95`, mean and 95 % of the differences between a duty and that of the true load, while a foot stands;
-    `duty_felt_error`, the largest difference between a duty that a motor is told and the one that follows from what
-    the skin reads at that moment, computed apart (`expected_duty.py`).
+    `announced_share`, told at least 50 ms ahead; those of `lift_off_figures`; `duty_error` and `duty_error_p95`, mean
+    and 95 % of the differences between a duty and that of the true load, while a foot stands; `duty_felt_error`, the
+    largest difference between a duty that a motor is told and the one that follows from what the skin reads at that
+    moment, computed apart (`expected_duty.py`).
     """
     time = np.array(walked.time_s)
     total = np.array(walked.load_n).sum(axis=2)
     latencies: list[float] = []
-    lifts: list[float] = []
     announced = reported = scuffs = 0
     landings = 0
     used: list[set[float]] = [set(), set()]
@@ -131,15 +137,15 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
             scuffs += 1
             hit = [at for at in told.times("touchdown") if abs(at - step.scuff.at_s) < LATE_S]
             reported += bool(hit)
-        lifts += _lift_latency(time, total[:, step.foot], told.times("lift-off"), step)
     begins, ends = steps[0].lifts_s, steps[-1].lands_s + LATE_S
     wrong = sum(
         begins <= at <= ends and at not in used[foot] for foot in (0, 1) for at in feet.told[foot].times("touchdown")
     )
+    strongest_n = np.array(walked.cell_n).reshape(len(time), 2, -1).max(axis=2)
     naive = sum(
         begins <= at <= ends and not any(abs(at - step.lands_s) < LATE_S for step in steps if step.foot == foot)
         for foot in (0, 1)
-        for at in _over_threshold(time, np.array(walked.strongest_n)[:, foot])
+        for at in _over_threshold(time, strongest_n[:, foot])
     )
     milliseconds = 1e3 * np.array(latencies or [np.inf])
     return {
@@ -153,11 +159,10 @@ def figures_of(feet: FeelingFeet, walked: Walked, steps: list[Step]) -> dict[str
         "latency_ms_median": float(np.median(milliseconds)),
         "latency_ms_p99": float(np.percentile(milliseconds, 99)),
         "announced_share": announced / max(landings, 1),
-        "lift_off_ms_median": float(1e3 * np.median(lifts)) if lifts else float("nan"),
         "duty_error": float(np.mean(walked.true_error)) if walked.true_error else float("nan"),
         "duty_error_p95": float(np.percentile(walked.true_error, 95)) if walked.true_error else float("nan"),
         "duty_felt_error": float(np.max(walked.felt_error)) if walked.felt_error else float("nan"),
-    }
+    } | lift_off_figures(time, total, feet.told, steps)
 
 
 def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type-arg]
@@ -168,15 +173,6 @@ def _standing(events: list, lands_s: float) -> list[float]:  # type: ignore[type
         if event.kind in ("announced", "lift-off", "taken back", "not heard") and event.time_s < lands_s
     ]
     return [before[-1].time_s] if before and before[-1].kind == "announced" else []
-
-
-def _lift_latency(time: Array, total: Array, told: list[float], step: Step) -> list[float]:
-    window = (time > step.lifts_s - LATE_S) & (time < step.lifts_s + LATE_S) & (total > LOADED_N)
-    if not window.any():
-        return []
-    left = float(time[np.flatnonzero(window)[-1]])
-    found = [at for at in told if abs(at - left) < LATE_S]
-    return [min(found, key=lambda at: abs(at - left)) - left] if found else []
 
 
 def _over_threshold(time: Array, strongest_n: Array) -> list[float]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 
+from robotskin.apps.feet.motors import SimulatedVibrators
 from robotskin.errors import InputError
 
 FILE = Path(__file__).with_name("settings.toml")
@@ -19,7 +20,9 @@ HIGHEST_SHARE = 1.0
 UPDATES_HZ = (20.0, 250.0)
 """With the slowest one duty may get lost within the 100 ms after which motors stop; the fastest is the control rate."""
 STOPS_S = 0.1
-"""After cells are lost, so late at most motors stop: a cell counts as lost first, and the next update stops them."""
+"""After cells are lost, so late at most motors are still."""
+LOST_S = (0.01, STOPS_S - 1 / UPDATES_HZ[1] - SimulatedVibrators.RUNS_DOWN_S)
+"""A cell sends every 4 ms. Once it counts as lost, the next control period stops its motor, which then runs down."""
 
 
 class Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -73,9 +76,12 @@ class Vibration(Part, frozen=True):
         least, most = UPDATES_HZ
         if not least <= self.update_hz <= most:
             raise ValueError(f"update_hz = {self.update_hz:g}: must be {least:g} to {most:g}")
-        latest_s = STOPS_S - 1 / self.update_hz
-        if self.lost_s > latest_s:
-            raise ValueError(f"lost_s = {self.lost_s:g}: must be at most {latest_s:.3g}, so that motors stop in time")
+        least_s, most_s = LOST_S
+        if not least_s <= self.lost_s <= most_s:
+            raise ValueError(
+                f"lost_s = {self.lost_s:g}: must be {least_s:g} to {most_s:.3f}, so that motors are still within "
+                f"{STOPS_S:g} s"
+            )
 
 
 class Settings(Part, frozen=True):

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin.apps.feet.contact import Event, Felt, FootContact, State
-from robotskin.apps.feet.exoskeleton import SIDES, Region, robot, skin
+from robotskin.apps.feet.exoskeleton import REGIONS, SIDES, Region, robot, skin
 from robotskin.apps.feet.gait import STANDS_S, WALKS_S, Gait
+from robotskin.apps.feet.motors import SimulatedVibrators, Vibrators
 from robotskin.apps.feet.settings import Settings
-from robotskin.apps.feet.vibration import Calibration, SimulatedVibrators, Vibrators, duty_of
+from robotskin.apps.feet.vibration import Calibration, duty_of
 from robotskin.driver import Driver
 from robotskin.model import CommandMode, JointCommand
 from robotskin.simulator import ServoGains
@@ -155,7 +156,12 @@ class FeelingFeet:
 
     def _vibrate(self, now: float, heard: NDArray[np.bool_]) -> None:
         self.motors.step(now)
-        if self.calibration is None or now - self.duty_set_s < 1 / self.settings.vibration.update_hz - PERIOD_S / 2:
+        if self.calibration is None:
+            return
+        due = now - self.duty_set_s >= 1 / self.settings.vibration.update_hz - PERIOD_S / 2
+        # A motor whose cells are lost does not wait for the next update.
+        usable = np.isfinite(self.calibration.load_per_newton)
+        if not due and not self.duty[~_regions_heard(heard & usable)].any():
             return
         self.duty_set_s = now
         for foot, contact in enumerate(self.contacts):
@@ -167,6 +173,12 @@ class FeelingFeet:
         self.motors.set_duty(strongest)
         if self._others is not None:
             self._others.set_duty(strongest)
+
+
+def _regions_heard(heard: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(2, 3) feet and regions of which a cell is heard; heard: (14,)."""
+    soles = heard.reshape(2, len(REGIONS))
+    return np.stack([soles[:, region == REGIONS].any(axis=1) for region in Region], axis=1)
 
 
 def _soften_insoles(world: World) -> None:
