@@ -9,7 +9,8 @@ import typer
 
 from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
-ROBOT = "talos_standing"
+ROBOT, LAYOUT = "talos_standing", "talos_embrace"
+"""A skin whose cells cover the chest's front too, where a person pushes first."""
 
 
 def command(
@@ -37,7 +38,7 @@ def command(
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)
-        session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains)
+        session = Session(ready.robot, finished(LAYOUT, ROBOT), seed=seed, gains=ready.gains)
     if not headless:
         from robotskin.apps.balance.panel import show
 
