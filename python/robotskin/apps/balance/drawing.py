@@ -21,6 +21,10 @@ LIFT_M = 0.004
 TOUCH: Colour = (235, 110, 175)
 FOOT_M_PER_N, TOUCH_M_PER_N = 6e-4, 1e-2
 LEAST_ARROW_M = 0.07
+TOUCH_GAP_M = 0.07
+"""Between the skin and the tip of an arrow, so that it hides neither the hand nor the cells that feel it."""
+HAND_OPACITY = 0.6
+"""A hand is small beside a humanoid: it must be seen from where the whole robot is."""
 RING_M = 0.24
 """Radius of the ring at the height of the centre of mass, which lies inside of the robot."""
 
@@ -43,7 +47,7 @@ class BalanceDrawing:
             "/balance/forces", np.zeros((2, 2, 3)), FLOOR_FORCE, shaft_radius=0.012, head_radius=0.028, head_length=0.06
         )
         self._touches = draw.add_arrows(
-            "/balance/touches", nowhere, TOUCH, shaft_radius=0.011, head_radius=0.025, head_length=0.05, visible=False
+            "/balance/touches", nowhere, TOUCH, shaft_radius=0.009, head_radius=0.02, head_length=0.045, visible=False
         )
         around = np.array([(np.cos(angle), np.sin(angle), 0.0) for angle in np.linspace(0, 2 * np.pi, 37)])
         self._ring = draw.add_line_segments(
@@ -66,6 +70,9 @@ class BalanceDrawing:
         if (force_n > FELT_N).any():
             parts = touched(self._scene.layout, self._scene.cell_poses(), force_n)
         self._draw(found, parts)
+        for hand in self._scene.hands:
+            if hand.opacity != HAND_OPACITY:
+                hand.opacity = HAND_OPACITY
         if self._count % FRAMES_PER_TEXT == 0:
             self._text.content = self._told(found, parts, float(force_n[force_n > FELT_N].sum()))
         self._count += 1
@@ -83,7 +90,7 @@ class BalanceDrawing:
         self._touches.visible = bool(parts)
         if parts:
             tips, forces = np.array([one.place for one in parts]), np.array([one.force for one in parts])
-            self._touches.points = arrows(tips, TOUCH_M_PER_N * forces)
+            self._touches.points = arrows(tips, TOUCH_M_PER_N * forces, TOUCH_GAP_M)
         self._ring.position = found.centre
         places = {"centre": found.centre[:2], "zmp": found.zmp, "capture": found.capture}
         for height, (name, place) in enumerate(places.items()):
@@ -112,13 +119,13 @@ class BalanceDrawing:
         )
 
 
-def arrows(tips: Array, forces_m: Array) -> NDArray[np.float32]:
-    """(K, 2, 3) m, starts and ends: each ends at its tip (K, 3) and is as long as its force (K, 3), but not too short.
-
-    A force of nothing points up.
+def arrows(tips: Array, forces_m: Array, gap_m: float = 0.0) -> NDArray[np.float32]:
+    """(K, 2, 3) m, starts and ends: each ends `gap_m` before its tip (K, 3) and is as long as its force (K, 3), but not
+    too short. A force of nothing points up.
     """
     length = np.linalg.norm(forces_m, axis=1, keepdims=True)
     along = np.where(length > 1e-9, forces_m / np.maximum(length, 1e-9), [0.0, 0.0, 1.0])
+    tips = tips - gap_m * along
     return np.stack([tips - np.maximum(length, LEAST_ARROW_M) * along, tips], axis=1).astype(np.float32)
 
 

@@ -15,7 +15,7 @@ ZMP: Colour = (230, 120, 40)
 CAPTURE: Colour = (86, 180, 233)
 SUPPORT: Colour = (0, 200, 140)
 FLOOR_FORCE: Colour = (64, 150, 220)
-WIDTH_PX, HEIGHT_PX, PX_PER_M = 250, 150, 440.0
+WIDTH_PX, HEIGHT_PX, PX_PER_M = 250, 172, 680.0
 
 
 def floor_map(held: Held) -> str:

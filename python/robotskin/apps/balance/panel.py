@@ -42,4 +42,5 @@ def show(session: Session, port: int, push: tuple[int, float] | None = None, not
     with LiveSession(session) as live, BalancePage(live, port, note) as page:
         if push is not None:
             live.push(*push)
+            page.scene.hint("")
         page.serve(console, "bringing the robot to rest", " and push the robot")
