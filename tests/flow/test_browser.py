@@ -351,7 +351,7 @@ def test_the_page_of_balance_shows_what_holds_the_robot_up(browser: "sync_api.Br
     assert {"left", "right", "centre", "zmp", "capture"} == {
         spot.get_attribute("data-spot") for spot in told.locator("[data-spot]").all()
     }
-    rows = [row.inner_text().split() for row in told.locator("[data-wrenches] tr").all()[1:]]
+    rows = [row.inner_text().removeprefix("●").split() for row in told.locator("[data-wrenches] tr").all()[1:]]
     assert [row[:2] for row in rows[:2]] == [["left", "foot"], ["right", "foot"]]
     assert all(len(row) == 8 for row in rows[:2]), "force and moment of each foot"
     assert float(rows[2][-3]) < -5, "the chest is pushed backwards"
@@ -361,7 +361,7 @@ def test_the_page_of_balance_shows_what_holds_the_robot_up(browser: "sync_api.Br
 
 
 def look_from_the_front(page: "sync_api.Page") -> None:
-    """A larger view, no notice, no readouts; the robot a little from its right and from above, and pushed to the end."""
+    """A larger view, no notice, no readouts; the robot a little from its right and from above, once it has leant."""
     page.set_viewport_size({"width": 1240, "height": 820})
     page.locator("button.mantine-CloseButton-root").first.click()
     page.locator("svg.tabler-icon-chevrons-left").first.click()

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from robotskin.apps.balance.insole import SHARE
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
@@ -19,7 +20,7 @@ from robotskin_lab.bench.balance_cells import inner_cells
 from robotskin_lab.bench.balance_palm import palm_figures
 from robotskin_lab.bench.balance_picture import draw_pushed, pushed
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
-from robotskin_lab.bench.balance_soles import SHARE, SolePort
+from robotskin_lab.bench.balance_soles import ComparedSolePort
 from robotskin_lab.bench.balance_touches import three_figures, touch_figures
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
@@ -248,7 +249,7 @@ def sole_figures(seed: int) -> dict[str, float]:
             cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
             rig = StandingRig(ROBOT, Law("soles", sole_cells=cells), seed, cell, direction)
             rig.push(*ramp(SWAY_N))
-            assert isinstance(rig.port, SolePort)
+            assert isinstance(rig.port, ComparedSolePort)
             errors[""] += rig.port.errors_m
             errors["linear_"] += rig.port.linear_errors_m
         for map_name, found in errors.items():
