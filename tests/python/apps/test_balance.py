@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from robotskin.apps.balance import script
-from robotskin.apps.balance.drawing import LEAST_ARROW_M, BalanceDrawing, arrows
 from robotskin.apps.balance.floor_map import HEIGHT_PX, PX_PER_M, WIDTH_PX, floor_map
 from robotskin.apps.balance.held import Held, foot_wrenches, held, touched
+from robotskin.apps.balance.panel import LEAST_ARROW_M, BalanceDrawing, arrows
 from robotskin.apps.balance.sole_session import SoleSession
 from robotskin.cycle import SafetyState
 from robotskin.layout import finished
