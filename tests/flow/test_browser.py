@@ -365,7 +365,7 @@ def look_from_the_front(page: "sync_api.Page") -> None:
     page.set_viewport_size({"width": 1240, "height": 820})
     page.locator("button.mantine-CloseButton-root").first.click()
     page.locator("svg.tabler-icon-chevrons-left").first.click()
-    page.wait_for_timeout(20e3)
+    page.wait_for_timeout(10e3)
     box = canvas_box(page)
     x, y = box["x"] + 60, box["y"] + 300
     page.mouse.move(x, y)
@@ -373,4 +373,4 @@ def look_from_the_front(page: "sync_api.Page") -> None:
     page.mouse.move(x - 88, y + 20, steps=10)
     page.mouse.up()
     page.mouse.wheel(0, -120)
-    page.wait_for_timeout(60e3)
+    page.wait_for_timeout(30e3)
