@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages as a person meets them, in a browser: an arm gives way to a push, a network heals around a dead cell."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from browsing import (
     PATIENCE_S,
+    PICTURE_FOLDER,
+    canvas_box,
     choose,
     choose_until,
     click,
@@ -75,10 +78,19 @@ def propagating(seed: int, tmp_path: Path) -> Iterator[str]:
 
 @pytest.fixture
 def balancing(seed: int, tmp_path: Path) -> Iterator[str]:
-    """The address of a running `robotskin app balance` whose chest is pushed."""
-    skin = layout.finished("talos_standing")
-    cell = int(skin.cells_on("torso_2_link")[0])
-    yield from running("app", seed, tmp_path, "balance", "--push", str(cell), "--force", "15")
+    """The address of a running `robotskin app balance` whose chest is pushed from the front."""
+    yield from running("app", seed, tmp_path, "balance", "--push", str(chest_cell()), "--force", "25")
+
+
+def chest_cell() -> int:
+    """High in the middle of the standing robot's chest, where it faces ahead."""
+    robot, skin = robots.load("talos_standing"), layout.finished("talos_embrace", "talos_standing")
+    chest = skin.cells_on("torso_2_link")
+    link = robot.base_from_link(GainSet.load(robot.name).home)[robot.link_index("torso_2_link")]
+    pose = link @ skin.link_from_cell[chest]
+    above_m = np.where((pose[:, 0, 2] > 0.95) & (np.abs(pose[:, 1, 3]) < 0.02), pose[:, 2, 3], 0.0)
+    # Not the uppermost one: its patch goes on around it.
+    return int(chest[np.argsort(above_m)[-4]])
 
 
 @pytest.fixture
@@ -336,4 +348,29 @@ def test_the_page_of_balance_shows_what_holds_the_robot_up(browser: "sync_api.Br
     assert float(told.get_attribute("data-load-n")) == pytest.approx(886, rel=0.2)
     text = told.inner_text()
     assert text.index("foot contact") < text.index("balance") < text.index("skin"), "priorities, the highest first"
+    assert {"left", "right", "centre", "zmp", "capture"} == {
+        spot.get_attribute("data-spot") for spot in told.locator("[data-spot]").all()
+    }
+    rows = [row.inner_text().removeprefix("●").split() for row in told.locator("[data-wrenches] tr").all()[1:]]
+    assert [row[:2] for row in rows[:2]] == [["left", "foot"], ["right", "foot"]]
+    assert all(len(row) == 8 for row in rows[:2]), "force and moment of each foot"
+    assert float(rows[2][-3]) < -5, "the chest is pushed backwards"
+    if PICTURE_FOLDER in os.environ:
+        look_from_the_front(page)
     picture(page, "balance")
+
+
+def look_from_the_front(page: "sync_api.Page") -> None:
+    """A larger view, no notice, no readouts; the robot a little from its right and from above, once it has leant."""
+    page.set_viewport_size({"width": 1240, "height": 820})
+    page.locator("button.mantine-CloseButton-root").first.click()
+    page.locator("svg.tabler-icon-chevrons-left").first.click()
+    page.wait_for_timeout(10e3)
+    box = canvas_box(page)
+    x, y = box["x"] + 60, box["y"] + 300
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 88, y + 20, steps=10)
+    page.mouse.up()
+    page.mouse.wheel(0, -120)
+    page.wait_for_timeout(30e3)

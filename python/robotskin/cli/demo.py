@@ -176,10 +176,10 @@ def show(session: Session, port: int, goal: list[float] | None = None, sharing: 
 
     `goal`: where the robot goes first, as `robotskin run --goal` takes it.
     """
+    from robotskin.apps.balance.panel import BalancePage
     from robotskin.cli._terminal import terminal
     from robotskin.live.live_session import LiveSession
     from robotskin.session.goals import set_goal
-    from robotskin.viewer.page import Page
 
     console = terminal()
     try:
@@ -192,7 +192,7 @@ def show(session: Session, port: int, goal: list[float] | None = None, sharing: 
     console.print(f"{len(session.layout)} cells alive after {took_s:.2f} s of simulated time")
     with contextlib.ExitStack() as stack:
         live = stack.enter_context(LiveSession(session, place))
-        page = stack.enter_context(Page(live, port))
+        page = stack.enter_context(BalancePage(live, port))
         if sharing is not None:
             stack.enter_context(sharing.heed(live))
         console.print(f"open [bold]{page.address}[/] (Ctrl-C ends)", markup=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from robotskin.apps.balance.insole import Insole, seven_cells
 from robotskin.control import BEHAVIOURS, Fusion
 from robotskin.control.task_library import TaskLibrary
 from robotskin.cycle import SafetyState
@@ -18,7 +19,7 @@ from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
 from robotskin_lab.bench.balance import GIVE_N, LAWS, SHOULDERS, TOUCH_N, give_cells, pushed_by_ball
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
-from robotskin_lab.bench.balance_soles import Insole, SolePort, seven_cells
+from robotskin_lab.bench.balance_soles import ComparedSolePort
 
 BACKWARD = (-1.0, 0.0, 0.0)
 
@@ -106,7 +107,7 @@ def test_seven_cells_of_an_insole_tell_load_and_its_middle_near_an_edge(seed: in
 
 def test_cells_in_its_soles_feel_where_a_robot_stands(seed: int) -> None:
     rig = StandingRig(ROBOT, LAWS["soles"], seed)
-    assert isinstance(rig.port, SolePort)
+    assert isinstance(rig.port, ComparedSolePort)
     rig.port.errors_m.clear()
     rig.run(1.0)
     assert len(rig.port.errors_m) >= 120  # a sample each 8 ms

@@ -6,18 +6,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
+from robotskin.apps.balance.insole import SHARE
 from robotskin.errors import UnknownNameError
 from robotskin.layout import finished
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_cells import inner_cells
 from robotskin_lab.bench.balance_palm import palm_figures
+from robotskin_lab.bench.balance_picture import draw_pushed, pushed
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, STATUE, Law, StandingRig, drawn_cells, impulse, ramp, step
-from robotskin_lab.bench.balance_soles import SHARE, SolePort
+from robotskin_lab.bench.balance_soles import ComparedSolePort
 from robotskin_lab.bench.balance_touches import three_figures, touch_figures
 from robotskin_lab.bench.count import Count
 from robotskin_lab.bench.progress import tell
@@ -93,6 +96,7 @@ def run(
     parts: str = "limits,give",
     triples: Count = 5,
     touches_s: Annotated[float, typer.Option(min=1.0)] = 60.0,
+    picture: Path | None = None,
 ) -> dict[str, Any]:
     """Pushes of a padded plate about drawn cells of the chest, until the robot falls; the worse of both directions.
 
@@ -109,15 +113,16 @@ def run(
         laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless, soles; or all.
         kinds: figures, with commas between; or all.
         parts: with commas between: limits, give, three (pushes at once), touches (at random), palm, soles (how
-            far their zero-moment point is off).
+            far their zero-moment point is off); empty: none.
         triples: of pushes at once.
         touches_s: seconds of random touches.
+        picture: where one slow push on the chest of a compliant robot and of a statue is drawn (PNG).
 
     Raises:
         UnknownNameError: no such law, kind or part.
     """
     began = time.process_time()
-    asked = parts.split(",")
+    asked = [part for part in parts.split(",") if part]
     for part in asked:
         if part not in PARTS:
             raise UnknownNameError("part", part, PARTS)
@@ -150,6 +155,8 @@ def run(
         values = [found[name] for found in each if name in found]
         most = name.endswith(LARGE_IS_WORSE) or name.startswith(("statue", "stiff"))
         figures[name] = max(values) if most else min(values)
+    if picture is not None:
+        draw_pushed(picture, {law.name: pushed(law, seed) for law in (LAWS[""], STATUE)})
     tell("")
     return figures | {"seeds": seeds, "cells": cells, "processor_s": time.process_time() - began}
 
@@ -242,7 +249,7 @@ def sole_figures(seed: int) -> dict[str, float]:
             cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
             rig = StandingRig(ROBOT, Law("soles", sole_cells=cells), seed, cell, direction)
             rig.push(*ramp(SWAY_N))
-            assert isinstance(rig.port, SolePort)
+            assert isinstance(rig.port, ComparedSolePort)
             errors[""] += rig.port.errors_m
             errors["linear_"] += rig.port.linear_errors_m
         for map_name, found in errors.items():

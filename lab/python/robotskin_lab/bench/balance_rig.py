@@ -23,7 +23,7 @@ from robotskin.skin import Health, InputStatus, SkinInput, SkinState
 from robotskin.tasks import BalanceGains, SelfCollisionTask
 from robotskin.world import HandSpec, World
 from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
-from robotskin_lab.bench.balance_soles import SolePort
+from robotskin_lab.bench.balance_soles import ComparedSolePort
 
 Array = NDArray[np.float64]
 ROBOT, CHEST = "talos_standing", "torso_2_link"
@@ -143,7 +143,7 @@ class StandingRig:
 
     def _sensed(self, port: RobotPort, seed: int) -> RobotPort:
         cells = self.law.sole_cells
-        return SolePort(self.world, self.robot, port, cells, seed) if cells else port
+        return ComparedSolePort(self.world, self.robot, port, cells, seed) if cells else port
 
     def _plate(self, cell: int) -> ThingSpec:
         place = self.robot.base_from_link(self.gains.home)[

@@ -9,7 +9,13 @@ import typer
 
 from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
 
-ROBOT = "talos_standing"
+ROBOT, LAYOUT = "talos_standing", "talos_embrace"
+"""A skin whose cells cover the chest's front too, where a person pushes first."""
+CELLS_OF_A_SOLE = 7
+SOLES_NOTE = (
+    f'<div style="margin-top:6px">No sensor at the ankles: {CELLS_OF_A_SOLE} cells of an insole tell the force on each '
+    "foot. The insole was calibrated over a force plate, and the robot's weight is known.</div>"
+)
 
 
 def command(
@@ -18,6 +24,9 @@ def command(
     pushes: Annotated[int, typer.Option(help="How many pushes the script gives.", min=1)] = 3,
     push: Annotated[int | None, typer.Option(help="The cell that the page pushes from the beginning.", min=0)] = None,
     force: Annotated[float, typer.Option(help="Newton of that push.", min=0.5, max=30)] = 15.0,
+    soles: Annotated[
+        bool, typer.Option("--soles", help="No sensor at the ankles: seven cells in each sole tell the forces.")
+    ] = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
     port: Port = 8080,
@@ -26,6 +35,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.balance import script
+    from robotskin.apps.balance.sole_session import SoleSession
     from robotskin.figures import report
     from robotskin.layout import finished
     from robotskin.robots.gains import robot_with_gains
@@ -37,17 +47,21 @@ def command(
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)
-        session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains)
+        layout = finished(LAYOUT, ROBOT)
+        session = (
+            SoleSession(ready.robot, layout, CELLS_OF_A_SOLE, seed=seed, gains=ready.gains)
+            if soles
+            else Session(ready.robot, layout, seed=seed, gains=ready.gains)
+        )
     if not headless:
         from robotskin.apps.balance.panel import show
 
-        show(session, port, None if push is None else (push, force))
+        show(session, port, None if push is None else (push, force), SOLES_NOTE if soles else "")
         return
     try:
         with console.status("boot") as status:
             figures = script.run(session, pushes, status.update)
     finally:
         session.shut_down()
-    raise typer.Exit(
-        report(console, f"balance, {ROBOT}", figures, script.bounds(), seed, json_file, [session.fault_told])
-    )
+    title = f"balance, {ROBOT}, by its soles' cells" if soles else f"balance, {ROBOT}"
+    raise typer.Exit(report(console, title, figures, script.bounds(), seed, json_file, [session.fault_told]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from robotskin.apps.balance.panel import BalancePage
 from robotskin.apps.embrace.arms import Paths
 from robotskin.apps.embrace.control import HugControl
 from robotskin.apps.embrace.grasp_control import GraspControl
@@ -17,8 +18,8 @@ from robotskin.session import Session
 from robotskin.viewer.session_view import Snapshot
 
 
-class EmbracePage(ToldPage):
-    """The page of a session with a folder of its own."""
+class EmbracePage(ToldPage, BalancePage):
+    """The page of a session with a folder of its own, and with the balance of a robot that stands."""
 
     def __init__(self, session: LiveSession, control: HugControl | GraspControl, orders: Orders, port: int) -> None:
         self._control = control
