@@ -3,6 +3,7 @@
 // (I19), and that what it orders reaches every cell with a way (I11).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -40,7 +41,9 @@ class HostOrders {
   std::vector<std::uint8_t> told_, parent_port_;  // by cell
   // By cell, bit i: while the i-th newest order was on its way the cell took another parent, and may have missed it.
   std::vector<std::uint32_t> passed_by_;
-  std::int64_t naming_ns_ = 0;  // when a cell with a way last had no id
+  // When a cell with a way last had no id, by root; and by cell, of the trees that it has been in.
+  std::array<std::int64_t, 256> naming_ns_{};
+  std::vector<std::int64_t> naming_beside_ns_;
   std::uint32_t datagrams_ = 0;
 };
 
