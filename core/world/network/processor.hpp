@@ -2,7 +2,7 @@
 // What a cell's processor takes for one input: the cycles that the meter has counted on the emulated chip.
 //
 // An input takes as long as its kind and the frames that it starts let it: within one such class the meter's counts
-// hardly differ. The table is written by `robotskin bench firmware --cycles`.
+// hardly differ. The table is written by `robotskin bench input_cycles --write`.
 #pragma once
 
 #include <array>

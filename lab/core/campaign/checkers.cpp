@@ -120,8 +120,8 @@ void Checkers::weigh() {
 void Checkers::poll() {
   recovery_->poll();
   sampling_.poll(*network_, *ground_, *recovery_, loads_, overruns_);
-  orders_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_);
-  torques_.poll(*network_, *ground_, *routes_, *recovery_, loads_, !whole_lines_);
+  orders_.poll(*network_, *ground_, *routes_, *recovery_);
+  torques_.poll(*network_, *ground_, *routes_, *recovery_, loads_);
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
     tags_.poll(*network_, *ground_);
@@ -135,7 +135,9 @@ void Checkers::finish() {
   recovery_->finish(overruns_);
   balance_.finish(network_->time_ns());
   ledger_.finish(*network_, loads_);
-  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_, overruns_);
+  torques_.finish(network_->time_ns());
+  orders_.finish(*network_);
+  topology_.finish(*network_, *ground_, *recovery_, overruns_);
 }
 
 }  // namespace robotskin::campaign

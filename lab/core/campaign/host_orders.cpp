@@ -84,7 +84,7 @@ void HostOrders::note_moves(const world::Network& network, const RouteChecker& r
 }
 
 void HostOrders::poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                      const RecoveryChecker& recovery, bool may_lose) {
+                      const RecoveryChecker& recovery) {
   if (!in_use_) return;
   const std::int64_t now_ns = network.time_ns();
   told_.resize(network.cell_count());
@@ -93,7 +93,7 @@ void HostOrders::poll(const world::Network& network, const GroundTruth& ground, 
   // goes to and fro as often as orders come may miss all three.
   const auto past = std::ranges::upper_bound(sent_ns_, now_ns - 2 * orders_every_ms * ms - way_ns);
   const auto known = static_cast<std::uint32_t>(past - sent_ns_.begin());
-  const bool judged = known > 0 && !may_lose;
+  const bool judged = known > 0;
   // Where cells ask for ids the answers come by the same way, and there are more of them than can wait.
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
     if (recovery.has_path(cell) && network.cell(cell).id == RS_ID_NONE)
@@ -116,8 +116,20 @@ void HostOrders::poll(const world::Network& network, const GroundTruth& ground, 
     constexpr std::uint32_t three = 7;
     if ((passed_by_[cell] >> (orders() - known - 2) & three) == three) continue;
     told_[cell] = 1;
+    if (!losses_.whole()) {
+      losses_.add(1);
+      continue;
+    }
     breaks_.add(Invariant::obeyed, now_ns, {cell}, {{"order", order}, {"sent before", known}, {"orders", orders()}});
   }
+}
+
+void HostOrders::finish(const world::Network& network) {
+  if (!in_use_) return;
+  for (std::size_t cell = 0; cell < network.cell_count(); ++cell) losses_.due(network.cell(cell).route.hops);
+  if (losses_.too_many())
+    breaks_.add(Invariant::obeyed, network.time_ns(), {},
+                {{"cells that missed orders on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
 }
 
 }  // namespace robotskin::campaign

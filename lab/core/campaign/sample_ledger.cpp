@@ -2,7 +2,6 @@
 #include "campaign/sample_ledger.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 #include <utility>
 
@@ -21,17 +20,10 @@ std::uint32_t proof_of(std::size_t cell, std::uint16_t number) {
 constexpr std::size_t cells_in_touch = 8;
 constexpr std::int64_t touch_ns = 32 * ms;
 constexpr std::int32_t touch_counts = 100;  // more than any threshold
-// A sample that is lost may take those behind it along, where it makes a link look dead; and chance has its tails.
-constexpr double lost_factor = 3, lost_more = 20;
 // Under overload a tree may lose what its cells send beyond what its cable carries. Each cell too many brings its
 // control and its reports along as well: that takes a quarter of the time of a processor made for 66 at the most. And a
 // tree loses what was on its way when the overload began: the queue of the cell at the cable, and of the one below.
 constexpr double overloaded_share = 0.25, overloaded_more = 2 * RS_QUEUE_DATA;
-
-double frame_loss(const world::LineQuality& line) {
-  constexpr double bits = RS_FRAME_US * 4;  // at 4 Mb/s
-  return line.lost_share + 1 - std::pow(1 - line.bit_error_rate, bits);
-}
 
 }  // namespace
 
@@ -41,7 +33,7 @@ SampleLedger::SampleLedger(const FaultCase& drawn, BreakLog& breaks)
       workload_(drawn.workload),
       seed_(drawn.seed),
       whole_lines_(drawn.whole_lines),
-      frame_loss_(frame_loss(drawn.options.line)) {
+      losses_(drawn.options.line) {
   if (!workload_.events || !drawn.whole_lines || drawn.while_forming || drawn.faults.size() != 1) return;
   const world::Fault& fault = drawn.faults.front();
   const world::FaultType& type = world::type_of(fault);
@@ -244,14 +236,14 @@ void SampleLedger::poll(const world::Network& network, const GroundTruth& ground
         continue;
       }
       const bool arrives = due && within_load;
-      if (arrives && !whole_lines_) lost_at_most_ += lost_factor * frame_loss_ * network.cell(index).route.hops;
+      if (arrives) losses_.due(network.cell(index).route.hops);
       if (entry.delivered != 0) continue;
       if (must_be_kept(ground, index, entry, may_lose))
         breaks_.add(Invariant::event_kept, now_ns, {index},
                     {{"number", entry.number}, {"us after the failure", (entry.time_ns - failure_.time_ns) / us}});
       if (!arrives) continue;
       if (!whole_lines_) {
-        ++lost_;
+        losses_.add(1);
         continue;
       }
       breaks_.add(Invariant::none_lost, now_ns, {index},
@@ -280,10 +272,9 @@ void SampleLedger::finish(const world::Network& network, const CableLoads& loads
                  {"of", static_cast<std::int64_t>(sent_overloaded_)},
                  {"at most", static_cast<std::int64_t>(overloaded_at_most)}});
 
-  if (static_cast<double>(lost_) > lost_more + lost_at_most_)
+  if (losses_.too_many())
     breaks_.add(Invariant::none_lost, network.time_ns(), {},
-                {{"lost on lossy lines", static_cast<std::int64_t>(lost_)},
-                 {"at most", static_cast<std::int64_t>(lost_more + lost_at_most_)}});
+                {{"lost on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
 }
 
 }  // namespace robotskin::campaign

@@ -15,6 +15,7 @@
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
 
@@ -105,9 +106,7 @@ class SampleLedger : public world::SampleSource {
   Workload workload_;
   std::uint64_t seed_;
   bool whole_lines_;
-  double frame_loss_;  // of a frame on a line
-  double lost_at_most_ = 0;
-  std::uint64_t lost_ = 0;
+  LineLosses losses_;
   Failure failure_;
   void excuse(const world::Network& network, const GroundTruth& ground, std::size_t cell);
   std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0, excused_ = 0;

@@ -31,8 +31,15 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
   return contribution;
 }
 
-TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks)
-    : breaks_(breaks), cells_(cells), limbs_(limbs), times_(times) {}
+TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, const world::LineQuality& line,
+                           BreakLog& breaks)
+    : breaks_(breaks), cells_(cells), limbs_(limbs), times_(times), losses_(line) {}
+
+void TorqueLedger::finish(std::int64_t now_ns) {
+  if (losses_.too_many())
+    breaks_.add(Invariant::torque_complete, now_ns, {},
+                {{"missing on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
+}
 
 void TorqueLedger::datagram(const world::Network& network, const GroundTruth& ground,
                             std::span<const std::uint8_t> datagram) {
@@ -117,14 +124,14 @@ void TorqueLedger::keep_time(const world::Network& network) {
 }
 
 void TorqueLedger::poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                        const RecoveryChecker& recovery, const CableLoads& loads, bool may_miss) {
+                        const RecoveryChecker& recovery, const CableLoads& loads) {
   if (!in_use()) return;
   keep_time(network);
   const std::int64_t now_ns = network.time_ns();
   for (Epoch& epoch : epochs_) {
     if (epoch.judged || now_ns - epoch.first_ns < complete_ns) continue;
     epoch.judged = true;
-    if (!may_miss) judge(network, ground, routes, recovery, loads, epoch);
+    judge(network, ground, routes, recovery, loads, epoch);
   }
 }
 
@@ -143,13 +150,16 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
   std::int64_t missing = 0;
   std::size_t one = 0;
   for (std::size_t cell = 0; cell < cells_; ++cell) {
+    if (recovery.has_path(cell)) losses_.due(network.cell(cell).route.hops);
     if (epoch.heard[cell] != 0 || !recovery.has_path(cell) || ground.booted_ns(cell) > rest_ns ||
         !loads.within(cell, now_ns))
       continue;
     ++missing;
     one = cell;
   }
-  if (missing > 0)
+  if (!losses_.whole())
+    losses_.add(missing);
+  else if (missing > 0)
     breaks_.add(Invariant::torque_complete, now_ns, {one},
                 {{"cells missing", missing},
                  {"us since its first sum", (now_ns - epoch.first_ns) / us},

@@ -15,6 +15,7 @@
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
 
@@ -28,13 +29,15 @@ class TorqueLedger {
   // A damaged cell may spoil the sum of each limb in the epochs of 60 ms, and one more while they come to the host.
   static constexpr std::uint64_t excused_max = 64;
 
-  TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks);
+  TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, const world::LineQuality& line,
+               BreakLog& breaks);
 
   bool in_use() const { return limbs_ > 0; }
   void datagram(const world::Network& network, const GroundTruth& ground, std::span<const std::uint8_t> datagram);
-  // Every millisecond. `may_miss`: frames are lost by chance.
+  // Every millisecond. What is missing where frames are lost by chance is counted.
   void poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-            const RecoveryChecker& recovery, const CableLoads& loads, bool may_miss);
+            const RecoveryChecker& recovery, const CableLoads& loads);
+  void finish(std::int64_t now_ns);  // at the end
 
   std::uint64_t sums() const { return sums_; }
   std::uint64_t excused() const { return excused_; }              // sums that were false, as memory had been damaged
@@ -58,6 +61,7 @@ class TorqueLedger {
   std::size_t cells_;
   std::int32_t limbs_;
   ProcessingTimes times_;
+  LineLosses losses_;  // cells in no sum
   std::array<Epoch, RS_EPOCH_MASK + 1> epochs_;
   std::vector<std::uint64_t> unit_time_;
   std::int64_t forming_ns_ = -1000 * ms;  // when trees last formed, which have no sums
