@@ -34,8 +34,8 @@ RecoveryChecker::RecoveryChecker(const world::Network& network, GroundTruth& gro
       sizes_right_ns_(tree_.size(), -1),
       path_since_ns_(network.cell_count(), never),
       nearer_since_ns_(network.cell_count(), never),
-      spoilt_until_ns_(network.cell_count()),
-      spoilt_after_ns_(hops_max * ground.hop_ns()),
+      affected_until_ns_(network.cell_count()),
+      affected_after_ns_(hops_max * ground.hop_ns()),
       whole_since_ns_(never) {}
 
 RecoveryChecker::Path RecoveryChecker::path_of(std::size_t cell) {
@@ -96,8 +96,8 @@ bool RecoveryChecker::leads_through_damage(std::size_t cell) const {
 // until they have another.
 void RecoveryChecker::spread_damage() {
   for (std::size_t cell = 0; cell < path_.size(); ++cell)
-    if (leads_through_damage(cell) || (spoilt_until_ns_[cell] > 0 && path_[cell] != Path::whole))
-      spoilt_until_ns_[cell] = ground_.lawless_until_ns();
+    if (leads_through_damage(cell) || (affected_until_ns_[cell] > 0 && path_[cell] != Path::whole))
+      affected_until_ns_[cell] = ground_.lawless_until_ns();
 }
 
 // Cells that have nothing to do with the damage keep their ways, or are back as soon as after any other fault.
@@ -106,7 +106,7 @@ void RecoveryChecker::check_elsewhere() {
   if (now_ns < ground_.repaired_elsewhere_ns() || !ground_.calm_elsewhere(now_ns)) return;
   const std::vector<std::int32_t>& reach = ground_.reach(now_ns, ground_.repair_ns() + hops_max * ground_.hop_ns());
   for (std::size_t cell = 0; cell < path_.size(); ++cell) {
-    if (reach[cell] < 0 || path_[cell] == Path::whole || spoilt(cell) || told_elsewhere_) continue;
+    if (reach[cell] < 0 || path_[cell] == Path::whole || affected(cell) || told_elsewhere_) continue;
     told_elsewhere_ = true;
     breaks_.add(Invariant::rejoined, now_ns, {cell},
                 {{"hops away", reach[cell]}, {"parent port", routes_.parent_port(cell)}, {"memory damaged", 1}});

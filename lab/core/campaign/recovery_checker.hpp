@@ -34,11 +34,11 @@ class RecoveryChecker {
   // What may be false of that cell because memory was overwritten: it is near, or its way has led through there, or it
   // has had none since. All other cells keep the laws of single cells.
   bool calm(std::size_t cell, std::int64_t now_ns) const {
-    return spoilt(cell) ? ground_.calm(now_ns) && !ground_.lawless(now_ns) : ground_.calm_elsewhere(now_ns);
+    return affected(cell) ? ground_.calm(now_ns) && !ground_.lawless(now_ns) : ground_.calm_elsewhere(now_ns);
   }
   std::int64_t repaired_ns(std::size_t cell) const {
-    return spoilt(cell) ? std::max(ground_.repaired_ns(), ground_.lawless_until_ns())
-                        : std::max(ground_.repaired_elsewhere_ns(), spoilt_until_ns_[cell] + spoilt_after_ns_);
+    return affected(cell) ? std::max(ground_.repaired_ns(), ground_.lawless_until_ns())
+                          : std::max(ground_.repaired_elsewhere_ns(), affected_until_ns_[cell] + affected_after_ns_);
   }
 
  private:
@@ -48,8 +48,8 @@ class RecoveryChecker {
   void follow_paths();
   void spread_damage();
   bool leads_through_damage(std::size_t cell) const;
-  bool spoilt(std::size_t cell) const {
-    return spoilt_until_ns_[cell] > 0 && spoilt_until_ns_[cell] == ground_.lawless_until_ns();
+  bool affected(std::size_t cell) const {
+    return affected_until_ns_[cell] > 0 && affected_until_ns_[cell] == ground_.lawless_until_ns();
   }
   void check_elsewhere();
   void check_formation();
@@ -70,8 +70,8 @@ class RecoveryChecker {
   std::vector<std::uint32_t> tree_;           // cells by such port
   std::vector<std::int64_t> sizes_right_ns_;  // by such port, when the section unit last knew how many
   std::vector<std::int64_t> path_since_ns_, nearer_since_ns_;
-  std::vector<std::int64_t> spoilt_until_ns_;  // by cell, the end of the damage that it has to do with
-  std::int64_t spoilt_after_ns_;               // and how much longer its repair takes
+  std::vector<std::int64_t> affected_until_ns_;  // by cell, the end of the damage that it has to do with
+  std::int64_t affected_after_ns_;               // and how much longer its repair takes
   std::vector<std::int32_t> trail_;
   std::int64_t whole_since_ns_ = 0, longest_repair_ns_ = 0;
   std::uint64_t attached_ = 0;

@@ -91,8 +91,8 @@ class SeedsReport:
     """Sums over seeds; `cpu_s` is processor time of all workers.
 
     verdicts: a line a seed, in their order: seed, hash of every frame and datagram, events, and what broke. Equal seeds
-    of the same code have equal verdicts, wherever they ran. crowded_out_most: samples that found no room after one fault,
-    in trees within load, at most; excused_most: false samples that damaged memory excused in a case, at most;
+    of the same code have equal verdicts, wherever they ran. crowded_out_most: samples that found no room after one
+    fault, in trees within load, at most; excused_most: false samples that damaged memory excused in a case, at most;
     lost_overloaded: samples lost by trees that had more than their cables carry, of all seeds.
     """
 
