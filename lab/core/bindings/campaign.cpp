@@ -53,6 +53,11 @@ void bind_cases(nb::module_& module) {
           "events", [](const FaultCase& self) { return self.workload.events; },
           "cells send what changes, not every sample")
       .def_prop_ro(
+          "touched_percent", [](const FaultCase& self) { return self.workload.touched_percent; },
+          "of the cells at a time, where they send what changes")
+      .def_prop_ro(
+          "events_hz", [](const FaultCase& self) { return self.workload.events_hz; }, "so often they look for a change")
+      .def_prop_ro(
           "limbs", [](const FaultCase& self) { return self.workload.limbs; }, "whose torques are summed; 0: none")
       .def_prop_ro(
           "orders", [](const FaultCase& self) { return self.workload.orders; }, "the host sends commands and joints")
@@ -82,6 +87,11 @@ void bind_cases(nb::module_& module) {
       .def_ro("samples_taken", &CaseReport::samples_taken)
       .def_ro("samples_delivered", &CaseReport::samples_delivered)
       .def_ro("events_repeated", &CaseReport::events_repeated, "sent again, and marked so")
+      .def_ro("crowded_out_most", &CaseReport::crowded_out_most,
+              "samples that found no room after one fault, in trees within load")
+      .def_ro("lost_overloaded", &CaseReport::lost_overloaded,
+              "samples that were lost in trees that had more than their cables carry")
+      .def_ro("excused", &CaseReport::excused, "samples that were false after memory was damaged")
       .def_ro("torque_sums", &CaseReport::torque_sums, "at the host")
       .def_ro("torque_epochs", &CaseReport::torque_epochs, "that had to be complete")
       .def_ro("frames_planted", &CaseReport::frames_planted, "forged, or played again")

@@ -24,7 +24,7 @@ void BalanceChecker::granted(const world::Network& network, const RouteChecker& 
   recent_[grants_++ % recent_.size()] = {network.time_ns(), static_cast<std::uint8_t>(grant.target_root), below};
 }
 
-void BalanceChecker::weigh(std::int64_t now_ns, const std::vector<std::uint32_t>& loads, bool undisturbed) {
+void BalanceChecker::weigh(std::int64_t now_ns, std::span<const std::uint32_t> loads, bool undisturbed) {
   std::uint32_t cells = 0, trees = 0, fullest = 0;
   std::size_t root = 0;
   std::uint64_t squares = 0;

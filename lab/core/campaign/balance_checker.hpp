@@ -8,7 +8,7 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
+#include <span>
 
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
@@ -23,7 +23,7 @@ class BalanceChecker {
 
   void granted(const world::Network& network, const RouteChecker& routes, const std::uint8_t* frame);
   // `loads`: cells by root. `undisturbed`: whole, calm and repaired.
-  void weigh(std::int64_t now_ns, const std::vector<std::uint32_t>& loads, bool undisturbed);
+  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> loads, bool undisturbed);
   void finish(std::int64_t now_ns);
 
   std::uint64_t grants() const { return grants_; }

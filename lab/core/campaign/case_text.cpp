@@ -140,6 +140,8 @@ void read_line(Line& line, FaultCase& read, std::string& faults) {
   } else if (name == "events") {
     read.workload.events = true;
     read.workload.touched_percent = line.number<std::int32_t>();
+  } else if (name == "events_hz") {
+    read.workload.events_hz = line.number<std::int32_t>();
   } else if (name == "limbs") {
     read.workload.limbs = line.number<std::int32_t>();
   } else if (name == "orders") {
@@ -186,6 +188,8 @@ std::string text_of(const FaultCase& drawn) {
         "processor " + std::string(world::processor_names[static_cast<std::size_t>(drawn.options.processor)]) + "\n";
   text += "epoch_ns " + std::to_string(drawn.options.epoch_ns) + "\n";
   if (drawn.workload.events) text += "events " + std::to_string(drawn.workload.touched_percent) + "\n";
+  if (drawn.workload.events_hz != Workload{}.events_hz)
+    text += "events_hz " + std::to_string(drawn.workload.events_hz) + "\n";
   text += "limbs " + std::to_string(drawn.workload.limbs) + "\n";
   if (drawn.workload.orders) text += "orders\n";
   if (drawn.workload.touch) text += "touch\n";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "campaign/checkers.hpp"
 
-#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "robotskin/crc.h"
@@ -37,11 +37,12 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
                          network.time_ns() - std::int64_t{input.late_us} * us);
   const bool out_of_hops = input.kind == RS_INPUT_FRAME && !rs_sample_has_hop(input.frame);
   routes_->cell_stepped(cell, input, out_of_hops ? ledger_.taken_ns(input.frame) : std::nullopt);
-  ledger_.cell_stepped(network, cell, input);
+  if (ledger_.cell_stepped(network, cell, input)) loads_.sent(network.cell(cell).route.wave.root);
   sampling_.cell_stepped(network, *ground_, cell, input);
   touch_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
-  if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load()))
+  const bool within_load = loads_.within(cell, network.time_ns());
+  if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load))
     ledger_.crowded_out(*lost);
 }
 
@@ -97,57 +98,46 @@ void Checkers::fault_applied(const Network&, const world::Fault& fault, int phas
   ground_->fault(fault, phase);
   ground_->settle();
   routes_->settle();
-  ledger_.struck(*network_, *ground_, *recovery_, within_load());
+  ledger_.struck(*network_, *ground_, *recovery_, loads_);
   recovery_->struck(world::type_of(fault).truth.everywhere);
 }
 
-// The true loads, by paths.
 void Checkers::weigh() {
-  std::vector<std::uint32_t> load(256);
-  std::vector<std::int32_t> deepest(256);
-  std::vector<std::uint32_t> late_sums(256);
-  for (std::size_t cell = 0; cell < network_->cell_count(); ++cell) {
-    const rs_route& route = network_->cell(cell).route;
-    if (!ground_->runs(cell) || route.parent_port == RS_NO_PARENT) continue;
-    ++load[route.wave.root];
-    deepest[route.wave.root] = std::max<std::int32_t>(deepest[route.wave.root], route.hops);
-  }
+  std::array<std::uint32_t, CableLoads::roots> late_sums{};
+  loads_.weigh(*network_, *ground_);
   queues_.end_epoch();
   for (std::size_t root = 0; root < late_sums.size(); ++root) late_sums[root] = queues_.late_sums(root, port_load_);
-  if (*std::ranges::max_element(load) > cells_carried_) overloaded_ns_ = network_->time_ns();
-  overruns_.weigh(network_->time_ns(), load, deepest, late_sums);
+  overruns_.weigh(network_->time_ns(), loads_, late_sums);
   const std::int64_t now_ns = network_->time_ns();
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;
-  balance_.weigh(now_ns, load, undisturbed);
+  balance_.weigh(now_ns, loads_.cells(), undisturbed);
   if (whole_lines_)
-    queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, load, late_sums, port_load_, undisturbed);
-}
-
-// Nothing that was queued under overload is left.
-bool Checkers::within_load() const {
-  return network_->time_ns() - overloaded_ns_ > Overruns::drained_ns;
+    queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, loads_, late_sums, port_load_,
+                        undisturbed);
 }
 
 void Checkers::poll() {
   recovery_->poll();
-  sampling_.poll(*network_, *ground_, *recovery_, overruns_, overloaded_ns_);
-  orders_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_);
-  torques_.poll(*network_, *ground_, *routes_, *recovery_, !whole_lines_ || !within_load());
+  sampling_.poll(*network_, *ground_, *recovery_, loads_, overruns_);
+  orders_.poll(*network_, *ground_, *routes_, *recovery_);
+  torques_.poll(*network_, *ground_, *routes_, *recovery_, loads_);
   if (network_->time_ns() / ms % 4 == 0) {
     weigh();
     tags_.poll(*network_, *ground_);
-    ledger_.poll(*network_, *ground_, *recovery_, within_load());
+    ledger_.poll(*network_, *ground_, *recovery_, loads_);
   }
   touch_.poll(*network_, *ground_);
   control_->poll(*network_, *ground_, overruns_);
 }
 
 void Checkers::finish() {
-  recovery_->finish();
+  recovery_->finish(overruns_);
   balance_.finish(network_->time_ns());
-  ledger_.finish(*network_);
-  if (whole_lines_) topology_.finish(*network_, *ground_, *recovery_, overruns_);
+  ledger_.finish(*network_, loads_);
+  torques_.finish(network_->time_ns());
+  orders_.finish(*network_);
+  topology_.finish(*network_, *ground_, *recovery_, overruns_);
 }
 
 }  // namespace robotskin::campaign

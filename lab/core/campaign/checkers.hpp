@@ -8,6 +8,7 @@
 
 #include "campaign/balance_checker.hpp"
 #include "campaign/beacon_log.hpp"
+#include "campaign/cable_loads.hpp"
 #include "campaign/control_meter.hpp"
 #include "campaign/fault_case.hpp"
 #include "campaign/forgery_checker.hpp"
@@ -64,18 +65,19 @@ class Checkers : public world::Observer, public world::DatagramSink {
       : times_(drawn.options.processor),
         ledger_(drawn, breaks_),
         sampling_(drawn, breaks_),
-        torques_(drawn.wiring.cell_count(), drawn.workload.limbs, times_, breaks_),
+        torques_(drawn.wiring.cell_count(), drawn.workload.limbs, times_, drawn.options.line, breaks_),
         touch_(drawn, breaks_),
         queues_(drawn.wiring.cell_count(), drawn.workload.events, breaks_),
         forgeries_(breaks_),
         tags_(drawn.options.cell_key, breaks_),
-        orders_(drawn.workload, drawn.seed, breaks_),
+        orders_(drawn.workload, drawn.seed, drawn.options.line, breaks_),
         balance_(breaks_),
-        topology_(drawn.wiring.cell_count(), breaks_),
+        topology_(drawn.wiring.cell_count(), drawn.options.line, breaks_),
         line_(drawn.options.line),
-        cells_carried_(cells_carried(line_)),
+        loads_(drawn.wiring.cell_count(), cells_carried(line_),
+               drawn.workload.events && drawn.workload.events_hz > RS_CLOCK_RATE_DEFAULT_HZ),
         port_load_(port_load(line_, drawn.workload.touch ? 1 : drawn.workload.limbs, times_)),
-        overruns_(times_, cells_carried_, drawn.workload.touch ? 1 : drawn.workload.limbs),
+        overruns_(times_, drawn.workload.touch ? 1 : drawn.workload.limbs),
         whole_lines_(drawn.whole_lines) {}
 
   void watch(world::Network& network, const std::vector<world::Fault>& faults);
@@ -109,7 +111,6 @@ class Checkers : public world::Observer, public world::DatagramSink {
 
  private:
   void weigh();
-  bool within_load() const;
 
   const world::Network* network_ = nullptr;
   BreakLog breaks_;
@@ -130,12 +131,11 @@ class Checkers : public world::Observer, public world::DatagramSink {
   std::optional<RecoveryChecker> recovery_;
   std::optional<ControlMeter> control_;
   world::LineQuality line_;
-  std::uint32_t cells_carried_;  // by a port
+  CableLoads loads_;
   QueueChecker::PortLoad port_load_;
   Overruns overruns_;
   bool whole_lines_;
-  bool forged_comes_ = false;                // to the cell that steps next
-  std::int64_t overloaded_ns_ = -1000 * ms;  // when a port last had more cells than it carries
+  bool forged_comes_ = false;  // to the cell that steps next
 };
 
 }  // namespace robotskin::campaign

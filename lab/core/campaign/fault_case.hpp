@@ -23,6 +23,7 @@ inline constexpr std::int32_t hops_max = 40;
 struct Workload {
   bool events = false;               // of what changes, instead of every sample
   std::int32_t touched_percent = 0;  // of the cells at a time, in event mode
+  std::int32_t events_hz = 250;      // so often cells look for a change, in event mode
   std::int32_t limbs = 0;            // whose torques are summed, 0 to 4; 0: none
   bool orders = false;               // the host sends commands and joint positions down
   bool touch = false;                // cells compute their own torques; one limb, with orders and without `limbs`

@@ -90,7 +90,7 @@ void GroundTruth::expect(const std::vector<Fault>& faults) {
   if (!overwritten_ns_.empty()) next_overwritten_ns_ = overwritten_ns_.back();
 }
 
-void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair) {
+void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair, bool elsewhere) {
   const std::int64_t end_ns = network_.time_ns() + for_ns;
   waits_ = end_ns < moving_until_ns_ || (waits_ && network_.time_ns() < repaired_ns());
   disturbed_ns_ = std::max(disturbed_ns_, end_ns);
@@ -98,6 +98,10 @@ void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair) {
   base_ns_ = std::max(base_ns_, end_ns + repair);
   repaired_ns_ = std::max(repaired_ns_, base_ns_);
   samples_disturbed_ns_ = std::max(samples_disturbed_ns_, end_ns + repair);
+  if (!elsewhere) return;
+  elsewhere_.restless_until_ns = std::max(elsewhere_.restless_until_ns, end_ns);
+  elsewhere_.base_ns = std::max(elsewhere_.base_ns, end_ns + repair);
+  elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns);
 }
 
 void GroundTruth::forged(std::size_t wire) {
@@ -169,7 +173,7 @@ void GroundTruth::processor_stuck(std::size_t cell, bool stuck) {
 
 void GroundTruth::memory_overwritten(std::size_t cell) {
   links_of_cell_fall(cell, legal_again_ns, 1);
-  disturb(legal_again_ns, 0);
+  disturb(legal_again_ns, 0, false);
   lawless_until_ns_ = std::max(lawless_until_ns_, network_.time_ns() + legal_again_ns);
   ++memory_faults_;
   std::vector<std::size_t> near{cell};

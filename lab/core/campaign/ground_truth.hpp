@@ -77,12 +77,17 @@ class GroundTruth : private world::FaultWitness {
   // ---- Quiet ----
   std::int64_t disturbed_ns() const { return disturbed_ns_; }  // the last change, or end of a disturbance so far
   bool calm(std::int64_t now_ns) const { return now_ns >= restless_until_ns_; }
+  // The same without what memory that was overwritten disturbs: of cells that have nothing to do with it.
+  bool calm_elsewhere(std::int64_t now_ns) const { return now_ns >= elsewhere_.restless_until_ns; }
+  std::int64_t repaired_elsewhere_ns() const { return elsewhere_.repaired_ns + (waits_ ? held_ns : 0); }
   // Repairs may take until then; the checkers adds the hops that the last fault cut off.
   std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
   // `hops` from what has a way to what has none. Before that, word that a way is lost goes down it, so many hops: on
   // the lines within the four heartbeats, but each processor on the way takes its time.
   void allow_hops(std::int32_t hops, std::int32_t word_hops) {
-    repaired_ns_ = std::max(repaired_ns_, base_ns_ + hops * hop_ns() + word_hops * times_.tick_ns);
+    const std::int64_t way_ns = hops * hop_ns() + word_hops * times_.tick_ns;
+    repaired_ns_ = std::max(repaired_ns_, base_ns_ + way_ns);
+    elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns + way_ns);
   }
   // Memory was overwritten: what is false until then may come from that.
   bool lawless(std::int64_t now_ns) const { return now_ns < lawless_until_ns_ || about_to_be_overwritten(now_ns); }
@@ -94,6 +99,7 @@ class GroundTruth : private world::FaultWitness {
   bool tags_spent(std::size_t wire) const { return forged_[wire] > RS_TAGS_BUDGET; }
   std::int32_t memory_faults() const { return memory_faults_; }
   std::int64_t lawless_until_ns() const { return lawless_until_ns_; }
+  std::int64_t lawless_until_ns(std::size_t cell) const { return lawless_cell_ns_[cell]; }
   bool samples_disturbed_since(std::int64_t since_ns) const { return samples_disturbed_ns_ >= since_ns; }
   std::uint64_t revision() const { return revision_; }
 
@@ -108,7 +114,8 @@ class GroundTruth : private world::FaultWitness {
   bool about_to_be_overwritten(std::int64_t now_ns) const {
     return now_ns >= next_overwritten_ns_ && now_ns < next_overwritten_ns_ + us;
   }
-  void disturb(std::int64_t for_ns, std::int64_t repair);
+  // `elsewhere`: cells far from where it strikes may feel it too.
+  void disturb(std::int64_t for_ns, std::int64_t repair, bool elsewhere = true);
   void shake(std::size_t wire, std::int64_t quarantine_ns, std::int32_t downs);
   void look_at(std::size_t wire);
   std::vector<std::size_t> wires_of(const world::Fault& fault) const;
@@ -125,6 +132,9 @@ class GroundTruth : private world::FaultWitness {
   std::int64_t next_ready_ns_ = 0, depth_since_ns_ = -1;
   std::uint64_t depth_revision_ = ~std::uint64_t{0};
   std::int64_t disturbed_ns_ = 0, restless_until_ns_ = 0, base_ns_ = 0, repaired_ns_ = 0;
+  struct {
+    std::int64_t restless_until_ns = 0, base_ns = 0, repaired_ns = 0;
+  } elsewhere_;                               // than near memory that was overwritten
   std::vector<std::int64_t> overwritten_ns_;  // the times to come, latest first
   std::int64_t next_overwritten_ns_ = std::numeric_limits<std::int64_t>::max() / 2;
   std::int64_t moving_until_ns_ = -1;

@@ -84,7 +84,7 @@ void HostOrders::note_moves(const world::Network& network, const RouteChecker& r
 }
 
 void HostOrders::poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                      const RecoveryChecker& recovery, bool may_lose) {
+                      const RecoveryChecker& recovery) {
   if (!in_use_) return;
   const std::int64_t now_ns = network.time_ns();
   told_.resize(network.cell_count());
@@ -93,24 +93,43 @@ void HostOrders::poll(const world::Network& network, const GroundTruth& ground, 
   // goes to and fro as often as orders come may miss all three.
   const auto past = std::ranges::upper_bound(sent_ns_, now_ns - 2 * orders_every_ms * ms - way_ns);
   const auto known = static_cast<std::uint32_t>(past - sent_ns_.begin());
-  const bool quiet = known > 0 && !may_lose && ground.calm(now_ns) && !ground.lawless(now_ns);
+  const bool judged = known > 0;
   // Where cells ask for ids the answers come by the same way, and there are more of them than can wait.
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
-    if (recovery.has_path(cell) && network.cell(cell).id == RS_ID_NONE) naming_ns_ = now_ns;
-  const std::int64_t quiet_ns = std::max({ground.repaired_ns(), ground.lawless_until_ns(), naming_ns_});
+    if (recovery.has_path(cell) && network.cell(cell).id == RS_ID_NONE)
+      naming_ns_[network.cell(cell).route.wave.root] = now_ns;
+  naming_beside_ns_.resize(network.cell_count());
+  for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
+    naming_beside_ns_[cell] = std::max(naming_beside_ns_[cell], naming_ns_[network.cell(cell).route.wave.root]);
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell) {
     // The newest one so far whose number has these bits.
     const std::uint32_t colour = network.cell(cell).led_rgb;
     const std::uint32_t order = orders() - ((orders() - colour) & number_mask);
-    if (colour != 0 && (order > orders() || colour != colour_of(order)))
+    const bool lawless = ground.lawless(now_ns, cell);  // its colour may have been overwritten
+    if (!lawless && colour != 0 && (order > orders() || colour != colour_of(order)))
       breaks_.add(Invariant::forged, now_ns, {cell}, {{"colour", colour}, {"orders", orders()}});
-    if (!quiet || order >= known || told_[cell] != 0 || !recovery.has_path(cell)) continue;
-    if (std::max({quiet_ns, recovery.path_since_ns(cell), ground.booted_ns(cell)}) + ms > sent_ns_[known - 1]) continue;
+    if (!judged || !recovery.calm(cell, now_ns) || order >= known || told_[cell] != 0 || !recovery.has_path(cell))
+      continue;
+    const std::int64_t able_ns = std::max(
+        {recovery.repaired_ns(cell), naming_beside_ns_[cell], recovery.path_since_ns(cell), ground.booted_ns(cell)});
+    if (able_ns + ms > sent_ns_[known - 1]) continue;
     constexpr std::uint32_t three = 7;
     if ((passed_by_[cell] >> (orders() - known - 2) & three) == three) continue;
     told_[cell] = 1;
+    if (!losses_.whole()) {
+      losses_.add(1);
+      continue;
+    }
     breaks_.add(Invariant::obeyed, now_ns, {cell}, {{"order", order}, {"sent before", known}, {"orders", orders()}});
   }
+}
+
+void HostOrders::finish(const world::Network& network) {
+  if (!in_use_) return;
+  for (std::size_t cell = 0; cell < network.cell_count(); ++cell) losses_.due(network.cell(cell).route.hops);
+  if (losses_.too_many())
+    breaks_.add(Invariant::obeyed, network.time_ns(), {},
+                {{"cells that missed orders on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
 }
 
 }  // namespace robotskin::campaign

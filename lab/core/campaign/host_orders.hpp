@@ -3,12 +3,14 @@
 // (I19), and that what it orders reaches every cell with a way (I11).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
 #include "world/network/network.hpp"
@@ -17,13 +19,14 @@ namespace robotskin::campaign {
 
 class HostOrders {
  public:
-  HostOrders(const Workload& workload, std::uint64_t seed, BreakLog& breaks)
-      : breaks_(breaks), in_use_(workload.orders), postures_(workload.touch), seed_(seed) {}
+  HostOrders(const Workload& workload, std::uint64_t seed, const world::LineQuality& line, BreakLog& breaks)
+      : breaks_(breaks), in_use_(workload.orders), postures_(workload.touch), seed_(seed), losses_(line) {}
 
   void send(world::Network& network);  // every millisecond; now and then something goes down
-  // Every millisecond. `may_lose`: frames get lost on lines without a fault.
+  // Every millisecond. What passes by cells on lines that lose frames without a fault is counted.
   void poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-            const RecoveryChecker& recovery, bool may_lose);
+            const RecoveryChecker& recovery);
+  void finish(const world::Network& network);                                           // at the end
   std::uint32_t orders() const { return static_cast<std::uint32_t>(sent_ns_.size()); }  // so far
 
  private:
@@ -40,8 +43,11 @@ class HostOrders {
   std::vector<std::uint8_t> told_, parent_port_;  // by cell
   // By cell, bit i: while the i-th newest order was on its way the cell took another parent, and may have missed it.
   std::vector<std::uint32_t> passed_by_;
-  std::int64_t naming_ns_ = 0;  // when a cell with a way last had no id
+  // When a cell with a way last had no id, by root; and by cell, of the trees that it has been in.
+  std::array<std::int64_t, 256> naming_ns_{};
+  std::vector<std::int64_t> naming_beside_ns_;
   std::uint32_t datagrams_ = 0;
+  LineLosses losses_;  // cells that missed three orders in turn
 };
 
 }  // namespace robotskin::campaign

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 
+#include "campaign/cable_loads.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/processing_times.hpp"
 
@@ -17,22 +18,17 @@ namespace robotskin::campaign {
 
 class Overruns {
  public:
-  // `cells_carried`: by a cable. `limbs`: of whose torques there are sums.
-  Overruns(ProcessingTimes times, std::uint32_t cells_carried, std::int32_t limbs)
-      : times_(times), cells_carried_(cells_carried), limbs_(limbs) {
+  // `limbs`: of whose torques there are sums.
+  Overruns(ProcessingTimes times, std::int32_t limbs) : times_(times), limbs_(limbs) {
     overloaded_ns_.fill(never_ns);
     overtaxed_ns_.fill(never_ns);
   }
 
-  // Every few milliseconds: cells by root, the hops of the deepest, and lately how many sums of an epoch came beyond
-  // those of a tree that adds them up.
-  void weigh(std::int64_t now_ns, std::span<const std::uint32_t> load, std::span<const std::int32_t> deepest,
-             std::span<const std::uint32_t> late_sums);
+  // Every few milliseconds. `late_sums`: lately, of each root, how many sums of an epoch came beyond those of a tree
+  // that adds them up.
+  void weigh(std::int64_t now_ns, const CableLoads& loads, std::span<const std::uint32_t> late_sums);
   // A frame found no room in that cell. Whether that may be.
   bool lost(const world::Network& network, const GroundTruth& ground, std::size_t cell);
-
-  // What came in under an overload is out again by then.
-  static constexpr std::int64_t drained_ns = 80 * ms;
 
   // When a processor last lost a frame in that root's tree while it had more cells, or was deeper, than it bears.
   std::int64_t overtaxed_ns(std::uint8_t root) const { return overtaxed_ns_[root]; }
@@ -41,7 +37,6 @@ class Overruns {
   static constexpr std::int64_t never_ns = -10'000 * ms;
 
   ProcessingTimes times_;
-  std::uint32_t cells_carried_;
   std::int32_t limbs_;
   std::array<std::int64_t, 256> overloaded_ns_, overtaxed_ns_;  // by root
 };

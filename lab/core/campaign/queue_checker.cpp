@@ -83,10 +83,10 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
 }
 
 void QueueChecker::count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                               const RecoveryChecker& recovery, const Overruns& overruns,
-                               std::span<const std::uint32_t> load, std::span<const std::uint32_t> late_sums,
-                               PortLoad port, bool undisturbed) {
+                               const RecoveryChecker& recovery, const Overruns& overruns, const CableLoads& loads,
+                               std::span<const std::uint32_t> late_sums, PortLoad port, bool undisturbed) {
   const std::int64_t now_ns = network.time_ns();
+  const std::span<const std::uint32_t> load = loads.cells();
   std::int32_t deepest = 0;
   for (std::size_t index = 0; index < cells_.size(); ++index)
     if (ground.runs(index) && network.cell(index).route.parent_port != RS_NO_PARENT)
@@ -107,7 +107,7 @@ void QueueChecker::count_drops(const world::Network& network, const GroundTruth&
     cells_[index].divisor = divisor;
     const bool eased = cells_[index].eased_ns + deepest * drained_hop_ns < counted_ns_;
     const bool empty = drained && eased && load[wave.root] <= divisor * port.draining;
-    const bool overtaxed = counted_ns_ - overruns.overtaxed_ns(wave.root) < Overruns::drained_ns;
+    const bool overtaxed = counted_ns_ - overruns.overtaxed_ns(wave.root) < CableLoads::drained_ns;
     if (judged && !overtaxed && (too_low || empty) && recovery.has_path(index) &&
         dropped != cells_[index].dropped_in_all)
       breaks_.add(Invariant::overload, now_ns, {index},

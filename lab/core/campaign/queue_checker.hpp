@@ -49,12 +49,13 @@ class QueueChecker {
   // Once an epoch. Events are what no divisor thins out; nor does one give back to a processor that has lost frames the
   // time for torque sums, which come late then, and fill lines one by one. In deep trees, too, sums come too late to be
   // added up, and each that goes up alone takes the place of a cell's samples. A section unit knows of them: they may
-  // leave a line no time to empty queues, but not be more than it carries. `load`: cells of each root.
+  // leave a line no time to empty queues, but not be more than it carries.
   void count_drops(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                   const RecoveryChecker& recovery, const Overruns& overruns, std::span<const std::uint32_t> load,
+                   const RecoveryChecker& recovery, const Overruns& overruns, const CableLoads& loads,
                    std::span<const std::uint32_t> late_sums, PortLoad port, bool undisturbed);
 
-  // `within_load`: no port has more cells than it can carry. The sample that the cell has just lost to repeated ones.
+  // `within_load`: the cell's tree has no more cells than its cable can carry. The sample that the cell has just lost
+  // to repeated ones.
   std::optional<TakenSample> cell_stepped(const world::Network& network, const GroundTruth& ground,
                                           const RecoveryChecker& recovery, std::size_t cell, const rs_input& input,
                                           bool within_load);

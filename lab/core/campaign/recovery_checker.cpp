@@ -29,16 +29,23 @@ RecoveryChecker::RecoveryChecker(const world::Network& network, GroundTruth& gro
       breaks_(breaks),
       clean_lines_(clean_lines),
       path_(network.cell_count()),
+      at_port_(network.cell_count()),
+      tree_(RS_SECTION_UNIT_PORTS_MAX * network.unit_count()),
+      sizes_right_ns_(tree_.size(), -1),
       path_since_ns_(network.cell_count(), never),
       nearer_since_ns_(network.cell_count(), never),
+      affected_until_ns_(network.cell_count()),
+      affected_after_ns_(hops_max * ground.hop_ns()),
       whole_since_ns_(never) {}
 
 RecoveryChecker::Path RecoveryChecker::path_of(std::size_t cell) {
   trail_.clear();
   Path result = Path::unknown;
+  std::size_t at_port = 0;
   for (std::size_t at = cell; result == Path::unknown;) {
     if (path_[at] != Path::unknown) {
       result = path_[at];
+      at_port = at_port_[at];
       break;
     }
     trail_.push_back(static_cast<std::int32_t>(at));
@@ -52,13 +59,17 @@ RecoveryChecker::Path RecoveryChecker::path_of(std::size_t cell) {
     const auto far = static_cast<std::size_t>(ground_.far(ground_.wire_of_cell(at, port)));
     if (parent == RouteChecker::unit) {
       result = ground_.is_cell(far) ? Path::broken : Path::whole;
+      if (result == Path::whole) at_port = far - RS_PORTS * path_.size();
     } else if (!ground_.is_cell(far) || static_cast<std::int32_t>(GroundTruth::cell_of(far)) != parent) {
       result = Path::broken;
     } else {
       at = static_cast<std::size_t>(parent);
     }
   }
-  for (const std::int32_t passed : trail_) path_[static_cast<std::size_t>(passed)] = result;
+  for (const std::int32_t passed : trail_) {
+    path_[static_cast<std::size_t>(passed)] = result;
+    at_port_[static_cast<std::size_t>(passed)] = at_port;
+  }
   return result;
 }
 
@@ -71,14 +82,47 @@ void RecoveryChecker::follow_paths() {
     path_since_ns_[cell] = has_path(cell) ? std::min(path_since_ns_[cell], network_.time_ns()) : never;
 }
 
+bool RecoveryChecker::leads_through_damage(std::size_t cell) const {
+  const std::int64_t now_ns = network_.time_ns();
+  auto at = static_cast<std::int32_t>(cell);
+  for (std::size_t hops = 0; at >= 0 && hops <= path_.size(); ++hops) {
+    if (ground_.lawless(now_ns, static_cast<std::size_t>(at))) return true;
+    at = routes_.parent(static_cast<std::size_t>(at));
+  }
+  return false;
+}
+
+// Which cells damaged memory may concern: while it is near, while their way leads through there, and if they lose it,
+// until they have another.
+void RecoveryChecker::spread_damage() {
+  for (std::size_t cell = 0; cell < path_.size(); ++cell)
+    if (leads_through_damage(cell) || (affected_until_ns_[cell] > 0 && path_[cell] != Path::whole))
+      affected_until_ns_[cell] = ground_.lawless_until_ns();
+}
+
+// Cells that have nothing to do with the damage keep their ways, or are back as soon as after any other fault.
+void RecoveryChecker::check_elsewhere() {
+  const std::int64_t now_ns = network_.time_ns();
+  if (now_ns < ground_.repaired_elsewhere_ns() || !ground_.calm_elsewhere(now_ns)) return;
+  const std::vector<std::int32_t>& reach = ground_.reach(now_ns, ground_.repair_ns() + hops_max * ground_.hop_ns());
+  for (std::size_t cell = 0; cell < path_.size(); ++cell) {
+    if (reach[cell] < 0 || path_[cell] == Path::whole || affected(cell) || told_elsewhere_) continue;
+    told_elsewhere_ = true;
+    breaks_.add(Invariant::rejoined, now_ns, {cell},
+                {{"hops away", reach[cell]}, {"parent port", routes_.parent_port(cell)}, {"memory damaged", 1}});
+  }
+}
+
 // The repair enters the part that was cut off from those that still have their paths.
 void RecoveryChecker::struck(bool everywhere) {
   struck_ = true;
   repairing_ = true;
   told_ = false;
+  told_elsewhere_ = false;
   whole_since_ns_ = never;
   std::ranges::fill(nearer_since_ns_, never);
   follow_paths();
+  if (ground_.lawless(network_.time_ns())) spread_damage();
   std::vector<std::int32_t> distance(path_.size(), -1);
   std::vector<std::size_t> queue;
   const auto enter = [&](std::size_t cell, std::int32_t hops) {
@@ -113,6 +157,9 @@ void RecoveryChecker::poll() {
   if (ground_.lawless(now_ns)) {
     was_lawless_ = true;
     whole_since_ns_ = never;
+    follow_paths();
+    spread_damage();
+    check_elsewhere();
     return;
   }
   if (was_lawless_) {
@@ -227,25 +274,44 @@ unsigned RecoveryChecker::nearer_port(std::size_t cell) const {
   return 0;
 }
 
-void RecoveryChecker::check_sizes() {
-  std::uint64_t sum = 0;
-  for (std::size_t u = 0; u < network_.unit_count(); ++u)
-    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p)
-      if (network_.unit_runs(u) && network_.unit(u).port[p].root) sum += network_.unit(u).port[p].size;
-  if (sum == attached_) sizes_right_ns_ = network_.time_ns();
+// Cells by the port of a section unit that their way leads to.
+void RecoveryChecker::count_trees() {
+  std::ranges::fill(tree_, 0);
+  for (std::size_t cell = 0; cell < path_.size(); ++cell)
+    if (ground_.runs(cell) && path_[cell] == Path::whole) ++tree_[at_port_[cell]];
 }
 
-void RecoveryChecker::finish() {
+void RecoveryChecker::check_sizes() {
+  count_trees();
+  for (std::size_t u = 0; u < network_.unit_count(); ++u)
+    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p) {
+      const std::size_t tree = u * RS_SECTION_UNIT_PORTS_MAX + p;
+      if (told_size(u, p) == tree_[tree]) sizes_right_ns_[tree] = network_.time_ns();
+    }
+}
+
+// What a section unit says of the tree at its port; 0: there is none.
+std::uint32_t RecoveryChecker::told_size(std::size_t unit, unsigned port) const {
+  const auto& at = network_.unit(unit).port[port];
+  return network_.unit_runs(unit) && at.root ? at.size : 0;
+}
+
+void RecoveryChecker::finish(const Overruns& overruns) {
   // Sizes travel up for a while after each move; in a quiet network they have been right lately.
   const std::int64_t now_ns = network_.time_ns();
-  const std::int64_t quiet_ns = now_ns - (ground_.repaired_ns() + fault_free_ns);
-  if (quiet_ns < 100 * ms || sizes_right_ns_ >= now_ns - 100 * ms) return;
-  std::int64_t sum = 0;
+  const std::int64_t lately_ns = now_ns - 100 * ms;
+  if (ground_.repaired_ns() + fault_free_ns > lately_ns) return;
+  count_trees();
   for (std::size_t u = 0; u < network_.unit_count(); ++u)
-    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p)
-      if (network_.unit_runs(u) && network_.unit(u).port[p].root) sum += network_.unit(u).port[p].size;
-  breaks_.add(Invariant::tree_sizes, now_ns, {},
-              {{"sum of sizes", sum}, {"cells attached", static_cast<std::int64_t>(attached_)}});
+    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p) {
+      const std::size_t tree = u * RS_SECTION_UNIT_PORTS_MAX + p;
+      const auto root = static_cast<std::uint8_t>(network_.unit(u).config.unit << 4U | (p + 1));
+      // A processor that has too much to do loses the word of a size, too.
+      if (sizes_right_ns_[tree] >= lately_ns || overruns.overtaxed_ns(root) > lately_ns) continue;
+      breaks_.add(
+          Invariant::tree_sizes, now_ns, {},
+          {{"unit", static_cast<std::int64_t>(u)}, {"port", p + 1}, {"size", told_size(u, p)}, {"cells", tree_[tree]}});
+    }
 }
 
 }  // namespace robotskin::campaign

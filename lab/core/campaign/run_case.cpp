@@ -32,6 +32,9 @@ CaseReport run_case(const FaultCase& drawn) {
   report.events = network.counts().events;
   report.samples_taken = checkers.ledger().taken();
   report.samples_delivered = checkers.ledger().delivered();
+  report.crowded_out_most = checkers.ledger().crowded_out_most();
+  report.lost_overloaded = checkers.ledger().lost_overloaded();
+  report.excused = checkers.ledger().excused();
   report.events_repeated = checkers.ledger().repeated();
   report.torque_sums = checkers.torques().sums();
   report.torque_epochs = checkers.torques().epochs_judged();

@@ -18,6 +18,9 @@ struct CaseReport {
   std::uint64_t log_hash = 0;
   std::uint64_t events = 0, samples_taken = 0, samples_delivered = 0;
   std::uint64_t events_repeated = 0;                 // sent again, and marked so
+  std::uint64_t crowded_out_most = 0;                // samples that found no room after one fault, in trees within load
+  std::uint64_t lost_overloaded = 0;                 // samples of trees that had more than their cables carry
+  std::uint64_t excused = 0;                         // samples that were false after memory was damaged
   std::uint64_t torque_sums = 0, torque_epochs = 0;  // at the host; epochs that had to be complete
   std::uint64_t frames_planted = 0;                  // forged, or played again
   double simulated_s = 0;

@@ -11,9 +11,11 @@
 #include <span>
 #include <vector>
 
+#include "campaign/cable_loads.hpp"
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
 
@@ -29,6 +31,10 @@ class SampleLedger : public world::SampleSource {
  public:
   static constexpr std::size_t kept = 256;              // samples of a cell
   static constexpr std::int64_t delivery_ns = 40 * ms;  // from cell to host, at most
+  // After each fault trees may form anew, and lines repeat frames: then at most one queue of samples may overflow, and
+  // one processor's room for frames that wait, on the way to the cable where all of it meets. A tree that stays within
+  // load has no more on its way at a time than that.
+  static constexpr std::uint64_t crowded_out_max = RS_QUEUE_DATA + 48;
   // What one damaged cell holds of others, and what it says of itself until it is healed.
   static constexpr std::uint64_t excused_max = 256;
 
@@ -36,7 +42,8 @@ class SampleLedger : public world::SampleSource {
 
   bool sample(std::size_t cell, std::int64_t time_ns, rs_sample& sample) override;
 
-  void cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
+  // Whether the cell has sent a sample of its own.
+  bool cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input);
   void datagram(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                 std::span<const std::uint8_t> datagram);
   // What a frame on its way to the host says to be; a frame of no cell says cell 0, number 0, which is none.
@@ -46,18 +53,22 @@ class SampleLedger : public world::SampleSource {
   std::optional<std::int64_t> taken_ns(const std::uint8_t* frame) const;
   // It found a queue full of repeated ones, or a processor that may have too much to do.
   void crowded_out(TakenSample sample);
-  // A fault has struck, and is known to the ground; not yet to `recovery`.
-  void struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery, bool within_load);
-  // Looks for samples that are missing by now, while no port has more cells than it can carry. Where only the protocol
-  // can have lost them each counts; on lossy lines they are counted.
+  // A fault has struck, or goes on, and is known to the ground; not yet to `recovery`.
+  void struck(const world::Network& network, GroundTruth& ground, const RecoveryChecker& recovery,
+              const CableLoads& loads);
+  // Looks for samples that are missing by now. Where only the protocol can have lost them each counts; on lossy lines,
+  // and of cables that have more than they carry, they are counted.
   void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
-            bool within_load);
-  void finish(const world::Network& network);  // at the end
+            const CableLoads& loads);
+  void finish(const world::Network& network, const CableLoads& loads);  // at the end
 
   std::uint64_t taken() const { return taken_; }
   std::uint64_t delivered() const { return delivered_; }
   std::uint64_t repeated() const { return repeated_; }  // events that came again, marked so
   std::uint64_t excused() const { return excused_; }    // samples that were false, as memory had been damaged
+  // Samples that were due, and found no room in a tree within load, after one fault at most.
+  std::uint64_t crowded_out_most() const { return crowded_out_most_; }
+  std::uint64_t lost_overloaded() const { return lost_overloaded_; }  // that were due, in trees that had too much
 
  private:
   struct Entry {
@@ -85,6 +96,7 @@ class SampleLedger : public world::SampleSource {
   bool must_arrive(const GroundTruth& ground, const RecoveryChecker& recovery, std::size_t cell,
                    const Entry& entry) const;
   bool must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
+  void count_crowded_out(std::int64_t now_ns, std::size_t cell);
   bool touched(std::size_t cell, std::int64_t time_ns) const;
   void record(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
               const rs_clock& frame);
@@ -94,12 +106,11 @@ class SampleLedger : public world::SampleSource {
   Workload workload_;
   std::uint64_t seed_;
   bool whole_lines_;
-  double frame_loss_;  // of a frame on a line
-  double lost_at_most_ = 0;
-  std::uint64_t lost_ = 0;
+  LineLosses losses_;
   Failure failure_;
   void excuse(const world::Network& network, const GroundTruth& ground, std::size_t cell);
   std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0, excused_ = 0;
+  std::uint64_t crowded_out_ = 0, crowded_out_most_ = 0, sent_overloaded_ = 0, lost_overloaded_ = 0;
 };
 
 }  // namespace robotskin::campaign

@@ -73,7 +73,7 @@ void SamplingChecker::cell_stepped(const world::Network& network, const GroundTr
       if (!cell.changed) cell.largest = cell.divisor;
       cell.changed = false;
     } else if (events_ && std::abs(value - cell.sent_value) >= threshold_ && cell.sent_ns > ground.booted_ns(index) &&
-               cell.sent_ns > ground.lawless_until_ns() && !ground.lawless(now_ns, index) && !refused) {
+               cell.sent_ns > ground.lawless_until_ns(index) && !ground.lawless(now_ns, index) && !refused) {
       breaks_.add(Invariant::sampled, now_ns, {index}, {{"value", value}, {"sent last", cell.sent_value}});
     }
   }
@@ -82,18 +82,18 @@ void SamplingChecker::cell_stepped(const world::Network& network, const GroundTr
 }
 
 void SamplingChecker::poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
-                           const Overruns& overruns, std::int64_t overloaded_ns) {
+                           const CableLoads& loads, const Overruns& overruns) {
   const std::int64_t now_ns = network.time_ns();
-  if (!ground.calm(now_ns) || ground.lawless(now_ns)) return;
-  const std::int64_t quiet_ns = std::max(ground.repaired_ns(), ground.lawless_until_ns());
   for (std::size_t index = 0; index < cells_.size(); ++index) {
     Cell& cell = cells_[index];
-    if (!ground.runs(index) || ground.is_zombie(index) || !recovery.has_path(index)) continue;
-    const std::int64_t able_ns = std::max({quiet_ns, recovery.path_since_ns(index), ground.booted_ns(index),
-                                           overruns.overtaxed_ns(network.cell(index).route.wave.root)});
+    if (!recovery.calm(index, now_ns) || !ground.runs(index) || ground.is_zombie(index) || !recovery.has_path(index))
+      continue;
+    const std::int64_t able_ns =
+        std::max({recovery.repaired_ns(index), recovery.path_since_ns(index), ground.booted_ns(index),
+                  overruns.overtaxed_ns(network.cell(index).route.wave.root)});
     note(cell, network.cell(index).route.wave);
     if (cell.named_ns < 0) {
-      if (now_ns - std::max(able_ns, overloaded_ns) <= naming_ns || cell.told) continue;
+      if (now_ns - std::max(able_ns, loads.overloaded_ns(index)) <= naming_ns || cell.told) continue;
       breaks_.add(Invariant::sampled, now_ns, {index}, {{"us without an id", (now_ns - able_ns) / us}});
       cell.told = true;
       continue;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "campaign/cable_loads.hpp"
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
@@ -22,10 +23,9 @@ class SamplingChecker {
   SamplingChecker(const FaultCase& drawn, BreakLog& breaks);
 
   void cell_stepped(const world::Network& network, const GroundTruth& ground, std::size_t cell, const rs_input& input);
-  // Every millisecond. `overloaded_ns`: when a port last had more cells than it carries. Where processors lose frames
-  // of that, ticks wait for them as well, by which cells sample.
+  // Every millisecond. Where processors lose frames of an overload, ticks wait for them as well, by which cells sample.
   void poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
-            const Overruns& overruns, std::int64_t overloaded_ns);
+            const CableLoads& loads, const Overruns& overruns);
 
  private:
   struct Cell {

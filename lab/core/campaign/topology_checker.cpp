@@ -36,6 +36,9 @@ void TopologyChecker::finish(const world::Network& network, const GroundTruth& g
     if (recovery.has_path(cell) && ground.booted_ns(cell) < since_ns && told_[cell].crowded_out_ns < since_ns &&
         overruns.overtaxed_ns(network.cell(cell).route.wave.root) < since_ns)
       judge(network, ground, cell);
+  if (losses_.too_many())
+    breaks_.add(Invariant::host_topology, network.time_ns(), {},
+                {{"untold on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
 }
 
 void TopologyChecker::judge(const world::Network& network, const GroundTruth& ground, std::size_t cell) {
@@ -43,6 +46,8 @@ void TopologyChecker::judge(const world::Network& network, const GroundTruth& gr
   const Told& told = told_[cell];
   const rs_topology& said = told.topology;
   ++judged_;
+  losses_.due(network.cell(cell).route.hops);
+  if (!losses_.whole() && told.time_ns < now_ns - known_ns) return losses_.add(1);
   if (told.time_ns < now_ns - known_ns || said.source != network.cell(cell).id) {
     breaks_.add(Invariant::host_topology, now_ns, {cell},
                 {{"id", network.cell(cell).id},
@@ -73,6 +78,7 @@ void TopologyChecker::judge(const world::Network& network, const GroundTruth& gr
       continue;  // carries one way, or no cell runs there
     }
     if (ids[port - 1] == id && (id == RS_ID_NONE || ports[port - 1] == far_port)) continue;
+    if (!losses_.whole()) return losses_.add(1);
     breaks_.add(Invariant::host_topology, now_ns, {cell},
                 {{"port", port},
                  {"neighbour", id},

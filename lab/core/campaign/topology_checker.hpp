@@ -8,6 +8,7 @@
 
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/overruns.hpp"
 #include "campaign/recovery_checker.hpp"
 
@@ -17,13 +18,15 @@ class TopologyChecker {
  public:
   static constexpr std::int64_t known_ns = 1100 * ms;
 
-  TopologyChecker(std::size_t cells, BreakLog& breaks) : breaks_(breaks), told_(cells) {}
+  TopologyChecker(std::size_t cells, const world::LineQuality& line, BreakLog& breaks)
+      : breaks_(breaks), losses_(line), told_(cells) {}
 
   void datagram(const world::Network& network, std::span<const std::uint8_t> datagram);
   // This frame was lost by a processor that may lose some: if it is a report, its cell may be unknown for a while, also
   // where it hangs in another tree since.
   void crowded_out(std::int64_t now_ns, const std::uint8_t* frame);
-  // At the end of a run in which no report was lost by chance. Trees whose processors had too much to do are left out.
+  // At the end of a run. Where reports are lost by chance, cells whose last one is too old are counted. Trees whose
+  // processors had too much to do are left out.
   void finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,
               const Overruns& overruns);
 
@@ -41,6 +44,7 @@ class TopologyChecker {
   void judge(const world::Network& network, const GroundTruth& ground, std::size_t cell);
 
   BreakLog& breaks_;
+  LineLosses losses_;
   std::vector<Told> told_;  // by cell, its last report
   std::uint64_t judged_ = 0;
 };

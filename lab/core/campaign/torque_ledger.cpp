@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdio>
+#include <initializer_list>
+#include <utility>
 
 #include "campaign/datagram_frames.hpp"
 #include "campaign/epoch_times.hpp"
@@ -28,8 +31,15 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
   return contribution;
 }
 
-TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks)
-    : breaks_(breaks), cells_(cells), limbs_(limbs), times_(times) {}
+TorqueLedger::TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, const world::LineQuality& line,
+                           BreakLog& breaks)
+    : breaks_(breaks), cells_(cells), limbs_(limbs), times_(times), losses_(line) {}
+
+void TorqueLedger::finish(std::int64_t now_ns) {
+  if (losses_.too_many())
+    breaks_.add(Invariant::torque_complete, now_ns, {},
+                {{"missing on lossy lines", losses_.lost()}, {"at most", losses_.at_most()}});
+}
 
 void TorqueLedger::datagram(const world::Network& network, const GroundTruth& ground,
                             std::span<const std::uint8_t> datagram) {
@@ -47,17 +57,22 @@ void TorqueLedger::add(const world::Network& network, const GroundTruth& ground,
   const std::array<std::int32_t, RS_JOINTS_PER_PART> joints{torque.joint_1, torque.joint_2, torque.joint_3,
                                                             torque.joint_4, torque.joint_5, torque.joint_6};
   const std::size_t share = share_of(cells_, limbs_);
-  const bool excused = ground.lawless(now_ns - complete_ns);
+  // Once a sum.
+  bool excused = false;
+  const auto must_not_be = [&](Invariant invariant, std::initializer_list<std::size_t> cells,
+                               std::initializer_list<Value> values) {
+    if (!ground.lawless(now_ns - complete_ns)) return breaks_.add(invariant, now_ns, cells, values);
+    if (!std::exchange(excused, true)) excuse(now_ns, ground);
+  };
   unsigned ones = 0;
   for (const std::int32_t joint : joints) ones += static_cast<unsigned>(std::popcount(static_cast<unsigned>(joint)));
   ++sums_;
   if (ones != torque.cells || torque.saturated != 0) {
-    if (!excused)
-      breaks_.add(Invariant::torque_count, now_ns, {},
-                  {{"epoch", torque.epoch},
-                   {"limb", torque.limb},
-                   {"cells", torque.cells},
-                   {"different ones", static_cast<std::int64_t>(ones)}});
+    must_not_be(Invariant::torque_count, {},
+                {{"epoch", torque.epoch},
+                 {"limb", torque.limb},
+                 {"cells", torque.cells},
+                 {"different ones", static_cast<std::int64_t>(ones)}});
     return;
   }
   Epoch& epoch = epochs_[torque.epoch];
@@ -70,17 +85,23 @@ void TorqueLedger::add(const world::Network& network, const GroundTruth& ground,
     if ((joints[bit / bits_per_joint] >> bit % bits_per_joint & 1) == 0) continue;
     const std::size_t cell = torque.limb * share + bit;
     if (bit >= share || cell >= cells_) {
-      if (!excused)
-        breaks_.add(Invariant::torque_count, now_ns, {},
-                    {{"limb", torque.limb}, {"bit of no cell", static_cast<std::int64_t>(bit)}});
+      must_not_be(Invariant::torque_count, {},
+                  {{"limb", torque.limb}, {"bit of no cell", static_cast<std::int64_t>(bit)}});
       continue;
     }
     // Where a section unit's time has leapt back, the same number comes twice.
-    if (epoch.heard[cell] != 0 && !excused && now_ns > leapt_ns_ + forgotten_ns)
-      breaks_.add(Invariant::torque_once, now_ns, {cell},
+    if (epoch.heard[cell] != 0 && now_ns > leapt_ns_ + forgotten_ns)
+      must_not_be(Invariant::torque_once, {cell},
                   {{"epoch", torque.epoch}, {"us since its first sum", (now_ns - epoch.first_ns) / us}});
     epoch.heard[cell] = 1;
   }
+}
+
+void TorqueLedger::excuse(std::int64_t now_ns, const GroundTruth& ground) {
+  const auto faults = static_cast<std::uint64_t>(std::max(ground.memory_faults(), 1));
+  if (++excused_ == faults * excused_max + 1)
+    breaks_.add(Invariant::torque_count, now_ns, {},
+                {{"false sums", static_cast<std::int64_t>(excused_)}, {"memory faults", ground.memory_faults()}});
 }
 
 // Notes when a section unit's time has leapt, which its sums' numbers do as well.
@@ -103,19 +124,19 @@ void TorqueLedger::keep_time(const world::Network& network) {
 }
 
 void TorqueLedger::poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                        const RecoveryChecker& recovery, bool may_miss) {
+                        const RecoveryChecker& recovery, const CableLoads& loads) {
   if (!in_use()) return;
   keep_time(network);
   const std::int64_t now_ns = network.time_ns();
   for (Epoch& epoch : epochs_) {
     if (epoch.judged || now_ns - epoch.first_ns < complete_ns) continue;
     epoch.judged = true;
-    if (!may_miss) judge(network, ground, routes, recovery, epoch);
+    judge(network, ground, routes, recovery, loads, epoch);
   }
 }
 
 void TorqueLedger::judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-                         const RecoveryChecker& recovery, Epoch& epoch) {
+                         const RecoveryChecker& recovery, const CableLoads& loads, Epoch& epoch) {
   const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns;
   if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
       routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || forming_ns_ > rest_ns ||
@@ -129,11 +150,16 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
   std::int64_t missing = 0;
   std::size_t one = 0;
   for (std::size_t cell = 0; cell < cells_; ++cell) {
-    if (epoch.heard[cell] != 0 || !recovery.has_path(cell) || ground.booted_ns(cell) > rest_ns) continue;
+    if (recovery.has_path(cell)) losses_.due(network.cell(cell).route.hops);
+    if (epoch.heard[cell] != 0 || !recovery.has_path(cell) || ground.booted_ns(cell) > rest_ns ||
+        !loads.within(cell, now_ns))
+      continue;
     ++missing;
     one = cell;
   }
-  if (missing > 0)
+  if (!losses_.whole())
+    losses_.add(missing);
+  else if (missing > 0)
     breaks_.add(Invariant::torque_complete, now_ns, {one},
                 {{"cells missing", missing},
                  {"us since its first sum", (now_ns - epoch.first_ns) / us},

@@ -11,9 +11,11 @@
 #include <span>
 #include <vector>
 
+#include "campaign/cable_loads.hpp"
 #include "campaign/fault_case.hpp"
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
+#include "campaign/line_losses.hpp"
 #include "campaign/recovery_checker.hpp"
 #include "campaign/route_checker.hpp"
 
@@ -24,15 +26,21 @@ rs_contribution contribution_of(std::size_t cell, std::size_t cells, std::int32_
 
 class TorqueLedger {
  public:
-  TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, BreakLog& breaks);
+  // A damaged cell may spoil the sum of each limb in the epochs of 60 ms, and one more while they come to the host.
+  static constexpr std::uint64_t excused_max = 64;
+
+  TorqueLedger(std::size_t cells, std::int32_t limbs, ProcessingTimes times, const world::LineQuality& line,
+               BreakLog& breaks);
 
   bool in_use() const { return limbs_ > 0; }
   void datagram(const world::Network& network, const GroundTruth& ground, std::span<const std::uint8_t> datagram);
-  // Every millisecond. `may_miss`: frames are lost by chance, or a port has more cells than it carries.
+  // Every millisecond. What is missing where frames are lost by chance is counted.
   void poll(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-            const RecoveryChecker& recovery, bool may_miss);
+            const RecoveryChecker& recovery, const CableLoads& loads);
+  void finish(std::int64_t now_ns);  // at the end
 
   std::uint64_t sums() const { return sums_; }
+  std::uint64_t excused() const { return excused_; }              // sums that were false, as memory had been damaged
   std::uint64_t epochs_judged() const { return epochs_judged_; }  // for being complete
 
  private:
@@ -45,18 +53,20 @@ class TorqueLedger {
 
   void add(const world::Network& network, const GroundTruth& ground, const rs_torque& torque);
   void judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
-             const RecoveryChecker& recovery, Epoch& epoch);
+             const RecoveryChecker& recovery, const CableLoads& loads, Epoch& epoch);
+  void excuse(std::int64_t now_ns, const GroundTruth& ground);
   void keep_time(const world::Network& network);
 
   BreakLog& breaks_;
   std::size_t cells_;
   std::int32_t limbs_;
   ProcessingTimes times_;
+  LineLosses losses_;  // cells in no sum
   std::array<Epoch, RS_EPOCH_MASK + 1> epochs_;
   std::vector<std::uint64_t> unit_time_;
   std::int64_t forming_ns_ = -1000 * ms;  // when trees last formed, which have no sums
   std::int64_t leapt_ns_ = -1000 * ms, polled_ns_ = 0;
-  std::uint64_t sums_ = 0, epochs_judged_ = 0;
+  std::uint64_t sums_ = 0, epochs_judged_ = 0, excused_ = 0;
 };
 
 }  // namespace robotskin::campaign

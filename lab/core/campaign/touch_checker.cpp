@@ -69,14 +69,14 @@ void TouchChecker::cell_stepped(const world::Network& network, const GroundTruth
   const auto unit = static_cast<std::uint8_t>(state.route.wave.root >> root_port_bits);
   if (unit != cell.unit) cell.came_ns = now_ns;
   cell.unit = unit;
-  if (ground.lawless(now_ns, index))
+  // A cell whose parameters were damaged gives up its torques, which the host would have to send it again.
+  if (ground.lawless(now_ns, index)) {
     cell.corrupted = true;
-  else if (input.kind == RS_INPUT_BOOT)
-    cell.corrupted = false;
-  if (cell.corrupted) {
     if (begun) epoch_of(cell.epoch, now_ns).excused = true;
     return;
   }
+  if (input.kind == RS_INPUT_BOOT || state.cell_torque.known) cell.corrupted = false;
+  if (cell.corrupted && state.torque.own.parts == 0) return;
   if (!state.cell_torque.known || state.cell_torque.parameters.chain.joints != cell.model.joints()) {
     breaks_.add(Invariant::torque_true, now_ns, {index}, {{"knows its parameters", state.cell_torque.known}});
     return;
@@ -154,8 +154,7 @@ void TouchChecker::poll(const world::Network& network, const GroundTruth& ground
   for (Epoch& epoch : epochs_) {
     if (epoch.judged || epoch.first_ns < 0 || now_ns - epoch.first_ns < complete_ns) continue;
     epoch.judged = true;
-    const bool quiet = ground.calm(now_ns) && ground.repaired_ns() < epoch.first_ns - at_rest_ns &&
-                       !ground.lawless(now_ns) && !ground.lawless(epoch.first_ns);
+    const bool quiet = ground.calm_elsewhere(now_ns) && ground.repaired_elsewhere_ns() < epoch.first_ns - at_rest_ns;
     if (epoch.excused || !quiet || epoch.told.cells != epoch.given.cells) continue;
     ++sums_judged_;
     if (epoch.told == epoch.given) continue;

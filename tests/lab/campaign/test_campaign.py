@@ -114,7 +114,7 @@ def test_cases_are_as_wide_as_promised(seed: int) -> None:
         for number in range(seed, seed + 3000):
             yield draw_case(number)
 
-    shapes, kinds, ports, faults = set(), set(), set(), set()
+    shapes, kinds, ports, faults, events = set(), set(), set(), set(), set()
     for case in drawn():
         assert 20 <= case.cells <= 400
         assert 2 <= case.ports <= 5
@@ -124,10 +124,13 @@ def test_cases_are_as_wide_as_promised(seed: int) -> None:
         shapes.add(case.shape)
         ports.add(case.ports)
         faults.add(len(case.faults))
+        if case.events:
+            events.add((case.touched_percent, case.events_hz))
         kinds |= {fault.partition("@")[0].partition(":")[0] for fault in case.faults}
     assert shapes == {"sheet", "sheared", "cylinder", "patches"}
     assert ports == {2, 3, 4, 5}
     assert faults == {1, 2, 3, 4}
+    assert events == {(percent, rate_hz) for percent in (5, 20, 50, 60) for rate_hz in (250, 1000)}
     assert {"cut", "oneway", "flap", "noise", "burst", "slow", "zombie", "crash", "reboot", "ram", "stuff"} <= kinds
     assert {
         "duplicate_id",
@@ -198,6 +201,28 @@ def test_orders_are_told_apart_after_their_numbers_have_come_round() -> None:
     text = re.sub(r"\nfaults .*", "\nfaults slow:cell=3,by=100us,for=1ms@17s", text)
     report = run_case(parse_case(text))
     assert not report.breaks, "\n".join(map(str, report.breaks))
+
+
+def _with_faults(text: str, faults: str, duration_ms: int) -> str:
+    text = re.sub(r"\nduration_ns .*", f"\nduration_ns {duration_ms}000000", text)
+    return re.sub(r"\nfaults .*", f"\nfaults {faults}", text)
+
+
+def test_more_events_than_a_cable_carries_are_lost_and_counted() -> None:
+    drawn = next(case for case in map(draw_case, range(1000)) if case.events and case.whole_lines and case.cells > 200)
+    text = re.sub(r"\nevents .*(\nevents_hz .*)?", "\nevents 60\nevents_hz 1000", drawn.text)
+    text = _with_faults(text, "slow:cell=3,by=100us,for=1ms@60ms", 250)
+    report = run_case(parse_case(text))
+    assert not report.breaks, "\n".join(map(str, report.breaks))
+    assert report.lost_overloaded > 1000
+    assert "\nevents_hz 1000\n" in parse_case(text).text
+    seldom = run_case(parse_case(text.replace("\nevents_hz 1000\n", "\n").replace("\nevents 60\n", "\nevents 5\n")))
+    assert seldom.lost_overloaded < report.lost_overloaded
+
+
+def test_a_case_that_tells_no_event_rate_means_250_hz() -> None:
+    text = next(case for case in map(draw_case, range(1000)) if case.events).text
+    assert parse_case(re.sub(r"\nevents_hz .*", "", text)).events_hz == 250
 
 
 def test_an_invariant_that_there_is_not_is_refused() -> None:

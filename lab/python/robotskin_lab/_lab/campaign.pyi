@@ -55,6 +55,14 @@ class FaultCase:
         """cells send what changes, not every sample"""
 
     @property
+    def touched_percent(self) -> int:
+        """of the cells at a time, where they send what changes"""
+
+    @property
+    def events_hz(self) -> int:
+        """so often they look for a change"""
+
+    @property
     def limbs(self) -> int:
         """whose torques are summed; 0: none"""
 
@@ -106,6 +114,18 @@ class CaseReport:
     @property
     def events_repeated(self) -> int:
         """sent again, and marked so"""
+
+    @property
+    def crowded_out_most(self) -> int:
+        """samples that found no room after one fault, in trees within load"""
+
+    @property
+    def lost_overloaded(self) -> int:
+        """samples that were lost in trees that had more than their cables carry"""
+
+    @property
+    def excused(self) -> int:
+        """samples that were false after memory was damaged"""
 
     @property
     def torque_sums(self) -> int:

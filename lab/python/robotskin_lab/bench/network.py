@@ -242,6 +242,9 @@ def campaign_part(fault_seeds: int, first: int | None, on: Executor) -> dict[str
     figures["fault_cpu_s_per_seed"] = round(report.cpu_s / report.seeds, 4)
     figures["fault_simulated_s"] = round(report.simulated_s, 1)
     figures["fault_longest_wait_ms"] = round(report.longest_wait_ms, 3)
+    figures["fault_crowded_out_max"] = report.crowded_out_most
+    figures["fault_excused_max"] = report.excused_most
+    figures["fault_lost_overloaded"] = report.lost_overloaded
     figures["fault_largest_control_share"] = round(report.largest_control_share, 4)
     return figures
 

@@ -59,6 +59,8 @@ class Distribution:
         self.conditions["lossy"] += not case.whole_lines
         self.conditions["while forming"] += case.while_forming
         self.conditions["event mode"] += case.events
+        if case.events:
+            self.conditions[f"events of {case.touched_percent} % at {case.events_hz} Hz"] += 1
         self.conditions["torque sums"] += case.limbs > 0
         self.conditions["orders from the host"] += case.orders
         self.conditions["own torques"] += case.touch
@@ -89,7 +91,9 @@ class SeedsReport:
     """Sums over seeds; `cpu_s` is processor time of all workers.
 
     verdicts: a line a seed, in their order: seed, hash of every frame and datagram, events, and what broke. Equal seeds
-    of the same code have equal verdicts, wherever they ran.
+    of the same code have equal verdicts, wherever they ran. crowded_out_most: samples that found no room after one
+    fault, in trees within load, at most; excused_most: false samples that damaged memory excused in a case, at most;
+    lost_overloaded: samples lost by trees that had more than their cables carry, of all seeds.
     """
 
     seeds: int = 0
@@ -101,6 +105,9 @@ class SeedsReport:
     distribution: Distribution = dataclasses.field(default_factory=Distribution)
     longest_wait_ms: float = 0.0
     largest_control_share: float = 0.0
+    crowded_out_most: int = 0
+    excused_most: int = 0
+    lost_overloaded: int = 0
     verdicts: list[str] = dataclasses.field(default_factory=list)
 
     def merge(self, other: SeedsReport) -> None:
@@ -114,6 +121,9 @@ class SeedsReport:
         self.distribution.merge(other.distribution)
         self.longest_wait_ms = max(self.longest_wait_ms, other.longest_wait_ms)
         self.largest_control_share = max(self.largest_control_share, other.largest_control_share)
+        self.crowded_out_most = max(self.crowded_out_most, other.crowded_out_most)
+        self.excused_most = max(self.excused_most, other.excused_most)
+        self.lost_overloaded += other.lost_overloaded
         self.verdicts += other.verdicts
 
 
@@ -129,6 +139,9 @@ def _run_batch(seeds: list[int], ideal_processors: bool = False) -> SeedsReport:
         batch.simulated_s += report.simulated_s
         batch.longest_wait_ms = max(batch.longest_wait_ms, report.longest_wait_ms)
         batch.largest_control_share = max(batch.largest_control_share, report.largest_control_share)
+        batch.crowded_out_most = max(batch.crowded_out_most, report.crowded_out_most)
+        batch.excused_most = max(batch.excused_most, report.excused)
+        batch.lost_overloaded += report.lost_overloaded
         batch.distribution.add(case)
         breaks = "; ".join(str(broken) for broken in report.breaks) or "whole"
         batch.verdicts.append(f"{seed} {report.log_hash:016x} {report.events} {breaks}")
@@ -185,7 +198,8 @@ def campaign(
     """Run `seeds` seeds from `first_seed` on; sums, what was drawn, and the seeds that broke an invariant.
 
     Keys: `fault_seeds_run`, `invariant_breaks` (of all seeds), `cpu_s_per_seed`, `simulated_s`, `events`,
-    `longest_wait_ms`, `largest_control_share`, `distribution` (a `Distribution`, which prints itself) and `broken` (a
+    `longest_wait_ms`, `largest_control_share`, `crowded_out_most`, `excused_most` and `lost_overloaded` (see
+    `SeedsReport`), `distribution` (a `Distribution`, which prints itself) and `broken` (a
     list of `BrokenSeed`). The mutants are apart: `caught_mutants`. ideal_processors: cells compute in no time.
     """
     total = run_seeds(range(first_seed, first_seed + seeds), on=on, told=told, ideal_processors=ideal_processors)
@@ -197,6 +211,9 @@ def campaign(
         "events": total.events,
         "longest_wait_ms": total.longest_wait_ms,
         "largest_control_share": total.largest_control_share,
+        "crowded_out_most": total.crowded_out_most,
+        "excused_most": total.excused_most,
+        "lost_overloaded": total.lost_overloaded,
         "distribution": total.distribution,
         "broken": sorted(total.broken, key=lambda broken: broken.seed),
     }
