@@ -24,6 +24,7 @@ from robotskin.apps.embrace.grasp_scene import (
 )
 from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.apps.embrace.regulation import (
     CLOSED_AXIS_M,
     CLOSED_M,
@@ -114,6 +115,20 @@ def test_a_hug_lets_go_of_what_is_pressed_wrongly(what: str) -> None:
     calm = Seen(1.0, True, False, False, True, True, False, False, asked_to_release=False)
     assert following(State.HOLD, calm)[0] is State.HOLD
     assert following(State.HOLD, dataclasses.replace(calm, **{what: True}))[0] is State.RELEASE
+
+
+@pytest.mark.parametrize("state", [GraspState.CLOSE, GraspState.PULL, GraspState.HOME])
+@pytest.mark.parametrize(("what", "because"), [("outside", OUTSIDE), ("too_hard", TOO_HARD)])
+def test_a_grasp_opens_where_something_is_pressed_wrongly_and_says_why(
+    state: GraspState, what: str, because: str
+) -> None:
+    calm = GraspSeen(1.0, True, False, False, False, False, True, False, lost=False)
+    assert following_grasp(state, calm)[0] is state
+    pressed = dataclasses.replace(calm, **{what: True})
+    assert following_grasp(state, pressed) == (GraspState.OPEN, because)
+    # The baseline goes through its path blindly.
+    blind = dataclasses.replace(pressed, reactive=False)
+    assert following_grasp(state, blind)[1] != because
 
 
 def test_a_skin_that_feels_nothing_never_leaves_open(seed: int) -> None:

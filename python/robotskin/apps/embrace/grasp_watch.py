@@ -11,6 +11,7 @@ from robotskin.apps.embrace.arms import SIDES
 from robotskin.apps.embrace.grasp_control import GraspControl
 from robotskin.apps.embrace.grasp_scene import THING
 from robotskin.apps.embrace.grasp_states import GraspState
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.session import PERIOD_S, SafetyState, Session
 
 TAP_N, TAP_S = 6.0, 1.0
@@ -19,6 +20,8 @@ RECENT = 300
 """Steps: what was touched so long ago may still be felt."""
 LEAST_N = 0.5
 """With less an area does not truly touch."""
+TRUE_SHARE = 0.8
+"""Of a limit that a cell felt: with less it was not truly pressed so hard, since a sensor's gain is off by less."""
 OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, GraspState.HOME
 
 
@@ -34,6 +37,7 @@ class GraspWatch:
         """Changes of state, and those of them that what truly touched gave no reason for."""
         self._tapped = False
         self._recent: deque[dict[str, float]] = deque(maxlen=RECENT)
+        self._pressed: deque[dict[str, float]] = deque(maxlen=RECENT)
         self._since = dict.fromkeys(control.arms.areas.cells, 0.0)
         self._states = 1
 
@@ -47,6 +51,9 @@ class GraspWatch:
         self.peak_cell_n = max(self.peak_cell_n, float(force.max()))
         self.peak_arm_n = max(self.peak_arm_n, *(areas[side] for side in SIDES))
         self._recent.append(areas)
+        allowed = self.control.arms.areas.allowed
+        largest = float(force[allowed].max()), float(force[~allowed].max(initial=0.0))
+        self._pressed.append(dict(zip((TOO_HARD, OUTSIDE), largest, strict=True)))
         self._since = {area: max(self._since[area], areas[area]) for area in areas}
         if len(self.control.visited) > self._states:
             self._states = len(self.control.visited)
@@ -85,8 +92,12 @@ class GraspWatch:
             return all(self._since[side] > LEAST_N for side in SIDES)
         if after is HOME:
             return all(force > LEAST_N for force in recent.values())
-        # Back to open: nothing, or one arm, or no chest; or what was held is lost.
-        held_n = self.control.arms.hold.touch_n
+        # Back to open: pressed wrongly; nothing, or one arm, or no chest; or what was held is lost.
+        hold, because = self.control.arms.hold, self.control.because
+        if because in (OUTSIDE, TOO_HARD):
+            limit_n = hold.outside_n if because == OUTSIDE else hold.most_cell_n
+            return max(one[because] for one in self._pressed) > TRUE_SHARE * limit_n
+        held_n = hold.touch_n
         if before is CLOSE:
             return any(self._since[side] < held_n for side in SIDES)
         return lately["chest"] < held_n or all(force < held_n for force in lately.values())

@@ -25,6 +25,8 @@ HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 4.0
 PUSH_N = 20.0
 HELD_N = 2.0
 """What each arm must truly press with: then the person counts as held."""
+CHEST_REGION, BACK = "chest", "back"
+"""Of `limits.toml`: a region's name, and how the names of those begin that the arms press."""
 FALLEN_SHARE = 0.8
 """Of the height of its base at home."""
 
@@ -44,11 +46,15 @@ def bounds() -> list[Bound]:
     ]
 
 
-def session_of(person: Person, seed: int) -> Session:
-    """A session with this person in its scene, not booted. Raises SceneError."""
-    ready = robot_with_gains(ROBOT)
+def hug_limits() -> BodyLimits:
+    """Limits of contact by region of the hugged person's body."""
     with resources.as_file(resources.files("robotskin.apps.embrace").joinpath("limits.toml")) as file:
-        limits = BodyLimits.load(file)
+        return BodyLimits.load(file)
+
+
+def session_of(person: Person, seed: int, limits: BodyLimits | None = None) -> Session:
+    """A session with this person in its scene, not booted; limits: by default `hug_limits`. Raises SceneError."""
+    ready = robot_with_gains(ROBOT)
     return Session(
         ready.robot,
         finished(LAYOUT, ROBOT),
@@ -56,7 +62,7 @@ def session_of(person: Person, seed: int) -> Session:
         gains=ready.gains,
         link="in process",
         scene=scene_of(person),
-        body_limits=limits,
+        body_limits=limits or hug_limits(),
     )
 
 
@@ -71,6 +77,12 @@ class Watch:
         self.sensor_ends = 0
         """Sensors that have been at the end of their range."""
         self.running = True
+        silent_n = float(session.gains.values["skin"]["force_silent_n"])
+        self._regions = {
+            one.name: session.world_cells[one.cells] for one in hug_limits().for_skin(session.layout, silent_n).regions
+        }
+        self.region_n = dict.fromkeys(self._regions, 0.0)
+        """Of each region of the person's body, the largest force until now, as it is."""
         self.inside_m = np.inf
         """Least distance of the capture point from the edge of the soles."""
 
@@ -80,7 +92,10 @@ class Watch:
         self.control.step()
         self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
         force = self.session.world.cell_true_force()
-        self.largest_n = max(self.largest_n, float(force.sum(axis=1).max()))
+        by_cell = force.sum(axis=1)
+        self.largest_n = max(self.largest_n, float(by_cell.max()))
+        for region, cells in self._regions.items():
+            self.region_n[region] = max(self.region_n[region], float(by_cell[cells].sum()))
         self.sensor_ends = max(self.sensor_ends, int((force >= SENSOR_END_N).sum()))
         standing = self.session.controller.cycle.standing
         if standing is not None and len(standing.support.corners) >= 3:
@@ -100,6 +115,17 @@ class Watch:
         }
 
 
+def region_figures(largest_n: dict[str, float]) -> dict[str, float]:
+    """The largest true forces on regions of the person's body: on their chest, their back by one arm, and any other."""
+    back = [force for region, force in largest_n.items() if region.startswith(BACK)]
+    others = [force for region, force in largest_n.items() if region != CHEST_REGION and not region.startswith(BACK)]
+    return {
+        "region_chest_true_n": largest_n[CHEST_REGION],
+        "region_back_true_n": max(back),
+        "region_other_true_n": max(others),
+    }
+
+
 SENSOR_END_N = 10.0
 """A force sensor's range."""
 
@@ -113,7 +139,8 @@ def run(
 
     Figures: `hug_active_cells`, those that feel the person 5 s after both arms and the chest did, the median of half a
     second; `hug_cell_max_n`, the largest true force on a cell until the arms let go; `in_contact`, both arms and the
-    chest at that time; `person_moved_mm` by the push; `still_held` after it; `let_go`; `capture_inside_mm`.
+    chest at that time; `person_moved_mm` by the push; `still_held` after it; `let_go`; `capture_inside_mm`; those of
+    `region_figures`.
     """
     control = HugControl(session, regulated=regulated)
     watch = Watch(session, control)
@@ -148,6 +175,7 @@ def run(
         "still_held": float(held),
         "hug_cell_max_n": watch.largest_n,
         "sensors_at_end": float(watch.sensor_ends),
+        **region_figures(watch.region_n),
     }
     progress("lets go")
     control.release()

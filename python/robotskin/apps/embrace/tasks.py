@@ -59,8 +59,8 @@ def _balance(library: TaskLibrary, _chosen: ChosenGains) -> Task:
 def embrace_balance_gains(usual: BalanceGains) -> BalanceGains:
     """A copy of these gains, which does not lean by what the skin feels.
 
-    What both arms and the chest press is held between them, and moves no centre of mass: leaning by it would rock. It is
-    a copy, since other behaviours of the same robot lean as before.
+    What both arms and the chest press is held between them, and moves no centre of mass: leaning by it would rock. It
+    is a copy, since other behaviours of the same robot lean as before.
     """
     gains = BalanceGains()
     for name in (one for one in dir(BalanceGains) if not one.startswith("_")):
