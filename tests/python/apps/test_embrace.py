@@ -11,7 +11,7 @@ from robotskin import robots
 from robotskin.apps.embrace.areas import areas_of
 from robotskin.apps.embrace.arms import SIDES, Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable, torque_shares
-from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD
+from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, SLIP_MOST
 from robotskin.apps.embrace.grasp_scene import (
     CHEST_FRONT_M,
     HEIGHT_M,
@@ -22,7 +22,7 @@ from robotskin.apps.embrace.grasp_scene import (
     place_of,
     sinking,
 )
-from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
+from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, require_held, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
 from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.apps.embrace.regulation import (
@@ -211,8 +211,20 @@ def test_what_is_beyond_the_arms_is_refused_with_joint_and_bound(arms: Arms, pat
         require_bearable(arms, paths, large.width_m, large.mass_kg, axis, GRASP_HOLD.arm_n)
     with pytest.raises(SessionError, match=r"joint arm_\w+_joint would need .* Nm, and may give"):
         require_bearable(arms, paths, 0.4, 15.0, 0.3, GRASP_HOLD.arm_n)
+    # A slip makes the arms squeeze harder: what they could bear before it alone is refused, too.
+    require_bearable(arms, paths, 0.45, 4.0, CHEST_FRONT_M + 0.225, GRASP_HOLD.arm_n)
+    wide = Large(width_m=0.45, mass_kg=4.0)
+    with pytest.raises(SessionError, match=rf"with {SLIP_MOST * GRASP_HOLD.arm_n:g} N an arm: .* 95 % of its limit"):
+        require_held(wide)
     light, heavy = (torque_shares(arms, paths, 0.35, mass, 0.28, 30.0) for mass in (0.5, 4.0))
     assert heavy.max() > light.max()
+
+
+def test_what_is_refused_depends_on_the_paths_that_the_arms_take(arms: Arms) -> None:
+    upright, large = arms.plan(GRASP_AROUND), Large(width_m=0.4, mass_kg=4.0)
+    with pytest.raises(SessionError, match="narrower thing"):
+        require_held(large)
+    require_held(large, taught=upright)
 
 
 def test_drawn_people_are_soft_and_not_too_deep(seed: int) -> None:

@@ -96,7 +96,7 @@ def command(
             learnt.save(learn_map)
         taught = None if taught_file is None else load_taught_path(taught_file).paths(grasp_script.arms_of(standing))
         session = (
-            grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt)
+            grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt, taught=taught)
             if grasp
             else script.session_of(person, seed)
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from robotskin.apps.embrace.arms import Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable
-from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, GraspControl
+from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, SLIP_MOST, GraspControl
 from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, Large, grasp_scene_of, sinking
 from robotskin.apps.embrace.grasp_states import GraspState
 from robotskin.apps.embrace.grasp_watch import GraspWatch
@@ -50,22 +50,38 @@ def _ready(standing: bool) -> RobotWithGains:
     return robot_with_gains(STANDING_ROBOT if standing else ROBOT)
 
 
+def require_held(large: Large, *, standing: bool = False, taught: Paths | None = None) -> None:
+    """Raise SessionError for a thing that the arms could not bear at the chest, on the paths that they take.
+
+    The squeeze is the largest one, as it is after slips.
+    """
+    arms = arms_of(standing)
+    if taught is None:
+        arms = Arms(arms.robot, arms.home, GRASP_HOLD.lean_rad)
+    paths = arms.plan(GRASP_AROUND) if taught is None else taught
+    at_chest = CHEST_FRONT_M + large.width_m / 2
+    require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, SLIP_MOST * GRASP_HOLD.arm_n)
+
+
 def grasp_session_of(
-    large: Large, seed: int, *, standing: bool = False, skin_map: SensoryMotorMap | None = None
+    large: Large,
+    seed: int,
+    *,
+    standing: bool = False,
+    skin_map: SensoryMotorMap | None = None,
+    taught: Paths | None = None,
 ) -> Session:
     """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
-    skin_map: by which the arms answer to touch, instead of by the model.
+    skin_map: by which the arms answer to touch, instead of by the model. taught: the paths of the grasp to come, where
+    they are not those of the model.
 
     Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
     robot or skin.
     """
+    require_held(large, standing=standing, taught=taught)
     ready = _ready(standing)
-    arms = Arms(ready.robot, np.array(ready.gains.home), GRASP_HOLD.lean_rad)
-    paths = arms.plan(GRASP_AROUND)
-    at_chest = CHEST_FRONT_M + large.width_m / 2
-    require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
-    scene = grasp_scene_of(large, arms)
+    scene = grasp_scene_of(large, Arms(ready.robot, np.array(ready.gains.home)))
     layout = finished(LAYOUT, ready.robot.name)
     return Session(ready.robot, layout, seed=seed, gains=ready.gains, skin_map=skin_map, link="in process", scene=scene)
 
