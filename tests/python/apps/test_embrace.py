@@ -20,6 +20,7 @@ from robotskin.apps.embrace.grasp_scene import (
     Large,
     grasp_scene_of,
     place_of,
+    require_width,
     sinking,
 )
 from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, require_held, run_grasp, why_failed
@@ -38,6 +39,7 @@ from robotskin.apps.embrace.regulation import (
 from robotskin.apps.embrace.scene import PERSON, Person, scene_of
 from robotskin.apps.embrace.states import TABLE, Seen, State, following
 from robotskin.cli import main
+from robotskin.errors import InputError
 from robotskin.layout import finished
 from robotskin.robots.gains import GainSet
 from robotskin.session import SessionError
@@ -242,6 +244,29 @@ def test_a_robot_without_such_arms_is_refused() -> None:
     ur5 = robots.load("ur5")
     with pytest.raises(SessionError, match="arm_left_1_joint; use talos"):
         Arms(ur5, GainSet.load("ur5").home)
+
+
+@pytest.mark.parametrize("width_mm", [249.0, 451.0])
+def test_a_thing_that_the_arms_are_not_made_for_is_refused_with_the_widths_that_they_take(width_mm: float) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--grasp", "--headless", "--width-mm", f"{width_mm:g}"])
+    assert answer.exit_code != 0
+    with pytest.raises(InputError, match=rf"{width_mm:g} mm wide: both arms take 250 to 450 mm"):
+        require_width(1e-3 * width_mm)
+
+
+def test_a_shape_that_there_is_not_is_refused_with_those_that_there_are() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--grasp", "--headless", "--object", "ball"])
+    assert answer.exit_code == 2
+    assert "box" in answer.output
+    assert "cylinder" in answer.output
+
+
+def test_all_that_is_drawn_may_be_chosen_and_is_told(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for large in (Large.drawn(generator) for _ in range(20)):
+        require_width(large.width_m)
+        assert large.kind in large.told
+        assert f"{1e3 * large.width_m:.0f} mm" in large.told
 
 
 def test_the_command_tells_what_it_takes() -> None:

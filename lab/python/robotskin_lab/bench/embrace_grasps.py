@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from robotskin.apps.embrace.grasp_map import learn_grasp_map
 from robotskin.apps.embrace.grasp_scene import Large
 from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
+from robotskin_lab.bench.embrace_picture import draw_grasp, followed_grasp
 from robotskin_lab.bench.progress import tell_step
 
 GRASP = 18, 2
@@ -78,6 +80,18 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
         "transitions": transitions,
         **{f"failed_{why.replace(',', '').replace(' ', '_')}": float(count) for why, count in sorted(failed.items())},
     }
+
+
+def draw_first_grasp(file: Path, seed: int) -> None:
+    """Take the first thing that is drawn with a seed, by the skin, and draw it; see `draw_grasp`."""
+    large, kept = Large.drawn(np.random.default_rng([seed, *GRASP])), followed_grasp()
+    session = grasp_session_of(large, 1000 * seed)
+    try:
+        session.boot()
+        run_grasp(session, large, progress=kept.progress, look=kept.look)
+    finally:
+        session.shut_down()
+    draw_grasp(file, kept, large)
 
 
 def _one(how: Way, large: Large, seed: int, skin_map: SensoryMotorMap | None) -> dict[str, float]:

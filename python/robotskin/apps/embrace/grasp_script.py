@@ -94,10 +94,12 @@ def run_grasp(
     answers: bool = True,
     taught: Paths | None = None,
     progress: Progress = lambda _text: None,
+    look: Callable[[GraspWatch], None] = lambda _watch: None,
 ) -> dict[str, float]:
     """Tap, grasp, let the table sink, hold for 3 s, shake; on a session that has booted.
 
-    reactive, answers: of `GraspControl`. taught: paths of the arms, by default those of the model.
+    reactive, answers: of `GraspControl`. taught: paths of the arms, by default those of the model. look: called after
+    each period.
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
@@ -105,7 +107,7 @@ def run_grasp(
     for that; `transitions`, and `false_transitions` for which nothing that truly touched gave a reason; true forces.
     """
     control = GraspControl(session, around=taught, reactive=reactive, answers=answers)
-    watch = GraspWatch(session, control)
+    watch = GraspWatch(session, control, look)
     figures, height = take(watch, large, progress)
     held = not watch.fallen(height)
     progress("is shaken")

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -28,8 +29,10 @@ OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, Gr
 class GraspWatch:
     """What truly happens, from the world; the controller knows none of it."""
 
-    def __init__(self, session: Session, control: GraspControl) -> None:
-        self.session, self.control = session, control
+    def __init__(
+        self, session: Session, control: GraspControl, look: Callable[[GraspWatch], None] = lambda _watch: None
+    ) -> None:
+        self.session, self.control, self._look = session, control, look
         self.thing = session.world.thing(THING)
         self.peak_arm_n = self.peak_cell_n = 0.0
         self.running = True
@@ -61,6 +64,7 @@ class GraspWatch:
             self.false_transitions += not self._due(self.control.visited[-2], self.control.visited[-1])
             self._since = dict.fromkeys(areas, 0.0)
             self._tapped = False
+        self._look(self)
 
     def run(self, seconds: float) -> None:
         """Step for a time."""

@@ -69,8 +69,10 @@ def session_of(person: Person, seed: int, limits: BodyLimits | None = None) -> S
 class Watch:
     """What truly happens to the person and the robot, from the world; the controller knows none of it."""
 
-    def __init__(self, session: Session, control: HugControl) -> None:
-        self.session, self.control = session, control
+    def __init__(
+        self, session: Session, control: HugControl, look: Callable[[Watch], None] = lambda _watch: None
+    ) -> None:
+        self.session, self.control, self._look = session, control, look
         self.person = session.world.thing(PERSON)
         self.largest_n = 0.0
         """Of one cell, as it is."""
@@ -100,6 +102,7 @@ class Watch:
         standing = self.session.controller.cycle.standing
         if standing is not None and len(standing.support.corners) >= 3:
             self.inside_m = min(self.inside_m, standing.support.inside_by(standing.capture_point))
+        self._look(self)
 
     def run(self, seconds: float) -> None:
         """Step for a time."""
@@ -126,16 +129,23 @@ def region_figures(largest_n: dict[str, float]) -> dict[str, float]:
     }
 
 
+PUSHED = "the person is pushed"
 SENSOR_END_N = 10.0
 """A force sensor's range."""
 
 
 def run(
-    session: Session, *, regulated: bool = True, along_deg: float = 90.0, progress: Progress = lambda _text: None
+    session: Session,
+    *,
+    regulated: bool = True,
+    along_deg: float = 90.0,
+    progress: Progress = lambda _text: None,
+    look: Callable[[Watch], None] = lambda _watch: None,
 ) -> dict[str, float]:
     """Hug, hold for 5 s, push the person with 20 N for 3 s, let go, on a session that has booted; and measure.
 
     regulated: False for stiff arms. along_deg: direction of the push, 0 away from the robot, 90 to its left.
+    look: called after each period.
 
     Figures: `hug_active_cells`, those that feel the person 5 s after both arms and the chest did, the median of half a
     second; `hug_cell_max_n`, the largest true force on a cell until the arms let go; `in_contact`, both arms and the
@@ -143,7 +153,7 @@ def run(
     `region_figures`.
     """
     control = HugControl(session, regulated=regulated)
-    watch = Watch(session, control)
+    watch = Watch(session, control, look)
     progress("opens its arms, and closes them")
     begun = session.world.time_s
     while control.state not in (State.HOLD, State.RELEASED) and session.world.time_s - begun < LONGEST_S:
@@ -161,7 +171,7 @@ def run(
         "in_contact": float(all(force > HELD_N for force in watch.area_forces_n().values())),
         **{f"{area}_n": force for area, force in felt.items()},
     }
-    progress("the person is pushed")
+    progress(PUSHED)
     before = watch.person.position_m
     along = np.radians(along_deg)
     watch.person.push(PUSH_N * np.array([np.cos(along), np.sin(along), 0.0]))
