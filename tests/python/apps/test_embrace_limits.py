@@ -44,7 +44,7 @@ def test_forces_are_told_by_the_regions_of_the_file() -> None:
     assert figures["region_other_true_n"] == max(forces[name] for name in ("face", "hips", "thighs", "lower legs"))
 
 
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 def test_a_hug_that_presses_a_region_beyond_its_limit_is_stopped(seed: int) -> None:
     """A hug wants 28 N of the chest and 34 N of each arm: it comes to 20 N on the chest, and no farther."""
     person = Person.drawn(np.random.default_rng(seed))

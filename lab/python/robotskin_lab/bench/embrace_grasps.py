@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin.apps.embrace.grasp_map import learn_grasp_map
 from robotskin.apps.embrace.grasp_scene import Large
@@ -18,6 +19,8 @@ from robotskin_lab.bench.progress import tell_step
 
 GRASP = 18, 2
 """Keys of the generator of things: all ways to grasp take the same ones."""
+SLID_MM = 5.0
+"""Between the forearms: what moves farther has slid."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
 
     objects: in all; success_share; peak_arm_n: of the arm that presses harder, which 95 % of grasps stay below;
     peak_cell_n: the largest of all; opened_share: grasps that left the state open; false_transition_share: of all
-    changes of state, those for which nothing that truly touched gave a reason; failed: by what ended them.
+    changes of state, those for which nothing that truly touched gave a reason; failed: by what ended them. For slips
+    see `slip_figures`.
     """
     found: list[dict[str, float]] = []
     failed: Counter[str] = Counter()
@@ -76,10 +80,22 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
         "grasp_s": float(np.median(column["grasp_s"])),
         "opened_share": float(column["opened"].mean()),
         "slips": float(column["slips"].sum()),
+        **slip_figures(column["slips"], column["slid_mm"]),
         "false_transition_share": float(column["false_transitions"].sum()) / max(transitions, 1.0),
         "transitions": transitions,
         **{f"failed_{why.replace(',', '').replace(' ', '_')}": float(count) for why, count in sorted(failed.items())},
     }
+
+
+def slip_figures(slips: NDArray[np.float64], slid_mm: NDArray[np.float64]) -> dict[str, float]:
+    """How well slips are felt, of grasps (G,): how often one was felt, and how far the thing truly slid while held.
+
+    slid: things that slid by more than `SLID_MM`; slips_felt_share: of those, the ones with a slip felt, where there
+    are any; slips_false: slips felt while things did not slide so far.
+    """
+    slid = slid_mm > SLID_MM
+    share = {"slips_felt_share": float((slips[slid] > 0).mean())} if slid.any() else {}
+    return {"slid": float(slid.sum()), **share, "slips_false": float(slips[~slid].sum())}
 
 
 def draw_first_grasp(file: Path, seed: int) -> None:

@@ -70,11 +70,12 @@ def grasp_session_of(
     standing: bool = False,
     skin_map: SensoryMotorMap | None = None,
     taught: Paths | None = None,
+    self_collision: bool = False,
 ) -> Session:
     """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
     skin_map: by which the arms answer to touch, instead of by the model. taught: the paths of the grasp to come, where
-    they are not those of the model.
+    they are not those of the model. self_collision: tasks above keep bodies apart and joints off their ends.
 
     Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
     robot or skin.
@@ -83,7 +84,16 @@ def grasp_session_of(
     ready = _ready(standing)
     scene = grasp_scene_of(large, Arms(ready.robot, np.array(ready.gains.home)))
     layout = finished(LAYOUT, ready.robot.name)
-    return Session(ready.robot, layout, seed=seed, gains=ready.gains, skin_map=skin_map, link="in process", scene=scene)
+    return Session(
+        ready.robot,
+        layout,
+        seed=seed,
+        gains=ready.gains,
+        skin_map=skin_map,
+        link="in process",
+        scene=scene,
+        self_collision=self_collision,
+    )
 
 
 def run_grasp(
@@ -103,8 +113,9 @@ def run_grasp(
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
-    the state open was left; `home`: home was reached; `slips` felt; `pressed_outside`, `pressed_too_hard`: it opened
-    for that; `transitions`, and `false_transitions` for which nothing that truly touched gave a reason; true forces.
+    the state open was left; `home`: home was reached; `slips` felt; `slid_mm` between the forearms
+    while it was held; `pressed_outside`, `pressed_too_hard`: it opened for that; `transitions`, and `false_transitions`
+    for which nothing that truly touched gave a reason; true forces.
     """
     control = GraspControl(session, around=taught, reactive=reactive, answers=answers)
     watch = GraspWatch(session, control, look)
@@ -123,6 +134,7 @@ def run_grasp(
         "held": float(held),
         "fell_mm": 1e3 * (height - float(watch.thing.position_m[2])),
         "slips": float(control.slips),
+        "slid_mm": 1e3 * watch.slid_m,
         "pressed_outside": float(OUTSIDE in control.reasons),
         "pressed_too_hard": float(TOO_HARD in control.reasons),
         "peak_arm_n": watch.peak_arm_n,

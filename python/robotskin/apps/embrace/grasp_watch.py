@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotskin.apps.embrace.arms import SIDES
 from robotskin.apps.embrace.grasp_control import GraspControl
@@ -21,6 +22,8 @@ RECENT = 300
 """Steps: what was touched so long ago may still be felt."""
 LEAST_N = 0.5
 """With less an area does not truly touch."""
+SLIDE_PERIODS = 20
+"""Between two looks at where the thing is."""
 TRUE_SHARE = 0.8
 """Of a limit that a cell felt: with less it was not truly pressed so hard, since a sensor's gain is off by less."""
 OPEN, CLOSE, PULL, HOME = GraspState.OPEN, GraspState.CLOSE, GraspState.PULL, GraspState.HOME
@@ -43,6 +46,11 @@ class GraspWatch:
         self._pressed: deque[dict[str, float]] = deque(maxlen=RECENT)
         self._since = dict.fromkeys(control.arms.areas.cells, 0.0)
         self._states = 1
+        self.slid_m = 0.0
+        """How far at most the thing has moved between the forearms while it was held."""
+        self._forearms = [session.robot.link_index(f"arm_{side}_5_link") for side in SIDES]
+        self._held_at: NDArray[np.float64] | None = None
+        self._ticks_home = 0
 
     def step(self) -> None:
         """One period of session, controller and watch."""
@@ -64,7 +72,20 @@ class GraspWatch:
             self.false_transitions += not self._due(self.control.visited[-2], self.control.visited[-1])
             self._since = dict.fromkeys(areas, 0.0)
             self._tapped = False
+        if self.control.state is HOME:
+            self._slide()
         self._look(self)
+
+    def _slide(self) -> None:
+        """How far the thing has moved between the forearms since it is held."""
+        self._ticks_home += 1
+        if self._ticks_home % SLIDE_PERIODS:
+            return
+        links = self.session.robot.base_from_link(self.session.world.joint_positions())[self._forearms]
+        place = self.thing.position_m - links[:, :3, 3].mean(axis=0)
+        if self._held_at is None:
+            self._held_at = place
+        self.slid_m = max(self.slid_m, float(np.linalg.norm(place - self._held_at)))
 
     def run(self, seconds: float) -> None:
         """Step for a time."""

@@ -52,7 +52,7 @@ def hug_limits() -> BodyLimits:
         return BodyLimits.load(file)
 
 
-def session_of(person: Person, seed: int, limits: BodyLimits | None = None) -> Session:
+def session_of(person: Person, seed: int, limits: BodyLimits | None = None, *, self_collision: bool = False) -> Session:
     """A session with this person in its scene, not booted; limits: by default `hug_limits`. Raises SceneError."""
     ready = robot_with_gains(ROBOT)
     return Session(
@@ -63,6 +63,7 @@ def session_of(person: Person, seed: int, limits: BodyLimits | None = None) -> S
         link="in process",
         scene=scene_of(person),
         body_limits=limits or hug_limits(),
+        self_collision=self_collision,
     )
 
 

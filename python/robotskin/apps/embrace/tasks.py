@@ -33,6 +33,7 @@ def use_embrace(
     allowed: (N,) cells whose nearness is silent. posture: (n) rad, for which the weights of touch are computed.
     compliance_share: how far the touched places go, over what they do in other behaviours. skin: False leaves the
     reaction to touch out, for arms that are stiff. Where the robot has a sensory-motor map, the reaction is by the map.
+    Where its surfaces are known, tasks above keep its bodies apart and its joints off their ends.
     """
 
     def make(library: TaskLibrary, chosen: ChosenGains) -> Task:
@@ -46,6 +47,8 @@ def use_embrace(
     tasks = {"joint": 0, **({EMBRACE_SKIN: 0} if skin else {}), "gravity": FEEDFORWARD}
     meaning = "takes what is before it in its arms, and gives way to touch"
     behaviour = Behaviour(EMBRACE, tasks, Fusion.weighted_sum, meaning, gains="skin_compliance")
+    if session.controller.library.body is not None:
+        behaviour = behaviour.protected()
     made = session.controller.use(_on_its_feet(behaviour) if session.robot.standing else behaviour)
     task = made["joint"]
     assert isinstance(task, JointTask)
