@@ -43,7 +43,8 @@ def run(
     things, by the skin, on a fixed base. by_map: the same things, where touched cells give way by a sensory-motor map
     that the skin has learnt, in place of the model; `by_map_below_model` is the share of things that it holds less than
     grasp. no_reaction: they do not give way, and paths alone adapt. open_loop: on the path of a thing of 0.35 m.
-    masked: with all cells left out. standing: on the robot's own feet. picture, grasp_picture: where the hug, and the
+    masked: with all cells left out. standing: on the robot's own feet. taught: on paths
+    that a scripted person taught by hand, in one lesson a seed. picture, grasp_picture: where the hug, and the
     grasp of the first thing, are drawn.
     """
     wanted = [part.strip() for part in parts.split(",")]

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from robotskin.apps.embrace.arms import Paths
 from robotskin.apps.embrace.grasp_map import learn_grasp_map
 from robotskin.apps.embrace.grasp_scene import Large
-from robotskin.apps.embrace.grasp_script import grasp_session_of, run_grasp, why_failed
+from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
+from robotskin.apps.embrace.teach_script import run as teach
 from robotskin.selfconfig.map.sensory_motor_map import SensoryMotorMap
 from robotskin_lab.bench.embrace_picture import draw_grasp, followed_grasp
 from robotskin_lab.bench.progress import tell_step
@@ -28,6 +30,7 @@ class Way:
     """A way to grasp. reactive: by the skin; masked: all cells are left out; standing: on the robot's own feet.
 
     by_map: touched cells give way by a map that the skin has learnt, instead of by the model; answers: they do so.
+    taught: on paths from a lesson of the same seed, by touch.
     """
 
     reactive: bool = True
@@ -35,6 +38,7 @@ class Way:
     standing: bool = False
     by_map: bool = False
     answers: bool = True
+    taught: bool = False
 
 
 WAYS = {
@@ -44,6 +48,7 @@ WAYS = {
     "open_loop": Way(reactive=False),
     "masked": Way(masked=True),
     "standing": Way(standing=True),
+    "taught": Way(taught=True),
 }
 
 
@@ -62,12 +67,15 @@ def grasp_figures(way: str, seeds: range, objects: int) -> dict[str, float]:
         if how.by_map:
             tell_step(f"{way}, seed {seed}: the skin learns its map")
         skin_map = learn_grasp_map(seed) if how.by_map else None
+        if how.taught:
+            tell_step(f"{way}, seed {seed}: both arms are led through their paths")
+        taught = teach(seed)[1].paths(arms_of()) if how.taught else None
         generator = np.random.default_rng([seed, *GRASP])
         for number in range(objects):
             large = Large.drawn(generator)
             told = f"thing {number + 1} of {objects}: {large.kind}, {1e3 * large.width_m:.0f} mm"
             tell_step(f"{way}, seed {seed}, {told}")
-            found.append(_one(how, large, 1000 * seed + number, skin_map))
+            found.append(_one(how, large, 1000 * seed + number, skin_map, taught))
             if why := why_failed(found[-1]):
                 failed[why] += 1
     column = {name: np.array([one[name] for one in found]) for name in found[0]}
@@ -110,13 +118,13 @@ def draw_first_grasp(file: Path, seed: int) -> None:
     draw_grasp(file, kept, large)
 
 
-def _one(how: Way, large: Large, seed: int, skin_map: SensoryMotorMap | None) -> dict[str, float]:
+def _one(how: Way, large: Large, seed: int, skin_map: SensoryMotorMap | None, taught: Paths | None) -> dict[str, float]:
     """The figures of one grasp."""
-    session = grasp_session_of(large, seed, standing=how.standing, skin_map=skin_map)
+    session = grasp_session_of(large, seed, standing=how.standing, skin_map=skin_map, taught=taught)
     try:
         session.boot()
         if how.masked:
             session.leave_out(range(len(session.layout)))
-        return run_grasp(session, large, reactive=how.reactive, answers=how.answers)
+        return run_grasp(session, large, reactive=how.reactive, answers=how.answers, taught=taught)
     finally:
         session.shut_down()
