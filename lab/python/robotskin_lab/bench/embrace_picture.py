@@ -28,6 +28,8 @@ AREA_WORDS = {"left": "left arm", "right": "right arm", "chest": "chest"}
 STATE_COLOURS = ("#ffffff", "#e9eef2")
 THING_COLOUR, GREY, ROBOT_COLOUR = "#d9a27c", "#555555", "#b8bec4"
 TOUCHED_N = 0.35
+EDGE_M = 0.04
+"""Around what a view from above shows."""
 DOT_PER_N = 14.0
 """Area of a touched cell's dot, square points for a newton."""
 SMOOTH_S = 0.1
@@ -86,7 +88,8 @@ class Followed:
     def steady_n(self, area: str) -> Array:
         """(T,) newton of an area, the mean over `SMOOTH_S`."""
         width = round(1e3 * SMOOTH_S / LOOK_MS)
-        return np.convolve(self.area_n[area], np.ones(width) / width, mode="same")
+        padded = np.pad(self.area_n[area], (width // 2, width - 1 - width // 2), mode="edge")
+        return np.convolve(padded, np.ones(width) / width, mode="valid")
 
 
 def followed_hug() -> Followed:
@@ -106,9 +109,10 @@ def draw_hug(file: Path, one: Followed, person: Person) -> None:
     begins = one.phase.index(PUSHED)
     ends = int(np.searchsorted(time, time[begins] + PUSH_S)) - 1
     trunk = _circle(person.depth_m / 2)
+    frame = _frame(one, [begins - 1, ends], trunk)
     figure, panels = pyplot.subplots(2, 2, figsize=(10, 7.2), height_ratios=[1, 0.7], layout="constrained")
     for panel, at, title in ((panels[0, 0], begins - 1, "before the push"), (panels[0, 1], ends, "at its end")):
-        _draw_from_above(panel, one, at, trunk)
+        _draw_from_above(panel, one, at, trunk, frame)
         told = ", ".join(f"{AREA_WORDS[area]} {one.steady_n(area)[at]:.0f} N" for area in one.areas)
         panel.set_title(f"{title}: {told}", loc="left", fontsize=9)
     middle = one.thing[ends][:2, 3]
@@ -116,7 +120,7 @@ def draw_hug(file: Path, one: Followed, person: Person) -> None:
     away = _seen(middle + 0.3 * along / max(float(np.linalg.norm(along)), 1e-9))
     panels[0, 1].annotate(
         f"{PUSH_N:.0f} N", _seen(middle), away, color=GREY, ha="center", arrowprops={"arrowstyle": "<|-", "color": GREY}
-    ).set_visible(True)
+    )
     _draw_forces(panels[1, 0], one)
     way = 1e3 * np.linalg.norm(np.array(one.thing)[:, :2, 3] - one.thing[begins - 1][:2, 3], axis=1)
     panels[1, 1].plot(time[begins:], way[begins:], color=THING_COLOUR)
@@ -135,11 +139,12 @@ def draw_grasp(file: Path, one: Followed, large: Large) -> None:
     corners = half * np.array([[1, 1], [1, -1], [-1, -1], [-1, 1], [1, 1.0]])
     outline = corners if large.kind == "box" else _circle(half)
     ends = [(name, rows[-1]) for name, rows in _runs(one.state)]
+    frame = _frame(one, [at for _, at in ends], outline)
     figure = pyplot.figure(figsize=(11, 6), layout="constrained")
     grid = figure.add_gridspec(2, len(ends), height_ratios=[1, 0.9])
     for column, (name, at) in enumerate(ends):
         panel = figure.add_subplot(grid[0, column])
-        _draw_from_above(panel, one, at, outline)
+        _draw_from_above(panel, one, at, outline, frame)
         panel.set_title(f"{name}, at {one.time_s[at]:.1f} s", loc="left", fontsize=9)
     panel = figure.add_subplot(grid[1, :])
     _draw_forces(panel, one)
@@ -167,10 +172,21 @@ def _circle(radius: float) -> Array:
     return radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
-def _draw_from_above(panel: Axes, one: Followed, at: int, outline: Array) -> None:
+def _frame(one: Followed, rows: list[int], outline: Array) -> tuple[Array, Array]:
+    """(2,) least and most of right and up in these rows, so that all views have one scale."""
+    shown = [one.link[at].reshape(-1, 2) for at in rows] + [_at(outline, one.thing[at]) for at in rows]
+    seen = _seen(np.concatenate([*shown, [one.chest[at] for at in rows]]))
+    return seen.min(axis=0) - EDGE_M, seen.max(axis=0) + EDGE_M
+
+
+def _at(outline: Array, pose: Array) -> Array:
+    """(K, 2) metres of the world, of an outline in the frame of a thing."""
+    return np.asarray(outline @ pose[:2, :2].T + pose[:2, 3])
+
+
+def _draw_from_above(panel: Axes, one: Followed, at: int, outline: Array, frame: tuple[Array, Array]) -> None:
     """Arms, the cells of all areas, those that are touched by their force, and the outline (K, 2) m of the thing."""
-    pose = one.thing[at]
-    shape = _seen(outline @ pose[:2, :2].T + pose[:2, 3])
+    shape = _seen(_at(outline, one.thing[at]))
     panel.fill(*shape.T, facecolor=THING_COLOUR, alpha=0.3, edgecolor=THING_COLOUR)
     for arm in one.link[at]:
         panel.plot(*_seen(np.vstack([one.chest[at], arm])).T, color=ROBOT_COLOUR, linewidth=5, solid_capstyle="round")
@@ -187,6 +203,9 @@ def _draw_from_above(panel: Axes, one: Followed, at: int, outline: Array) -> Non
     panel.set_yticks([])
     for side in ("left", "bottom"):
         panel.spines[side].set_visible(False)
+    least, most = frame
+    panel.set_xlim(least[0], most[0])
+    panel.set_ylim(least[1], most[1])
     right, bottom = panel.get_xlim()[1], panel.get_ylim()[0]
     panel.plot([right - 0.1, right], [bottom, bottom], color=GREY, linewidth=2.5, solid_capstyle="butt")
     panel.text(right - 0.05, bottom + 0.01, "100 mm", ha="center", va="bottom", color=GREY, fontsize=8)
@@ -200,7 +219,7 @@ def _draw_forces(panel: Axes, one: Followed) -> None:
         begin, end = one.time_s[rows[0]], one.time_s[rows[-1]]
         panel.axvspan(begin, end, color=STATE_COLOURS[number % 2], zorder=0, linewidth=0)
         panel.text(begin, 0.99, f" {name}", transform=panel.get_xaxis_transform(), va="top", fontsize=8)
-    panel.set_ylabel("N, as it truly is")
+    panel.set_ylabel("N, true force")
     panel.set_ylim(bottom=0, top=1.35 * max(one.steady_n(area).max() for area in AREA_COLOURS))
     panel.set_xlim(one.time_s[0], one.time_s[-1])
     panel.legend(frameon=False, fontsize=8, loc="center left")

@@ -52,6 +52,9 @@ def command(
         Path | None,
         typer.Option("--teach", help="Both arms are led by touch, and their paths written here.", callback=writable),
     ] = None,
+    self_collision: Annotated[
+        bool, typer.Option("--self-collision", help="Keep bodies apart and joints off their ends.")
+    ] = False,
     headless: Headless = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
@@ -118,9 +121,11 @@ def command(
             learnt.save(learn_map)
         taught = None if taught_file is None else load_taught_path(taught_file).paths(grasp_script.arms_of(standing))
         session = (
-            grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt, taught=taught)
+            grasp_script.grasp_session_of(
+                large, seed, standing=standing, skin_map=learnt, taught=taught, self_collision=self_collision
+            )
             if grasp
-            else script.session_of(person, seed)
+            else script.session_of(person, seed, self_collision=self_collision)
         )
     figures = {}
     try:
