@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
+import pytest
 
 from robotskin.apps.embrace.tasks import EMBRACE_BALANCE, embrace_balance_gains, use_embrace
 from robotskin.control import Controller
@@ -32,6 +33,19 @@ def test_a_robot_that_has_embraced_leans_again_in_other_behaviours() -> None:
     assert before["by_skin"]
     assert before["lean"] > 0
     assert "balance" in controller.use("skin_compliance")
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_bodies_are_kept_apart_where_the_robot_s_surfaces_are_known(known: bool) -> None:
+    ready = robot_with_gains("talos")
+    layout = finished("talos_grasp", "talos")
+    body = ready.robot if known else None
+    controller = Controller(ready.robot.core, layout.skin_model(), ready.gains, "skin_compliance", body=body)
+    session = cast(SkinnedRobot, SimpleNamespace(controller=controller, robot=ready.robot))
+    use_embrace(session, np.ones(len(layout), dtype=bool), np.array(ready.gains.home), 0.25)
+    levels = controller.behaviour.tasks
+    assert ("self_collision" in levels) == known
+    assert levels["joint"] == (1 if known else 0)
 
 
 def test_the_balance_of_an_embrace_differs_from_the_usual_one_by_the_lean_alone() -> None:
