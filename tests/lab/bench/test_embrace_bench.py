@@ -10,6 +10,7 @@ import pytest
 from robotskin.apps.embrace.grasp_scene import Large
 from robotskin_lab.bench import embrace_grasps
 from robotskin_lab.bench.embrace import run
+from robotskin_lab.bench.embrace_grasps import SLID_MM, slip_figures
 
 Made = list[tuple[Large, int, bool]]
 
@@ -19,8 +20,8 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Made:
     """The things for which sessions are made; what stands for a session does nothing."""
     things: Made = []
 
-    def session_of(large: Large, seed: int, *, standing: bool = False, skin_map: object = None) -> SimpleNamespace:
-        assert skin_map is None
+    def session_of(large: Large, seed: int, *, standing: bool = False, **others: object) -> SimpleNamespace:
+        assert others["skin_map"] is None
         things.append((large, seed, standing))
         idle: Callable[..., None] = lambda *_: None  # noqa: E731
         return SimpleNamespace(boot=idle, shut_down=idle, leave_out=idle, layout=range(74))
@@ -37,7 +38,7 @@ def test_shares_and_forces_are_those_of_all_things_of_all_seeds(
     given: list[dict[str, float]] = []
 
     def grasp(*_: object, **__: object) -> dict[str, float]:
-        names = ("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips")
+        names = ("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "slid_mm")
         one = {name: float(draw.uniform(1, 50)) for name in names}
         one |= {
             "success": float(draw.random() < 0.5),
@@ -64,7 +65,40 @@ def test_shares_and_forces_are_those_of_all_things_of_all_seeds(
 def test_every_way_takes_the_things_that_the_skin_takes_first(
     made: Made, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    zero = dict.fromkeys(("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "transitions"), 0.0)
+    zero = dict.fromkeys(("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "slid_mm", "transitions"), 0.0)
     monkeypatch.setattr(embrace_grasps, "run_grasp", lambda *_, **__: zero | {"success": 1.0, "false_transitions": 0.0})
     run(seed=seed, parts="grasp,masked", objects=3, objects_beside=2)
     assert [thing for thing, _, _ in made[3:]] == [thing for thing, _, _ in made[:2]]
+
+
+def test_slips_are_judged_by_how_far_things_truly_slid(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    far, near = SLID_MM * draw.uniform(1.1, 5, 4), SLID_MM * draw.uniform(0, 0.9, 3)
+    figures = slip_figures(np.array([1.0, 0, 2, 0, 3, 0, 0]), np.concatenate([far, near]))
+    assert figures == {"slid": 4.0, "slips_felt_share": 0.5, "slips_false": 3.0}
+    assert "slips_felt_share" not in slip_figures(np.ones(3), near), "there is no share of none"
+
+
+def test_taught_things_are_those_of_the_skin_on_the_paths_of_one_lesson_a_seed(
+    made: Made, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    zero = dict.fromkeys(("peak_arm_n", "peak_cell_n", "grasp_s", "opened", "slips", "slid_mm", "transitions"), 0.0)
+    lessons: list[int] = []
+    given: list[object] = []
+
+    def lesson(of_seed: int) -> tuple[dict[str, float], SimpleNamespace]:
+        lessons.append(of_seed)
+        return {}, SimpleNamespace(paths=lambda _arms: f"paths of seed {of_seed}")
+
+    def grasp(*_: object, taught: object, **__: object) -> dict[str, float]:
+        given.append(taught)
+        return zero | {"success": 1.0, "false_transitions": 0.0}
+
+    monkeypatch.setattr(embrace_grasps, "teach", lesson)
+    monkeypatch.setattr(embrace_grasps, "arms_of", lambda: None)
+    monkeypatch.setattr(embrace_grasps, "run_grasp", grasp)
+    figures = run(seed=seed, parts="grasp,taught", objects=2, objects_beside=2, seeds=2)
+    assert lessons == [seed, seed + 1]
+    assert given == 4 * [None] + 2 * [f"paths of seed {seed}"] + 2 * [f"paths of seed {seed + 1}"]
+    assert [thing for thing, _, _ in made[:4]] == [thing for thing, _, _ in made[4:]]
+    assert figures["taught_success_share"] == 1.0

@@ -99,6 +99,8 @@ def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
     [
         (["embrace", "--mass", "2"], "--mass"),
         (["embrace", "--standing"], "--standing"),
+        (["embrace", "--object", "box"], "--object"),
+        (["embrace", "--width-mm", "300"], "--width-mm"),
         (["embrace", "--skin-map", __file__], "--skin-map"),
         (["embrace", "--learn-map", "map.npz"], "--learn-map"),
         (["embrace", "--taught", __file__], "--taught"),

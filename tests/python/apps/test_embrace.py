@@ -11,7 +11,7 @@ from robotskin import robots
 from robotskin.apps.embrace.areas import areas_of
 from robotskin.apps.embrace.arms import SIDES, Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable, torque_shares
-from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD
+from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, SLIP_MOST
 from robotskin.apps.embrace.grasp_scene import (
     CHEST_FRONT_M,
     HEIGHT_M,
@@ -20,10 +20,12 @@ from robotskin.apps.embrace.grasp_scene import (
     Large,
     grasp_scene_of,
     place_of,
+    require_width,
     sinking,
 )
-from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, run_grasp, why_failed
+from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, require_held, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.apps.embrace.regulation import (
     CLOSED_AXIS_M,
     CLOSED_M,
@@ -37,6 +39,7 @@ from robotskin.apps.embrace.regulation import (
 from robotskin.apps.embrace.scene import PERSON, Person, scene_of
 from robotskin.apps.embrace.states import TABLE, Seen, State, following
 from robotskin.cli import main
+from robotskin.errors import InputError
 from robotskin.layout import finished
 from robotskin.robots.gains import GainSet
 from robotskin.session import SessionError
@@ -114,6 +117,20 @@ def test_a_hug_lets_go_of_what_is_pressed_wrongly(what: str) -> None:
     calm = Seen(1.0, True, False, False, True, True, False, False, asked_to_release=False)
     assert following(State.HOLD, calm)[0] is State.HOLD
     assert following(State.HOLD, dataclasses.replace(calm, **{what: True}))[0] is State.RELEASE
+
+
+@pytest.mark.parametrize("state", [GraspState.CLOSE, GraspState.PULL, GraspState.HOME])
+@pytest.mark.parametrize(("what", "because"), [("outside", OUTSIDE), ("too_hard", TOO_HARD)])
+def test_a_grasp_opens_where_something_is_pressed_wrongly_and_says_why(
+    state: GraspState, what: str, because: str
+) -> None:
+    calm = GraspSeen(1.0, True, False, False, False, False, True, False, lost=False)
+    assert following_grasp(state, calm)[0] is state
+    pressed = dataclasses.replace(calm, **{what: True})
+    assert following_grasp(state, pressed) == (GraspState.OPEN, because)
+    # The baseline goes through its path blindly.
+    blind = dataclasses.replace(pressed, reactive=False)
+    assert following_grasp(state, blind)[1] != because
 
 
 def test_a_skin_that_feels_nothing_never_leaves_open(seed: int) -> None:
@@ -196,8 +213,20 @@ def test_what_is_beyond_the_arms_is_refused_with_joint_and_bound(arms: Arms, pat
         require_bearable(arms, paths, large.width_m, large.mass_kg, axis, GRASP_HOLD.arm_n)
     with pytest.raises(SessionError, match=r"joint arm_\w+_joint would need .* Nm, and may give"):
         require_bearable(arms, paths, 0.4, 15.0, 0.3, GRASP_HOLD.arm_n)
+    # A slip makes the arms squeeze harder: what they could bear before it alone is refused, too.
+    require_bearable(arms, paths, 0.45, 4.0, CHEST_FRONT_M + 0.225, GRASP_HOLD.arm_n)
+    wide = Large(width_m=0.45, mass_kg=4.0)
+    with pytest.raises(SessionError, match=rf"with {SLIP_MOST * GRASP_HOLD.arm_n:g} N an arm: .* 95 % of its limit"):
+        require_held(wide)
     light, heavy = (torque_shares(arms, paths, 0.35, mass, 0.28, 30.0) for mass in (0.5, 4.0))
     assert heavy.max() > light.max()
+
+
+def test_what_is_refused_depends_on_the_paths_that_the_arms_take(arms: Arms) -> None:
+    upright, large = arms.plan(GRASP_AROUND), Large(width_m=0.4, mass_kg=4.0)
+    with pytest.raises(SessionError, match="narrower thing"):
+        require_held(large)
+    require_held(large, taught=upright)
 
 
 def test_drawn_people_are_soft_and_not_too_deep(seed: int) -> None:
@@ -215,6 +244,29 @@ def test_a_robot_without_such_arms_is_refused() -> None:
     ur5 = robots.load("ur5")
     with pytest.raises(SessionError, match="arm_left_1_joint; use talos"):
         Arms(ur5, GainSet.load("ur5").home)
+
+
+@pytest.mark.parametrize("width_mm", [249.0, 451.0])
+def test_a_thing_that_the_arms_are_not_made_for_is_refused_with_the_widths_that_they_take(width_mm: float) -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--grasp", "--headless", "--width-mm", f"{width_mm:g}"])
+    assert answer.exit_code != 0
+    with pytest.raises(InputError, match=rf"{width_mm:g} mm wide: both arms take 250 to 450 mm"):
+        require_width(1e-3 * width_mm)
+
+
+def test_a_shape_that_there_is_not_is_refused_with_those_that_there_are() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--grasp", "--headless", "--object", "ball"])
+    assert answer.exit_code == 2
+    assert "box" in answer.output
+    assert "cylinder" in answer.output
+
+
+def test_all_that_is_drawn_may_be_chosen_and_is_told(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    for large in (Large.drawn(generator) for _ in range(20)):
+        require_width(large.width_m)
+        assert large.kind in large.told
+        assert f"{1e3 * large.width_m:.0f} mm" in large.told
 
 
 def test_the_command_tells_what_it_takes() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from robotskin.apps.embrace.script import run as hug
 from robotskin.apps.embrace.script import session_of
 from robotskin.errors import UnknownNameError
 from robotskin_lab.bench.count import Count
-from robotskin_lab.bench.embrace_grasps import WAYS, grasp_figures
+from robotskin_lab.bench.embrace_grasps import WAYS, draw_first_grasp, grasp_figures
+from robotskin_lab.bench.embrace_picture import draw_hug, followed_hug
 from robotskin_lab.bench.progress import tell, tell_step
 
 HUGS = ("hug", "stiff")
@@ -29,6 +31,8 @@ def run(
     objects: Count = 6,
     objects_beside: Count = 6,
     seeds: Count = 1,
+    picture: Path | None = None,
+    grasp_picture: Path | None = None,
 ) -> dict[str, Any]:
     """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn things.
 
@@ -39,7 +43,9 @@ def run(
     things, by the skin, on a fixed base. by_map: the same things, where touched cells give way by a sensory-motor map
     that the skin has learnt, in place of the model; `by_map_below_model` is the share of things that it holds less than
     grasp. no_reaction: they do not give way, and paths alone adapt. open_loop: on the path of a thing of 0.35 m.
-    masked: with all cells left out. standing: on the robot's own feet.
+    masked: with all cells left out. standing: on the robot's own feet. taught: on paths
+    that a scripted person taught by hand, in one lesson a seed. picture, grasp_picture: where the hug, and the
+    grasp of the first thing, are drawn.
     """
     wanted = [part.strip() for part in parts.split(",")]
     for part in wanted:
@@ -61,9 +67,16 @@ def run(
         session = session_of(person, seed)
         try:
             session.boot()
-            found = hug(session, regulated=part == "hug", along_deg=along)
+            kept = followed_hug()
+            look = kept.look if part == "hug" and picture is not None else lambda _watch: None
+            found = hug(session, regulated=part == "hug", along_deg=along, progress=kept.progress, look=look)
         finally:
             session.shut_down()
+        if part == "hug" and picture is not None:
+            draw_hug(picture, kept, person)
         figures |= found if part == "hug" else {f"{part}_{name}": found[name] for name in (*KEPT, "sensors_at_end")}
+    if grasp_picture is not None:
+        tell_step("picture of a grasp")
+        draw_first_grasp(grasp_picture, seed)
     tell("")
     return figures | {"processor_s": time.process_time() - began}

@@ -48,7 +48,10 @@ def torque_shares(arms: Arms, paths: Paths, width_m: float, mass_kg: float, axis
 
 
 def require_bearable(arms: Arms, paths: Paths, width_m: float, mass_kg: float, axis_m: float, squeeze_n: float) -> None:
-    """Raise SessionError for a thing that the arms cannot hold, naming the joint and its bound."""
+    """Raise SessionError for a thing that the arms cannot hold, naming the joint, its bound and its limit.
+
+    squeeze_n: the largest that the grasp may come to, of one arm.
+    """
     shares = torque_shares(arms, paths, width_m, mass_kg, axis_m, squeeze_n)
     worst = int(np.argmax(shares))
     if shares[worst] > MOST_SHARE:
@@ -57,5 +60,6 @@ def require_bearable(arms: Arms, paths: Paths, width_m: float, mass_kg: float, a
         raise SessionError(
             f"grasp of {mass_kg:g} kg, {1e3 * width_m:.0f} mm wide, with {squeeze_n:g} N an arm: joint "
             f"{arms.robot.joint_names[joint]} would need {shares[worst] * limit:.1f} Nm, and may give "
-            f"{MOST_SHARE * limit:.1f} Nm; take a lighter or a narrower thing"
+            f"{MOST_SHARE * limit:.1f} Nm, {100 * MOST_SHARE:.0f} % of its limit of {limit:.1f} Nm; take a "
+            f"lighter or a narrower thing"
         )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,13 @@ from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_pag
 from robotskin.outputs import writable
 
 
+class ThingKind(StrEnum):
+    """A shape that is handed."""
+
+    box = "box"
+    cylinder = "cylinder"
+
+
 def command(
     context: typer.Context,
     grasp: Annotated[bool, typer.Option("--grasp", help="Take a large thing with both arms, on a fixed base.")] = False,
@@ -19,6 +27,12 @@ def command(
     standing: Annotated[bool, typer.Option("--standing", help="With --grasp: on the robot's own feet.")] = False,
     mass: Annotated[
         float | None, typer.Option(help="Kilograms of the thing, instead of a drawn mass.", min=0.1)
+    ] = None,
+    kind: Annotated[
+        ThingKind | None, typer.Option("--object", help="With --grasp: what is handed, instead of a drawn shape.")
+    ] = None,
+    width_mm: Annotated[
+        float | None, typer.Option(help="With --grasp: millimetres of its width, instead of a drawn width.")
     ] = None,
     skin_map: Annotated[
         Path | None,
@@ -38,6 +52,9 @@ def command(
         Path | None,
         typer.Option("--teach", help="Both arms are led by touch, and their paths written here.", callback=writable),
     ] = None,
+    self_collision: Annotated[
+        bool, typer.Option("--self-collision", help="Keep bodies apart and joints off their ends.")
+    ] = False,
     headless: Headless = False,
     seed: Seed = 1,
     json_file: JsonFile = None,
@@ -53,7 +70,7 @@ def command(
     from rich.console import Console
 
     from robotskin.apps.embrace import grasp_map, grasp_script, script, teach_script
-    from robotskin.apps.embrace.grasp_scene import Large
+    from robotskin.apps.embrace.grasp_scene import Large, require_width
     from robotskin.apps.embrace.scene import Person
     from robotskin.apps.embrace.taught_path import load_taught_path
     from robotskin.figures import report
@@ -61,6 +78,8 @@ def command(
 
     for_grasp = {
         "--mass": mass,
+        "--object": kind,
+        "--width-mm": width_mm,
         "--standing": standing,
         "--skin-map": skin_map,
         "--learn-map": learn_map,
@@ -85,10 +104,16 @@ def command(
         ]
         title = "both arms are led by touch"
         raise typer.Exit(report(console, title, figures, teach_script.teach_bounds(), seed, json_file, remarks))
+    if width_mm is not None:
+        require_width(1e-3 * width_mm)
     generator = np.random.default_rng([seed, 18])
     person, large = Person.drawn(generator), Large.drawn(generator)
-    if mass is not None:
-        large = replace(large, mass_kg=mass)
+    large = replace(
+        large,
+        kind=large.kind if kind is None else kind.value,
+        width_m=large.width_m if width_mm is None else 1e-3 * width_mm,
+        mass_kg=large.mass_kg if mass is None else mass,
+    )
     with console.status("loading the robot") as status:
         learnt = None if skin_map is None else SensoryMotorMap.load(skin_map)
         if learn_map is not None:
@@ -96,9 +121,11 @@ def command(
             learnt.save(learn_map)
         taught = None if taught_file is None else load_taught_path(taught_file).paths(grasp_script.arms_of(standing))
         session = (
-            grasp_script.grasp_session_of(large, seed, standing=standing, skin_map=learnt)
+            grasp_script.grasp_session_of(
+                large, seed, standing=standing, skin_map=learnt, taught=taught, self_collision=self_collision
+            )
             if grasp
-            else script.session_of(person, seed)
+            else script.session_of(person, seed, self_collision=self_collision)
         )
     figures = {}
     try:
@@ -123,11 +150,7 @@ def command(
         return
     session.shut_down()
     bounds = [] if stiff else grasp_script.grasp_bounds() if grasp else script.bounds()
-    what = (
-        f"grasp of a {large.kind}, {1e3 * large.width_m:.0f} mm and {large.mass_kg:.1f} kg"
-        if grasp
-        else f"hug of a person {1e3 * person.depth_m:.0f} mm deep"
-    )
+    what = f"grasp of {large.told}" if grasp else f"hug of a person {1e3 * person.depth_m:.0f} mm deep"
     title = f"stiff {what}" if stiff else what
     remarks = [session.fault_told] + [f"the map is in {learn_map}"] * (learn_map is not None)
     raise typer.Exit(report(console, title, figures, bounds, seed, json_file, remarks))

@@ -64,7 +64,8 @@ class GraspControl:
         self.state, self.since_s, self.because = GraspState.OPEN, 0.0, ""
         self.slips = 0
         """How often a slip was felt and answered."""
-        self.visited = [GraspState.OPEN]
+        self.visited, self.reasons = [GraspState.OPEN], [""]
+        """The states until now, and what led to each."""
         self._tick, self._firm_s = 0, 0.0
         self._tap, self._asked = Tap(LOOK_S), False
         self._begin: Array | None = np.array(session.home)
@@ -138,12 +139,15 @@ class GraspControl:
             chest=arms.touches["chest"],
             firm=self._firm_s >= FIRM_S,
             lost=not any(arms.touches.values()),
+            outside=arms.outside_n > arms.hold.outside_n,
+            too_hard=arms.too_hard,
             lost_areas=arms.lost_areas,
         )
 
     def _enter(self, because: str) -> None:
         self.since_s, self.because = 0.0, because
         self.visited.append(self.state)
+        self.reasons.append(because)
         self._tap, self._asked = Tap(LOOK_S), False
         if self.state is GraspState.CLOSE:
             self.arms.begin()

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from robotskin.apps.embrace.arms import Arms
+from robotskin.errors import InputError
 from robotskin.world import SceneSpec
 from robotskin.world.things import Box, Cylinder, FloorSpec, PathSpec, ThingSpec, WaypointSpec
 
@@ -26,6 +27,10 @@ LEANS_BACK_M = 0.065
 """A robot on its feet leans back by so much at the chest as its arms open forward, or it would fall."""
 _COMES_S = (1.0, 2.5)
 """Meanwhile its table comes as near as that of a robot that is bolted down."""
+
+
+LEAST_WIDTH_M, MOST_WIDTH_M = 0.25, 0.45
+"""Of things that are drawn or chosen: narrower ones the forearms cannot reach, wider ones they cannot clasp."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +51,24 @@ class Large:
         stiffness = float(2000.0 * 10.0 ** generator.uniform())
         # Nearer than its gap a thing would begin inside of the chest.
         error = (float(generator.uniform(-0.05, 0.05)), float(generator.uniform(-0.05, 0.05)))
-        width, mass, friction = (float(generator.uniform(*ends)) for ends in ((0.25, 0.45), (0.5, 2.0), (0.6, 0.9)))
+        width, mass, friction = (
+            float(generator.uniform(*ends)) for ends in ((LEAST_WIDTH_M, MOST_WIDTH_M), (0.5, 2.0), (0.6, 0.9))
+        )
         return cls(kind, width, mass, friction, stiffness, error)
+
+    @property
+    def told(self) -> str:
+        """What it is, for people."""
+        return f"a {self.kind}, {1e3 * self.width_m:.0f} mm wide, {self.mass_kg:.1f} kg"
+
+
+def require_width(width_m: float) -> None:
+    """Raise InputError for a thing that the arms are not made for."""
+    if not LEAST_WIDTH_M <= width_m <= MOST_WIDTH_M:
+        raise InputError(
+            f"thing to grasp, {1e3 * width_m:.0f} mm wide: both arms take {1e3 * LEAST_WIDTH_M:.0f} to "
+            f"{1e3 * MOST_WIDTH_M:.0f} mm"
+        )
 
 
 def place_of(large: Large, arms: Arms) -> tuple[float, float, float]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from robotskin.apps.embrace.arms import Arms, Paths
 from robotskin.apps.embrace.bearing import require_bearable
-from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, GraspControl
+from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, SLIP_MOST, GraspControl
 from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, Large, grasp_scene_of, sinking
 from robotskin.apps.embrace.grasp_states import GraspState
 from robotskin.apps.embrace.grasp_watch import GraspWatch
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.figures import Bound
 from robotskin.layout import finished
 from robotskin.robots.gains import RobotWithGains, robot_with_gains
@@ -49,24 +50,50 @@ def _ready(standing: bool) -> RobotWithGains:
     return robot_with_gains(STANDING_ROBOT if standing else ROBOT)
 
 
+def require_held(large: Large, *, standing: bool = False, taught: Paths | None = None) -> None:
+    """Raise SessionError for a thing that the arms could not bear at the chest, on the paths that they take.
+
+    The squeeze is the largest one, as it is after slips.
+    """
+    arms = arms_of(standing)
+    if taught is None:
+        arms = Arms(arms.robot, arms.home, GRASP_HOLD.lean_rad)
+    paths = arms.plan(GRASP_AROUND) if taught is None else taught
+    at_chest = CHEST_FRONT_M + large.width_m / 2
+    require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, SLIP_MOST * GRASP_HOLD.arm_n)
+
+
 def grasp_session_of(
-    large: Large, seed: int, *, standing: bool = False, skin_map: SensoryMotorMap | None = None
+    large: Large,
+    seed: int,
+    *,
+    standing: bool = False,
+    skin_map: SensoryMotorMap | None = None,
+    taught: Paths | None = None,
+    self_collision: bool = False,
 ) -> Session:
     """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
-    skin_map: by which the arms answer to touch, instead of by the model.
+    skin_map: by which the arms answer to touch, instead of by the model. taught: the paths of the grasp to come, where
+    they are not those of the model. self_collision: tasks above keep bodies apart and joints off their ends.
 
     Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
     robot or skin.
     """
+    require_held(large, standing=standing, taught=taught)
     ready = _ready(standing)
-    arms = Arms(ready.robot, np.array(ready.gains.home), GRASP_HOLD.lean_rad)
-    paths = arms.plan(GRASP_AROUND)
-    at_chest = CHEST_FRONT_M + large.width_m / 2
-    require_bearable(arms, paths, large.width_m, large.mass_kg, at_chest, GRASP_HOLD.arm_n)
-    scene = grasp_scene_of(large, arms)
+    scene = grasp_scene_of(large, Arms(ready.robot, np.array(ready.gains.home)))
     layout = finished(LAYOUT, ready.robot.name)
-    return Session(ready.robot, layout, seed=seed, gains=ready.gains, skin_map=skin_map, link="in process", scene=scene)
+    return Session(
+        ready.robot,
+        layout,
+        seed=seed,
+        gains=ready.gains,
+        skin_map=skin_map,
+        link="in process",
+        scene=scene,
+        self_collision=self_collision,
+    )
 
 
 def run_grasp(
@@ -77,18 +104,21 @@ def run_grasp(
     answers: bool = True,
     taught: Paths | None = None,
     progress: Progress = lambda _text: None,
+    look: Callable[[GraspWatch], None] = lambda _watch: None,
 ) -> dict[str, float]:
     """Tap, grasp, let the table sink, hold for 3 s, shake; on a session that has booted.
 
-    reactive, answers: of `GraspControl`. taught: paths of the arms, by default those of the model.
+    reactive, answers: of `GraspControl`. taught: paths of the arms, by default those of the model. look: called after
+    each period.
 
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
-    the state open was left; `home`: home was reached; `slips` felt; `transitions`, and `false_transitions` for which
-    nothing that truly touched gave a reason; true forces.
+    the state open was left; `home`: home was reached; `slips` felt; `slid_mm` between the forearms
+    while it was held; `pressed_outside`, `pressed_too_hard`: it opened for that; `transitions`, and `false_transitions`
+    for which nothing that truly touched gave a reason; true forces.
     """
     control = GraspControl(session, around=taught, reactive=reactive, answers=answers)
-    watch = GraspWatch(session, control)
+    watch = GraspWatch(session, control, look)
     figures, height = take(watch, large, progress)
     held = not watch.fallen(height)
     progress("is shaken")
@@ -104,6 +134,9 @@ def run_grasp(
         "held": float(held),
         "fell_mm": 1e3 * (height - float(watch.thing.position_m[2])),
         "slips": float(control.slips),
+        "slid_mm": 1e3 * watch.slid_m,
+        "pressed_outside": float(OUTSIDE in control.reasons),
+        "pressed_too_hard": float(TOO_HARD in control.reasons),
         "peak_arm_n": watch.peak_arm_n,
         "peak_cell_n": watch.peak_cell_n,
         "transitions": float(watch.transitions),
@@ -151,6 +184,8 @@ def why_failed(figures: dict[str, float]) -> str:
         return "stopped by the guard"
     if not figures["opened"]:
         return "not asked"
+    if figures["pressed_outside"] or figures["pressed_too_hard"]:
+        return "pressed outside" if figures["pressed_outside"] else "pressed too hard"
     if not figures["pulled"]:
         return "no contact, or one arm only"
     if not figures["home"]:

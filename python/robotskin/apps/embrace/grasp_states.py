@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from robotskin.apps.embrace.lost import lost_rows
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.state_table import Row, following_row
 
 
@@ -26,7 +27,8 @@ class GraspSeen:
     since_s: in this state. reactive: the paths adapt to what the skin feels. open: the arms are wide open. closed:
     stiff arms are at the end of their path. asked: a script or a page asked since this state began, or, in OPEN alone,
     the chest was touched and let go. arms, chest: what feels the thing, both arms or the chest. firm: all areas have
-    felt what they should for a while. lost: none feels anything. lost_areas: those of which cells are lost, see
+    felt what they should for a while. lost: none feels anything. outside: a cell where no contact is allowed is
+    pressed. too_hard: a cell is pressed harder than is allowed. lost_areas: those of which cells are lost, see
     `lost.py`.
     """
 
@@ -39,6 +41,8 @@ class GraspSeen:
     chest: bool
     firm: bool
     lost: bool
+    outside: bool = False
+    too_hard: bool = False
     lost_areas: frozenset[str] = frozenset()
 
 
@@ -47,6 +51,8 @@ GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
     Row(OPEN, lambda seen: seen.asked and seen.open, CLOSE, "touched on the chest, or asked", 0.5),
     *(Row(state, lambda seen: seen.asked, OPEN, "asked to open") for state in (CLOSE, PULL)),
     *lost_rows((CLOSE, PULL, HOME), OPEN, GraspSeen),
+    *(Row(state, lambda seen: seen.reactive and seen.outside, OPEN, OUTSIDE) for state in (CLOSE, PULL, HOME)),
+    *(Row(state, lambda seen: seen.reactive and seen.too_hard, OPEN, TOO_HARD) for state in (CLOSE, PULL, HOME)),
     Row(CLOSE, lambda seen: seen.reactive and seen.arms, PULL, "both arms feel it"),
     Row(CLOSE, lambda seen: not seen.reactive and seen.closed, PULL, "at the end of the taught path"),
     Row(CLOSE, lambda seen: False, OPEN, "no contact, or with one arm only", latest_s=8.0),

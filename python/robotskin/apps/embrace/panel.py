@@ -21,8 +21,10 @@ from robotskin.viewer.session_view import Snapshot
 class EmbracePage(ToldPage, BalancePage):
     """The page of a session with a folder of its own, and with the balance of a robot that stands."""
 
-    def __init__(self, session: LiveSession, control: HugControl | GraspControl, orders: Orders, port: int) -> None:
-        self._control = control
+    def __init__(
+        self, session: LiveSession, control: HugControl | GraspControl, orders: Orders, port: int, handed: str = ""
+    ) -> None:
+        self._control, self._handed = control, handed
         super().__init__(session, "Embrace", port, orders)
 
     def told(self, snapshot: Snapshot) -> str:
@@ -35,7 +37,9 @@ class EmbracePage(ToldPage, BalancePage):
         return (
             f'<div style="padding:0 12px;font-size:12px" data-embrace="{control.state.name.lower()}">'
             f"<b>{control.state}</b> {control.because}<table><tr><td>area</td><td>feels</td><td>cells</td></tr>{rows}"
-            f"</table>largest of one cell {arms.largest_n:.1f} N</div>"
+            f"</table>largest of one cell {arms.largest_n:.1f} N"
+            + (f"<br>handed: {self._handed}" if self._handed else "")
+            + "</div>"
         )
 
 
@@ -73,10 +77,13 @@ def show_grasp(session: Session, large: Large, reactive: bool, taught: Paths | N
         "Grasp, or open": control.ask,
         "Let the table sink": lambda: table.follow(sinking(large, control.arms.arms)),
     }
-    _show(session, control, orders, port)
+    _show(session, control, orders, port, large.told)
 
 
-def _show(session: Session, control: HugControl | GraspControl, orders: Orders, port: int) -> None:
+def _show(session: Session, control: HugControl | GraspControl, orders: Orders, port: int, handed: str = "") -> None:
     console = Console()
-    with LiveSession(session, after_step=control.step) as live, EmbracePage(live, control, orders, port) as page:
+    with (
+        LiveSession(session, after_step=control.step) as live,
+        EmbracePage(live, control, orders, port, handed) as page,
+    ):
         page.serve(console, "bringing the robot to rest")

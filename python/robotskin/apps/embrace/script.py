@@ -25,6 +25,8 @@ HOLD_S, PUSH_S, REST_S, RELEASE_S = 5.0, 3.0, 1.0, 4.0
 PUSH_N = 20.0
 HELD_N = 2.0
 """What each arm must truly press with: then the person counts as held."""
+CHEST_REGION, BACK = "chest", "back"
+"""Of `limits.toml`: a region's name, and how the names of those begin that the arms press."""
 FALLEN_SHARE = 0.8
 """Of the height of its base at home."""
 
@@ -44,11 +46,15 @@ def bounds() -> list[Bound]:
     ]
 
 
-def session_of(person: Person, seed: int) -> Session:
-    """A session with this person in its scene, not booted. Raises SceneError."""
-    ready = robot_with_gains(ROBOT)
+def hug_limits() -> BodyLimits:
+    """Limits of contact by region of the hugged person's body."""
     with resources.as_file(resources.files("robotskin.apps.embrace").joinpath("limits.toml")) as file:
-        limits = BodyLimits.load(file)
+        return BodyLimits.load(file)
+
+
+def session_of(person: Person, seed: int, limits: BodyLimits | None = None, *, self_collision: bool = False) -> Session:
+    """A session with this person in its scene, not booted; limits: by default `hug_limits`. Raises SceneError."""
+    ready = robot_with_gains(ROBOT)
     return Session(
         ready.robot,
         finished(LAYOUT, ROBOT),
@@ -56,21 +62,30 @@ def session_of(person: Person, seed: int) -> Session:
         gains=ready.gains,
         link="in process",
         scene=scene_of(person),
-        body_limits=limits,
+        body_limits=limits or hug_limits(),
+        self_collision=self_collision,
     )
 
 
 class Watch:
     """What truly happens to the person and the robot, from the world; the controller knows none of it."""
 
-    def __init__(self, session: Session, control: HugControl) -> None:
-        self.session, self.control = session, control
+    def __init__(
+        self, session: Session, control: HugControl, look: Callable[[Watch], None] = lambda _watch: None
+    ) -> None:
+        self.session, self.control, self._look = session, control, look
         self.person = session.world.thing(PERSON)
         self.largest_n = 0.0
         """Of one cell, as it is."""
         self.sensor_ends = 0
         """Sensors that have been at the end of their range."""
         self.running = True
+        silent_n = float(session.gains.values["skin"]["force_silent_n"])
+        self._regions = {
+            one.name: session.world_cells[one.cells] for one in hug_limits().for_skin(session.layout, silent_n).regions
+        }
+        self.region_n = dict.fromkeys(self._regions, 0.0)
+        """Of each region of the person's body, the largest force until now, as it is."""
         self.inside_m = np.inf
         """Least distance of the capture point from the edge of the soles."""
 
@@ -80,11 +95,15 @@ class Watch:
         self.control.step()
         self.running = self.running and self.session.state in (SafetyState.running, SafetyState.degraded)
         force = self.session.world.cell_true_force()
-        self.largest_n = max(self.largest_n, float(force.sum(axis=1).max()))
+        by_cell = force.sum(axis=1)
+        self.largest_n = max(self.largest_n, float(by_cell.max()))
+        for region, cells in self._regions.items():
+            self.region_n[region] = max(self.region_n[region], float(by_cell[cells].sum()))
         self.sensor_ends = max(self.sensor_ends, int((force >= SENSOR_END_N).sum()))
         standing = self.session.controller.cycle.standing
         if standing is not None and len(standing.support.corners) >= 3:
             self.inside_m = min(self.inside_m, standing.support.inside_by(standing.capture_point))
+        self._look(self)
 
     def run(self, seconds: float) -> None:
         """Step for a time."""
@@ -100,23 +119,42 @@ class Watch:
         }
 
 
+def region_figures(largest_n: dict[str, float]) -> dict[str, float]:
+    """The largest true forces on regions of the person's body: on their chest, their back by one arm, and any other."""
+    back = [force for region, force in largest_n.items() if region.startswith(BACK)]
+    others = [force for region, force in largest_n.items() if region != CHEST_REGION and not region.startswith(BACK)]
+    return {
+        "region_chest_true_n": largest_n[CHEST_REGION],
+        "region_back_true_n": max(back),
+        "region_other_true_n": max(others),
+    }
+
+
+PUSHED = "the person is pushed"
 SENSOR_END_N = 10.0
 """A force sensor's range."""
 
 
 def run(
-    session: Session, *, regulated: bool = True, along_deg: float = 90.0, progress: Progress = lambda _text: None
+    session: Session,
+    *,
+    regulated: bool = True,
+    along_deg: float = 90.0,
+    progress: Progress = lambda _text: None,
+    look: Callable[[Watch], None] = lambda _watch: None,
 ) -> dict[str, float]:
     """Hug, hold for 5 s, push the person with 20 N for 3 s, let go, on a session that has booted; and measure.
 
     regulated: False for stiff arms. along_deg: direction of the push, 0 away from the robot, 90 to its left.
+    look: called after each period.
 
     Figures: `hug_active_cells`, those that feel the person 5 s after both arms and the chest did, the median of half a
     second; `hug_cell_max_n`, the largest true force on a cell until the arms let go; `in_contact`, both arms and the
-    chest at that time; `person_moved_mm` by the push; `still_held` after it; `let_go`; `capture_inside_mm`.
+    chest at that time; `person_moved_mm` by the push; `still_held` after it; `let_go`; `capture_inside_mm`; those of
+    `region_figures`.
     """
     control = HugControl(session, regulated=regulated)
-    watch = Watch(session, control)
+    watch = Watch(session, control, look)
     progress("opens its arms, and closes them")
     begun = session.world.time_s
     while control.state not in (State.HOLD, State.RELEASED) and session.world.time_s - begun < LONGEST_S:
@@ -134,7 +172,7 @@ def run(
         "in_contact": float(all(force > HELD_N for force in watch.area_forces_n().values())),
         **{f"{area}_n": force for area, force in felt.items()},
     }
-    progress("the person is pushed")
+    progress(PUSHED)
     before = watch.person.position_m
     along = np.radians(along_deg)
     watch.person.push(PUSH_N * np.array([np.cos(along), np.sin(along), 0.0]))
@@ -148,6 +186,7 @@ def run(
         "still_held": float(held),
         "hug_cell_max_n": watch.largest_n,
         "sensors_at_end": float(watch.sensor_ends),
+        **region_figures(watch.region_n),
     }
     progress("lets go")
     control.release()

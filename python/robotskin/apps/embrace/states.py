@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from robotskin.apps.embrace.lost import lost_rows
+from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
 from robotskin.state_table import Row, following_row
 
 
@@ -46,16 +47,16 @@ TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.OPEN, lambda seen: seen.open, State.CLOSE, "the arms are open", 1.0),
     Row(State.CLOSE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     *lost_rows((State.CLOSE, State.HOLD), State.RELEASE, Seen),
-    Row(State.CLOSE, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
-    Row(State.CLOSE, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
+    Row(State.CLOSE, lambda seen: seen.outside, State.RELEASE, OUTSIDE),
+    Row(State.CLOSE, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, TOO_HARD),
     Row(
         State.CLOSE, lambda seen: seen.regulated and seen.arms and seen.chest, State.HOLD, "both arms and chest feel it"
     ),
     Row(State.CLOSE, lambda seen: not seen.regulated and seen.closed, State.HOLD, "at the end of the paths"),
     Row(State.CLOSE, lambda seen: False, State.RELEASE, "the person was not found", latest_s=30.0),
     Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
-    Row(State.HOLD, lambda seen: seen.outside, State.RELEASE, "pressed where no contact is allowed"),
-    Row(State.HOLD, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, "a cell is pressed too hard"),
+    Row(State.HOLD, lambda seen: seen.outside, State.RELEASE, OUTSIDE),
+    Row(State.HOLD, lambda seen: seen.regulated and seen.too_hard, State.RELEASE, TOO_HARD),
     Row(
         State.HOLD, lambda seen: seen.regulated and not seen.arms and not seen.chest, State.RELEASE, "nothing felt", 1.0
     ),

@@ -1,0 +1,5 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Why arms let go of what is pressed wrongly: the same two reasons end a hug and a grasp."""
+
+OUTSIDE = "pressed where no contact is allowed"
+TOO_HARD = "a cell is pressed too hard"
