@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a standing robot fail, one at a time: it is pushed all the same, and stands."""
 
-import copy
-
 import numpy as np
 import pytest
 
-from robotskin import robots
 from robotskin.cycle import SafetyState
 from robotskin.errors import InputError
 from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
-from robotskin.robots.gains import GainSet
-from robotskin.session.goals import require_balance
+from robotskin.session.goals import GoalWatch, set_goal
 from robotskin_lab.bench.balance import LAWS
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells
 
@@ -111,20 +107,20 @@ def test_a_dead_group_of_cells_leaves_it_standing_and_a_stall_stops_it_in_balanc
     assert not rig.fallen
 
 
-def test_a_goal_beyond_balance_is_refused_with_the_bound_that_it_breaks() -> None:
-    robot, home = robots.load(ROBOT), np.array(GainSet.load(ROBOT).home)
-    require_balance(robot, home)
-    moved = copy.copy(home)
-    moved[:3] += (0.3, -0.2, 0.1)
-    moved[3] += 1.0
-    require_balance(robot, moved)  # where the base would be is not looked at
-    bent = copy.copy(home)
+def test_a_hand_goes_where_an_arm_brings_it_and_no_farther(seed: int) -> None:
+    rig = StandingRig(ROBOT, LAWS[""], seed)
+    assert rig.skinned is not None
+    rig.skinned.set_behaviour("reach_cartesian_goal_compliant")
+    rig.run(0.2)
+    for far in ([2.0, 0.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, -1.2]):
+        with pytest.raises(InputError, match=r"out of reach, gripper_left_base_link comes no nearer than .* m with"):
+            set_goal(rig.skinned, far)
+    watch = GoalWatch(rig.skinned, set_goal(rig.skinned, [0.05, 0.03, 0.05]))
+    rig.run(5.0)
+    assert watch.look()[2] < 0.02, "it is there"
+    assert not rig.fallen
+    bent = np.array(rig.skinned.home)
     for side in ("left", "right"):
-        bent[robot.joint_index(f"leg_{side}_5_joint")] += 0.2
-    with pytest.raises(InputError, match=r"centre of mass would be \d+ mm outside of the soles; .* 30 mm inside"):
-        require_balance(robot, bent)
-    lifted = copy.copy(home)
-    lifted[robot.joint_index("leg_left_4_joint")] += 0.4
-    with pytest.raises(InputError, match="from one level floor; at most 10 mm"):
-        require_balance(robot, lifted)
-    require_balance(robots.load("ur5"), np.zeros(6))
+        bent[rig.robot.joint_index(f"leg_{side}_5_joint")] += 0.2
+    with pytest.raises(InputError, match=r"centre of mass would be \d+ mm outside of the soles"):
+        rig.skinned.controller.request_goal(bent)
