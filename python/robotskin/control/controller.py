@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robotskin.control.behaviour import BEHAVIOURS, PRESS, Behaviour, behaviour
 from robotskin.control.goal import Goal, JointGoal, LimbGoals
+from robotskin.control.goal_bounds import Wanted, require_stands
 from robotskin.control.limb_primitive import limb_primitive
 from robotskin.control.primitive import primitive
 from robotskin.control.task_library import TaskLibrary
@@ -33,6 +35,9 @@ from robotskin.tasks import (
     StackEntry,
     Task,
 )
+
+PRESSES = "force"
+"""What the names of tasks that press begin with: their references are no place."""
 
 
 class Controller:
@@ -72,6 +77,8 @@ class Controller:
     ) -> None:
         self.robot, self.gains = robot, gains
         self.library = TaskLibrary(robot, skin, body, skin_map)
+        self.joints: JointState | None = None
+        """Where the joints are, by which a robot on feet judges goals of its links; None: not known, as at home."""
         self._fusion = fusion
         self._limits = QuadraticLimits.of(robot)
         own = gains.cycle_gains(robot, skin)
@@ -95,11 +102,17 @@ class Controller:
         return self.tasks
 
     def go(self, goal: Goal) -> None:
-        """Reach a goal: the primitive generator chooses the behaviour. Nothing changes if the goal is refused."""
-        if isinstance(goal, LimbGoals):
-            chosen = limb_primitive(goal, self.robot, str(self.gains.values["cartesian"]["link"]))
-        else:
-            chosen = primitive(goal)
+        """Reach a goal: the primitive generator chooses the behaviour. Nothing changes if the goal is refused.
+
+        Raises InputError for what is no goal, and on feet for one out of reach or balance, with the bound;
+        UnknownNameError for a limb or link that there is none of, ControlError for joints out of their limits.
+        """
+        chosen = limb_primitive(goal, self.robot, self._hand_link) if isinstance(goal, LimbGoals) else primitive(goal)
+        self._require_stands(
+            Wanted(reference, chosen.behaviour.part(name).link, chosen.behaviour.part(name).joints)
+            for name, reference in chosen.references.items()
+            if not name.startswith(PRESSES)
+        )
         before = (self.behaviour, self.tasks)
         other = chosen.behaviour.name != self.behaviour.name or chosen.behaviour.parts or self.behaviour.parts
         if other or not chosen.references.keys() <= self.tasks.keys():
@@ -122,18 +135,34 @@ class Controller:
     def set_reference(self, reference: ArrayLike) -> None:
         """Give the behaviour's tasks their reference: (n) rad for joint tasks, (4, 4) metres for Cartesian ones.
 
-        Raises InputError if the behaviour has no task that takes it, ControlError for what lies outside of limits.
+        Raises InputError if the behaviour has no task that takes it, or for one in which a robot on feet would not
+        stand; ControlError for what lies outside of limits.
         """
         values = np.ascontiguousarray(reference, dtype=float)
         kind = CartesianTask if values.ndim == 2 else JointTask
-        followers = [task for task in self.tasks.values() if isinstance(task, kind)]
+        followers = {name: task for name, task in self.tasks.items() if isinstance(task, kind)}
         if not followers:
             raise InputError(
                 f"reference of shape {values.shape}: {self.behaviour.name} has no task that follows it, its tasks are "
                 f"{', '.join(self.tasks)}"
             )
-        for task in followers:
+        parts = [self.behaviour.part(name) for name in followers]
+        self._require_stands(Wanted(values, part.link, part.joints) for part in parts)
+        for task in followers.values():
             task.request_reference(values)
+
+    def _require_stands(self, wanted: Iterable[Wanted]) -> None:
+        if self.library.feet:
+            home = np.asarray(self.gains.home)
+            present = home if self.joints is None else np.array(self.joints.position)
+            # Before the first tick the base of a robot on feet is not known.
+            present = np.where(np.isfinite(present), present, home)
+            require_stands(self.robot, [replace(one, link=one.link or self._hand_link) for one in wanted], present)
+
+    @property
+    def _hand_link(self) -> str:
+        """What Cartesian tasks move unless they are told."""
+        return str(self.gains.values["cartesian"]["link"])
 
     def _made(self, wanted: str | Behaviour) -> tuple[Behaviour, dict[str, Task]]:
         found = self._as_asked(behaviour(wanted)) if isinstance(wanted, str) else wanted
@@ -175,6 +204,7 @@ class Controller:
         skin_computed_torque: SkinTorque | None = None,
     ) -> GuardReport:
         """One period; see `TaskCycle.step`. `skin_computed_torque`: what the skin has computed itself, if it does."""
+        self.joints = joints
         return self.cycle.step(joints, skin, now_ns, command, skin_computed_torque)
 
     def request_run(self, run: bool) -> None:

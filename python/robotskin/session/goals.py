@@ -6,27 +6,20 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from robotskin.control.goal_bounds import require_balance, require_reach
 from robotskin.errors import InputError
 from robotskin.model import RobotDynamics
-from robotskin.robots import Robot
-from robotskin.robots.reach import nearest_to
-from robotskin.robots.standing import feet_of
 from robotskin.session.reasons import missed_goal_told
 from robotskin.session.skinned_robot import SkinnedRobot
-from robotskin.tasks import CartesianTask, JointTask, SupportPolygon
+from robotskin.tasks import CartesianTask, JointTask
 
 Array = NDArray[np.float64]
 GoalKind = Literal["", "joints", "hand"]
 
 REACHED_RAD, REACHED_M = 0.02, 0.02
 """How far from its goal a robot that was touched on the way may end."""
-OUT_OF_REACH_M = 0.005
-LEAST_INSIDE_M = 0.03
-"""By which the centre of mass of a goal lies inside of the soles of a robot that stands."""
-MOST_APART_M, MOST_TILT_RAD = 0.01, 0.05
-"""Of the soles in a goal, from one level floor."""
 STANDS = {"joints": 1e-4, "hand": 1e-5}
 """A reference that moves less than this, rad or m, between two looks has arrived."""
 
@@ -60,7 +53,8 @@ def set_goal(session: SkinnedRobot, goal: list[float]) -> Array:
 
     Returns the goal: (n) rad or m, or (3) metres where the hand is to be, base frame.
 
-    Raises InputError if the behaviour follows neither, for another count, or for a goal out of limits or reach.
+    Raises InputError if the behaviour follows neither, for another count, or for a goal out of limits, reach or
+    balance.
     """
     kind = goal_kind(session)
     if kind == "hand" and len(goal) != 3:
@@ -87,70 +81,12 @@ def reference_of(session: SkinnedRobot, goal: Array) -> Array:
         for name, value, lower, upper in zip(robot.joint_names, goal, robot.lower, robot.upper, strict=True):
             if not lower <= value <= upper:
                 raise InputError(f"goal of {name}: {value:g} is outside of its limits, {lower:g} to {upper:g}")
-        require_balance(robot, goal)
+        require_balance(robot.core, goal)
         return goal
-    _require_reach(session, goal)
+    require_reach(robot.core, hand_link(session), goal, np.array(session.joints.position))
     pose = hand_pose(session)
     pose[:3, 3] = goal
     return pose
-
-
-def require_balance(robot: Robot, goal: Array) -> None:
-    """Refuse a goal (n) in which a robot on feet would not stand; a robot that is mounted takes any.
-
-    Raises InputError, which names the bound: soles on one level floor, centre of mass inside by `LEAST_INSIDE_M`.
-    """
-    feet = feet_of(robot.core)
-    if not feet:
-        return
-    dynamics = RobotDynamics(robot.core)
-    dynamics.update(np.ascontiguousarray(goal, dtype=float), np.zeros(robot.joint_count))
-    poses = [dynamics.base_from_link(robot.link_index(foot.link)) for foot in feet]
-    # Where the base is to be is not the goal's to say: the first sole tells where the floor is.
-    floor_from_base = np.linalg.inv(poses[0] @ _lifted(feet[0].sole))
-    soles = [floor_from_base @ pose @ _lifted(foot.sole) for pose, foot in zip(poses, feet, strict=True)]
-    apart = abs(float(soles[1][2, 3]))
-    tilt = float(np.arccos(np.clip(soles[1][2, 2], -1.0, 1.0)))
-    if apart > MOST_APART_M or tilt > MOST_TILT_RAD:
-        raise InputError(
-            f"goal: the soles would be {1e3 * apart:.0f} mm and {np.degrees(tilt):.1f} degrees from one level floor; "
-            f"at most {1e3 * MOST_APART_M:g} mm and {np.degrees(MOST_TILT_RAD):.0f} degrees"
-        )
-    polygon = SupportPolygon()
-    signs = ((1, 1), (1, -1), (-1, -1), (-1, 1))
-    polygon.set(
-        [
-            tuple((pose @ [sx * foot.half[0], sy * foot.half[1], 0.0, 1.0])[:2])
-            for pose, foot in zip(soles, feet, strict=True)
-            for sx, sy in signs
-        ]
-    )
-    centre = floor_from_base @ np.append(dynamics.centre_of_mass, 1.0)
-    inside = polygon.inside_by((float(centre[0]), float(centre[1])))
-    if inside < LEAST_INSIDE_M:
-        where = f"{1e3 * inside:.0f} mm inside of" if inside > 0 else f"{-1e3 * inside:.0f} mm outside of"
-        raise InputError(
-            f"goal: the centre of mass would be {where} the soles; it has to be {1e3 * LEAST_INSIDE_M:g} mm inside"
-        )
-
-
-def _lifted(point: ArrayLike) -> Array:
-    """(4, 4) of a frame that is only moved."""
-    result = np.eye(4)
-    result[:3, 3] = point
-    return result
-
-
-def _require_reach(session: SkinnedRobot, point_m: Array) -> None:
-    link = hand_link(session)
-    posture, left = nearest_to(session.robot, link, point_m, np.array(session.joints.position))
-    if left > OUT_OF_REACH_M:
-        at = ", ".join(f"{value:.3f}" for value in point_m)
-        robot = session.robot
-        room = np.minimum(posture - robot.lower, robot.upper - posture)
-        ends = [robot.joint_names[joint] for joint in np.flatnonzero(room < 1e-6)]
-        why = f" with {', '.join(ends)} at the limit" if ends else ", stretched out"
-        raise InputError(f"goal at {at} m: out of reach, {link} comes no nearer than {left:.3f} m{why}")
 
 
 class GoalWatch:

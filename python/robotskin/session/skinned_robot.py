@@ -113,6 +113,7 @@ class SkinnedRobot:
             fusion_ends_s=fusion_ends_s,
         )
         self.loop = SkinLoop(port, skin, self.controller.cycle)
+        self.controller.joints = self.loop.joints
         self.interface = ""
         """How the robot is commanded, in words: a name of `interfaces`."""
         self._by_limb: dict[str, list[CommandMode]] = {}

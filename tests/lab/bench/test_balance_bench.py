@@ -17,7 +17,8 @@ from robotskin.robots import load
 from robotskin.robots.gains import GainSet
 from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
-from robotskin_lab.bench.balance import GIVE_N, LAWS, SHOULDERS, TOUCH_N, give_cells, pushed_by_ball
+from robotskin_lab.bench.balance import FOREARMS, GIVE_N, LAWS, SHOULDERS, TOUCH_N, WRISTS, give_cells, pushed_by_ball
+from robotskin_lab.bench.balance_cells import EMBRACE, worn_by_robot
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
 from robotskin_lab.bench.balance_soles import ComparedSolePort
 
@@ -77,12 +78,12 @@ def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way
 
 
 def test_the_way_a_cell_gives_is_that_of_the_force_on_it(seed: int) -> None:
-    cells, layout = give_cells(seed, 2), finished(ROBOT)
+    cells, layout = give_cells(seed, 2), worn_by_robot(EMBRACE)
     for cell, wrist in cells:
-        out_of_wrist = np.linalg.norm(layout.link_from_cell[cell, :3, 3])
-        assert out_of_wrist < 0.108 if wrist else out_of_wrist > 0.102
-    cell, _ = cells[-1]
-    rig = StandingRig(ROBOT, LAWS[""], seed, hands=1)
+        assert layout.links[layout.link[cell]] in (WRISTS if wrist else FOREARMS)
+    assert [wrist for _, wrist in cells] == [True, True, False, False]
+    cell, _ = cells[0]
+    rig = StandingRig(ROBOT, LAWS[""], seed, hands=1, worn=EMBRACE)
     places, forces = pushed_by_ball(rig, cell, 1.0)
     assert forces == pytest.approx([TOUCH_N, *GIVE_N], rel=0.2), "all of it is on cells"
     felt = rig.world.cell_true_force().sum(axis=1)

@@ -1,66 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a standing robot fail, one at a time: it is pushed all the same, and stands."""
 
-import copy
-
 import numpy as np
 import pytest
 
-from robotskin import robots
 from robotskin.cycle import SafetyState
 from robotskin.errors import InputError
-from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
-from robotskin.robots.gains import GainSet
-from robotskin.session.goals import require_balance
+from robotskin.session.goals import GoalWatch, set_goal
 from robotskin_lab.bench.balance import LAWS
-from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells
+from robotskin_lab.bench.balance_faults import kill_chest, lose_foot, rig_before_fault, stall, stick_imu
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig
 
-BACKWARD = (-1.0, 0.0, 0.0)
 PUSH_N = 25.0
-
-
-class FaultyPort(RobotPort):
-    """A port some of whose sensors may fail while the robot stands."""
-
-    def __init__(self, port: RobotPort) -> None:
-        super().__init__(port.joint_count, [CommandMode.position], port.sensors)
-        self.port = port
-        self.lost_force: int | None = None
-        self.stuck_imu = False
-        self._fresh = SensorReadings(port.sensors)
-        self._rate: object = None
-
-    def read(self, state: JointState) -> PortStatus:
-        return self.port.read(state)
-
-    def write(self, command: JointCommand) -> PortStatus:
-        return self.port.write(command)
-
-    def stop(self) -> None:
-        self.port.stop()
-
-    def read_sensors(self, readings: SensorReadings) -> PortStatus:
-        status = self.port.read_sensors(self._fresh)
-        for index, (mine, new) in enumerate(zip(readings.forces, self._fresh.forces, strict=True)):
-            if index != self.lost_force:
-                mine.force, mine.moment, mine.stamp_ns = new.force, new.moment, new.stamp_ns
-        for mine, new in zip(readings.imus, self._fresh.imus, strict=True):
-            if not self.stuck_imu:
-                mine.acceleration, mine.angular_velocity = new.acceleration, new.angular_velocity
-                mine.up_from_sensor = new.up_from_sensor
-            mine.stamp_ns = new.stamp_ns
-        return status
-
-
-def made(seed: int) -> tuple[StandingRig, FaultyPort]:
-    ports: list[FaultyPort] = []
-
-    def wrap(port: RobotPort) -> RobotPort:
-        ports.append(FaultyPort(port))
-        return ports[0]
-
-    cell = drawn_cells(seed, 1, CHEST, np.array(BACKWARD))[0]
-    return StandingRig(ROBOT, LAWS[""], seed, cell, BACKWARD, port=wrap), ports[0]
 
 
 def pushed(rig: StandingRig) -> None:
@@ -70,33 +21,36 @@ def pushed(rig: StandingRig) -> None:
 
 
 def test_a_lost_foot_sensor_leaves_the_robot_standing_by_skin_and_inertial_unit(seed: int) -> None:
-    rig, port = made(seed)
+    rig = rig_before_fault(seed)
     assert rig.skinned is not None
     assert rig.skinned.controller.cycle.standing.forces_count
-    port.lost_force = 0
+    lose_foot(rig)
     rig.run(0.1)
     assert not rig.skinned.controller.cycle.standing.forces_count, "half of the feet's forces would be a wrong point"
     pushed(rig)
 
 
 def test_a_stuck_inertial_unit_leaves_the_robot_standing_by_its_legs(seed: int) -> None:
-    rig, port = made(seed)
+    rig = rig_before_fault(seed)
     assert rig.skinned is not None
     assert rig.skinned.controller.cycle.standing.imu_counts
-    port.stuck_imu = True
+    stick_imu(rig)
     rig.run(0.1)
     assert not rig.skinned.controller.cycle.standing.imu_counts
     pushed(rig)
 
 
 def test_a_dead_group_of_cells_leaves_it_standing_and_a_stall_stops_it_in_balance(seed: int) -> None:
-    rig, _ = made(seed)
+    rig = rig_before_fault(seed)
     assert rig.skinned is not None
-    groups = np.unique(rig.layout.group)
-    rig.skin.dead = rig.layout.group == groups[seed % len(groups)]
+    kill_chest(rig)
+    chest = rig.layout.link == rig.layout.links.index(CHEST)
+    assert rig.skin.dead[chest].all(), "the push is felt by no cell"
+    assert not rig.skin.dead.all()
     pushed(rig)
+    assert rig.world.cell_true_force()[rig.skin.dead].sum() > 1.0, "cells would have felt it"
     # The guard stops a robot whose control stalled for 20 ms; stopped it goes on balancing, and may be started again.
-    rig.world.step(0.020)
+    stall(rig)
     rig.run(0.5)
     assert not rig.fallen
     assert rig.skinned.state in (SafetyState.stopped, SafetyState.ready)
@@ -111,20 +65,20 @@ def test_a_dead_group_of_cells_leaves_it_standing_and_a_stall_stops_it_in_balanc
     assert not rig.fallen
 
 
-def test_a_goal_beyond_balance_is_refused_with_the_bound_that_it_breaks() -> None:
-    robot, home = robots.load(ROBOT), np.array(GainSet.load(ROBOT).home)
-    require_balance(robot, home)
-    moved = copy.copy(home)
-    moved[:3] += (0.3, -0.2, 0.1)
-    moved[3] += 1.0
-    require_balance(robot, moved)  # where the base would be is not looked at
-    bent = copy.copy(home)
+def test_a_hand_goes_where_an_arm_brings_it_and_no_farther(seed: int) -> None:
+    rig = StandingRig(ROBOT, LAWS[""], seed)
+    assert rig.skinned is not None
+    rig.skinned.set_behaviour("reach_cartesian_goal_compliant")
+    rig.run(0.2)
+    for far in ([2.0, 0.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, -1.2]):
+        with pytest.raises(InputError, match=r"out of reach, gripper_left_base_link comes no nearer than .* m with"):
+            set_goal(rig.skinned, far)
+    watch = GoalWatch(rig.skinned, set_goal(rig.skinned, [0.05, 0.03, 0.05]))
+    rig.run(5.0)
+    assert watch.look()[2] < 0.02, "it is there"
+    assert not rig.fallen
+    bent = np.array(rig.skinned.home)
     for side in ("left", "right"):
-        bent[robot.joint_index(f"leg_{side}_5_joint")] += 0.2
-    with pytest.raises(InputError, match=r"centre of mass would be \d+ mm outside of the soles; .* 30 mm inside"):
-        require_balance(robot, bent)
-    lifted = copy.copy(home)
-    lifted[robot.joint_index("leg_left_4_joint")] += 0.4
-    with pytest.raises(InputError, match="from one level floor; at most 10 mm"):
-        require_balance(robot, lifted)
-    require_balance(robots.load("ur5"), np.zeros(6))
+        bent[rig.robot.joint_index(f"leg_{side}_5_joint")] += 0.2
+    with pytest.raises(InputError, match=r"centre of mass would be \d+ mm outside of the soles"):
+        rig.skinned.controller.request_goal(bent)

@@ -5,13 +5,23 @@ import numpy as np
 import pytest
 
 from robotskin.world.bodies import pose
-from robotskin_lab.bench.balance_cells import free_cells, home_levers
-from robotskin_lab.bench.balance_palm import FROM_M, LINKS, SPEED_M_S, THICKNESS_M, way_to
+from robotskin_lab.bench.balance_cells import EMBRACE, home_levers, worn_by_robot
+from robotskin_lab.bench.balance_palm import FOREARM, FROM_M, SPEED_M_S, THICKNESS_M, palm_cells, way_to
+from robotskin_lab.bench.balance_rig import CHEST
 
 
-@pytest.mark.parametrize("link", LINKS)
-def test_a_palm_ends_with_its_face_where_the_cell_was(link: str, seed: int) -> None:
-    levers, cell = home_levers(), np.random.default_rng(seed).choice(free_cells(link))
+def test_a_palm_comes_to_the_front_of_the_chest_and_to_a_forearm() -> None:
+    layout, outward = worn_by_robot(EMBRACE), -home_levers(EMBRACE).inward
+    chest, forearm = palm_cells()["chest"], palm_cells()["forearm"]
+    assert len(chest) > 50
+    assert (outward[chest, 0] > 0.8).all(), "these face forward, and not back or up"
+    assert {layout.links[one] for one in layout.link[chest]} == {CHEST}
+    assert {layout.links[one] for one in layout.link[forearm]} == {FOREARM}
+
+
+@pytest.mark.parametrize("name", ["forearm", "chest"])
+def test_a_palm_ends_with_its_face_where_the_cell_was(name: str, seed: int) -> None:
+    levers, cell = home_levers(EMBRACE), np.random.default_rng(seed).choice(palm_cells()[name])
     place, normal = levers.point[cell], -levers.inward[cell]
     first, last = way_to(place, normal).waypoints
     for point, gap_m in ((first, FROM_M), (last, 0.0)):

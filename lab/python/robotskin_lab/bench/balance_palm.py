@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.layout import finished
 from robotskin.robots.gains import robot_with_gains
 from robotskin.session import PERIOD_S, SafetyState, Session
 from robotskin.world.things import Box, FloorSpec, PathSpec, SceneSpec, ThingSpec, WaypointSpec
-from robotskin_lab.bench.balance_cells import free_cells
+from robotskin_lab.bench.balance_cells import EMBRACE, chest_cells, free_cells, worn_by_robot
 from robotskin_lab.bench.balance_rig import LOWEST_SHARE, ROBOT
 from robotskin_lab.bench.progress import tell
 
 Array = NDArray[np.float64]
-LINKS = ("arm_left_5_link", "torso_2_link")
-"""Forearm and wrist; chest or back."""
+FOREARM = "arm_left_5_link"
+PRESSED_N, DRAWS = 5.0, 4
+"""What a palm presses a robot with that does not move, at least; else another cell is drawn, so often in all."""
 SPEED_M_S, FROM_M = 0.1, 0.15
 WIDTH_M, THICKNESS_M, FLESH_N_PER_M = 0.09, 0.02, 10_000.0
 SETTLES_S, WAITS_S = 2.5, 1.0
@@ -28,15 +28,32 @@ AWAY_M = (0.0, 0.0, 4.0)
 def palm_figures(seed: int) -> dict[str, float]:
     """The largest force of a palm that comes at 0.1 m/s to where a cell was, how far the cell draws back, and whether
     the robot stands; beside it the least of such forces on a robot that neither touch nor nearness moves.
+
+    A cell at which the palm does not press that robot is drawn again: palm_redrawn.
     """
-    found = [palm_trial(seed, link, feels=True) for link in LINKS]
-    stiff = [palm_trial(seed, link, feels=False) for link in LINKS]
+    found, stiff, redrawn = [], [], 0
+    for name, cells in palm_cells().items():
+        draw = np.random.default_rng([seed, 7])
+        for number in range(DRAWS):
+            cell = int(draw.choice(cells))
+            pressed = palm_trial(seed, name, cell, feels=False)
+            if pressed.force_n >= PRESSED_N:
+                break
+            redrawn += number < DRAWS - 1
+        stiff.append(pressed)
+        found.append(palm_trial(seed, name, cell, feels=True))
     return {
         "palm_force_n_max": max(one.force_n for one in found),
         "palm_way_mm": 1e3 * min(one.way_m for one in found),
         "palm_stands": float(all(one.stands for one in found)),
         "stiff_palm_force_n": min(one.force_n for one in stiff),
+        "palm_redrawn": float(redrawn),
     }
+
+
+def palm_cells() -> dict[str, NDArray[np.int64]]:
+    """Of the layout `EMBRACE`, to which a palm comes, by what they are on: the forearm, and the chest's front."""
+    return {"forearm": free_cells(FOREARM, EMBRACE), "chest": chest_cells()}
 
 
 @dataclass(frozen=True)
@@ -48,8 +65,8 @@ class PalmTrial:
     stands: bool
 
 
-def palm_trial(seed: int, link: str, *, feels: bool) -> PalmTrial:
-    """A palm nears a drawn cell of a link. feels: touch and nearness move the robot."""
+def palm_trial(seed: int, name: str, cell: int, *, feels: bool) -> PalmTrial:
+    """A palm nears a cell, which is on what is named. feels: touch and nearness move the robot."""
     ready = robot_with_gains(ROBOT)
     palm_spec = ThingSpec(
         name="palm",
@@ -60,8 +77,7 @@ def palm_trial(seed: int, link: str, *, feels: bool) -> PalmTrial:
         gives="local",
     )
     scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=(palm_spec,))
-    session = Session(ready.robot, finished(ROBOT), seed=seed, gains=ready.gains, link="in process", scene=scene)
-    cell = int(np.random.default_rng([seed, 7]).choice(free_cells(link)))
+    session = Session(ready.robot, worn_by_robot(EMBRACE), seed=seed, gains=ready.gains, link="in process", scene=scene)
     try:
         session.boot()
         session.set_skin(feels)
@@ -82,7 +98,7 @@ def palm_trial(seed: int, link: str, *, feels: bool) -> PalmTrial:
     finally:
         session.shut_down()
     tell(
-        f"balance: seed {seed}, palm to {link}{'' if feels else ', skin off'}: {largest:.2f} N, "
+        f"balance: seed {seed}, palm to {name}, cell {cell}{'' if feels else ', skin off'}: {largest:.2f} N, "
         f"draws back {1e3 * inward:.0f} mm"
     )
     return PalmTrial(largest, float(inward), stands)

@@ -91,6 +91,7 @@ class StandingRig:
         hands: how many balls there are besides, which push cells against their normals.
         port: what the controller takes for the robot's port, made of the real one, such as one with a fault.
         self_collision: bodies keep apart, and `closest_m` tells how near they are.
+        worn: name of the finished layout that it wears; empty: its own.
     """
 
     def __init__(
@@ -103,9 +104,10 @@ class StandingRig:
         hands: int = 0,
         port: Callable[[RobotPort], RobotPort] = lambda port: port,
         self_collision: bool = False,
+        worn: str = "",
     ) -> None:
         self.law = law
-        self.robot, self.layout, self.gains = robots.load(name), finished(name), GainSet.load(name)
+        self.robot, self.layout, self.gains = robots.load(name), finished(worn or name, name), GainSet.load(name)
         self.direction = np.asarray(direction, dtype=float)
         self.cell = cell
         scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=() if cell is None else (self._plate(cell),))
@@ -202,6 +204,11 @@ class StandingRig:
         if not self.fallen:
             self.skinned.start()
             self.step()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the guard has stopped it: it goes on balancing, and no touch moves it. A statue has no guard."""
+        return self.skinned is not None and self.skinned.state not in (SafetyState.running, SafetyState.degraded)
 
     # ---- What is true ----
 

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from robotskin.session import PERIOD_S, SafetyState
+from robotskin.session import PERIOD_S
 from robotskin.tasks import SelfCollisionGains
-from robotskin_lab.bench.balance_cells import borne_n, inner_cells
-from robotskin_lab.bench.balance_rig import ROBOT, Law, StandingRig
+from robotskin_lab.bench.balance_cells import EMBRACE, borne_n, hand_cells, inner_cells
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, Law, StandingRig
 from robotskin_lab.bench.progress import tell
 
 TRIPLE_LINKS = (
     ("arm_left_4_link", "arm_left_2_link", "arm_left_3_link"),
-    ("arm_right_5_link", "arm_right_6_link", "arm_right_4_link"),
+    ("arm_right_7_link", "arm_right_5_link", "arm_right_4_link"),
     ("torso_2_link",),
 )
 """One cell of each row: of an arm, of the other's wrist or forearm, of chest or back."""
@@ -29,29 +31,83 @@ LOOKS_M = SelfCollisionGains().safe_m
 
 
 def three_figures(seed: int, triples: int) -> dict[str, float]:
-    """Three pushes of 25 N at once, drawn; how many triples the robot stands, and how far the points give way."""
+    """Three pushes of 25 N at once, drawn; how many triples the robot stands, and how far the points give way.
+
+    three_stops: triples at which the guard stopped the robot; it is started again, and how its points gave is not
+    counted. three_unfelt_points: that were pressed with less than half of the force, and do not count. Of the others,
+    over the force on it, the least: three_give_mm_per_n along the push, three_arm_… and three_chest_… of those on
+    links of these; three_way_mm_per_n in whatever direction.
+    """
     draw = np.random.default_rng([seed, 3])
-    stood, gives = 0, []
+    stood = stops = unfelt = 0
+    points: list[TriplePoint] = []
     rig: StandingRig | None = None
     for number in range(triples):
-        rows = [[link for link in row if len(inner_cells(link))] for row in TRIPLE_LINKS]
-        cells = [int(draw.choice(inner_cells(str(draw.choice(row))))) for row in rows]
+        cells = triple_cells(draw)
         if rig is None or rig.fallen:
-            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=3)
-        before = [rig.cell_place(cell) for cell in cells]
-        for hand, cell in enumerate(cells):
-            rig.world.push(cell, TRIPLE_N, hand=hand)
-        rig.run(TRIPLE_S)
-        force = rig.world.contact_normal_force()[:3]
-        moved = [float(np.linalg.norm(rig.cell_place(cell) - at)) for cell, at in zip(cells, before, strict=True)]
-        gives += [1e3 * way / TRIPLE_N for way, newton in zip(moved, force, strict=True) if newton > TRIPLE_N / 2]
+            rig = StandingRig(ROBOT, Law("compliant"), seed, hands=3, worn=EMBRACE)
+        found = pushed_at_once(rig, cells)
+        pressed = [point for point in found if point.force_n > TRIPLE_N / 2]
+        unfelt += len(found) - len(pressed)
         rig.world.release()
         rig.run(REST_S)
         stood += not rig.fallen
-        tell(
-            f"balance: seed {seed}, triple {number + 1}: {np.round(force)} N move {np.round(1e3 * np.array(moved))} mm"
+        tell(f"balance: seed {seed}, triple {number + 1}: {', '.join(map(str, found))}")
+        if not rig.stopped:
+            points += pressed
+        elif not rig.fallen:
+            assert rig.skinned is not None
+            tell(f"balance: seed {seed}, triple {number + 1}: {rig.skinned.why_not_running()}")
+            stops += 1
+            rig.start_again()
+    chest = [point for point in points if point.link == CHEST]
+    arms = [point for point in points if point.link != CHEST]
+    return {
+        "three_share": stood / triples,
+        "three_stops": float(stops),
+        "three_unfelt_points": float(unfelt),
+        "three_give_mm_per_n": min((point.give_mm_per_n for point in points), default=0.0),
+        "three_arm_give_mm_per_n": min((point.give_mm_per_n for point in arms), default=0.0),
+        "three_chest_give_mm_per_n": min((point.give_mm_per_n for point in chest), default=0.0),
+        "three_way_mm_per_n": min((point.way_mm_per_n for point in points), default=0.0),
+    }
+
+
+@dataclass(frozen=True)
+class TriplePoint:
+    """A cell that is pushed: the force on it at the end, and how far it went along the push and in all, per newton."""
+
+    link: str
+    cell: int
+    force_n: float
+    give_mm_per_n: float
+    way_mm_per_n: float
+
+    def __str__(self) -> str:
+        return f"{self.link} {self.cell} gives {self.give_mm_per_n:.2f} mm/N to {self.force_n:.0f} N"
+
+
+def triple_cells(draw: np.random.Generator) -> list[int]:
+    """A cell of each of `TRIPLE_LINKS`, of links that have some."""
+    rows = [[link for link in row if len(hand_cells(link))] for row in TRIPLE_LINKS]
+    return [int(draw.choice(hand_cells(str(draw.choice(row))))) for row in rows]
+
+
+def pushed_at_once(rig: StandingRig, cells: list[int]) -> list[TriplePoint]:
+    """Push cells against their normals, a hand each, and tell where they came to; the push goes on."""
+    before = [rig.world.base_from_cell(cell).copy() for cell in cells]
+    for hand, cell in enumerate(cells):
+        rig.world.push(cell, TRIPLE_N, hand=hand)
+    rig.run(TRIPLE_S)
+    found = []
+    for cell, at, force in zip(cells, before, rig.world.contact_normal_force()[: len(cells)], strict=True):
+        way = 1e3 * (rig.cell_place(cell) - at[:3, 3])
+        newton = max(float(force), 1e-9)
+        link = rig.layout.links[rig.layout.link[cell]]
+        found.append(
+            TriplePoint(link, cell, float(force), -float(at[:3, 2] @ way) / newton, float(np.linalg.norm(way)) / newton)
         )
-    return {"three_share": stood / triples, "three_give_mm_per_n": float(np.min(gives)) if gives else 0.0}
+    return found
 
 
 def touch_figures(seed: int, seconds: float) -> dict[str, float]:
@@ -82,7 +138,7 @@ def touch_figures(seed: int, seconds: float) -> dict[str, float]:
         count += 1
         elapsed = rig.time_s if falls == 0 else elapsed + lasts + PAUSE_S[1]
         assert rig.skinned is not None
-        if rig.skinned.state not in (SafetyState.running, SafetyState.degraded):
+        if rig.stopped:
             stops += 1
             tell(f"balance: seed {seed}, touch {count}: {rig.skinned.why_not_running()}")
             rig.start_again()
