@@ -25,7 +25,7 @@ from robotskin.apps.embrace.grasp_scene import (
 )
 from robotskin.apps.embrace.grasp_script import arms_of, grasp_session_of, require_held, run_grasp, why_failed
 from robotskin.apps.embrace.grasp_states import GRASP_TABLE, GraspSeen, GraspState, following_grasp
-from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
+from robotskin.apps.embrace.pressed import BLOCKED, OUTSIDE, TOO_HARD
 from robotskin.apps.embrace.regulation import (
     CLOSED_AXIS_M,
     CLOSED_M,
@@ -131,6 +131,31 @@ def test_a_grasp_opens_where_something_is_pressed_wrongly_and_says_why(
     # The baseline goes through its path blindly.
     blind = dataclasses.replace(pressed, reactive=False)
     assert following_grasp(state, blind)[1] != because
+
+
+def test_closing_arms_that_something_holds_back_open_and_arms_that_hold_something_do_not() -> None:
+    calm = GraspSeen(1.0, True, False, False, False, False, True, False, lost=False)
+    blocked = dataclasses.replace(calm, blocked=True)
+    assert following_grasp(GraspState.CLOSE, blocked) == (GraspState.OPEN, BLOCKED)
+    for state in (GraspState.PULL, GraspState.HOME):
+        assert following_grasp(state, blocked)[0] is state
+    assert following_grasp(GraspState.CLOSE, dataclasses.replace(blocked, reactive=False))[1] != BLOCKED
+
+
+def test_an_arm_that_meets_a_box_with_what_has_no_cells_opens_before_it_presses(seed: int) -> None:
+    """The hands meet the far edges of a wide box that stands too far away."""
+    large = Large("box", width_m=0.364, mass_kg=1.5, friction=0.85, stiffness_n_per_m=10_000.0, error_m=(0.023, 0.003))
+    session = grasp_session_of(large, seed)
+    try:
+        session.boot()
+        figures = run_grasp(session, large)
+    finally:
+        session.shut_down()
+    assert figures["blocked"]
+    assert figures["running"]
+    assert figures["limit_violations"] == 0
+    assert figures["peak_cell_n"] < 15.0
+    assert figures["false_transitions"] == 0
 
 
 def test_a_skin_that_feels_nothing_never_leaves_open(seed: int) -> None:

@@ -141,6 +141,7 @@ class GraspControl:
             lost=not any(arms.touches.values()),
             outside=arms.outside_n > arms.hold.outside_n,
             too_hard=arms.too_hard,
+            blocked=arms.blocked,
             lost_areas=arms.lost_areas,
         )
 

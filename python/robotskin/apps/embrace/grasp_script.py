@@ -13,7 +13,7 @@ from robotskin.apps.embrace.grasp_control import GRASP_AROUND, GRASP_HOLD, SLIP_
 from robotskin.apps.embrace.grasp_scene import CHEST_FRONT_M, TABLE, Large, grasp_scene_of, sinking
 from robotskin.apps.embrace.grasp_states import GraspState
 from robotskin.apps.embrace.grasp_watch import GraspWatch
-from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
+from robotskin.apps.embrace.pressed import BLOCKED, OUTSIDE, TOO_HARD
 from robotskin.figures import Bound
 from robotskin.layout import finished
 from robotskin.robots.gains import RobotWithGains, robot_with_gains
@@ -114,8 +114,8 @@ def run_grasp(
     Figures: `success`: fallen by less than 5 cm and tilted by less than 20 degrees, 3 s after the table began to sink
     and after a shaking of 1 m/s² at 1 Hz, which acts on the thing's mass; `stopped_before` the table sank; `opened`:
     the state open was left; `home`: home was reached; `slips` felt; `slid_mm` between the forearms
-    while it was held; `pressed_outside`, `pressed_too_hard`: it opened for that; `transitions`, and `false_transitions`
-    for which nothing that truly touched gave a reason; true forces.
+    while it was held; `pressed_outside`, `pressed_too_hard`, `blocked`: it opened for that; `transitions`, and
+    `false_transitions` for which nothing that truly touched gave a reason; true forces.
     """
     control = GraspControl(session, around=taught, reactive=reactive, answers=answers)
     watch = GraspWatch(session, control, look)
@@ -137,6 +137,7 @@ def run_grasp(
         "slid_mm": 1e3 * watch.slid_m,
         "pressed_outside": float(OUTSIDE in control.reasons),
         "pressed_too_hard": float(TOO_HARD in control.reasons),
+        "blocked": float(BLOCKED in control.reasons),
         "peak_arm_n": watch.peak_arm_n,
         "peak_cell_n": watch.peak_cell_n,
         "transitions": float(watch.transitions),
@@ -186,6 +187,8 @@ def why_failed(figures: dict[str, float]) -> str:
         return "not asked"
     if figures["pressed_outside"] or figures["pressed_too_hard"]:
         return "pressed outside" if figures["pressed_outside"] else "pressed too hard"
+    if figures["blocked"]:
+        return "an arm was blocked"
     if not figures["pulled"]:
         return "no contact, or one arm only"
     if not figures["home"]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from robotskin.apps.embrace.lost import lost_rows
-from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
+from robotskin.apps.embrace.pressed import BLOCKED, OUTSIDE, TOO_HARD
 from robotskin.state_table import Row, following_row
 
 
@@ -22,14 +22,14 @@ class GraspState(StrEnum):
 
 @dataclass(frozen=True)
 class GraspSeen:
-    """Of one moment, told by the skin alone but for `open`.
+    """Of one moment, told by the skin alone but for `open` and `blocked`.
 
     since_s: in this state. reactive: the paths adapt to what the skin feels. open: the arms are wide open. closed:
     stiff arms are at the end of their path. asked: a script or a page asked since this state began, or, in OPEN alone,
     the chest was touched and let go. arms, chest: what feels the thing, both arms or the chest. firm: all areas have
     felt what they should for a while. lost: none feels anything. outside: a cell where no contact is allowed is
-    pressed. too_hard: a cell is pressed harder than is allowed. lost_areas: those of which cells are lost, see
-    `lost.py`.
+    pressed. too_hard: a cell is pressed harder than is allowed. blocked: an arm does not come where it is told.
+    lost_areas: those of which cells are lost, see `lost.py`.
     """
 
     since_s: float
@@ -43,6 +43,7 @@ class GraspSeen:
     lost: bool
     outside: bool = False
     too_hard: bool = False
+    blocked: bool = False
     lost_areas: frozenset[str] = frozenset()
 
 
@@ -53,6 +54,7 @@ GRASP_TABLE: tuple[Row[GraspState, GraspSeen], ...] = (
     *lost_rows((CLOSE, PULL, HOME), OPEN, GraspSeen),
     *(Row(state, lambda seen: seen.reactive and seen.outside, OPEN, OUTSIDE) for state in (CLOSE, PULL, HOME)),
     *(Row(state, lambda seen: seen.reactive and seen.too_hard, OPEN, TOO_HARD) for state in (CLOSE, PULL, HOME)),
+    Row(CLOSE, lambda seen: seen.reactive and seen.blocked, OPEN, BLOCKED),
     Row(CLOSE, lambda seen: seen.reactive and seen.arms, PULL, "both arms feel it"),
     Row(CLOSE, lambda seen: not seen.reactive and seen.closed, PULL, "at the end of the taught path"),
     Row(CLOSE, lambda seen: False, OPEN, "no contact, or with one arm only", latest_s=8.0),

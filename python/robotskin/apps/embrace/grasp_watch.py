@@ -13,7 +13,8 @@ from robotskin.apps.embrace.arms import SIDES
 from robotskin.apps.embrace.grasp_control import GraspControl
 from robotskin.apps.embrace.grasp_scene import THING
 from robotskin.apps.embrace.grasp_states import GraspState
-from robotskin.apps.embrace.pressed import OUTSIDE, TOO_HARD
+from robotskin.apps.embrace.pressed import BLOCKED, OUTSIDE, TOO_HARD
+from robotskin.apps.embrace.regulation import BLOCKED_RAD
 from robotskin.session import PERIOD_S, SafetyState, Session
 
 TAP_N, TAP_S = 6.0, 1.0
@@ -122,6 +123,10 @@ class GraspWatch:
         if because in (OUTSIDE, TOO_HARD):
             limit_n = hold.outside_n if because == OUTSIDE else hold.most_cell_n
             return max(one[because] for one in self._pressed) > TRUE_SHARE * limit_n
+        if because == BLOCKED:
+            joints = np.concatenate([self.control.arms.arms.joints[side] for side in SIDES])
+            astray = np.asarray(self.session.command.value) - self.session.world.joint_positions()
+            return float(np.abs(astray[joints]).max()) > TRUE_SHARE * BLOCKED_RAD
         held_n = hold.touch_n
         if before is CLOSE:
             return any(self._since[side] < held_n for side in SIDES)

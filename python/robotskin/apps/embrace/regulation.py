@@ -29,6 +29,9 @@ FORCE_HZ = 5.0
 _SLOW_SHARE = 1.0 - float(np.exp(-2 * np.pi * FORCE_HZ * LOOK_S))
 HARD_S = 0.2
 """A cell that bears more than is allowed for longer ends the embrace."""
+BLOCKED_RAD, BLOCKED_S = 0.02, 0.04
+"""A closing arm with a joint that stays so far from its reference for so long is blocked. In free air joints stray by
+3 mrad; later, what is held bends them as far."""
 NEARBY_M = 0.04
 """A cell that sees something as near as this makes its arm slow."""
 FIRM_SHARE = 0.8
@@ -113,7 +116,8 @@ class Regulation:
         self._silent_n = float(session.gains.values["skin"]["force_silent_n"])
         self._allowed = self.areas.allowed
         self._slow = np.zeros(len(session.layout))
-        self._hard_s = 0.0
+        self._hard_s = self._blocked_s = 0.0
+        self._joints = np.concatenate([self.arms.joints[side] for side in SIDES])
         self._limits = (session.robot.lower + 1e-6, session.robot.upper - 1e-6)
         self.task = use_embrace(session, self._allowed, closed, hold.compliance_share, skin=regulated and answers)
 
@@ -133,6 +137,8 @@ class Regulation:
         self.largest_n = float(self._slow[self._allowed].max())
         self.outside_n = float(self._slow[~self._allowed].max(initial=0.0))
         self._hard_s = self._hard_s + LOOK_S if self.largest_n > self.hold.most_cell_n else 0.0
+        astray = np.abs(np.asarray(self.session.command.value) - np.asarray(self.session.joints.position))[self._joints]
+        self._blocked_s = self._blocked_s + LOOK_S if float(astray.max()) > BLOCKED_RAD else 0.0
 
     def begin(self) -> None:
         """Arms that are open begin to close: none has met anything, and what lost cells once felt is over."""
@@ -159,6 +165,11 @@ class Regulation:
     def too_hard(self) -> bool:
         """Whether a cell has long borne more than is allowed."""
         return self._hard_s > HARD_S
+
+    @property
+    def blocked(self) -> bool:
+        """Whether a joint of an arm has long been far from its reference, which is a position."""
+        return self._blocked_s > BLOCKED_S
 
     @property
     def open(self) -> bool:
