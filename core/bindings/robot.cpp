@@ -113,8 +113,9 @@ void bind_guard(nb::module_& module) {
       .def_rw("torque_rate", &GuardLimits::torque_rate, "(n) Nm/s")
       .def_rw("position_margin", &GuardLimits::position_margin,
               "rad (m) kept from the position limits, at most 5 % of the room between them")
-      .def_rw("end_tolerance", &GuardLimits::end_tolerance,
-              "rad (m) by which a joint may be measured beyond a position limit, at most 0.5 % of the room between them")
+      .def_rw(
+          "end_tolerance", &GuardLimits::end_tolerance,
+          "rad (m) by which a joint may be measured beyond a position limit, at most 0.5 % of the room between them")
       .def_rw("speed_share", &GuardLimits::speed_share, "share of the velocity limits commands may use")
       .def_rw("degraded_speed_share", &GuardLimits::degraded_speed_share, "the same while degraded")
       .def_rw("rest_speed", &GuardLimits::rest_speed, "rad/s")
