@@ -38,7 +38,7 @@ def arms() -> Arms:
 def taught(arms: Arms) -> TaughtPath:
     """What a person without any error would show."""
     planned = arms.plan(GRASP_AROUND)
-    joints = np.concatenate([arms.joints[side] for side in SIDES])
+    joints = arms.both
 
     def shown(radius: float, axis: float) -> tuple[float, ...]:
         return tuple(float(angle) for angle in arms.posture(planned, dict.fromkeys(SIDES, radius), axis)[joints])

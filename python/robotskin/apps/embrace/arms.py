@@ -109,6 +109,8 @@ class Arms:
             side: np.array([robot.joint_index(f"arm_{side}_{n}_joint") for n in range(1, 8)]) for side in SIDES
         }
         """Of each side, the indices of its seven joints, from the shoulder."""
+        self.both = np.concatenate([self.joints[side] for side in SIDES])
+        """(14,) indices of the joints of both arms, side by side."""
 
     def plan(
         self,

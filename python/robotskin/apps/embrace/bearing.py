@@ -43,7 +43,7 @@ def torque_shares(arms: Arms, paths: Paths, width_m: float, mass_kg: float, axis
         arm = middle - places[links[0]][:3, 3]
         at_middle = jacobian[:3] + np.cross(jacobian[3:].T, arm).T
         torque -= at_middle.T @ force
-    joints = np.concatenate([arms.joints[side] for side in SIDES])
+    joints = arms.both
     return np.asarray(np.abs(torque[joints]) / robot.effort_limit[joints])
 
 
@@ -55,7 +55,7 @@ def require_bearable(arms: Arms, paths: Paths, width_m: float, mass_kg: float, a
     shares = torque_shares(arms, paths, width_m, mass_kg, axis_m, squeeze_n)
     worst = int(np.argmax(shares))
     if shares[worst] > MOST_SHARE:
-        joint = int(np.concatenate([arms.joints[side] for side in SIDES])[worst])
+        joint = int(arms.both[worst])
         limit = float(arms.robot.effort_limit[joint])
         raise SessionError(
             f"grasp of {mass_kg:g} kg, {1e3 * width_m:.0f} mm wide, with {squeeze_n:g} N an arm: joint "

@@ -124,9 +124,8 @@ class GraspWatch:
             limit_n = hold.outside_n if because == OUTSIDE else hold.most_cell_n
             return max(one[because] for one in self._pressed) > TRUE_SHARE * limit_n
         if because == BLOCKED:
-            joints = np.concatenate([self.control.arms.arms.joints[side] for side in SIDES])
             astray = np.asarray(self.session.command.value) - self.session.world.joint_positions()
-            return float(np.abs(astray[joints]).max()) > TRUE_SHARE * BLOCKED_RAD
+            return float(np.abs(astray[self.control.arms.arms.both]).max()) > TRUE_SHARE * BLOCKED_RAD
         held_n = hold.touch_n
         if before is CLOSE:
             return any(self._since[side] < held_n for side in SIDES)

@@ -117,7 +117,6 @@ class Regulation:
         self._allowed = self.areas.allowed
         self._slow = np.zeros(len(session.layout))
         self._hard_s = self._blocked_s = 0.0
-        self._joints = np.concatenate([self.arms.joints[side] for side in SIDES])
         self._limits = (session.robot.lower + 1e-6, session.robot.upper - 1e-6)
         self.task = use_embrace(session, self._allowed, closed, hold.compliance_share, skin=regulated and answers)
 
@@ -137,7 +136,9 @@ class Regulation:
         self.largest_n = float(self._slow[self._allowed].max())
         self.outside_n = float(self._slow[~self._allowed].max(initial=0.0))
         self._hard_s = self._hard_s + LOOK_S if self.largest_n > self.hold.most_cell_n else 0.0
-        astray = np.abs(np.asarray(self.session.command.value) - np.asarray(self.session.joints.position))[self._joints]
+        astray = np.abs(np.asarray(self.session.command.value) - np.asarray(self.session.joints.position))[
+            self.arms.both
+        ]
         self._blocked_s = self._blocked_s + LOOK_S if float(astray.max()) > BLOCKED_RAD else 0.0
 
     def begin(self) -> None:

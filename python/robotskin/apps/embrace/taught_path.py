@@ -130,7 +130,7 @@ def forearm_middle(arms: Arms, side: str, posture: Array) -> Array:
 
 def _whole(arms: Arms, posture: tuple[float, ...], about: str) -> Array:
     """(n) rad: home, with both arms as they were taught."""
-    joints = np.concatenate([arms.joints[side] for side in SIDES])
+    joints = arms.both
     if len(posture) != len(joints) or not np.isfinite(posture).all():
         raise TaughtPathError(f"sweep {about!r}: a posture is {list(posture)}; give {len(joints)} finite angles, rad")
     robot, whole = arms.robot, arms.home.copy()

@@ -70,7 +70,7 @@ def teach(session: Session, progress: Progress = lambda _text: None) -> tuple[di
         leader.reference = arms.home + share * share * (3 - 2 * share) * (raised - arms.home)
         step()
     teacher = ArmTeacher(session, leader, step)
-    joints = np.concatenate([arms.joints[side] for side in SIDES])
+    joints = arms.both
     errors, sweeps = [], []
     for about, axis, radii in SWEEPS:
         postures = []

@@ -102,10 +102,8 @@ def _speeds(series: FeltSeries) -> Array:
 def _only_shaken(series: FeltSeries, speed: Array) -> NDArray[np.bool_]:
     """(T, n) which joints move so little beside the fastest one that they would stand without it."""
     period_s = float(np.median(np.diff(series.time_s)))
-    fastest = maximum_filter1d(speed.max(axis=1), max(round(SHAKEN_S / period_s), 1))
-    return np.asarray(
-        maximum_filter1d(speed, max(round(SHAKEN_S / period_s), 1), axis=0) < SHAKEN_SHARE * fastest[:, None]
-    )
+    peak = np.asarray(maximum_filter1d(speed, max(round(SHAKEN_S / period_s), 1), axis=0))
+    return np.asarray(peak < SHAKEN_SHARE * peak.max(axis=1, keepdims=True))
 
 
 def _moving(series: FeltSeries, moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
