@@ -58,6 +58,7 @@ class LiveSession(LiveRobot):
         """
         super().__init__(session, session, goal)
         self._after_step = after_step
+        self._looks: list[Callable[[], None]] = []
         self.session = session
         self.title = f"{session.robot.name}, {len(session.layout)} cells"
         self.solids = [
@@ -91,6 +92,13 @@ class LiveSession(LiveRobot):
     def ill(self) -> dict[str, int]:
         """How many cells are ill, by the names of their kinds."""
         return dict(Counter(one.kind.name for one in self._health.findings))
+
+    def look_with_snapshots(self, look: Callable[[], None]) -> None:
+        """Call `look` on the session's thread before each snapshot from now on: it copies what a page shows beside.
+
+        What the session holds changes while other threads read it, and may mean nothing in between.
+        """
+        self._looks.append(look)
 
     # ---- What a page asks ----
 
@@ -181,6 +189,8 @@ class LiveSession(LiveRobot):
                 self.network.look()
             if period % SNAPSHOT_PERIODS == 0:
                 self._measure_rates()
+                for look in self._looks:
+                    look()
                 self._snapshot = self._take()
             due = max(due + PERIOD_S, time.monotonic() - PERIODS_BEHIND * PERIOD_S)
             ahead = due - time.monotonic()

@@ -44,7 +44,6 @@ class Page(ServedPage):
         super().__init__(session.title, port)
         self.session = session
         self.chosen: int | None = None
-        self.failure: BaseException | None = None
         snapshot = session.snapshot()
         self.scene = Scene(self.server, session.robot, session.layout, snapshot.joint_position)
         self.solids = Solids(self.server, session.solids)
@@ -124,15 +123,11 @@ class Page(ServedPage):
     def _run(self) -> None:
         period = 1 / FRAMES_PER_S
         due = time.monotonic()
-        try:
-            while not self._closing.wait(max(0.0, due - time.monotonic())):
-                # A late frame is left out, not made up for.
-                due = max(due + period, time.monotonic())
-                if self.server.get_clients():
-                    self.draw(self.session.snapshot(), time.monotonic())
-        except BaseException as failure:
-            self.failure = failure
-            raise
+        while not self._closing.wait(max(0.0, due - time.monotonic())):
+            # A late frame is left out, not made up for.
+            due = max(due + period, time.monotonic())
+            if self.server.get_clients():
+                self.draw(self.session.snapshot(), time.monotonic())
 
     def draw(self, snapshot: Snapshot, now_s: float) -> None:
         """Send one moment to the browsers; `now_s` is the wall clock's, of any origin.

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Self
 
+import viser
 from rich.console import Console
 
 from robotskin.errors import RobotskinError
@@ -22,6 +23,8 @@ class ServedPage:
     def __init__(self, title: str, port: int, style: str = "") -> None:
         self.server = open_server(title, port, style)
         self.address = address(self.server)
+        self.failure: BaseException | None = None
+        """What ended the drawing, where it ended by itself."""
         self._closing = threading.Event()
 
     def __enter__(self) -> Self:
@@ -31,8 +34,24 @@ class ServedPage:
         self.close()
 
     def _start(self, name: str) -> None:
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread = threading.Thread(target=self._draw_on, name=name, daemon=True)
         self._thread.start()
+
+    def _draw_on(self) -> None:
+        try:
+            self._run()
+        except BaseException as failure:
+            self.failure = failure
+            # A picture that stands still looks like a robot that does: those who look now, and later, are told.
+            for client in self.server.get_clients().values():
+                self._tell_stopped(client)
+            self.server.on_client_connect(self._tell_stopped)
+            raise
+
+    def _tell_stopped(self, client: viser.ClientHandle) -> None:
+        told = str(self.failure) or type(self.failure).__name__
+        body = f"{told}. What it shows is old. End the program with Ctrl-C, and start it again."
+        client.add_notification("This page has stopped", body, color="red")
 
     def _run(self) -> None:
         """On the page's thread, until `_closing` is set."""

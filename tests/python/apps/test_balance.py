@@ -114,6 +114,17 @@ def standing(*, forces_count: bool) -> Any:
     )
 
 
+def without_a_page(session: Any) -> BalanceDrawing:
+    """A drawing whose handles only keep what they are given."""
+    drawing = object.__new__(BalanceDrawing)
+    drawing._session, drawing._note, drawing._count = session, "a note", 0
+    drawing._scene = SimpleNamespace(hands=[])  # type: ignore[assignment]
+    for handle in ("_polygon", "_plumb", "_forces", "_touches", "_ring", "_text"):
+        setattr(drawing, handle, SimpleNamespace(visible=True))
+    drawing._spots = {name: SimpleNamespace(visible=True) for name in ("centre", "zmp", "capture")}  # type: ignore[misc]
+    return drawing
+
+
 def found_in(session: Any) -> Held:
     found = held(session)
     assert found is not None
@@ -130,11 +141,7 @@ def test_the_force_on_a_foot_is_told_in_the_world_and_its_moment_about_the_sole(
 @pytest.mark.parametrize("forces_count", [True, False])
 def test_forces_that_are_not_heard_are_unknown_and_not_drawn(forces_count: bool) -> None:
     session = standing(forces_count=forces_count)
-    drawing = object.__new__(BalanceDrawing)
-    drawing._session, drawing._note = session, "a note"
-    for handle in ("_polygon", "_plumb", "_forces", "_touches", "_ring"):
-        setattr(drawing, handle, SimpleNamespace(visible=True))
-    drawing._spots = {name: SimpleNamespace(visible=True) for name in ("centre", "zmp", "capture")}  # type: ignore[misc]
+    drawing = without_a_page(session)
     found = found_in(session)
     drawing._draw(found, [])
     told = drawing._told(found, [], 0.0)
@@ -146,6 +153,16 @@ def test_forces_that_are_not_heard_are_unknown_and_not_drawn(forces_count: bool)
     assert ('data-spot="zmp"' in told) is forces_count
     assert "the skin is not touched" in told
     assert told.index("foot contact") < told.index("a note")
+
+
+def test_the_page_draws_what_was_copied_and_never_reads_a_session_that_is_being_written() -> None:
+    session = standing(forces_count=True)
+    drawing = without_a_page(session)
+    drawing.look()
+    session.joints.position[:] = np.nan
+    session.loop.sensors.forces = []
+    drawing.draw(SimpleNamespace(skin=SimpleNamespace(cell_forces_n=lambda: np.zeros(3))))  # type: ignore[arg-type]
+    assert "0 30 400" in drawing._text.content
 
 
 def test_what_touches_a_link_is_summed_against_the_normals_of_its_cells() -> None:

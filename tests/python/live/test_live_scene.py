@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session with a scene: the page is shown every thing where the world has it, each in a colour of its own."""
 
+import queue
+import threading
+
 import numpy as np
 import pytest
 import viser
@@ -18,7 +21,10 @@ def test_things_are_shown_where_they_are(seed):
         robots.load("ur5"), finished("ur5"), seed=seed, link="in process", scene=load_scene("table_with_things")
     )
     session.boot()
+    looked: queue.SimpleQueue[str] = queue.SimpleQueue()
     with LiveSession(session) as live:
+        live.look_with_snapshots(lambda: looked.put(threading.current_thread().name))
+        assert looked.get(timeout=60) == "session", "what a page copies is not written meanwhile"
         snapshot = live.snapshot()
         names = [solid.name for solid in live.solids]
         assert names == ["floor", "table", "ball", "box", "can", "orange"]

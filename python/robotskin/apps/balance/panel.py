@@ -37,9 +37,12 @@ class BalanceDrawing:
 
     Args:
         scene: of the page. session: whose robot stands. note: HTML under the priorities, such as what is simulated.
+
+    `look` is called on the session's thread, `draw` on the page's.
     """
 
     def __init__(self, scene: Scene, session: SkinnedRobot, note: str = "") -> None:
+        self._found: Held | None = None
         self._scene, self._session, self._note = scene, session, note
         self._count = 0
         draw = scene.server.scene
@@ -63,9 +66,13 @@ class BalanceDrawing:
         with scene.server.gui.add_folder("Balance", order=-1.0):
             self._text = scene.server.gui.add_html("")
 
+    def look(self) -> None:
+        """Keep what holds the robot up at this moment."""
+        self._found = held(self._session)
+
     def draw(self, snapshot: Snapshot) -> None:
         """Send one moment to the browsers."""
-        found = held(self._session)
+        found = self._found
         if found is None:
             return
         force_n = snapshot.skin.cell_forces_n()
@@ -169,6 +176,7 @@ class BalancePage(Page):
         super().__init__(live, port)
         if live.session.robot.standing is not None:
             self._balance = BalanceDrawing(self.scene, live.session, note)
+            live.look_with_snapshots(self._balance.look)
 
     def draw(self, snapshot: Snapshot, now_s: float) -> None:
         """Send one moment to the browsers."""
