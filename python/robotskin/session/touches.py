@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import trimesh
@@ -225,15 +226,9 @@ def _within_reach(
     Between the jaws of a gripper or on the inner side of a thigh it would push both sides.
     """
     poses = robot.base_from_link(posture)
-    generator = np.random.default_rng(0)
-    points, owner = [], []
-    for link in robot.links_with("collision"):
-        row, mesh = robot.link_index(link), robot.link_mesh(link)
-        count = int(np.clip(mesh.area / SURFACE_POINT_M2, 50, 5000))
-        on_link = trimesh.sample.sample_surface(mesh, count, seed=generator)[0]
-        points.append(on_link @ poses[row, :3, :3].T + poses[row, :3, 3])
-        owner += [row] * count
-    surface, links = np.concatenate(points), np.array(owner)
+    points = [on_link @ poses[row, :3, :3].T + poses[row, :3, 3] for row, on_link in _surfaces(robot)]
+    links = np.concatenate([np.full(len(on_link), row) for row, on_link in _surfaces(robot)])
+    surface = np.concatenate(points)
     reached = cells.copy()
     for cell in np.flatnonzero(cells):
         row = robot.link_index(layout.links[layout.link[cell]])
@@ -243,6 +238,19 @@ def _within_reach(
         aside = np.linalg.norm(away - height[:, None] * pose[:3, 2], axis=1)
         reached[cell] = not ((height > 0.0) & (height < HAND_WAY_M) & (aside < HAND_WIDTH_M)).any()
     return reached
+
+
+@lru_cache(maxsize=4)
+def _surfaces(robot: Robot) -> list[tuple[int, NDArray[np.float64]]]:
+    """(row, (K, 3) m) of each link that has a body: points drawn on it, in its own frame."""
+    generator = np.random.default_rng(0)
+    found = []
+    for link in robot.links_with("collision"):
+        mesh = robot.link_mesh(link)
+        count = int(np.clip(mesh.area / SURFACE_POINT_M2, 50, 5000))
+        points = trimesh.sample.sample_surface(mesh, count, seed=generator)[0]
+        found.append((robot.link_index(link), np.asarray(points)))
+    return found
 
 
 def pushed_cell(session: Session, link: str) -> int:
@@ -285,6 +293,12 @@ def reached_cells(session: Session, cells: NDArray[np.bool_]) -> NDArray[np.bool
     """(N,) which of the cells (N,) a hand reaches where the robot stands; all of them if it reaches none."""
     reached = _within_reach(session.robot, np.array(session.joints.position), session.layout, cells)
     return reached if reached.any() else cells
+
+
+def is_reached(session: Session, cell: int) -> bool:
+    """Whether a hand reaches the cell where the robot stands: nothing of the robot is in its way."""
+    only = np.arange(len(session.layout)) == cell
+    return bool(_within_reach(session.robot, np.array(session.joints.position), session.layout, only)[cell])
 
 
 def seam_of(layout: Layout, cell: int) -> tuple[float, float]:

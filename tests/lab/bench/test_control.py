@@ -3,6 +3,7 @@
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from robotskin.control import BEHAVIOURS
 from robotskin.errors import RobotskinError, UnknownNameError
 from robotskin.robots.gains import GainSet
-from robotskin_lab.bench import control_collision, control_proximity, control_spread
+from robotskin_lab.bench import control_collision, control_proximity, control_soak, control_spread
 from robotskin_lab.bench.control import run
 from robotskin_lab.bench.control_chain import without_estimates
 from robotskin_lab.bench.control_peer import PYTHON_VARIABLE
@@ -64,6 +65,21 @@ def test_priorities_and_switches_keep_their_laws(seed: int) -> None:
     assert figures["hqp_leak_over_tolerance"] <= 10
     assert figures["switch_jump_nm"] <= 1e-3
     assert figures["switch_slope_ok"] == 1
+
+
+def test_a_hand_pushes_no_harder_than_the_joints_bear_by_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    bears, pushed, stepped = [12.0, 9.0, 4.0, 7.0], [], []
+    session = SimpleNamespace(
+        in_world=lambda cell: cell,
+        world=SimpleNamespace(
+            push=lambda cell, force_n: pushed.append((cell, force_n)), release=lambda: pushed.append((-1, 0.0))
+        ),
+        run=stepped.append,
+    )
+    monkeypatch.setattr(control_soak, "bearable_force", lambda _session, _cell: bears[len(pushed)])
+    control_soak.touch(session, 5, 8.0, 4 * control_soak.LOOK_S)  # type: ignore[arg-type]
+    assert pushed == [(5, 8.0), (5, 8.0), (5, 4.0), (5, 7.0), (-1, 0.0)]
+    assert sum(stepped) == pytest.approx(4 * control_soak.LOOK_S)
 
 
 def test_behaviours_bear_touches_through_the_whole_chain(seed: int) -> None:

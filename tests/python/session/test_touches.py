@@ -3,6 +3,7 @@
 is added to its own."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from robotskin.scripts import behaviour_script
 from robotskin.session import Session
 from robotskin.session.touches import (
     bearable_force,
+    is_reached,
     link_to_push,
     own_give,
     push_and_release,
@@ -80,3 +82,19 @@ def test_a_push_moves_a_hand_as_its_gains_say_though_it_sees_its_own_fingers_bef
         session.shut_down()
     assert aside_m > 0.05 * push.displacement_m, "nothing is seen before the push"
     assert push.displacement_m == pytest.approx(push.expected_m, rel=0.05)
+
+
+def test_a_cell_that_an_arm_covers_is_reached_once_the_arm_is_out_of_the_way() -> None:
+    talos, skin = robots.load("talos"), layout.finished("talos")
+    home = GainSet.load("talos").home
+    away = home.copy()
+    away[[talos.joint_index("arm_left_2_joint"), talos.joint_index("arm_right_2_joint")]] = 2.0, -2.0
+    chest = skin.cells_on("torso_2_link")
+
+    def reached(posture: np.ndarray) -> np.ndarray:
+        session = SimpleNamespace(robot=talos, layout=skin, joints=SimpleNamespace(position=posture))
+        return np.array([is_reached(session, int(cell)) for cell in chest])  # type: ignore[arg-type]
+
+    hanging, raised = reached(home), reached(away)
+    assert raised[hanging].all(), "what hanging arms leave free, raised ones do"
+    assert raised.sum() > hanging.sum(), "hanging arms cover the chest's sides"

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from robotskin.control import BEHAVIOURS
-from robotskin.session import SafetyState
-from robotskin.session.touches import bearable_force
+from robotskin.session import SafetyState, Session
+from robotskin.session.touches import bearable_force, is_reached
 from robotskin_lab.bench.control_chain import chain
 from robotskin_lab.bench.progress import tell
 
@@ -17,6 +17,16 @@ PAIRINGS = (("allegro_right_hand", "torque"), ("dual_arm", "velocity"), ("talos"
 """Robot and interface (V-A, V-B, V-D)."""
 FORCE_N = (1.0, 15.0)
 HELD_S, PAUSE_S = (0.3, 1.5), (0.1, 0.8)
+LOOK_S = 0.02
+"""How often the hand looks at what the joints bear: a lever grows as the robot gives way."""
+
+
+def touch(session: Session, cell: int, force_n: float, seconds: float) -> None:
+    """Push a cell for a time, to a fiftieth of a second, never harder than the joints bear, and let go."""
+    for _ in range(max(1, round(seconds / LOOK_S))):
+        session.world.push(session.in_world(cell), min(force_n, bearable_force(session, cell)))
+        session.run(LOOK_S)
+    session.world.release()
 
 
 def soak_figures(
@@ -25,12 +35,14 @@ def soak_figures(
     pairings: Iterable[tuple[str, str]] = PAIRINGS,
     behaviours: Iterable[str] = tuple(BEHAVIOURS),
 ) -> dict[str, float]:
-    """`soak_violations`: cycles in which a robot was beyond a limit; `soak_stops`: runs that the guard ended.
+    """`soak_violations`: cycles in which a robot was beyond a limit; `soak_stops`: runs that the guard ended;
+    `soak_covered`: cells that were drawn and not touched.
 
-    Each behaviour runs `seconds` simulated seconds on each pairing, touched by a hand with 1 to 15 N, but no harder
-    than its joints bear, at one cell after the other, with pauses.
+    Each behaviour runs `seconds` simulated seconds on each pairing, touched by a hand with 1 to 15 N at one cell after
+    the other, with pauses. The hand pushes no harder than the joints bear where the robot is by then, for motors that
+    are overrun hold no limit; and it pushes no cell that another part of the robot covers, where it has no room.
     """
-    violations = stops = interventions = touches = 0
+    violations = stops = interventions = touches = covered = 0
     simulated = 0.0
     for robot, interface in pairings:
         for index, behaviour in enumerate(behaviours):
@@ -41,9 +53,11 @@ def soak_figures(
             ends = begins + seconds
             while session.world.time_s < ends and session.state in (SafetyState.running, SafetyState.degraded):
                 cell = int(rng.integers(len(session.layout)))
-                session.world.push(cell, min(float(rng.uniform(*FORCE_N)), bearable_force(session, cell)))
-                session.run(float(rng.uniform(*HELD_S)))
-                session.world.release()
+                if not is_reached(session, cell):
+                    covered += 1
+                    session.run(PAUSE_S[0])
+                    continue
+                touch(session, cell, float(rng.uniform(*FORCE_N)), float(rng.uniform(*HELD_S)))
                 session.run(float(rng.uniform(*PAUSE_S)))
                 touches += 1
             report = session.controller.report
@@ -62,6 +76,7 @@ def soak_figures(
         "soak_stops": float(stops),
         "soak_interventions": float(interventions),
         "soak_touches": float(touches),
+        "soak_covered": float(covered),
         "soak_s": simulated,
         "soak_behaviour_s": seconds,
     }
