@@ -31,6 +31,10 @@ void CableLoads::weigh(const world::Network& network, const GroundTruth& ground)
       std::int64_t& of_root_ns = overloaded_root_ns_[network.cell(cell).route.wave.root];
       of_root_ns = std::max(of_root_ns, overloaded_cell_ns_[cell]);
     }
+  for (std::size_t root = 0; root < roots; ++root) {
+    std::int64_t& of_unit_ns = overloaded_unit_ns_[unit_of(root)];
+    of_unit_ns = std::max(of_unit_ns, overloaded_root_ns_[root]);
+  }
   for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
     if (attached(cell)) overloaded_cell_ns_[cell] = overloaded_root_ns_[network.cell(cell).route.wave.root];
 }

@@ -26,6 +26,7 @@ class CableLoads {
   CableLoads(std::size_t cells, std::uint32_t cells_carried, bool by_sent)
       : cells_carried_(cells_carried), by_sent_(by_sent), overloaded_cell_ns_(cells, never_ns) {
     overloaded_root_ns_.fill(never_ns);
+    overloaded_unit_ns_.fill(never_ns);
   }
 
   // A cell of that root has sent a sample of its own.
@@ -39,11 +40,19 @@ class CableLoads {
   std::int64_t overloaded_ns(std::size_t cell) const { return overloaded_cell_ns_[cell]; }
   // Nothing that was queued under overload is left where the cell's samples go.
   bool within(std::size_t cell, std::int64_t now_ns) const { return now_ns - overloaded_ns(cell) > drained_ns; }
+  // The same of all trees of the cell's section unit, which hands over a sum once as many cells are in it as the last
+  // time: of trees that lose cells to an overload and get them back, that number says nothing.
+  bool unit_within(std::uint8_t root, std::int64_t now_ns) const {
+    return now_ns - overloaded_unit_ns_[unit_of(root)] > drained_ns;
+  }
   // Samples so far that cells sent beyond what their cables carry.
   std::uint64_t excess() const { return excess_; }
 
  private:
   static constexpr std::int64_t never_ns = -10'000 * ms;
+  static constexpr std::size_t units = 16;
+
+  static std::size_t unit_of(std::size_t root) { return root / units; }  // as the firmware numbers them
 
   std::uint32_t cells_carried_;
   bool by_sent_;
@@ -51,6 +60,7 @@ class CableLoads {
   std::array<std::int32_t, roots> deepest_{};
   std::array<std::uint8_t, roots> overloaded_{};
   std::array<std::int64_t, roots> overloaded_root_ns_;
+  std::array<std::int64_t, units> overloaded_unit_ns_;
   std::vector<std::int64_t> overloaded_cell_ns_;
   std::uint64_t excess_ = 0;
 };

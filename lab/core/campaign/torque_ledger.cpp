@@ -152,7 +152,7 @@ void TorqueLedger::judge(const world::Network& network, const GroundTruth& groun
   for (std::size_t cell = 0; cell < cells_; ++cell) {
     if (recovery.has_path(cell)) losses_.due(network.cell(cell).route.hops);
     if (epoch.heard[cell] != 0 || !recovery.has_path(cell) || ground.booted_ns(cell) > rest_ns ||
-        !loads.within(cell, now_ns))
+        !loads.within(cell, now_ns) || !loads.unit_within(network.cell(cell).route.wave.root, now_ns))
       continue;
     ++missing;
     one = cell;
