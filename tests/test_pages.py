@@ -39,7 +39,7 @@ def run_program(page: str, folder: Path | None = None) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("page", ["docs/control.md", "docs/network.md"])
+@pytest.mark.parametrize("page", ["docs/control.md", "docs/network.md", "docs/robot_port.md"])
 def test_the_programs_of_a_page_run(page: str) -> None:
     run_program(page)
 

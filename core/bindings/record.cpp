@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstring>
+#include <utility>
 
 #include "bindings/bindings.hpp"
 #include "bindings/bytes.hpp"
@@ -43,15 +44,17 @@ struct Recorder final : loop::LoopWitness {
       control.felt(loop.skin(), fresh_ns, now_ns);
     else if (without_driver)
       control.nothing_felt(now_ns);
-    moved(now_ns, loop.joints(), loop.report().write == PortStatus::ok ? &loop.command() : nullptr);
+    const std::uint64_t before = std::exchange(clock_ticks, loop.fusion_counts().clock_ticks);
+    moved(now_ns, loop.joints(), loop.report().write == PortStatus::ok ? &loop.command() : nullptr,
+          clock_ticks != before);
   }
 
-  // What a robot told and, where something was, what was sent to it.
-  void moved(std::int64_t now_ns, const JointState& joints, const JointCommand* sent) noexcept {
+  // What a robot told and, where something was, what was sent to it, and whether a clock ended that tick.
+  void moved(std::int64_t now_ns, const JointState& joints, const JointCommand* sent, bool by_clock = false) noexcept {
     if (joints.stamp_ns != never_ns) control.joints(joints.stamp_ns, joints.position, joints.velocity, joints.effort);
     if (sent == nullptr) return;
     const std::optional<CommandMode> mode = sent->common_mode();
-    control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, sent->value);
+    control.command(now_ns, mode ? static_cast<std::uint64_t>(*mode) : record::modes_differ, sent->value, by_clock);
   }
 
   std::uint64_t dropped() const {
@@ -73,7 +76,8 @@ struct Recorder final : loop::LoopWitness {
   std::array<Memory, 2> memory;  // of both tapes; none once it is closed
   std::uint64_t dropped_before_closed = 0;
   bool without_driver = false;
-  std::int64_t fresh_ns = 0;  // of such a skin
+  std::int64_t fresh_ns = 0;      // of such a skin
+  std::uint64_t clock_ticks = 0;  // of the loop, as of the last tick
 };
 
 struct Reader {
@@ -130,6 +134,7 @@ another process. A full tape drops and counts, and goes on at the next keyframe.
             if (loop == nullptr) return;
             self.without_driver = host == nullptr;
             self.fresh_ns = loop->input().fresh_ns();
+            self.clock_ticks = loop->fusion_counts().clock_ticks;
             loop->set_witness(&self);
           },
           "driver"_a.none(), "reader"_a.none(), "loop"_a.none() = nb::none(), nb::keep_alive<2, 1>(),
@@ -258,6 +263,8 @@ the recording. Raises InputError for bytes that no recorder writes.)")
           },
           nb::sig("def command(self) -> numpy.ndarray"), "(n) last sent to the robot.")
       .def_prop_ro("command_mode", &Player::command_mode, "Number of its command mode.")
+      .def_prop_ro("command_by_clock", &Player::command_by_clock,
+                   "Whether a clock ended the fusion of its tick, so that nothing repeats it.")
       .def(
           "topology", [](Player& self) { return topology_dict(self.driver().topology(), self.driver().samples()); },
           nb::sig("def topology(self) -> dict[str, numpy.ndarray]"),

@@ -48,6 +48,7 @@ class SkinLoop {
 
   const LoopReport& report() const noexcept { return report_; }
   const robot::GuardReport& guard() const noexcept { return cycle_.report(); }
+  const robot::FusionCounts& fusion_counts() const noexcept { return cycle_.fusion_counts(); }
   const skin::SkinState& skin() const noexcept { return skin_; }
   const JointState& joints() const noexcept { return joints_; }
   const SensorReadings& sensors() const noexcept { return sensors_; }

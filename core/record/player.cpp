@@ -72,7 +72,8 @@ std::optional<EntryQueue::View> EntryQueue::front() const {
   const EntryHeader header = header_at(bytes_, at_);
   return View{static_cast<Entry>(header.kind),
               header.time_ns,
-              {bytes_.data() + at_ + sizeof header, std::size_t{header.bytes}}};
+              {bytes_.data() + at_ + sizeof header, std::size_t{header.bytes}},
+              header.flags};
 }
 
 void EntryQueue::pop() {
@@ -153,6 +154,7 @@ std::optional<std::int64_t> Player::advance(skin::SkinState& state) {
         if (entry->payload.size() < sizeof command_mode_) throw std::invalid_argument("recording: a command cut short");
         std::memcpy(&command_mode_, entry->payload.data(), sizeof command_mode_);
         take_doubles(entry->payload.subspan(sizeof command_mode_), command_);
+        command_by_clock_ = (entry->flags & ended_by_clock) != 0;
         break;
       case Entry::force_zero:
         break;

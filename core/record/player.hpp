@@ -28,6 +28,7 @@ class EntryQueue {
     Entry kind;
     std::int64_t time_ns;
     std::span<const std::uint8_t> payload;
+    std::uint16_t flags;
   };
 
   // Throws std::invalid_argument unless the block is whole entries with sizes and times that can be.
@@ -65,7 +66,8 @@ class Player {
   const std::vector<double>& joints() const { return joints_; }    // 3 n: position, velocity, effort; empty: none yet
   const std::vector<double>& command() const { return command_; }  // n, of the tick before this read; empty: none yet
   std::uint64_t command_mode() const { return command_mode_; }
-  std::uint64_t gaps() const { return gaps_; }  // entries that the recorder had to drop
+  bool command_by_clock() const { return command_by_clock_; }  // a clock ended the tick of that command
+  std::uint64_t gaps() const { return gaps_; }                 // entries that the recorder had to drop
 
  private:
   bool reach(std::uint64_t publication);
@@ -75,6 +77,7 @@ class Player {
   EntryQueue driver_entries_, control_entries_;
   std::vector<double> joints_, command_;
   std::uint64_t command_mode_ = 0, gaps_ = 0;
+  bool command_by_clock_ = false;
   bool driver_known_ = false;  // a keyframe has been taken in, and no gap has come since
   bool reader_known_ = false;
   std::vector<std::array<float, 3>> felt_force_;

@@ -78,10 +78,11 @@ void ControlTape::joints(std::int64_t stamp_ns, std::span<const double> position
   put(Entry::joints, stamp_ns, parts);
 }
 
-void ControlTape::command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values) noexcept {
+void ControlTape::command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values,
+                          bool by_clock) noexcept {
   const std::span<const std::uint8_t> parts[] = {{reinterpret_cast<const std::uint8_t*>(&mode), sizeof mode},
                                                  bytes_of(values)};
-  put(Entry::command, now_ns, parts);
+  put(Entry::command, now_ns, parts, by_clock ? ended_by_clock : 0);
 }
 
 }  // namespace robotskin::record

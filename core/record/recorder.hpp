@@ -68,8 +68,9 @@ class ControlTape final : public skin::ReadWitness {
   // (n) rad or m, rad/s or m/s, Nm or N, of the robot at `stamp_ns`.
   void joints(std::int64_t stamp_ns, std::span<const double> position, std::span<const double> velocity,
               std::span<const double> effort) noexcept;
-  // What was sent to the robot at `now_ns`: a command mode by its number, or `modes_differ`, and its n values.
-  void command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values) noexcept;
+  // What was sent to the robot at `now_ns`: a command mode by its number, or `modes_differ`, and its n values; whether
+  // a clock ended the fusion that it came from.
+  void command(std::int64_t now_ns, std::uint64_t mode, std::span<const double> values, bool by_clock) noexcept;
 
   Tape& tape() { return tape_; }
   const Tape& tape() const { return tape_; }
@@ -77,8 +78,9 @@ class ControlTape final : public skin::ReadWitness {
  private:
   Tape tape_;
   DriverTape& driver_;
-  void put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts) noexcept {
-    if (!tape_.put(kind, time_ns, parts)) driver_.ask_for_keyframe();
+  void put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts,
+           std::uint16_t flags = 0) noexcept {
+    if (!tape_.put(kind, time_ns, parts, flags)) driver_.ask_for_keyframe();
   }
 
   std::uint64_t keyframe_ = 0;  // publication of the driver's keyframe that the last reader keyframe follows

@@ -42,7 +42,8 @@ void Tape::copy(std::size_t at, const void* from, std::size_t bytes) noexcept {
   std::memcpy(bytes_, static_cast<const std::uint8_t*>(from) + head, bytes - head);
 }
 
-bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts) noexcept {
+bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts,
+               std::uint16_t flags) noexcept {
   std::size_t payload = 0;
   for (const auto& part : parts) payload += part.size();
   std::uint64_t& untold = head_->untold;
@@ -53,17 +54,17 @@ bool Tape::put(Entry kind, std::int64_t time_ns, std::span<const std::span<const
     head_->dropped.store(dropped() + 1, std::memory_order_relaxed);
     return false;
   }
-  const auto begin = [&](Entry which, std::size_t bytes) {
-    const EntryHeader header{static_cast<std::uint32_t>(bytes), static_cast<std::uint16_t>(which), 0, time_ns};
+  const auto begin = [&](Entry which, std::size_t bytes, std::uint16_t own) {
+    const EntryHeader header{static_cast<std::uint32_t>(bytes), static_cast<std::uint16_t>(which), own, time_ns};
     copy(last, &header, sizeof header);
     return last + sizeof header;
   };
   if (gap > 0) {
-    copy(begin(Entry::gap, sizeof untold), &untold, sizeof untold);
+    copy(begin(Entry::gap, sizeof untold, 0), &untold, sizeof untold);
     last += gap;
     untold = 0;
   }
-  std::size_t at = begin(kind, payload);
+  std::size_t at = begin(kind, payload, flags);
   for (const auto& part : parts) {
     copy(at, part.data(), part.size());
     at += part.size();

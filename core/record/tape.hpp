@@ -2,7 +2,7 @@
 // A bounded queue of entries of any length from one thread to some readers: none waits, locks or allocates for another.
 //
 // It lies in memory that another process may share: a reader may be there, and outlive the one that writes.
-// An entry is 16 bytes (little-endian: payload bytes u32, kind u16, reserved u16, time in ns i64) and its payload,
+// An entry is 16 bytes (little-endian: payload bytes u32, kind u16, flags u16, time in ns i64) and its payload,
 // padded to a multiple of 8. Blocks of whole entries are what a recording holds, unchanged. What finds no room is
 // dropped and counted, and the next entry that finds some is a `gap`, so that a reader knows where something is
 // missing.
@@ -42,10 +42,13 @@ enum class Entry : std::uint16_t {
 struct EntryHeader {
   std::uint32_t bytes;  // of the payload, without padding
   std::uint16_t kind;
-  std::uint16_t reserved;
+  std::uint16_t flags;  // of a command: `ended_by_clock`
   std::int64_t time_ns;
 };
 static_assert(sizeof(EntryHeader) == 16);
+
+// A flag of a command: a clock ended the fusion of its tick, so that nothing repeats it.
+inline constexpr std::uint16_t ended_by_clock = 1;
 
 constexpr std::size_t entry_bytes(std::size_t payload) {
   return sizeof(EntryHeader) + (payload + 7) / 8 * 8;
@@ -63,7 +66,8 @@ class Tape {
   // ---- The thread that writes ----
 
   // Copies an entry of several parts; false and counted where there is no room.
-  bool put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts) noexcept;
+  bool put(Entry kind, std::int64_t time_ns, std::span<const std::span<const std::uint8_t>> parts,
+           std::uint16_t flags = 0) noexcept;
   bool put(Entry kind, std::int64_t time_ns, std::span<const std::uint8_t> payload) noexcept {
     return put(kind, time_ns, std::span(&payload, 1));
   }

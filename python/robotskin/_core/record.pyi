@@ -205,6 +205,12 @@ class Player:
     def command_mode(self) -> int:
         """Number of its command mode."""
 
+    @property
+    def command_by_clock(self) -> bool:
+        """
+        Whether a clock ended the fusion of its tick, so that nothing repeats it.
+        """
+
     def topology(self) -> dict[str, numpy.ndarray]:
         """
         Neighbours as the cells reported them up to the last read, as `Driver.topology`.

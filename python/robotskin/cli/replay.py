@@ -149,6 +149,7 @@ def command(
 
 def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, console: Console) -> None:
     """Print what a behaviour would have commanded beside what was commanded."""
+    import numpy as np
     from rich.table import Table
 
     from robotskin.record.open_loop import MODES, UNITS, open_loop
@@ -157,13 +158,23 @@ def compare(recording: Recording, behaviour: str, start_s: float, end_s: float, 
         found = open_loop(
             recording, behaviour, start_s, end_s, progress=lambda done: tell("tasks", done / recording.seconds)
         )
+    by_clock, compared = np.count_nonzero(found.ended_by_clock), np.count_nonzero(found.compared)
+    if by_clock:
+        console.print(
+            f"{by_clock} of {len(found.recorded)} ticks of the recording were ended by the clock; their commands "
+            "cannot be compared",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if not compared:
+        return
     table = Table(f"joint ({found.mode.name})", "recorded commands vary by", f"{behaviour} differs by")
     for name, moved, difference in zip(found.joint_names, found.moved, found.difference, strict=True):
         table.add_row(name, f"{moved:.4f}", f"{difference:.4f}")
     console.print(table)
     console.print(
-        f"{UNITS[MODES.index(found.mode)]}, root mean square of {len(found.recorded)} ticks; {found.speed:.1f} x real "
-        f"time. Goal and fusion began at {found.begun_s:.1f} s. The joints are where they were, whatever is commanded.",
+        f"{UNITS[MODES.index(found.mode)]}, root mean square of {compared} ticks; {found.speed:.1f} x real time. "
+        f"Goal and fusion began at {found.begun_s:.1f} s. The joints are where they were, whatever is commanded.",
         highlight=False,
         soft_wrap=True,
     )

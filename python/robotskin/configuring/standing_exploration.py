@@ -15,7 +15,8 @@ from robotskin.control import Controller
 from robotskin.cycle import SafetyState
 from robotskin.layout import Layout
 from robotskin.loop import SkinLoop
-from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
+from robotskin.model import CommandMode, JointCommand, PortStatus, RobotPort
+from robotskin.ports import WrappedPort
 from robotskin.robots import Robot
 from robotskin.robots.free_space import FreeSpace
 from robotskin.robots.gains import gains_of
@@ -85,20 +86,13 @@ def hold_others(space: FreeSpace, home: Array, joints: list[int]) -> FreeSpace:
     return space
 
 
-class _Legs(RobotPort):
+class _Legs(WrappedPort):
     """The robot's port as balance sees it: it measures, and what it is told waits for what the other joints do."""
 
     def __init__(self, port: RobotPort) -> None:
-        super().__init__(port.joint_count, [CommandMode.position], port.sensors)
-        self._port = port
+        super().__init__(port)
         self.told: Array | None = None
         """(n) rad or m of the last tick that told any; None before."""
-
-    def read(self, state: JointState) -> PortStatus:
-        return self._port.read(state)
-
-    def read_sensors(self, readings: SensorReadings) -> PortStatus:
-        return self._port.read_sensors(readings)
 
     def write(self, command: JointCommand) -> PortStatus:
         self.told = np.array(command.value)

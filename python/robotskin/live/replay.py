@@ -198,12 +198,17 @@ class Replay(OwnThread):
         self._compare(frame)
 
     def _compare(self, frame: Frame) -> None:
-        """Step the behaviour; what was sent in a tick is known at the next one."""
+        """Step the behaviour; what was sent in a tick is known at the next one.
+
+        A tick that a clock ended is passed over: nothing repeats it.
+        """
         if self._steps is None or not self._steps.fits(frame):
             return
-        if self._commanded is not None and (mode := self._steps.mode) is not None and mode == frame.command_mode:
+        mode = self._steps.mode
+        commanded = None if frame.command_by_clock else self._commanded
+        if commanded is not None and mode is not None and mode == frame.command_mode:
             unit = UNITS[mode] if mode < len(UNITS) else "each joint in its own unit"
-            self._compared = Compared(self._steps.name, self._since_s, unit, self._commanded, np.array(frame.command))
+            self._compared = Compared(self._steps.name, self._since_s, unit, commanded, np.array(frame.command))
         before_ns = self._steps.begun_ns
         self._commanded = self._steps.step(frame)
         if before_ns and self._steps.begun_ns != before_ns:

@@ -145,6 +145,7 @@ COMMANDS = Message(
         Field("time_ns", "sfixed64", "(T) host clock of the tick"),
         Field("mode", "fixed32", "(T) 0 position, 1 velocity, 2 torque, 3 joints have their own"),
         Field("value", "double", "(T, n) rad, rad/s or Nm; m, m/s or N for prismatic joints"),
+        Field("ended_by_clock", "fixed32", "(T) 1: a clock ended the fusion of that tick, which nothing repeats"),
     ),
 )
 OPERATOR = Message("Operator", "what the operator did, in words", (Field("text", "bytes", "UTF-8"),))

@@ -38,13 +38,22 @@ class OpenLoop:
     """(T, n) by this controller; rad, rad/s or Nm, for prismatic joints m, m/s or N."""
     recorded: NDArray[np.float64]
     """(T, n) what was sent to the robot in the same tick."""
+    ended_by_clock: NDArray[np.bool_]
+    """(T) whether a clock ended the fusion of what was sent in that tick: such ticks are not compared."""
     begun_s: float = 0.0
     """When goal and fusion began, since the recording's beginning: with the first zero of the forces."""
 
     @property
+    def compared(self) -> NDArray[np.bool_]:
+        """(T) ticks that are."""
+        return ~self.ended_by_clock
+
+    @property
     def difference(self) -> NDArray[np.float64]:
-        """(n) root mean square of the difference of each joint."""
-        return np.sqrt(((self.commanded - self.recorded) ** 2).mean(axis=0))
+        """(n) root mean square of the difference of each joint, over the ticks compared; NaN: none is."""
+        if not self.compared.any():
+            return np.full(len(self.joint_names), np.nan)
+        return np.sqrt(((self.commanded - self.recorded)[self.compared] ** 2).mean(axis=0))
 
     @property
     def moved(self) -> NDArray[np.float64]:
@@ -144,6 +153,7 @@ def open_loop(
     begin_ns = recording.start_ns + int(start_s * 1e9)
     commanded: list[NDArray] = []
     recorded: list[NDArray] = []
+    by_clock: list[bool] = []
     mode: int | None = None
     first_ns = begun_ns = last_ns = 0
     counted = 0
@@ -154,6 +164,7 @@ def open_loop(
         # What was sent in a tick is known at the next one.
         if commanded:
             recorded.append(np.array(frame.command))
+            by_clock.append(frame.command_by_clock)
         command = steps.step(frame)
         begun_ns, last_ns = begun_ns or frame.time_ns, frame.time_ns
         if frame.time_ns >= begin_ns:
@@ -172,5 +183,6 @@ def open_loop(
     speed = (last_ns - begun_ns) / 1e9 / max(time.monotonic() - began, 1e-9)
     return OpenLoop(
         tuple(steps.robot.joint_names), MODES[mode], (last_ns - first_ns) / 1e9, speed,
-        np.array(commanded[: len(recorded)]), np.array(recorded), (steps.begun_ns - recording.start_ns) / 1e9,
+        np.array(commanded[: len(recorded)]), np.array(recorded), np.array(by_clock),
+        (steps.begun_ns - recording.start_ns) / 1e9,
     )  # fmt: skip

@@ -211,9 +211,9 @@ class Recorder:
         try:
             while True:
                 control = tapes.drain_control()
-                for kind, _, payload in entries(control):
-                    if kind == Entry.force_zero.value:
-                        tapes.set_zero(payload)
+                for entry in entries(control):
+                    if entry.kind == Entry.force_zero.value:
+                        tapes.set_zero(entry.payload)
                 driver, samples = tapes.drain_driver()
                 if not driver and not control:
                     break

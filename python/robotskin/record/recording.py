@@ -69,6 +69,8 @@ class Frame:
     """Entries that the recorder had dropped so far."""
     measured_force: NDArray[np.float32]
     """(N, 3) newton before any zero is taken."""
+    command_by_clock: bool = False
+    """Whether a clock ended the fusion of the tick that `command` is of, so that nothing repeats it."""
 
     @property
     def zeroed(self) -> bool:
@@ -189,8 +191,10 @@ class Recording:
                     last_ns = time_ns
                     if time_ns >= begin_ns:
                         position, velocity, effort = player.joints
-                        mode, gaps, force = player.command_mode, player.gaps, player.measured_force
-                        yield Frame(time_ns, state, position, velocity, effort, player.command, mode, gaps, force)
+                        yield Frame(
+                            time_ns, state, position, velocity, effort, player.command, player.command_mode,
+                            player.gaps, player.measured_force, player.command_by_clock,
+                        )  # fmt: skip
             behind_s = (self.end_ns - last_ns) / 1e9
             self.unplayed_s = behind_s if last_ns and behind_s > LAST_READ_S else 0.0
         except RecordingFileError:

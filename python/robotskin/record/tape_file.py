@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from robotskin.record.entries import entries, first_time_ns
+from robotskin.record.entries import ENDED_BY_CLOCK, TapeEntry, entries, first_time_ns
 from robotskin.record.felt import FeltSamples
 from robotskin.record.message_file import MessageFile
 from robotskin.record.tape import Entry, TapeReader
@@ -39,27 +39,31 @@ class TapeFile:
         self._file.log("/operator", {"text": text.encode()}, self._file.newest_ns)
 
     def _write_control(self, block: bytes) -> None:
-        joints: list[tuple[int, bytes]] = []
-        commands: list[tuple[int, bytes]] = []
-        for kind, time_ns, payload in entries(block):
-            if kind == Entry.joints.value:
-                joints.append((time_ns, payload))
-            elif kind == Entry.command.value:
-                commands.append((time_ns, payload))
-            elif kind == Entry.force_zero.value:
-                self._tapes.set_zero(payload)
-            elif kind == Entry.felt.value:
-                self._write_felt(payload, time_ns)
+        joints: list[TapeEntry] = []
+        commands: list[TapeEntry] = []
+        for entry in entries(block):
+            if entry.kind == Entry.joints.value:
+                joints.append(entry)
+            elif entry.kind == Entry.command.value:
+                commands.append(entry)
+            elif entry.kind == Entry.force_zero.value:
+                self._tapes.set_zero(entry.payload)
+            elif entry.kind == Entry.felt.value:
+                self._write_felt(entry.payload, entry.time_ns)
         self._file.log("/control/tape", {"entries": block}, first_time_ns(block))
         if joints:
-            times = np.array([time_ns for time_ns, _ in joints])
-            rows = np.frombuffer(b"".join(payload for _, payload in joints)).reshape(len(joints), 3, -1)
+            times = np.array([one.time_ns for one in joints])
+            rows = np.frombuffer(b"".join(one.payload for one in joints)).reshape(len(joints), 3, -1)
             values = {"stamp_ns": times, "position": rows[:, 0], "velocity": rows[:, 1], "effort": rows[:, 2]}
             self._file.log("/robot/joints", values, int(times[-1]))  # so that the file ends where they do
         if commands:
-            times = np.array([time_ns for time_ns, _ in commands])
-            sent = np.frombuffer(b"".join(payload for _, payload in commands), np.uint64).reshape(len(commands), -1)
-            values = {"time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64)}
+            times = np.array([one.time_ns for one in commands])
+            sent = np.frombuffer(b"".join(one.payload for one in commands), np.uint64).reshape(len(commands), -1)
+            by_clock = np.array([one.flags & ENDED_BY_CLOCK for one in commands])
+            values = {
+                "time_ns": times, "mode": sent[:, 0], "value": sent[:, 1:].copy().view(np.float64),
+                "ended_by_clock": by_clock,
+            }  # fmt: skip
             self._file.log("/robot/commands", values, int(times[-1]))
 
     def _write_felt(self, payload: bytes, time_ns: int) -> None:

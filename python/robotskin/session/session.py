@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -19,7 +20,7 @@ from robotskin.firmware import CellMode
 from robotskin.keys import SkinKeys
 from robotskin.layout import Layout
 from robotskin.layout.cell_network import CellNetwork
-from robotskin.model import CommandMode
+from robotskin.model import CommandMode, RobotPort
 from robotskin.robots import Robot
 from robotskin.robots.cell_torques import CellTorques
 from robotskin.robots.chains import ChainError
@@ -68,6 +69,8 @@ class Session(SkinnedRobot):
         body_limits: limits of contact, at which the guard stops the robot.
         fault_file: where the last second before a fault is written (CSV); None: nowhere.
         scene: the things around the robot (`robotskin.world.load_scene`); by default none.
+        port: makes what the controller takes for the robot's port, of that of the simulated robot; for a fault to be
+            tried, a class that derives from `robotskin.ports.WrappedPort`. By default it stays as it is.
         threads: that run the groups of section units of the simulated skin (`World`); more help where cores are free.
 
     Raises:
@@ -97,6 +100,7 @@ class Session(SkinnedRobot):
         body_limits: BodyLimits | None = None,
         fault_file: str | Path | None = None,
         scene: SceneSpec | None = None,
+        port: Callable[[RobotPort], RobotPort] | None = None,
         threads: int = 1,
     ) -> None:
         require_robot_and_layout(robot, layout)
@@ -144,7 +148,7 @@ class Session(SkinnedRobot):
         super().__init__(
             robot,
             estimated_layout,
-            self.world.port,
+            self.world.port if port is None else port(self.world.port),
             self.input,
             behaviour,
             interface=interface,

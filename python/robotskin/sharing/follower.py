@@ -162,5 +162,5 @@ class Follower:
         position, velocity, effort = player.joints
         return Frame(
             time_ns, self._state, position, velocity, effort, player.command, player.command_mode, player.gaps,
-            player.measured_force,
+            player.measured_force, player.command_by_clock,
         )  # fmt: skip

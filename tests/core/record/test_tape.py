@@ -34,7 +34,7 @@ class Tapes:
 
 
 def stamps(reader: TapeReader) -> list[int]:
-    return [time_ns for kind, time_ns, _ in entries(reader.drain_control()) if kind == Entry.joints.value]
+    return [one.time_ns for one in entries(reader.drain_control()) if one.kind == Entry.joints.value]
 
 
 def test_each_reader_finds_every_entry(seed: int) -> None:

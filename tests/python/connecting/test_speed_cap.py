@@ -10,7 +10,8 @@ from robotskin.connecting.speed_cap import RISE_PER_S, UNTRUSTED_SPEED, SpeedCap
 from robotskin.cycle import SafetyState
 from robotskin.layout import finished
 from robotskin.loop import SkinLoop
-from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort
+from robotskin.model import CommandMode, JointCommand, PortStatus, RobotPort
+from robotskin.ports import WrappedPort
 from robotskin.robots import load
 from robotskin.session import Session
 from robotskin_lab.bench.connect_rig import patch_of
@@ -18,15 +19,12 @@ from robotskin_lab.bench.connect_rig import patch_of
 LOOKAHEAD_S, CYCLE_S, SLICE_S = 0.03, 0.001, 0.02
 
 
-class SlowedPort(RobotPort):
+class SlowedPort(WrappedPort):
     """Positions are followed over a look-ahead, by the slider's share of their speed, as a UR's servoj does."""
 
     def __init__(self, inner: RobotPort, position) -> None:
-        super().__init__(inner.joint_count, list(CommandMode))
-        self.inner, self.slider, self.target = inner, 1.0, np.array(position)
-
-    def read(self, state: JointState) -> PortStatus:
-        return self.inner.read(state)
+        super().__init__(inner)
+        self.slider, self.target = 1.0, np.array(position)
 
     def write(self, command: JointCommand) -> PortStatus:
         assert command.mode is CommandMode.position
@@ -34,10 +32,7 @@ class SlowedPort(RobotPort):
         share = self.slider * (1 - math.exp(-CYCLE_S / LOOKAHEAD_S))
         self.target = self.target + (np.array(command.value) - self.target) * share
         told.value = self.target
-        return self.inner.write(told)
-
-    def stop(self) -> None:
-        self.inner.stop()
+        return super().write(told)
 
 
 def test_a_slider_that_rises_in_a_push_lets_no_joint_leap(seed: int) -> None:

@@ -29,7 +29,7 @@ class Failing(ServedPage):
 
 @pytest.mark.timeout(300)
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_page_whose_drawing_fails_says_so_to_those_who_look_and_to_those_who_come(
+def test_a_page_whose_drawing_fails_says_so_to_pages_that_are_open_and_to_later_ones(
     browser: "sync_api.Browser",
 ) -> None:
     with Failing() as failing:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
+from robotskin.model import PortStatus, RobotPort, SensorReadings
+from robotskin.ports import WrappedPort
 from robotskin_lab.bench.balance_rig import CHEST, ROBOT, Law, StandingRig, drawn_cells, ramp
 from robotskin_lab.bench.balance_search import Outcome, largest_stood
 from robotskin_lab.bench.progress import tell
@@ -19,33 +20,20 @@ STALL_S = 0.020
 RESTS_S = 0.5
 
 
-class FaultyPort(RobotPort):
+class FaultyPort(WrappedPort):
     """A port some of whose sensors may fail while the robot stands."""
 
     def __init__(self, port: RobotPort) -> None:
-        super().__init__(port.joint_count, [CommandMode.position], port.sensors)
-        self.port = port
+        super().__init__(port)
         self.lost_force: int | None = None
         """The foot whose force is not heard any more."""
         self.stuck_imu = False
         """The inertial unit says what it said last, with new stamps."""
         self._fresh = SensorReadings(port.sensors)
 
-    def read(self, state: JointState) -> PortStatus:
-        """The joints, which do not fail."""
-        return self.port.read(state)
-
-    def write(self, command: JointCommand) -> PortStatus:
-        """To the robot."""
-        return self.port.write(command)
-
-    def stop(self) -> None:
-        """The robot."""
-        self.port.stop()
-
     def read_sensors(self, readings: SensorReadings) -> PortStatus:
         """What has not failed."""
-        status = self.port.read_sensors(self._fresh)
+        status = super().read_sensors(self._fresh)
         for index, (mine, new) in enumerate(zip(readings.forces, self._fresh.forces, strict=True)):
             if index != self.lost_force:
                 mine.force, mine.moment, mine.stamp_ns = new.force, new.moment, new.stamp_ns

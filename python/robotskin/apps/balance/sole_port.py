@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from robotskin.apps.balance.foot_tilts import FootTilts
 from robotskin.apps.balance.insole import FOAM_LAG_S, FOAM_N_PER_M, FOAM_TIME_S, Insole, seven_cells, tiled
 from robotskin.apps.balance.standing_soles import SoleFoam, StandingSoles
-from robotskin.model import CommandMode, JointCommand, JointState, PortStatus, RobotPort, SensorReadings
+from robotskin.model import JointState, PortStatus, RobotPort, SensorReadings
+from robotskin.ports import WrappedPort
 from robotskin.robots import Robot
 from robotskin.robots.standing import Foot
 from robotskin.world import World
@@ -34,7 +35,7 @@ class Side:
     stamp_ns: int = -1
 
 
-class SolePort(RobotPort):
+class SolePort(WrappedPort):
     """A robot's port whose forces at the feet are what the cells of the soles tell; the rest is the port's own.
 
     Args:
@@ -45,10 +46,10 @@ class SolePort(RobotPort):
     """
 
     def __init__(self, world: World, robot: Robot, port: RobotPort, cells: int, seed: int) -> None:
-        super().__init__(port.joint_count, [CommandMode.position], port.sensors)
+        super().__init__(port)
         standing = robot.standing
         assert standing is not None
-        self.world, self._port = world, port
+        self.world = world
         model = world.scene.model
         self._body_of_geom = np.asarray(model.geom_bodyid)
         place = seven_cells if cells == 7 else tiled
@@ -75,21 +76,13 @@ class SolePort(RobotPort):
 
     def read(self, state: JointState) -> PortStatus:
         """As the port says."""
-        status = self._port.read(state)
+        status = super().read(state)
         self._joints[:] = state.position
         return status
 
-    def write(self, command: JointCommand) -> PortStatus:
-        """To the port."""
-        return self._port.write(command)
-
-    def stop(self) -> None:
-        """Of the port."""
-        self._port.stop()
-
     def read_sensors(self, readings: SensorReadings) -> PortStatus:
         """The port's inertial unit, and forces along z alone at the place where the cells feel them."""
-        status = self._port.read_sensors(self._fresh)
+        status = super().read_sensors(self._fresh)
         for mine, new in zip(readings.imus, self._fresh.imus, strict=True):
             mine.acceleration, mine.angular_velocity = new.acceleration, new.angular_velocity
             mine.up_from_sensor, mine.stamp_ns = new.up_from_sensor, new.stamp_ns

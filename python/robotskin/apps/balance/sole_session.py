@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from robotskin.apps.balance.sole_port import SolePort
 from robotskin.layout import Layout
-from robotskin.loop import SkinLoop
 from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.session import Session
@@ -20,7 +19,10 @@ class SoleSession(Session):
     def __init__(
         self, robot: Robot, layout: Layout, cells: int, *, seed: int = 1, gains: GainSet | None = None
     ) -> None:
-        super().__init__(robot, layout, seed=seed, gains=gains)
-        self.port = SolePort(self.world, robot, self.world.port, cells, seed)
-        self.loop = SkinLoop(self.port, self.input, self.controller.cycle)
-        self.set_interface(self.interface)
+        super().__init__(
+            robot,
+            layout,
+            seed=seed,
+            gains=gains,
+            port=lambda inner: SolePort(self.world, robot, inner, cells, seed),
+        )
