@@ -19,7 +19,7 @@ void CableLoads::weigh(const world::Network& network, const GroundTruth& ground)
     deepest_[route.wave.root] = std::max<std::int32_t>(deepest_[route.wave.root], route.hops);
   }
   for (std::size_t root = 0; root < roots; ++root) {
-    const bool sent_more = by_sent_ && sent_[root] > cells_carried_;
+    const bool sent_more = by_sent_ && sent_[root] > cells_carried_ * bursts_carried;
     overloaded_[root] = cells_[root] > cells_carried_ || sent_more;
     if (overloaded_[root] != 0) overloaded_root_ns_[root] = now_ns;
     if (sent_[root] > cells_carried_) excess_ += sent_[root] - cells_carried_;

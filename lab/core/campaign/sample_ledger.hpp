@@ -91,12 +91,15 @@ class SampleLedger : public world::SampleSource {
     std::int32_t victim = -1;  // the cell that fails
     std::int64_t time_ns = 0;
     std::vector<std::uint8_t> spared;  // cells that run and can be reached all the time
+    std::int64_t repair_max_ns = 0;    // longer, copies may be too old before they are through
   };
 
   bool must_arrive(const GroundTruth& ground, const RecoveryChecker& recovery, std::size_t cell,
                    const Entry& entry) const;
   bool must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const;
   void count_crowded_out(std::int64_t now_ns, std::size_t cell);
+  void count_taken(std::int64_t now_ns);
+  std::int64_t kept_copies(std::int64_t now_ns) const;
   bool touched(std::size_t cell, std::int64_t time_ns) const;
   void record(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
               const rs_clock& frame);
@@ -109,6 +112,10 @@ class SampleLedger : public world::SampleSource {
   LineLosses losses_;
   Failure failure_;
   void excuse(const world::Network& network, const GroundTruth& ground, std::size_t cell);
+  struct TakenIn {
+    std::int64_t ms = -1, samples = 0;
+  };
+  std::array<TakenIn, 16> taken_in_;  // by millisecond
   std::uint64_t taken_ = 0, delivered_ = 0, repeated_ = 0, excused_ = 0;
   std::uint64_t crowded_out_ = 0, crowded_out_most_ = 0, sent_overloaded_ = 0, lost_overloaded_ = 0;
 };
