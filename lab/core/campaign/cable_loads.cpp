@@ -5,7 +5,8 @@
 
 namespace robotskin::campaign {
 
-void CableLoads::weigh(const world::Network& network, const GroundTruth& ground) {
+void CableLoads::weigh(const world::Network& network, const GroundTruth& ground,
+                       std::span<const std::uint32_t> late_sums) {
   const std::int64_t now_ns = network.time_ns();
   cells_.fill(0);
   deepest_.fill(0);
@@ -20,7 +21,7 @@ void CableLoads::weigh(const world::Network& network, const GroundTruth& ground)
   }
   for (std::size_t root = 0; root < roots; ++root) {
     const bool sent_more = by_sent_ && sent_[root] > cells_carried_ * bursts_carried;
-    overloaded_[root] = cells_[root] > cells_carried_ || sent_more;
+    overloaded_[root] = cells_[root] + late_sums[root] > cells_carried_ || sent_more;
     if (overloaded_[root] != 0) overloaded_root_ns_[root] = now_ns;
     if (sent_[root] > cells_carried_) excess_ += sent_[root] - cells_carried_;
     sent_[root] = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The true loads of the cables, by paths and by what cells send, and which cells an overload concerns.
 //
-// A tree is overloaded while more cells hang on its cable than that carries, or while its cells send more events than
-// that. An overload excuses the cells of its own tree alone, and those that were in it until lately.
+// A tree is overloaded while more cells hang on its cable than that carries, torque sums that come late and one by one
+// counted like samples, or while its cells send more events than that. An overload excuses the cells of its own tree
+// alone, and those that were in it until lately.
 #pragma once
 
 #include <array>
@@ -31,7 +32,8 @@ class CableLoads {
 
   // A cell of that root has sent a sample of its own.
   void sent(std::uint8_t root) { ++sent_[root]; }
-  void weigh(const world::Network& network, const GroundTruth& ground);
+  // `late_sums`: by root, torque sums of the last epoch that came one by one, beyond what all trees send.
+  void weigh(const world::Network& network, const GroundTruth& ground, std::span<const std::uint32_t> late_sums);
 
   std::span<const std::uint32_t> cells() const { return cells_; }           // by root
   std::span<const std::int32_t> deepest() const { return deepest_; }        // hops, by root

@@ -104,9 +104,9 @@ void Checkers::fault_applied(const Network&, const world::Fault& fault, int phas
 
 void Checkers::weigh() {
   std::array<std::uint32_t, CableLoads::roots> late_sums{};
-  loads_.weigh(*network_, *ground_);
   queues_.end_epoch();
   for (std::size_t root = 0; root < late_sums.size(); ++root) late_sums[root] = queues_.late_sums(root, port_load_);
+  loads_.weigh(*network_, *ground_, late_sums);
   overruns_.weigh(network_->time_ns(), loads_, late_sums);
   const std::int64_t now_ns = network_->time_ns();
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
