@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the network: breadth-first trees, unique names, true neighbour lists, never a loop, quick repair."""
 
+from collections.abc import Callable
+
 import pytest
 from small_world import SmallWorld, random_skin
 
@@ -316,6 +318,49 @@ def test_where_every_line_spoils_frames_no_cell_changes_its_parent() -> None:
     assert cell.parent_port == 1
     assert cell.counts["parent_changes"] == changes
     assert cell.counts["orphanings"] == 0
+
+
+def run_above_a_child(cell: firmware.Cell, now: int, first: int, ticks: int, child_says: Callable[[int], int]) -> int:
+    """Ticks of the parent at port 1 each millisecond, 0.3 ms later one of a child at port 2, with the wave it says."""
+    told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
+    for sequence in range(first, first + ticks):
+        for port, wait in ((1, 700), (2, 300)):
+            now += wait
+            for out in range(1, 5):
+                cell.sent(out, now)
+            cell.timer(now)
+            said = sequence if port == 1 else child_says(sequence)
+            fields = {"sender": 4 + port, "sender_port": port, "hops": 2 + 2 * port, "parent": port == 2}
+            cell.frame(port, firmware.pack("tick", {**told, **fields, "sequence": said}), now)
+    return now
+
+
+def cell_above_a_child(size: int) -> tuple[firmware.Cell, int]:
+    cell = firmware.Cell()
+    cell.boot(7, 1, 3_000_000)
+    now = run_on_ticks(cell, 3_000_000, 88, 12, hops=4, root=0x11)
+    now = run_above_a_child(cell, now, 100, 12, lambda sequence: sequence)
+    cell.frame(2, firmware.pack("status", {"sender": 6, "size": size, "height": 3}), now)
+    assert cell.subtree_size == 1 + size
+    return cell, now
+
+
+def test_a_child_that_is_heard_late_counts_as_long_as_it_goes_on() -> None:
+    """In a crowded cell its ticks wait behind many samples, which those of the parent do not."""
+    cell, now = cell_above_a_child(20)
+    for tick in range(60):
+        behind = min(tick // 2, 7)
+        now = run_above_a_child(cell, now, cell.sequence + 1, 1, lambda sequence, behind=behind: sequence - behind)
+        assert cell.subtree_size == 21, behind
+
+
+def test_a_child_that_stands_still_soon_counts_no_more() -> None:
+    cell, now = cell_above_a_child(20)
+    last = cell.sequence
+    now = run_above_a_child(cell, now, last + 1, 3, lambda _: last)
+    assert cell.subtree_size == 21
+    run_above_a_child(cell, now, last + 4, 6, lambda _: last)
+    assert cell.subtree_size == 1
 
 
 @pytest.mark.parametrize("key", [None, bytes(range(16))])

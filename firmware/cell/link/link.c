@@ -33,6 +33,9 @@ bool rs_link_lagging(const rs_route* route, const rs_neighbour* neighbour, uint3
   const uint32_t behind = rs_ticks_between(rs_wave_time(&neighbour->wave), rs_wave_time(&route->wave));
   /* However long a stuck child has said the same, what it says does not become new by that. */
   if (neighbour->stale) return neighbour->child && behind != 0U;
+  /* What goes on taking over ticks only waits long to be heard: in a crowded cell ticks of children come through much
+   * later than those of the parent, which stand behind no samples. */
+  if (now_us - neighbour->turned_us <= RS_STALE_TICKS * RS_TICK_US) return false;
   return neighbour->child && behind > RS_STALE_TICKS && behind < RS_TICK_TIME_HALF;
 }
 

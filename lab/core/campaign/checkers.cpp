@@ -132,7 +132,7 @@ void Checkers::poll() {
 }
 
 void Checkers::finish() {
-  recovery_->finish(overruns_);
+  recovery_->finish();
   balance_.finish(network_->time_ns());
   ledger_.finish(*network_, loads_);
   torques_.finish(network_->time_ns());

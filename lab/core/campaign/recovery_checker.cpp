@@ -30,8 +30,8 @@ RecoveryChecker::RecoveryChecker(const world::Network& network, GroundTruth& gro
       clean_lines_(clean_lines),
       path_(network.cell_count()),
       at_port_(network.cell_count()),
-      tree_(RS_SECTION_UNIT_PORTS_MAX * network.unit_count()),
-      sizes_right_ns_(tree_.size(), -1),
+      trees_(RS_SECTION_UNIT_PORTS_MAX * network.unit_count()),
+      sizes_(network, breaks, clean_lines),
       path_since_ns_(network.cell_count(), never),
       nearer_since_ns_(network.cell_count(), never),
       affected_until_ns_(network.cell_count()),
@@ -210,7 +210,7 @@ void RecoveryChecker::poll() {
       check_nearest();
     else
       std::ranges::fill(nearer_since_ns_, never);
-    check_sizes();
+    sizes_.weigh(count_trees());
   }
 }
 
@@ -274,44 +274,20 @@ unsigned RecoveryChecker::nearer_port(std::size_t cell) const {
   return 0;
 }
 
-// Cells by the port of a section unit that their way leads to.
-void RecoveryChecker::count_trees() {
-  std::ranges::fill(tree_, 0);
-  for (std::size_t cell = 0; cell < path_.size(); ++cell)
-    if (ground_.runs(cell) && path_[cell] == Path::whole) ++tree_[at_port_[cell]];
+// By the port of a section unit that the ways of its cells lead to.
+const std::vector<TreeSizeChecker::Tree>& RecoveryChecker::count_trees() {
+  std::ranges::fill(trees_, TreeSizeChecker::Tree{});
+  for (std::size_t cell = 0; cell < path_.size(); ++cell) {
+    if (!ground_.runs(cell) || path_[cell] != Path::whole) continue;
+    TreeSizeChecker::Tree& tree = trees_[at_port_[cell]];
+    ++tree.cells;
+    tree.deepest = std::max(tree.deepest, static_cast<std::int32_t>(routes_.hops(cell)));
+  }
+  return trees_;
 }
 
-void RecoveryChecker::check_sizes() {
-  count_trees();
-  for (std::size_t u = 0; u < network_.unit_count(); ++u)
-    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p) {
-      const std::size_t tree = u * RS_SECTION_UNIT_PORTS_MAX + p;
-      if (told_size(u, p) == tree_[tree]) sizes_right_ns_[tree] = network_.time_ns();
-    }
-}
-
-// What a section unit says of the tree at its port; 0: there is none.
-std::uint32_t RecoveryChecker::told_size(std::size_t unit, unsigned port) const {
-  const auto& at = network_.unit(unit).port[port];
-  return network_.unit_runs(unit) && at.root ? at.size : 0;
-}
-
-void RecoveryChecker::finish(const Overruns& overruns) {
-  // Sizes travel up for a while after each move; in a quiet network they have been right lately.
-  const std::int64_t now_ns = network_.time_ns();
-  const std::int64_t lately_ns = now_ns - 100 * ms;
-  if (ground_.repaired_ns() + fault_free_ns > lately_ns) return;
-  count_trees();
-  for (std::size_t u = 0; u < network_.unit_count(); ++u)
-    for (unsigned p = 0; p < network_.unit(u).config.ports; ++p) {
-      const std::size_t tree = u * RS_SECTION_UNIT_PORTS_MAX + p;
-      const auto root = static_cast<std::uint8_t>(network_.unit(u).config.unit << 4U | (p + 1));
-      // A processor that has too much to do loses the word of a size, too.
-      if (sizes_right_ns_[tree] >= lately_ns || overruns.overtaxed_ns(root) > lately_ns) continue;
-      breaks_.add(
-          Invariant::tree_sizes, now_ns, {},
-          {{"unit", static_cast<std::int64_t>(u)}, {"port", p + 1}, {"size", told_size(u, p)}, {"cells", tree_[tree]}});
-    }
+void RecoveryChecker::finish() {
+  sizes_.finish(count_trees(), ground_.repaired_ns() + fault_free_ns);
 }
 
 }  // namespace robotskin::campaign

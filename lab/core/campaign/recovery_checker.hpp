@@ -9,8 +9,8 @@
 
 #include "campaign/ground_truth.hpp"
 #include "campaign/invariants.hpp"
-#include "campaign/overruns.hpp"
 #include "campaign/route_checker.hpp"
+#include "campaign/tree_size_checker.hpp"
 
 namespace robotskin::campaign {
 
@@ -19,9 +19,9 @@ class RecoveryChecker {
   RecoveryChecker(const world::Network& network, GroundTruth& ground, RouteChecker& routes, BreakLog& breaks,
                   bool clean_lines);
 
-  void struck(bool everywhere);           // after a fault: how far its repair has to travel
-  void poll();                            // every millisecond
-  void finish(const Overruns& overruns);  // at the end of the run
+  void struck(bool everywhere);  // after a fault: how far its repair has to travel
+  void poll();                   // every millisecond
+  void finish();                 // at the end of the run
 
   // Every cell that can be reached has had its path since then; a time yet to come: not now.
   std::int64_t whole_since_ns() const { return whole_since_ns_; }
@@ -56,9 +56,7 @@ class RecoveryChecker {
   bool stays_away(const rs_route& route, unsigned port) const;
   unsigned nearer_port(std::size_t cell) const;
   void check_nearest();
-  void count_trees();
-  void check_sizes();
-  std::uint32_t told_size(std::size_t unit, unsigned port) const;
+  const std::vector<TreeSizeChecker::Tree>& count_trees();
 
   const world::Network& network_;
   GroundTruth& ground_;
@@ -66,9 +64,9 @@ class RecoveryChecker {
   BreakLog& breaks_;
   bool clean_lines_;
   std::vector<Path> path_;
-  std::vector<std::size_t> at_port_;          // by cell with a path, the port of a section unit that it leads to
-  std::vector<std::uint32_t> tree_;           // cells by such port
-  std::vector<std::int64_t> sizes_right_ns_;  // by such port, when the section unit last knew how many
+  std::vector<std::size_t> at_port_;  // by cell with a path, the port of a section unit that it leads to
+  std::vector<TreeSizeChecker::Tree> trees_;
+  TreeSizeChecker sizes_;
   std::vector<std::int64_t> path_since_ns_, nearer_since_ns_;
   std::vector<std::int64_t> affected_until_ns_;  // by cell, the end of the damage that it has to do with
   std::int64_t affected_after_ns_;               // and how much longer its repair takes
