@@ -18,7 +18,7 @@ constexpr std::int64_t settled_ns = 20 * ms;
 
 void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) {
   network_ = &network;
-  ground_.emplace(network, times_);
+  ground_.emplace(network, times_, frame_loss(line_));
   ground_->expect(faults);
   beacons_.emplace(*ground_);
   routes_.emplace(network, *ground_, *beacons_, breaks_);
