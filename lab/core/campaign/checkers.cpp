@@ -112,6 +112,7 @@ void Checkers::weigh() {
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;
   balance_.weigh(now_ns, loads_.cells(), undisturbed);
+  balance_.weigh_chances(*network_, *ground_, *routes_, *recovery_, undisturbed);
   if (whole_lines_)
     queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, loads_, late_sums, port_load_,
                         undisturbed);
