@@ -18,7 +18,7 @@ constexpr std::int64_t settled_ns = 20 * ms;
 
 void Checkers::watch(Network& network, const std::vector<world::Fault>& faults) {
   network_ = &network;
-  ground_.emplace(network, times_);
+  ground_.emplace(network, times_, frame_loss(line_));
   ground_->expect(faults);
   beacons_.emplace(*ground_);
   routes_.emplace(network, *ground_, *beacons_, breaks_);
@@ -112,6 +112,7 @@ void Checkers::weigh() {
   const bool undisturbed = ground_->calm(now_ns) && now_ns > ground_->repaired_ns() + settled_ns &&
                            recovery_->whole_since_ns() < now_ns - settled_ns;
   balance_.weigh(now_ns, loads_.cells(), undisturbed);
+  balance_.weigh_chances(*network_, *ground_, *routes_, *recovery_, undisturbed);
   if (whole_lines_)
     queues_.count_drops(*network_, *ground_, *routes_, *recovery_, overruns_, loads_, late_sums, port_load_,
                         undisturbed);

@@ -23,9 +23,10 @@ std::int64_t hold_ns(std::int32_t downs) {
 
 }  // namespace
 
-GroundTruth::GroundTruth(const world::Network& network, ProcessingTimes times)
+GroundTruth::GroundTruth(const world::Network& network, ProcessingTimes times, double frame_loss)
     : network_(network),
       times_(times),
+      frame_loss_(frame_loss),
       cells_(network.cell_count()),
       far_(RS_PORTS * cells_ + RS_SECTION_UNIT_PORTS_MAX * network.unit_count(), no_wire),
       downs_(far_.size()),

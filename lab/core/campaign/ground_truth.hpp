@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "campaign/line_losses.hpp"
 #include "campaign/processing_times.hpp"
 #include "robotskin/timing.h"
 #include "world/network/fault_type.hpp"
@@ -28,7 +29,8 @@ class GroundTruth : private world::FaultWitness {
  public:
   static constexpr std::int32_t no_wire = -1;
 
-  GroundTruth(const world::Network& network, ProcessingTimes times);
+  // `frame_loss`: the share of frames that a line loses by chance.
+  GroundTruth(const world::Network& network, ProcessingTimes times, double frame_loss);
 
   // A tick's way through a cell, at most.
   std::int64_t hop_ns() const { return idle_hop_ns + times_.tick_ns; }
@@ -83,9 +85,11 @@ class GroundTruth : private world::FaultWitness {
   // Repairs may take until then; the checkers adds the hops that the last fault cut off.
   std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
   // `hops` from what has a way to what has none. Before that, word that a way is lost goes down it, so many hops: on
-  // the lines within the four heartbeats, but each processor on the way takes its time.
+  // the lines within the four heartbeats, but each processor on the way takes its time. For a tick that is lost the
+  // next one comes.
   void allow_hops(std::int32_t hops, std::int32_t word_hops) {
-    const std::int64_t way_ns = hops * hop_ns() + word_hops * times_.tick_ns;
+    const std::int64_t way_ns =
+        hops * hop_ns() + word_hops * times_.tick_ns + ticks_lost(frame_loss_, hops) * RS_TICK_US * us;
     repaired_ns_ = std::max(repaired_ns_, base_ns_ + way_ns);
     elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns + way_ns);
   }
@@ -122,6 +126,7 @@ class GroundTruth : private world::FaultWitness {
 
   const world::Network& network_;
   ProcessingTimes times_;
+  double frame_loss_;
   std::size_t cells_;
   std::vector<std::int32_t> far_, downs_, forged_;
   std::vector<std::uint8_t> joined_;

@@ -30,7 +30,7 @@ namespace robotskin::campaign {
   X(depth_cap, 8, "no move to another tree goes deeper than the cap, and settled cells have the nearest parent of theirs") \
   X(tree_sizes, 9, "the sizes that roots know add up to the cells attached")                                       \
   X(levelling_bound, 10, "by levelling no port gets fuller than the fullest, or than the mean and what was granted") \
-  X(levelling_progress, 10, "levelled loads are no less even than before")                                         \
+  X(levelling_progress, 10, "levelled loads are no less even than before, and moves are granted while a leaf could go to a smaller tree")                                         \
   X(true_sample, 11, "every sample that the host gets was taken by the cell it names")                             \
   X(exactly_once, 11, "no sample is delivered twice")                                                              \
   X(in_order, 11, "samples of a cell arrive in order while its path stays")                                        \

@@ -10,6 +10,17 @@
 
 namespace robotskin::campaign {
 
+// The share of frames that a line loses or damages.
+inline double frame_loss(const world::LineQuality& line) {
+  constexpr double bits = RS_FRAME_US * 4;  // at 4 Mb/s
+  return line.lost_share + 1 - std::pow(1 - line.bit_error_rate, bits);
+}
+
+// Of ticks, one on each of so many lines in a row, as many as may be lost: what is expected three times, and chance.
+inline std::int64_t ticks_lost(double frame_loss, std::int32_t hops) {
+  return frame_loss == 0 ? 0 : 1 + static_cast<std::int64_t>(std::ceil(3 * frame_loss * hops));
+}
+
 class LineLosses {
  public:
   explicit LineLosses(const world::LineQuality& line) : frame_loss_(frame_loss(line)) {}
@@ -26,11 +37,6 @@ class LineLosses {
  private:
   // A frame that is lost may take those behind it along, where it makes a link look dead; and chance has its tails.
   static constexpr double factor = 3, more = 20;
-
-  static double frame_loss(const world::LineQuality& line) {
-    constexpr double bits = RS_FRAME_US * 4;  // at 4 Mb/s
-    return line.lost_share + 1 - std::pow(1 - line.bit_error_rate, bits);
-  }
 
   double frame_loss_, at_most_ = more;
   std::int64_t lost_ = 0;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t fault_free_ns = 20 * ms;  // from then on nothing is a repair any more
-constexpr std::int64_t lossy_hop_ns = 50 * us;   // a tick is lost, and the next one waited for, at a hop of twenty
 constexpr std::int64_t word_ns = 4 * ms;         // two beacons, the second of which may have been lost, and their way
 
 // From the last boot: the quarantine, and two ticks down the deepest tree, each hop of which takes its processor's
@@ -189,8 +188,7 @@ void RecoveryChecker::poll() {
     whole_since_ns_ = std::min(whole_since_ns_, now_ns);
   } else {
     whole_since_ns_ = never;
-    const std::int64_t by_losses_ns = clean_lines_ ? 0 : deepest * lossy_hop_ns;
-    if (now_ns >= ground_.repaired_ns() + by_losses_ns && ground_.calm(now_ns) && !told_) {
+    if (now_ns >= ground_.repaired_ns() && ground_.calm(now_ns) && !told_) {
       told_ = true;
       const std::int64_t since_ns = now_ns - ground_.disturbed_ns();
       const bool by_memory = ground_.lawless_until_ns() > 0 && now_ns - ground_.lawless_until_ns() < fault_free_ns;
@@ -200,7 +198,7 @@ void RecoveryChecker::poll() {
                   now_ns, {lost},
                   {{"cells without a path", static_cast<std::int64_t>(lost_count)},
                    {"us since the disturbance", since_ns / us},
-                   {"us allowed", (ground_.repaired_ns() + by_losses_ns - ground_.disturbed_ns()) / us},
+                   {"us allowed", (ground_.repaired_ns() - ground_.disturbed_ns()) / us},
                    {"hops away", reach[lost]},
                    {"parent port", routes_.parent_port(lost)}});
     }

@@ -68,6 +68,21 @@ campaign_mutant(moves_too_deep cell/routing/moves.c
 campaign_mutant(sizes_uncounted cell/routing/subtree.c
   "size += neighbour->size"
   "size += 1U")
+campaign_mutant(levelled_uphill section_unit/demands.c
+  "if (!rs_trees_beside(trees, k, j) || trees->size[k] <= trees->size[j] + 1U) continue"
+  "if (!rs_trees_beside(trees, k, j) || trees->size[j] <= trees->size[k] + 1U) continue"
+  section_unit/demands.c
+  "const uint32_t more = (uint32_t)trees->size[k] - trees->size[j]"
+  "const uint32_t more = (uint32_t)trees->size[j] - trees->size[k]"
+  section_unit/demands.c
+  "return trees->size[k] > taken ? trees->size[k] - taken : 0U"
+  "return taken > trees->size[k] ? taken - trees->size[k] : 0U"
+  section_unit/balance.c
+  "if (size_of(unit, offer->root) + offer->size > unit->port[port].size) return false"
+  "(void)size_of")
+campaign_mutant(never_levelled section_unit/balance.c
+  "if (tick >= balance->decide_at && fits(unit, port)) {"
+  "if (fits(unit, port) && balance->failed > 1000U) {")
 campaign_mutant(stuck_child_counts_again cell/link/link.c
   "if (neighbour->stale) return neighbour->child && behind != 0U"
   "if (neighbour->stale) return neighbour->child && (uint16_t)behind != 0U && (uint16_t)behind < 0x8000U")

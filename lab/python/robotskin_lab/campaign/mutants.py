@@ -65,6 +65,8 @@ MUTANTS = {
     "stuck_child_counts_again": Mutant(
         "a stuck child counts again after half the tick numbers", ("tree_sizes",), directed=True
     ),
+    "levelled_uphill": Mutant("trees give cells to larger ones", ("levelling_progress",)),
+    "never_levelled": Mutant("no cell is ever granted a move", ("levelling_progress",)),
     "tags_unchecked": Mutant("any tag will do", ("forged",)),
     "ticks_unchecked": Mutant("any tag will do for a tick", ("forged",)),
     "grants_unchecked": Mutant("any tag will do for a grant", ("forged",), directed=True),
