@@ -54,11 +54,10 @@ void SampleLedger::struck(const world::Network& network, GroundTruth& ground, co
   for (std::size_t cell = 0; cell < cells_.size(); ++cell)
     failure_.spared[cell] =
         reach[cell] >= 0 && static_cast<std::int32_t>(cell) != failure_.victim && loads.within(cell, failure_.time_ns);
-  // Copies are kept for 12 ms after the sample. That is enough if the repair leaves 2 ms for the way, and the time in
-  // which all copies go over one line beside the samples that go on coming.
-  constexpr std::int64_t keep_ns = RS_ARQ_KEEP_US * us;
-  const std::int64_t frames_ns = std::min(kept_copies(failure_.time_ns) * RS_FRAME_US * us, keep_ns - us);
-  failure_.repair_max_ns = keep_ns - 2 * ms - frames_ns * keep_ns / (keep_ns - frames_ns);
+  // Where all copies go over one line after the repair, that line has time for them beside what goes on coming.
+  constexpr std::int64_t line_share = 4;
+  failure_.judged =
+      failure_.judged && line_share * kept_copies(failure_.time_ns) * RS_FRAME_US * us < RS_ARQ_KEEP_US * us;
 }
 
 void SampleLedger::count_taken(std::int64_t now_ns) {
@@ -75,11 +74,14 @@ std::int64_t SampleLedger::kept_copies(std::int64_t now_ns) const {
   return copies;
 }
 
+// Copies are kept for 12 ms after the sample. That is enough if the repair, whose bound is known, leaves 2 ms for the
+// way.
 bool SampleLedger::must_be_kept(const GroundTruth& ground, std::size_t cell, const Entry& entry, bool may_lose) const {
+  constexpr std::int64_t repair_max_ns = RS_ARQ_KEEP_US * us - 2 * ms;
   const std::int64_t since_ns = entry.time_ns - failure_.time_ns;
   return failure_.judged && !may_lose && failure_.spared[cell] != 0 && since_ns > -20 * ms && since_ns < 60 * ms &&
          ground.booted_ns(cell) < entry.time_ns - delivery_ns &&
-         ground.repaired_ns() - failure_.time_ns < failure_.repair_max_ns;
+         ground.repaired_ns() - failure_.time_ns < repair_max_ns;
 }
 
 // Touches come and go, each on a few cells beside each other.

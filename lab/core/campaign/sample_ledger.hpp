@@ -91,7 +91,6 @@ class SampleLedger : public world::SampleSource {
     std::int32_t victim = -1;  // the cell that fails
     std::int64_t time_ns = 0;
     std::vector<std::uint8_t> spared;  // cells that run and can be reached all the time
-    std::int64_t repair_max_ns = 0;    // longer, copies may be too old before they are through
   };
 
   bool must_arrive(const GroundTruth& ground, const RecoveryChecker& recovery, std::size_t cell,

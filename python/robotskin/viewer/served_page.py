@@ -43,8 +43,6 @@ class ServedPage:
         except BaseException as failure:
             self.failure = failure
             # A picture that stands still looks like a robot that does: pages that are open, and later ones, say so.
-            for client in self.server.get_clients().values():
-                self._tell_stopped(client)
             self.server.on_client_connect(self._tell_stopped)
             raise
 

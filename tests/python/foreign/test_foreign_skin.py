@@ -239,8 +239,8 @@ def test_files_are_played_in_their_time(kind: str, seed: int, worn: Layout, tmp_
         words = [f"{1000 + number * 0.01:.6f}", *map(str, counts)]
         lines.append(",".join(words) if kind == "csv" else " ".join([str(number), *words]))
     file.write_text("\n".join(lines) + "\n")
+    began = time.monotonic()  # the file is played from here on, whenever this thread runs again
     with ForeignSkin(worn, declared(kind, str(file))) as skin:
-        began = time.monotonic()
         state = SkinState(len(worn), skin.input.sensors)
         assert until(lambda: skin.input.read(time.monotonic_ns(), state) is InputStatus.disconnected)
         assert 0.45 < time.monotonic() - began < 2.0
