@@ -67,12 +67,6 @@ RS_INLINE uint32_t rs_arq_receiver_ack(const rs_arq_receiver* arq_receiver) {
 /* Whether a torque frame with this serial is heard for the first time; it counts as heard from now on. */
 bool rs_arq_receiver_first(rs_arq_receiver* arq_receiver, uint32_t serial);
 
-/* The lower end has been silent for so long that none of its torque frames is on its way: whatever comes next is heard
- * for the first time. It may have rebooted and counts from the beginning, which its nonce tells but once in 256. */
-RS_INLINE void rs_arq_receiver_forget_serials(rs_arq_receiver* arq_receiver) {
-  arq_receiver->serials = 0;
-}
-
 #ifdef __cplusplus
 }
 #endif
