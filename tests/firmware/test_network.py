@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the network: breadth-first trees, unique names, true neighbour lists, never a loop, quick repair."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 from small_world import SmallWorld, random_skin
@@ -271,24 +271,31 @@ def test_no_parent_is_followed_further_than_frames_live(hops: int) -> None:
     assert (cell.parent_port, cell.hops) == (0, firmware.HOPS_POISON)
 
 
-def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, lossy: set[int]) -> int:
-    """Ticks of a neighbour at port 1 each millisecond, 0.3 ms later of one with a hop more at port 2.
-
-    Of what comes in at the ports in `lossy`, three frames of four are damaged.
-    """
-    told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
+def at_two_ports(cell: firmware.Cell, now: int, first: int, ticks: int) -> Iterator[tuple[int, int, int]]:
+    """(sequence, port, time) at which frames come in each millisecond at port 1, and 0.3 ms later at port 2."""
     for sequence in range(first, first + ticks):
         for port, wait in ((1, 700), (2, 300)):
             now += wait
             for out in range(1, 5):
                 cell.sent(out, now)
             cell.timer(now)
-            fields = {"sender": 4 + port, "sender_port": port, "hops": 3 + port, "sequence": sequence}
-            frame = bytearray(firmware.pack("tick", {**told, **fields}))
-            if port in lossy and sequence % 4:
-                frame[7] ^= 1
-            cell.frame(port, bytes(frame), now)
-            assert cell.parent_port != 0, sequence
+            yield sequence, port, now
+
+
+def run_beside_two(cell: firmware.Cell, now: int, first: int, ticks: int, lossy: set[int]) -> int:
+    """Ticks of a neighbour at port 1 each millisecond, 0.3 ms later of one with a hop more at port 2.
+
+    Of what comes in at the ports in `lossy`, three frames of four are damaged.
+    """
+    told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
+    moments = at_two_ports(cell, now, first, ticks)
+    for sequence, port, now in moments:
+        fields = {"sender": 4 + port, "sender_port": port, "hops": 3 + port, "sequence": sequence}
+        frame = bytearray(firmware.pack("tick", {**told, **fields}))
+        if port in lossy and sequence % 4:
+            frame[7] ^= 1
+        cell.frame(port, bytes(frame), now)
+        assert cell.parent_port != 0, sequence
     return now
 
 
@@ -323,15 +330,11 @@ def test_where_every_line_spoils_frames_no_cell_changes_its_parent() -> None:
 def run_above_a_child(cell: firmware.Cell, now: int, first: int, ticks: int, child_says: Callable[[int], int]) -> int:
     """Ticks of the parent at port 1 each millisecond, 0.3 ms later one of a child at port 2, with the wave it says."""
     told = {"nonce": 9, "heard": 1, "depth_cap": 63, "gain_threshold": 24, "root": 0x11}
-    for sequence in range(first, first + ticks):
-        for port, wait in ((1, 700), (2, 300)):
-            now += wait
-            for out in range(1, 5):
-                cell.sent(out, now)
-            cell.timer(now)
-            said = sequence if port == 1 else child_says(sequence)
-            fields = {"sender": 4 + port, "sender_port": port, "hops": 2 + 2 * port, "parent": port == 2}
-            cell.frame(port, firmware.pack("tick", {**told, **fields, "sequence": said}), now)
+    moments = at_two_ports(cell, now, first, ticks)
+    for sequence, port, now in moments:
+        said = sequence if port == 1 else child_says(sequence)
+        fields = {"sender": 4 + port, "sender_port": port, "hops": 2 + 2 * port, "parent": port == 2}
+        cell.frame(port, firmware.pack("tick", {**told, **fields, "sequence": said}), now)
     return now
 
 
