@@ -96,6 +96,7 @@ static void begin_epoch(rs_section_unit* unit, uint64_t number, uint64_t now_ns)
   epoch->late = false;
   epoch->open = true;
   for (unsigned port = 0; port < unit->config.ports; ++port) {
+    rs_arq_receiver_epoch(&unit->port[port].arq_receiver);
     if (!unit->port[port].root) unit->torque.reports[port] = 0;
     if (unit->torque.reports[port] > 0U) --unit->torque.reports[port];
   }

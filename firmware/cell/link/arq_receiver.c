@@ -27,10 +27,12 @@ bool rs_arq_receiver_first(rs_arq_receiver* arq_receiver, uint32_t serial) {
     arq_receiver->serials =
         arq_receiver->serials == 0U ? 1U : (uint16_t)((uint32_t)arq_receiver->serials << ahead | 1U);
     arq_receiver->serial = (uint8_t)(serial & RS_SERIAL_MASK);
+    arq_receiver->quiet = 0;
     return true;
   }
   const uint32_t behind = (arq_receiver->serial - serial) & RS_SERIAL_MASK;
   if (behind >= RS_SERIALS_REMEMBERED || (arq_receiver->serials >> behind & 1U) != 0U) return false;
   arq_receiver->serials |= (uint16_t)(1U << behind);
+  arq_receiver->quiet = 0;
   return true;
 }

@@ -123,7 +123,8 @@ static void begin(rs_cell* cell, uint32_t number, uint32_t begin_us, uint32_t no
   epoch->epoch = number;
   epoch->waiting = 0;
   for (unsigned port = 0; port < RS_PORTS; ++port) {
-    const rs_neighbour* neighbour = &cell->route.neighbour[port];
+    rs_neighbour* neighbour = &cell->route.neighbour[port];
+    rs_arq_receiver_epoch(&neighbour->arq_receiver);
     if (!neighbour->child || !neighbour->up) epoch->reports[port] = 0;
     if (epoch->reports[port] > RS_TORQUE_FAITH) epoch->reports[port] = RS_TORQUE_FAITH; /* damaged memory */
     if (epoch->reports[port] == 0U) continue;

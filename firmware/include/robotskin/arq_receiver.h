@@ -21,8 +21,9 @@ extern "C" {
 enum {
   RS_NUMBER_MASK = 0x7F,
   RS_ARQ_MISSED = 0x80,
-  RS_SERIAL_MASK = 0x1F,     /* serials of torque frames */
-  RS_SERIALS_REMEMBERED = 16 /* at most half of the serials */
+  RS_SERIAL_MASK = 0x1F,      /* serials of torque frames */
+  RS_SERIALS_REMEMBERED = 16, /* at most half of the serials */
+  RS_SERIALS_KEPT_EPOCHS = 3  /* longer than a torque frame is sent again for, RS_TORQUE_RETRY_US */
 };
 
 typedef struct {
@@ -31,6 +32,7 @@ typedef struct {
   uint8_t missed;    /* frames after it are missing */
   uint8_t serial;    /* newest of a torque frame */
   uint16_t serials;  /* bit i: serial - i has been heard */
+  uint8_t quiet;     /* epochs begun since a torque frame was heard for the first time */
   uint8_t kept;      /* the lower end was a child when it fell silent, and may not know that it was not heard */
 } rs_arq_receiver;
 
@@ -66,6 +68,13 @@ RS_INLINE uint32_t rs_arq_receiver_ack(const rs_arq_receiver* arq_receiver) {
 
 /* Whether a torque frame with this serial is heard for the first time; it counts as heard from now on. */
 bool rs_arq_receiver_first(rs_arq_receiver* arq_receiver, uint32_t serial);
+
+/* An epoch begins. After some without a new torque frame no old one can come again, and the lower end may have rebooted
+ * and count from the beginning, which its nonce hides once in 256: whatever comes next is heard for the first time. */
+RS_INLINE void rs_arq_receiver_epoch(rs_arq_receiver* arq_receiver) {
+  if (arq_receiver->quiet >= RS_SERIALS_KEPT_EPOCHS) return;
+  if (++arq_receiver->quiet == RS_SERIALS_KEPT_EPOCHS) arq_receiver->serials = 0;
+}
 
 #ifdef __cplusplus
 }

@@ -35,9 +35,9 @@ class BalanceChecker {
  private:
   // From the grant to the last of the subtree's arrival: down the tree, a hold, and the subtree's next ticks.
   static constexpr std::int64_t under_way_ns = 60 * ms;
-  // A leaf that has moved rests for 64 ticks, and a round takes as many at most. More than that without a grant would
-  // need several rounds in a row to find no offer, or each to lose its frames.
-  static constexpr std::int64_t grant_within_ns = 200 * ms;
+  // A leaf that has moved rests for 64 ticks, and a round takes as many at most; two rounds in a row may find no offer
+  // that fits. More than that without a grant would need many such rounds, or each to lose its frames.
+  static constexpr std::int64_t grant_within_ns = 400 * ms;
 
   struct Grant {
     std::int64_t time_ns = -under_way_ns;

@@ -79,6 +79,7 @@ void Checkers::frame_ended(const Network& network, world::WireEnd, world::WireEn
 void Checkers::frame_planted(const Network& network, world::WireEnd to, const std::uint8_t* frame,
                              const world::Fault& fault) {
   const bool forged = world::type_of(fault).truth.plants == world::FaultTruth::Plants::forged;
+  ground_->planted(ground_->wire_of(to));
   if (forged) ground_->forged(ground_->wire_of(to));
   forged_comes_ = forged;
   forgeries_.frame_planted(network, *ground_, *routes_, to.index, to.port, frame, forged);
@@ -99,7 +100,7 @@ void Checkers::fault_applied(const Network&, const world::Fault& fault, int phas
   ground_->settle();
   routes_->settle();
   ledger_.struck(*network_, *ground_, *recovery_, loads_);
-  recovery_->struck(world::type_of(fault).truth.everywhere);
+  recovery_->struck(world::type_of(fault).truth.everywhere, loads_.any_overloaded(network_->time_ns()));
 }
 
 void Checkers::weigh() {

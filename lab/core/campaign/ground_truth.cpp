@@ -105,6 +105,10 @@ void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair, bool elsewhe
   elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns);
 }
 
+void GroundTruth::planted(std::size_t wire) {
+  if (far_[wire] != no_wire && !joined_[wire]) disturb(0, repair_ns());
+}
+
 void GroundTruth::forged(std::size_t wire) {
   if (++forged_[wire] <= RS_TAGS_BUDGET) return;
   shake(wire, std::int64_t{RS_TAGS_CLOSED_S} * 1000 * ms, 1);

@@ -43,10 +43,11 @@ class GroundTruth : private world::FaultWitness {
   void expect(const std::vector<world::Fault>& faults);
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
-  void forged(std::size_t wire);  // a frame under a wrong tag came in there: so many close the port
-  void granted();                 // a cell may move
-  void misled();                  // a cell alone for long may follow a tick from earlier
-  void settle();                  // after either of them
+  void planted(std::size_t wire);  // a frame of no neighbour's came in there: it keeps a link up that is cut one way
+  void forged(std::size_t wire);   // the same under a wrong tag: so many close the port
+  void granted();                  // a cell may move
+  void misled();                   // a cell alone for long may follow a tick from earlier
+  void settle();                   // after either of them
 
   // ---- Wires: 4 a cell, then 15 a section unit ----
   std::size_t wire_of_cell(std::size_t cell, unsigned port) const { return RS_PORTS * cell + port - 1; }
@@ -86,10 +87,11 @@ class GroundTruth : private world::FaultWitness {
   std::int64_t repaired_ns() const { return repaired_ns_ + (waits_ ? held_ns : 0); }
   // `hops` from what has a way to what has none. Before that, word that a way is lost goes down it, so many hops: on
   // the lines within the four heartbeats, but each processor on the way takes its time. For a tick that is lost the
-  // next one comes.
-  void allow_hops(std::int32_t hops, std::int32_t word_hops) {
-    const std::int64_t way_ns =
-        hops * hop_ns() + word_hops * times_.tick_ns + ticks_lost(frame_loss_, hops) * RS_TICK_US * us;
+  // next one comes. Where cables carry more than they can, each of these processors has another input in hand.
+  void allow_hops(std::int32_t hops, std::int32_t word_hops, bool overloaded) {
+    const std::int64_t way_ns = hops * hop_ns() + word_hops * times_.tick_ns +
+                                ticks_lost(frame_loss_, hops) * RS_TICK_US * us +
+                                (overloaded ? (hops + word_hops) * times_.longest_ns : 0);
     repaired_ns_ = std::max(repaired_ns_, base_ns_ + way_ns);
     elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns + way_ns);
   }

@@ -114,7 +114,7 @@ void RecoveryChecker::check_elsewhere() {
 }
 
 // The repair enters the part that was cut off from those that still have their paths.
-void RecoveryChecker::struck(bool everywhere) {
+void RecoveryChecker::struck(bool everywhere, bool overloaded) {
   struck_ = true;
   repairing_ = true;
   told_ = false;
@@ -149,7 +149,7 @@ void RecoveryChecker::struck(bool everywhere) {
   for (std::size_t cell = 0; cell < path_.size(); ++cell)
     if (ground_.runs(cell) && path_[cell] != Path::whole && routes_.hops(cell) < RS_HOPS_POISON)
       deepest_lost = std::max<std::int32_t>(deepest_lost, routes_.hops(cell));
-  ground_.allow_hops(farthest, deepest_lost);
+  ground_.allow_hops(farthest, deepest_lost, overloaded);
 }
 
 void RecoveryChecker::poll() {

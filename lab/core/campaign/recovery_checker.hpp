@@ -19,9 +19,10 @@ class RecoveryChecker {
   RecoveryChecker(const world::Network& network, GroundTruth& ground, RouteChecker& routes, BreakLog& breaks,
                   bool clean_lines);
 
-  void struck(bool everywhere);  // after a fault: how far its repair has to travel
-  void poll();                   // every millisecond
-  void finish();                 // at the end of the run
+  // After a fault: how far its repair has to travel, and whether through cables that carry more than they can.
+  void struck(bool everywhere, bool overloaded);
+  void poll();    // every millisecond
+  void finish();  // at the end of the run
 
   // Every cell that can be reached has had its path since then; a time yet to come: not now.
   std::int64_t whole_since_ns() const { return whole_since_ns_; }

@@ -10,6 +10,7 @@ namespace robotskin::campaign {
 namespace {
 
 constexpr std::int64_t settled_ns = 20 * ms;
+constexpr std::int64_t shortest_frame_ns = RS_FRAME_US * us * 97 / 100;
 // A cell's clock may run 2 % fast.
 constexpr std::int64_t shortest_quarantine_ns = RS_QUARANTINE_US * us * 97 / 100;
 
@@ -132,8 +133,8 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
   const std::int32_t far = ground_.far(wire);
   const std::int32_t before = shadow.parent;
   const ArrivedBeacon* beacon = beacons_.find(wire, route.wave.sequence, static_cast<std::uint8_t>(route.hops - 1));
-  if (beacon != nullptr && beacon->time_ns < ground_.moved_ns(wire)) {
-    // The cell that said so was there until the plug was moved.
+  if (beacon != nullptr && beacon->time_ns < ground_.moved_ns(wire) + shortest_frame_ns) {
+    // The cell that said so was there until the plug was moved: no frame is whole so soon after.
     if (port != shadow.port) shadow.parent = none;
   } else if (far == GroundTruth::no_wire) {
     shadow.parent = none;
@@ -144,6 +145,10 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
     shadow.boot_of_parent_ns = ground_.booted_ns(static_cast<std::size_t>(shadow.parent));
   }
   if (shadow.parent != before || port != shadow.port) changed_ns_ = now_ns;
+  // Without keys a wave that damaged memory has made goes on from cell to cell, as far as it comes until that is over.
+  shadow.false_wave = beacons_.find(route.wave) == nullptr;
+  const bool spread = !network_.cell(cell).keyed && ground_.lawless(now_ns) && shadow.parent >= 0 &&
+                      shadow_[static_cast<std::size_t>(shadow.parent)].false_wave;
   if (!lawless) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < shortest_quarantine_ns)
@@ -162,7 +167,7 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
     if (beacons_.newest(wire).parent)
       breaks_.add(Invariant::own_child, now_ns, {cell, far_cell},
                   {{"port", port}, {"hops", route.hops}, {"sequence", route.wave.sequence}});
-    if (beacons_.find(route.wave) == nullptr)
+    if (shadow.false_wave && !spread)
       breaks_.add(Invariant::true_tick, now_ns, {cell},
                   {{"sequence", route.wave.sequence},
                    {"era", route.wave.era},
