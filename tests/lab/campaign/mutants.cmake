@@ -87,6 +87,16 @@ campaign_mutant(stuck_child_counts_again cell/link/link.c
   "if (neighbour->stale) return neighbour->child && behind != 0U"
   "if (neighbour->stale) return neighbour->child && (uint16_t)behind != 0U && (uint16_t)behind < 0x8000U")
 
+campaign_mutant(serials_kept_for_ever cell/torque/torque_epoch.c
+  "rs_arq_receiver_epoch(&neighbour->arq_receiver);"
+  "")
+campaign_mutant(serials_forgotten_too_soon cell/torque/torque_epoch.c
+  "    --epoch->reports[port];"
+  "    if (--epoch->reports[port] == 0U) neighbour->arq_receiver.serials = 0;"
+  section_unit/torque.c
+  "if (unit->torque.reports[port] > 0U) --unit->torque.reports[port];"
+  "if (unit->torque.reports[port] > 0U && --unit->torque.reports[port] == 0U) unit->port[port].arq_receiver.serials = 0;")
+
 # ---- Tags, and what is played again ----
 campaign_mutant(tags_unchecked cell/wire/chaskey.c
   "return ((difference | (0U - difference)) >> 31) == 0U"

@@ -98,6 +98,14 @@ MUTANTS = {
     "levers_shortened": Mutant(
         "a cell forgets where its own joint is in the frame of the one before", ("torque_true",)
     ),
+    "serials_kept_for_ever": Mutant(
+        "a reboot under the same nonce is not noticed where torque sums are added", ("torque_complete",), directed=True
+    ),
+    "serials_forgotten_too_soon": Mutant(
+        "a child whose report is not whole for two epochs may send its torque sums again",
+        ("torque_count", "torque_once"),
+        directed=True,
+    ),
     "another_cipher": Mutant("tags and keys are those of another permutation", ("true_tag",)),
     "orders_out_of_order": Mutant("of what the host orders only what is old is carried out", ("obeyed",)),
     "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",), seed=58),
