@@ -21,7 +21,7 @@ _ELBOW, _WRIST = "arm_left_4_link", "arm_left_7_link"
 _FOREARM_M = 0.266
 """From elbow to wrist."""
 _BEGIN = np.array([-0.9, 0.5, 0.5, -1.8])
-_MIRRORED = np.array([-1, -1, -1, 1, -1, 1, -1.0])
+_MIRRORED = np.array([-1, -1, -1, 1, -1, -1, -1.0])
 """Of the left arm's joints, what makes the right arm's of them."""
 _STEP_M = 0.01
 _TURNS = 4
@@ -32,6 +32,8 @@ _FROM_END_RAD = 0.08
 """Kept from the ends of joints, since what the arms hold bends them."""
 _TURNS_WITH_HAND = 4
 """Joints of an arm before those that turn the hand alone."""
+_HAND = 5
+"""Of an arm's joints, the one that turns the hand outward."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,15 @@ class Around:
     """How the arms lie around an upright axis.
 
     height_m: of the middle of the forearms above the chest's joint, elbow_below_m: of the elbow under it. angle_deg:
-    where the middle of a forearm stands, from straight ahead; open_angle_deg: the same for open arms.
+    where the middle of a forearm stands, from straight ahead; open_angle_deg: the same for open arms. hand_rad: by
+    which the hands turn outward.
     """
 
     height_m: float = 0.11
     elbow_below_m: float = 0.02
     angle_deg: float = 72.0
     open_angle_deg: float = 80.0
+    hand_rad: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +136,7 @@ class Arms:
                 elbow, wrist = forearm_lies(around, axis, radius, turn)
                 angles = self._reached(self.origin + elbow, self.origin + wrist, begin, lower, upper)
                 table[row, column, :_TURNS_WITH_HAND] = angles
+                table[row, column, _HAND] = around.hand_rad
         return Paths(np.array(axis_m), np.array(radius_m), {"left": table, "right": table * _MIRRORED})
 
     def posture(self, paths: Paths, radius_m: dict[str, float], axis_m: float) -> Array:

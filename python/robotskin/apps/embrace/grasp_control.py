@@ -25,19 +25,19 @@ SLIP_GAIN, SLIP_MOST = 1.2, 1.6
 GRASP_HOLD = Hold(
     arm_n=30.0,
     chest_n=15.0,
-    cell_n=12.0,
-    aside_m_s_n=0.0004,
+    cell_n=10.0,
+    aside_m_s_n=0.0008,
     together_per_s=0.5,
     far_m=0.345,
     stiff_m=0.215,
-    lean_rad=0.12,
+    lean_rad=0.10,
 )
 """Light enough for the arms' own torques, whose shoulders bear half of what they can by holding the arms up."""
 
 
-GRASP_AROUND = Around(height_m=0.0, elbow_below_m=0.02, angle_deg=74.0, open_angle_deg=84.0)
+GRASP_AROUND = Around(height_m=0.0, elbow_below_m=0.02, angle_deg=74.0, open_angle_deg=84.0, hand_rad=0.6)
 """Upper arms hang beside the thing, so that shoulders stay clear of it. Forearms turn inward, so that the near edges of
-a wide box pass between the elbows."""
+a wide box pass between the elbows; hands, which have no skin, turn outward, clear of its far edges."""
 
 
 class GraspControl:
@@ -107,9 +107,8 @@ class GraspControl:
                 self._tap = Tap(LOOK_S)
             arms.forget_lost()
             self._asked = self._tap.ends(arms.force["chest"]) or self._asked
-        firm = arms.touches["chest"] and all(
-            arms.force[side] > FIRM_SHARE * arms.hold.arm_n * arms.eased() for side in SIDES
-        )
+        enough_n = FIRM_SHARE * arms.hold.arm_n * arms.eased()
+        firm = all(arms.touches.values()) and arms.squeeze_n > enough_n
         self._firm_s = self._firm_s + LOOK_S if firm else 0.0
         if self.state is GraspState.HOME and self.reactive and self._slips():
             self.slips += 1

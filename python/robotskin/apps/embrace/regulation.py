@@ -163,6 +163,12 @@ class Regulation:
                 self.met[side] = True
 
     @property
+    def squeeze_n(self) -> float:
+        """Newton by which both arms squeeze, the mean: what lies between them is pressed as hard from either side, and
+        an arm that feels less bears the rest on bare parts."""
+        return sum(self.force[side] for side in SIDES) / len(SIDES)
+
+    @property
     def too_hard(self) -> bool:
         """Whether a cell has long borne more than is allowed."""
         return self._hard_s > HARD_S
@@ -234,9 +240,9 @@ class Regulation:
         return float(np.clip(PULL_PER_S * near, PULL_LEAST_M_S, PULL_M_S))
 
     def _firmness(self) -> float:
-        """Share of the full pull that the looser arm's squeeze allows: arms that squeeze less slide along the thing."""
+        """Share of the full pull that the squeeze allows: arms that squeeze less slide along the thing."""
         enough_n = FIRM_SHARE * self.strength * self.hold.arm_n * self.eased()
-        return float(np.clip(min(self.force[side] for side in SIDES) / max(enough_n, 1e-9), 0.0, 1.0))
+        return float(np.clip(self.squeeze_n / max(enough_n, 1e-9), 0.0, 1.0))
 
     def _speed(self, side: str) -> float:
         """m/s away from the axis, of an arm that answers to the skin."""
