@@ -86,6 +86,7 @@ void Checkers::frame_planted(const Network& network, world::WireEnd to, const st
   if (forged) return;
   routes_->frame_planted(ground_->wire_of(to), frame);
   if (forgeries_.may_take_time()) ground_->misled();
+  if (forgeries_.bears_no_tag()) ground_->untold();
 }
 
 void Checkers::datagram_to_host(const Network& network, std::size_t, std::span<const std::uint8_t> bytes) {

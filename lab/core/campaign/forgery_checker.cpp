@@ -36,6 +36,7 @@ void ForgeryChecker::frame_planted(const world::Network& network, const GroundTr
     planted.wave.sequence = static_cast<std::uint16_t>(tick.sequence);
     planted.wave.era = static_cast<std::uint16_t>(tick.era);
     planted.wave.root = static_cast<std::uint8_t>(tick.root);
+    planted.no_tag = !forged && tick.root == 0;
   }
   planted.may_take_time = !forged && routes.cannot_know_time(cell);
   planted.route = state.route;
@@ -60,7 +61,7 @@ void ForgeryChecker::cell_stepped(const world::Network& network, std::size_t cel
                 {{"frame type", before.type}, {"port", before.port}, {what, now}, {"before", then}});
   };
   if (before.type == RS_TYPE_tick) {
-    const bool misled = before.may_take_time && same_wave(route.wave, before.wave);
+    const bool misled = before.no_tag || (before.may_take_time && same_wave(route.wave, before.wave));
     if (route.parent_port != before.route.parent_port && !misled)
       tell("parent port", route.parent_port, before.route.parent_port);
     else if (!same_wave(route.wave, before.route.wave) && !misled)

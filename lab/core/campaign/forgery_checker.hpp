@@ -26,11 +26,13 @@ class ForgeryChecker {
   void cell_stepped(const world::Network& network, std::size_t cell);
   // The cell of the frame just planted has been alone for so long that it may believe it.
   bool may_take_time() const { return planted_frame_.may_take_time; }
+  // A tick that names no root, as cells say them that have just booted.
+  bool bears_no_tag() const { return planted_frame_.no_tag; }
   std::uint64_t planted() const { return planted_; }
 
  private:
   struct Planted {
-    bool waits = false, forged = false, may_take_time = false, unnamed = false;
+    bool waits = false, forged = false, may_take_time = false, unnamed = false, no_tag = false;
     std::size_t cell = 0;
     unsigned port = 0;
     rs_frame_type type = RS_TYPE_LIMIT;

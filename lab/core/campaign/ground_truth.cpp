@@ -105,6 +105,16 @@ void GroundTruth::disturb(std::int64_t for_ns, std::int64_t repair, bool elsewhe
   elsewhere_.repaired_ns = std::max(elsewhere_.repaired_ns, elsewhere_.base_ns);
 }
 
+std::int64_t GroundTruth::catch_up_ns(std::int64_t now_ns) const {
+  const std::int64_t lately_ns = now_ns - times_.catch_up_ns - longest_quarantine_ns;
+  const auto booted = std::ranges::count_if(booted_ns_, [&](std::int64_t at_ns) { return at_ns > lately_ns; });
+  return times_.catch_up_ns * std::min<std::int64_t>(booted, RS_CELLS_PER_PORT) / RS_CELLS_PER_PORT;
+}
+
+void GroundTruth::untold() {
+  disturb(0, repair_ns());
+}
+
 void GroundTruth::planted(std::size_t wire) {
   if (far_[wire] != no_wire && !joined_[wire]) disturb(0, repair_ns());
 }

@@ -43,6 +43,7 @@ class GroundTruth : private world::FaultWitness {
   void expect(const std::vector<world::Fault>& faults);
   void booted(std::size_t cell);
   void fault(const world::Fault& fault, int phase);
+  void untold();                   // a tick came in that names no root, and so bears no tag: a cell may let go
   void planted(std::size_t wire);  // a frame of no neighbour's came in there: it keeps a link up that is cut one way
   void forged(std::size_t wire);   // the same under a wrong tag: so many close the port
   void granted();                  // a cell may move
@@ -72,6 +73,8 @@ class GroundTruth : private world::FaultWitness {
   bool runs(std::size_t cell) const { return runs_[cell]; }  // on, or a zombie
   bool is_zombie(std::size_t cell) const { return zombie_[cell]; }
   std::int64_t booted_ns(std::size_t cell) const { return booted_ns_[cell]; }
+  // What cells that have booted lately ask for costs processors so much time, in which samples and sums may be lost.
+  std::int64_t catch_up_ns(std::int64_t now_ns) const;
   // It may let go of its links until then, as a cell does that is slow or was damaged.
   std::int64_t shaken_until_ns(std::size_t cell) const { return shaken_until_ns_[cell]; }
   // Hops to a section unit that runs over wires that have been ready since before `now_ns` - `margin_ns`; -1: none.

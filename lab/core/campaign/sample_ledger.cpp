@@ -227,8 +227,10 @@ void SampleLedger::record(const world::Network& network, const GroundTruth& grou
 
 bool SampleLedger::must_arrive(const GroundTruth& ground, const RecoveryChecker& recovery, std::size_t cell,
                                const Entry& entry) const {
-  return !ground.samples_disturbed_since(entry.time_ns - 5 * ms) && recovery.whole_since_ns() <= entry.time_ns &&
-         ground.booted_ns(cell) <= entry.time_ns && recovery.path_since_ns(cell) <= entry.time_ns;
+  const std::int64_t rest_ns = entry.time_ns - 5 * ms;
+  return !ground.samples_disturbed_since(rest_ns - ground.catch_up_ns(rest_ns)) &&
+         recovery.whole_since_ns() <= entry.time_ns && ground.booted_ns(cell) <= entry.time_ns &&
+         recovery.path_since_ns(cell) <= entry.time_ns;
 }
 
 void SampleLedger::poll(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,

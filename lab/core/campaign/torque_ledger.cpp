@@ -135,17 +135,10 @@ void TorqueLedger::poll(const world::Network& network, const GroundTruth& ground
   }
 }
 
-// What cells that have booted lately ask for costs processors time, in which sums may come too late.
-std::int64_t TorqueLedger::catch_up_ns(const GroundTruth& ground, const Epoch& epoch) const {
-  const std::int64_t lately_ns = epoch.first_ns - at_rest_ns - times_.catch_up_ns;
-  std::int64_t booted = 0;
-  for (std::size_t cell = 0; cell < cells_; ++cell) booted += ground.booted_ns(cell) > lately_ns;
-  return times_.catch_up_ns * std::min<std::int64_t>(booted, RS_CELLS_PER_PORT) / RS_CELLS_PER_PORT;
-}
-
 void TorqueLedger::judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
                          const RecoveryChecker& recovery, const CableLoads& loads, Epoch& epoch) {
-  const std::int64_t now_ns = network.time_ns(), rest_ns = epoch.first_ns - at_rest_ns - catch_up_ns(ground, epoch);
+  const std::int64_t now_ns = network.time_ns(), settled_ns = epoch.first_ns - at_rest_ns,
+                     rest_ns = settled_ns - ground.catch_up_ns(settled_ns);
   if (!ground.calm(now_ns) || ground.repaired_ns() > rest_ns || recovery.whole_since_ns() > rest_ns ||
       routes.changed_ns() > rest_ns || leapt_ns_ > rest_ns || forming_ns_ > rest_ns ||
       ground.samples_disturbed_since(rest_ns))

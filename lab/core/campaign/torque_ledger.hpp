@@ -54,7 +54,6 @@ class TorqueLedger {
   void add(const world::Network& network, const GroundTruth& ground, const rs_torque& torque);
   void judge(const world::Network& network, const GroundTruth& ground, const RouteChecker& routes,
              const RecoveryChecker& recovery, const CableLoads& loads, Epoch& epoch);
-  std::int64_t catch_up_ns(const GroundTruth& ground, const Epoch& epoch) const;
   void excuse(std::int64_t now_ns, const GroundTruth& ground);
   void keep_time(const world::Network& network);
 
