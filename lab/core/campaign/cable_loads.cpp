@@ -23,7 +23,8 @@ void CableLoads::weigh(const world::Network& network, const GroundTruth& ground,
     const bool sent_more = by_sent_ && sent_[root] > cells_carried_ * bursts_carried;
     overloaded_[root] = cells_[root] + late_sums[root] > cells_carried_ || sent_more;
     if (overloaded_[root] != 0) overloaded_root_ns_[root] = now_ns;
-    if (sent_[root] > cells_carried_) excess_ += sent_[root] - cells_carried_;
+    const std::uint32_t sent = sent_[root] + late_sums[root];  // sums that go one by one take the place of samples
+    if (sent > cells_carried_) excess_ += std::min(sent - cells_carried_, sent_[root]);
     sent_[root] = 0;
   }
   // A cell that takes another parent may bring along what had to wait.

@@ -52,7 +52,7 @@ class CableLoads {
   bool unit_within(std::uint8_t root, std::int64_t now_ns) const {
     return now_ns - overloaded_unit_ns_[unit_of(root)] > drained_ns;
   }
-  // Samples so far that cells sent beyond what their cables carry.
+  // Samples so far that cells sent beyond what their cables carry, torque sums that came one by one counted in.
   std::uint64_t excess() const { return excess_; }
 
  private:

@@ -69,7 +69,9 @@ void GroundTruth::look_at(std::size_t wire) {
   if (was_joined) ++downs_[wire];
   if (!joined) return;
   const std::int32_t downs = std::max(downs_[wire], far == no_wire ? 0 : downs_[static_cast<std::size_t>(far)]);
-  ready_ns_[wire] = network_.time_ns() + link_up_ns + hold_ns(downs);
+  // A port that wrong tags have closed stays so, whatever becomes of its line.
+  const bool closed = tags_spent(wire) || (far != no_wire && tags_spent(static_cast<std::size_t>(far)));
+  ready_ns_[wire] = std::max(closed ? ready_ns_[wire] : 0, network_.time_ns() + link_up_ns + hold_ns(downs));
 }
 
 // A wire whose link goes down although both its ends run.
