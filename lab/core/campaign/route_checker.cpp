@@ -146,9 +146,10 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
   }
   if (shadow.parent != before || port != shadow.port) changed_ns_ = now_ns;
   // Without keys a wave that damaged memory has made goes on from cell to cell, as far as it comes until that is over.
-  shadow.false_wave = beacons_.find(route.wave) == nullptr;
+  const bool false_wave = beacons_.find(route.wave) == nullptr;
   const bool spread = !network_.cell(cell).keyed && ground_.lawless(now_ns) && shadow.parent >= 0 &&
-                      shadow_[static_cast<std::size_t>(shadow.parent)].false_wave;
+                      now_ns - shadow_[static_cast<std::size_t>(shadow.parent)].false_ns < settled_ns;
+  if (false_wave) shadow.false_ns = now_ns;
   if (!lawless) {
     const auto far_cell = shadow.parent >= 0 ? static_cast<std::size_t>(shadow.parent) : cell;
     if (now_ns - ground_.booted_ns(cell) < shortest_quarantine_ns)
@@ -167,7 +168,7 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
     if (beacons_.newest(wire).parent)
       breaks_.add(Invariant::own_child, now_ns, {cell, far_cell},
                   {{"port", port}, {"hops", route.hops}, {"sequence", route.wave.sequence}});
-    if (shadow.false_wave && !spread)
+    if (false_wave && !spread)
       breaks_.add(Invariant::true_tick, now_ns, {cell},
                   {{"sequence", route.wave.sequence},
                    {"era", route.wave.era},

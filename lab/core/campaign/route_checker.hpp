@@ -49,8 +49,8 @@ class RouteChecker {
     std::uint16_t feasible_sequence = 0;
     std::uint8_t feasible_hops = RS_HOPS_POISON, hops = RS_HOPS_POISON, port = 0;
     bool unbound = true;
-    bool misled = false;      // its wave was played again
-    bool false_wave = false;  // no section unit made its wave
+    bool misled = false;                 // its wave was played again
+    std::int64_t false_ns = -1000 * ms;  // when it had a wave that no section unit made
     std::uint32_t hops_exhausted = 0;
   };
 
