@@ -34,6 +34,7 @@ class GroundTruth : private world::FaultWitness {
 
   // A tick's way through a cell, at most.
   std::int64_t hop_ns() const { return idle_hop_ns + times_.tick_ns; }
+  std::int64_t longest_input_ns() const { return times_.longest_ns; }
   // Without a hop: four heartbeats until a silent neighbour is noticed, one for the check, one for the next tick. Each
   // of the three may wait for the input that the processor has in hand.
   std::int64_t repair_ns() const { return 6 * ms + 3 * times_.longest_ns; }

@@ -14,9 +14,12 @@ constexpr std::int64_t fault_free_ns = 20 * ms;  // from then on nothing is a re
 constexpr std::int64_t word_ns = 4 * ms;         // two beacons, the second of which may have been lost, and their way
 
 // From the last boot: the quarantine, and two ticks down the deepest tree, each hop of which takes its processor's
-// time.
-std::int64_t formation_ns(const GroundTruth& ground) {
-  return 10 * ms + hops_max * (ground.hop_ns() - idle_hop_ns);
+// time. With more cells than the cables carry each processor has another input in hand.
+std::int64_t formation_ns(const world::Network& network, const GroundTruth& ground) {
+  std::size_t ports = 0;
+  for (const auto& unit : network.wiring().units) ports += unit.ports.size();
+  const bool crowded = network.cell_count() > RS_CELLS_PER_PORT * ports;
+  return 10 * ms + hops_max * (ground.hop_ns() - idle_hop_ns + (crowded ? ground.longest_input_ns() : 0));
 }
 
 }  // namespace
@@ -216,7 +219,9 @@ void RecoveryChecker::poll() {
 
 void RecoveryChecker::check_formation() {
   const std::int64_t now_ns = network_.time_ns();
-  if (formation_checked_ || struck_ || !clean_lines_ || now_ns < ground_.disturbed_ns() + formation_ns(ground_)) return;
+  if (formation_checked_ || struck_ || !clean_lines_ ||
+      now_ns < ground_.disturbed_ns() + formation_ns(network_, ground_))
+    return;
   formation_checked_ = true;
   const std::vector<std::int32_t> depths = network_.depths();
   for (std::size_t cell = 0; cell < path_.size(); ++cell) {
