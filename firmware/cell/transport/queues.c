@@ -111,7 +111,8 @@ void rs_queue_down(rs_cell* cell, const uint8_t* frame) {
 
 void rs_queues_turn(rs_cell* cell) {
   rs_queues* queues = &cell->queues;
-  const unsigned others = ~(1U << (cell->route.parent_port & 7U) >> 1);
+  /* No port beyond the last one: a bit of such a port would never be cleared, and hold up the queue for ever. */
+  const unsigned all = (1U << RS_PORTS) - 1U, others = all & ~(1U << (cell->route.parent_port & 7U) >> 1);
   for (unsigned i = 0; i < queues->down.count; ++i) {
     queues->down_ports[(queues->down.first + i) & (RS_QUEUE_DOWN - 1U)] &= (uint8_t)others;
   }

@@ -43,14 +43,14 @@ class CableLoads {
   std::int64_t overloaded_ns(std::size_t cell) const { return overloaded_cell_ns_[cell]; }
   // Nothing that was queued under overload is left where the cell's samples go.
   bool within(std::size_t cell, std::int64_t now_ns) const { return now_ns - overloaded_ns(cell) > drained_ns; }
-  // What was queued under overload may be left somewhere.
-  bool any_overloaded(std::int64_t now_ns) const {
-    return std::ranges::any_of(overloaded_root_ns_, [&](std::int64_t at_ns) { return now_ns - at_ns <= drained_ns; });
-  }
   // The same of all trees of the cell's section unit, which hands over a sum once as many cells are in it as the last
   // time: of trees that lose cells to an overload and get them back, that number says nothing.
   bool unit_within(std::uint8_t root, std::int64_t now_ns) const {
     return now_ns - overloaded_unit_ns_[unit_of(root)] > drained_ns;
+  }
+  // What was queued under overload may be left somewhere.
+  bool any_overloaded(std::int64_t now_ns) const {
+    return std::ranges::any_of(overloaded_root_ns_, [&](std::int64_t at_ns) { return now_ns - at_ns <= drained_ns; });
   }
   // Samples so far that cells sent beyond what their cables carry, torque sums that came one by one counted in.
   std::uint64_t excess() const { return excess_; }

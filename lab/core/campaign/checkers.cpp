@@ -42,6 +42,7 @@ void Checkers::cell_stepped(const Network& network, std::size_t cell, const rs_i
   touch_.cell_stepped(network, *ground_, cell, input);
   if (input.kind == RS_INPUT_FRAME) forgeries_.cell_stepped(network, cell);
   const bool within_load = loads_.within(cell, network.time_ns());
+  topology_.cell_stepped(network, cell, input, within_load);
   if (const auto lost = queues_.cell_stepped(network, *ground_, *recovery_, cell, input, within_load))
     ledger_.crowded_out(*lost);
 }

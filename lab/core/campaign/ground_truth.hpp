@@ -84,6 +84,8 @@ class GroundTruth : private world::FaultWitness {
   // ---- Quiet ----
   std::int64_t disturbed_ns() const { return disturbed_ns_; }  // the last change, or end of a disturbance so far
   bool calm(std::int64_t now_ns) const { return now_ns >= restless_until_ns_; }
+  // Cells may be moving from tree to tree.
+  bool moving(std::int64_t now_ns) const { return now_ns < moving_until_ns_; }
   // The same without what memory that was overwritten disturbs: of cells that have nothing to do with it.
   bool calm_elsewhere(std::int64_t now_ns) const { return now_ns >= elsewhere_.restless_until_ns; }
   std::int64_t repaired_elsewhere_ns() const { return elsewhere_.repaired_ns + (waits_ ? held_ns : 0); }

@@ -18,6 +18,10 @@ bool formed_since(const RecoveryChecker& recovery, std::int64_t begun_ns) {
   return recovery.whole_since_ns() > begun_ns - sums_ns;
 }
 
+std::uint8_t queue_most(const rs_cell& state) {
+  return std::min<std::uint8_t>(state.queues.data_most, RS_QUEUE_DATA);
+}
+
 }  // namespace
 
 std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& network, const GroundTruth& ground,
@@ -27,8 +31,11 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
   const rs_ring& ring = state.queues.data;
   Cell& cell = cells_[index];
   const bool dropped = state.counts.frames_dropped != cell.dropped;
-  // Either the oldest sample has gone, or the one that came.
-  const bool was_full = (cell.crowded || formed_since(recovery, cell.begun_ns)) && cell.count == RS_QUEUE_DATA;
+  const std::int64_t now_ns = network.time_ns();
+  const bool may_fill = cell.crowded || formed_since(recovery, cell.begun_ns) || ground.moving(now_ns);
+  // Either the oldest sample has gone, or the one that came: a cell whose subtree has grown leaves some out sooner.
+  const std::uint8_t most = std::exchange(cell.most, queue_most(state));
+  const bool was_full = may_fill && cell.count >= most;
   const bool own = input.kind == RS_INPUT_SAMPLE;
   const bool came_up = input.kind == RS_INPUT_FRAME && rs_frame_type_of(input.frame) == RS_TYPE_clock;
   const bool left_out = was_full && dropped && (own || came_up);
@@ -41,7 +48,6 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
     ++cell.crowded_out;
     return that_came();
   }
-  const std::int64_t now_ns = network.time_ns();
   const bool lawless = ground.lawless(now_ns, index);
   if (ring.count > RS_QUEUE_DATA || state.queues.slow.count > RS_QUEUE_SLOW ||
       state.queues.down.count > RS_QUEUE_DOWN) {
@@ -58,8 +64,9 @@ std::optional<TakenSample> QueueChecker::cell_stepped(const world::Network& netw
     cell.crowded =
         rs_frame_is_retransmitted(state.queues.data_frame[(ring.first + ring.count - 1U - i) & (RS_QUEUE_DATA - 1U)]);
   std::optional<TakenSample> lost;
-  if (was_full && dropped && left > 0) {
-    lost = came == 0 && left_out ? that_came() : cell.oldest;
+  const bool came_not = came == 0 && left_out;
+  if (was_full && dropped && left > 0 && (came_not || cell.count == RS_QUEUE_DATA)) {
+    lost = came_not ? that_came() : cell.oldest;
     ++cell.crowded_out;
   }
   const bool judged = within_load && !lawless && ground.calm(now_ns) && !dropped && !cell.crowded;

@@ -5,6 +5,8 @@
 // Over lines that spoil frames samples are repeated, which may fill queues; and while trees form, so may torque sums of
 // single cells, which go first. From the first repeated sample in a queue, or if trees formed in the two epochs
 // before it filled, until it is empty, no cell is held to how long others wait there, nor to those that find it full.
+// While cells move from tree to tree, beacons are held back, each new one asks for much of a processor's time, and some
+// cells are counted in both trees: what waited comes at once, and may find a queue that holds less.
 #pragma once
 
 #include <algorithm>
@@ -67,6 +69,7 @@ class QueueChecker {
   struct Cell {
     std::array<std::int64_t, RS_QUEUE_DATA> since_ns{};
     std::uint8_t first = 0, count = 0;
+    std::uint8_t most = RS_QUEUE_DATA;  // that may wait before samples are left out
     std::uint32_t dropped = 0, dropped_in_all = 0, divisor = 1;
     std::int64_t eased_ns = 0;  // when the divisor rose last, or sums left no time to empty queues
     std::int64_t begun_ns = 0;  // when it was empty last

@@ -21,8 +21,8 @@ constexpr std::size_t cells_in_touch = 8;
 constexpr std::int64_t touch_ns = 32 * ms;
 constexpr std::int32_t touch_counts = 100;  // more than any threshold
 // Under overload a tree may lose what its cells send beyond what its cable carries. Each cell too many brings its
-// control and its reports along as well: that takes 30 % of the time of a processor made for 66 at the most. And a
-// tree loses what was on its way when the overload began: the queue of the cell at the cable, and of the one below.
+// control and its reports along as well, for which this chosen share is allowed. And a tree loses what was on its way
+// when the overload began: the queue of the cell at the cable, and of the one below.
 constexpr double overloaded_share = 0.3, overloaded_more = 2 * RS_QUEUE_DATA;
 
 }  // namespace

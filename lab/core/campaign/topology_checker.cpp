@@ -2,6 +2,7 @@
 #include "campaign/topology_checker.hpp"
 
 #include <array>
+#include <utility>
 
 #include "campaign/datagram_frames.hpp"
 
@@ -25,6 +26,16 @@ void TopologyChecker::crowded_out(std::int64_t now_ns, const std::uint8_t* frame
   rs_topology topology;
   rs_topology_unpack(&topology, frame);
   if (topology.uid != 0 && topology.uid <= told_.size()) told_[topology.uid - 1].crowded_out_ns = now_ns;
+}
+
+void TopologyChecker::cell_stepped(const world::Network& network, std::size_t cell, const rs_input& input,
+                                   bool within_load) {
+  const std::uint32_t dropped = network.cell(cell).counts.repeats_dropped;
+  if (std::exchange(dropped_[cell], dropped) == dropped || within_load) return;
+  if (input.kind == RS_INPUT_FRAME)
+    crowded_out(network.time_ns(), input.frame);
+  else
+    told_[cell].crowded_out_ns = network.time_ns();
 }
 
 void TopologyChecker::finish(const world::Network& network, const GroundTruth& ground, const RecoveryChecker& recovery,

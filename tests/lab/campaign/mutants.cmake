@@ -204,6 +204,9 @@ campaign_mutant(levers_shortened cell/torque/chain.c
 campaign_mutant(neighbours_mixed_up cell/routing/identity.c
   ".neighbour_2 = id[1]"
   ".neighbour_2 = id[0]")
+campaign_mutant(orders_held_up cell/transport/queues.c
+  "all = (1U << RS_PORTS) - 1U"
+  "all = ~0U")
 campaign_mutant(orders_out_of_order cell/commands.c
   "if (!rs_newer((uint16_t)command->counter, commanding->counter)) {"
   "if (rs_newer((uint16_t)command->counter, commanding->counter)) {")

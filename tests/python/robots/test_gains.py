@@ -59,6 +59,13 @@ def test_a_home_beyond_a_joint_limit_and_a_file_that_is_no_text_are_refused(text
         GainSet.load(str(path))
 
 
+def test_a_file_may_keep_more_of_the_velocity_limits_for_what_a_hand_adds(text, tmp_path) -> None:
+    path, robot = tmp_path / "ur5.toml", robots.load("ur5").core
+    usual = GainSet.load("ur5").guard_limits(robot).speed_share
+    path.write_text(text.replace("[limits]", f"[limits]\nspeed_share = {usual / 2}", 1))
+    assert GainSet.load(str(path)).guard_limits(robot).speed_share == usual / 2
+
+
 def test_an_unknown_robot_is_refused_with_the_choices() -> None:
     with pytest.raises(GainError, match="make some: robotskin gains ur6"):
         GainSet.load("ur6")

@@ -21,6 +21,8 @@ from robotskin.session.touches import pushed_cell
 from robotskin.tasks import Fusion, MapSkinTask, PythonTask, SelfCollisionTask
 
 SETTLE_S = 1.2
+HEAD_CELL = 516
+"""On a side of the head of Talos."""
 WITH_SKIN_TASK = [name for name, one in BEHAVIOURS.items() if "skin" in one.tasks]
 
 
@@ -292,3 +294,19 @@ def test_a_map_takes_the_place_of_the_model(seed: int) -> None:
             session.set_behaviour("kinesthetic_cartesian")
     finally:
         session.shut_down()
+
+
+def test_a_head_that_flees_from_a_hand_and_is_caught_up_stays_within_its_speed(seed: int) -> None:
+    """It draws back as fast as it may, and the hand adds to that."""
+    session = Session(
+        robots.load("talos"), layout.finished("talos"), "propagated_compliance", seed=seed, interface="position"
+    )
+    session.boot()
+    session.world.push(session.in_world(HEAD_CELL), 15.0)
+    session.run(0.9)
+    limit = np.array(session.robot.core.velocity_limit)
+    assert session.controller.report.interventions > 0
+    assert session.state is SafetyState.running, session.why_not_running()
+    assert session.controller.report.violations == 0
+    assert (np.abs(session.joints.velocity) <= limit).all()
+    session.shut_down()

@@ -106,6 +106,9 @@ MUTANTS = {
         ("torque_count", "torque_once"),
         directed=True,
     ),
+    "orders_held_up": Mutant(
+        "an order that waits for a port that does not exist is waited for", ("sampled",), directed=True
+    ),
     "another_cipher": Mutant("tags and keys are those of another permutation", ("true_tag",)),
     "orders_out_of_order": Mutant("of what the host orders only what is old is carried out", ("obeyed",)),
     "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",), seed=58),

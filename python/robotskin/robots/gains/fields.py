@@ -98,6 +98,12 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
             "acceleration": Field("n", "rad/s^2, of commands"),
             "stop_deceleration": Field("n", "rad/s^2"),
             "torque_rate": Field("n", "Nm/s"),
+            "speed_share": Field(
+                "1",
+                "of the velocity limits, that commands may use: the rest is for what a hand adds to a joint that yields",
+                open=False,
+                optional=True,
+            ),
         },
     ),
     "cartesian": (

@@ -234,7 +234,9 @@ class GainSet:
         """Limits of the guard beside those of the robot model. Raises GainError for another robot's file."""
         self.require_fit(robot)
         limits = self.values["limits"]
-        return GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
+        found = GuardLimits(limits["acceleration"], limits["stop_deceleration"], limits["torque_rate"])
+        found.speed_share = limits.get("speed_share", found.speed_share)
+        return found
 
     def require_fit(self, robot: RobotModel) -> None:
         """Raise GainError for the gains of a robot with other joints, or with a home that this one cannot take."""
