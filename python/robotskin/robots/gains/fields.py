@@ -100,7 +100,7 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
             "torque_rate": Field("n", "Nm/s"),
             "speed_share": Field(
                 "1",
-                "of the velocity limits, that commands may use: the rest is for what a hand adds to a joint that yields",
+                "of the velocity limits, that commands may use; the rest is for what a hand adds",
                 open=False,
                 optional=True,
             ),
