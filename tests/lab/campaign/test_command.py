@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`python -m robotskin_lab.campaign`: what is no seed, count or time is refused by its value."""
 
+from pathlib import Path
+
 import pytest
 
 from robotskin_lab.campaign import __main__ as command
@@ -26,3 +28,14 @@ def test_what_is_no_number_of_its_kind_is_refused(
         command.main()
     assert ended.value.code == 2
     assert says in capsys.readouterr().err
+
+
+def test_the_page_shows_what_a_seed_prints(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    page = (Path(__file__).parents[3] / "docs/network.md").read_text()
+    _, after = page.split("-m robotskin_lab.campaign 42\n", 1)
+    shown = after.split("\n")[:2]
+    monkeypatch.setattr("sys.argv", ["campaign", "42"])
+    assert command.main() == 0
+    told = capsys.readouterr().out.split("\n")
+    assert told[0].startswith(shown[0].removesuffix("...").rstrip())
+    assert told[1] == shown[1]
