@@ -164,7 +164,6 @@ void bind_standing_tasks(nb::module_& module) {
       .def_rw("damping", &BalanceGains::damping, "1/s")
       .def_rw("touch_hz", &BalanceGains::touch_hz, "Hz, low-pass of what the skin feels")
       .def_rw("rest_hz", &BalanceGains::rest_hz, "Hz, how fast the feet tell what the skin does not feel")
-      .def_rw("feet_hz", &BalanceGains::feet_hz, "Hz, the same where the skin is not asked")
       .def_rw("by_skin", &BalanceGains::by_skin, "the shift of a touch is fed forward from the skin")
       .def_rw("by_feet", &BalanceGains::by_feet, "the zero-moment point is measured");
   nb::class_<BalanceTask, Task>(module, "BalanceTask", "Moves the centre of mass so that the robot stands.")

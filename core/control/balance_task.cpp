@@ -25,7 +25,7 @@ BalanceTask::BalanceTask(const RobotModel& robot, BalanceGains gains)
     : Task("balance", robot.joint_count(), 2, Asks::acceleration), gains_(gains), jacobian_(3 * robot.joint_count()) {
   for (const double value : {gains.lean, gains.lean_hz, gains.capture, gains.admittance, gains.margin_m,
                              gains.largest_speed, gains.largest_lean_m, gains.lean_feedforward, gains.largest_lead_m,
-                             gains.stiffness, gains.damping, gains.touch_hz, gains.rest_hz, gains.feet_hz})
+                             gains.stiffness, gains.damping, gains.touch_hz, gains.rest_hz})
     if (!(value >= 0) || !std::isfinite(value))
       throw ControlError("balance task: gain " + std::to_string(value) + " must be finite and not negative");
 }
@@ -63,9 +63,8 @@ void BalanceTask::follow(const TaskInput& input) noexcept {
     skin_shift_[axis] += low_pass_share(gains_.touch_hz, period) * (felt_now[axis] - skin_shift_[axis]);
     // What pushes and is not felt, such as between cells, shows in the feet, where the robot's own motion hides it.
     const double unfelt = by_feet ? state.zmp[axis] - state.centre_of_mass[axis] - skin_shift_[axis] : 0.0;
-    const double slowly = gains_.by_skin ? gains_.rest_hz : gains_.feet_hz;
     rest_[axis] +=
-        low_pass_share(slowly, period) * (std::clamp(unfelt, -largest_shift_m, largest_shift_m) - rest_[axis]);
+        low_pass_share(gains_.rest_hz, period) * (std::clamp(unfelt, -largest_shift_m, largest_shift_m) - rest_[axis]);
     shift_[axis] = skin_shift_[axis] + rest_[axis];
     const double before = std::clamp(gains_.lean * slow_[axis], -gains_.largest_lean_m, gains_.largest_lean_m);
     slow_[axis] += low_pass_share(gains_.lean_hz, period) * (shift_[axis] - slow_[axis]);

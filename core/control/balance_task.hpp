@@ -25,7 +25,6 @@ struct BalanceGains {
   double stiffness = 2500, damping = 100;  // 1/s^2 and 1/s, of the robot's centre of mass by the wanted one
   double touch_hz = 8;                     // low-pass of what the skin feels
   double rest_hz = 0.5;                    // how fast the feet tell what the skin does not feel
-  double feet_hz = 3;                      // the same where the skin is not asked
   bool by_skin = true;                     // the shift of a touch is fed forward from the skin
   bool by_feet = true;                     // the zero-moment point is measured
 };

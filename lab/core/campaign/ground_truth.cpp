@@ -165,6 +165,9 @@ std::vector<std::size_t> GroundTruth::wires_of(const Fault& fault) const {
 }
 
 void GroundTruth::fault(const Fault& fault, int phase) {
+  // A clock that goes back holds the ticks back for as long: with the rest of a tick, that may be too long for a link.
+  constexpr std::int64_t noticed_ns = (RS_LINK_DOWN_US - RS_TICK_US) * us * 4 / 5;
+  if (world::type_of(fault).may_go_back && fault.by_ns < -noticed_ns) links_fall(fault, -fault.by_ns, 1);
   if (const auto tell = world::type_of(fault).tell) tell(fault, phase % 2 == 0, *this);
 }
 

@@ -17,7 +17,7 @@ bool Overruns::lost(const world::Network& network, const GroundTruth& ground, st
   const std::uint8_t root = network.cell(cell).route.wave.root;
   const bool overloaded = now_ns - overloaded_ns_[root] < CableLoads::drained_ns;
   if (overloaded) overtaxed_ns_[root] = now_ns;
-  return overloaded || now_ns < ground.repaired_ns() + times_.catch_up_ns;
+  return overloaded || ground.moving(now_ns) || now_ns < ground.repaired_ns() + times_.catch_up_ns;
 }
 
 }  // namespace robotskin::campaign

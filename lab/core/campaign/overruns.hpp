@@ -2,8 +2,8 @@
 // Frames that found a cell too busy to take them, and where that may be.
 //
 // A processor is made for the cells of one cable at 250 Hz. It may lose frames where more hang on the cable, where the
-// tree is too deep for its torque sums to be added up in time and they do go up one by one, and while it catches up
-// with what a repair costs. Nowhere else is a frame that is lost so any excuse.
+// tree is too deep for its torque sums to be added up in time and they do go up one by one, while it catches up with
+// what a repair costs, and while cells move from tree to tree. Nowhere else is a frame that is lost so any excuse.
 #pragma once
 
 #include <array>

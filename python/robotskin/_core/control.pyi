@@ -609,12 +609,6 @@ class BalanceGains:
     @rest_hz.setter
     def rest_hz(self, arg: float, /) -> None: ...
     @property
-    def feet_hz(self) -> float:
-        """Hz, the same where the skin is not asked"""
-
-    @feet_hz.setter
-    def feet_hz(self, arg: float, /) -> None: ...
-    @property
     def by_skin(self) -> bool:
         """the shift of a touch is fed forward from the skin"""
 

@@ -19,7 +19,7 @@ from robotskin.world.scene import SceneError, build
 from robotskin.world.things import FloorSpec, SceneSpec
 from robotskin_lab.bench.balance import FOREARMS, GIVE_N, LAWS, SHOULDERS, TOUCH_N, WRISTS, give_cells, pushed_by_ball
 from robotskin_lab.bench.balance_cells import EMBRACE, worn_by_robot
-from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, StandingRig, drawn_cells, impulse, ramp
 from robotskin_lab.bench.balance_soles import ComparedSolePort
 
 BACKWARD = (-1.0, 0.0, 0.0)
@@ -75,6 +75,12 @@ def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way
     cell = drawn_cells(seed, 1, SHOULDERS[1.0], np.array((0.0, 1.0, 0.0)))[0]
     rig = StandingRig(ROBOT, LAWS[""], seed, cell, (0.0, 1.0, 0.0))
     assert rig.push(*impulse(45.0)), "it fell"
+
+
+def test_balance_by_the_feet_alone_stands_a_slow_push(seed: int) -> None:
+    cell = drawn_cells(seed, 1, CHEST, np.array(BACKWARD))[0]
+    rig = StandingRig(ROBOT, LAWS["skinless"], seed, cell, BACKWARD)
+    assert rig.push(*ramp(30.0)), "it fell"
 
 
 def test_the_way_a_cell_gives_is_that_of_the_force_on_it(seed: int) -> None:
