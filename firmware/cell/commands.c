@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cell/memory/integrity.h"
+#include "cell/memory/known_time.h"
 #include "cell/memory/turn.h"
 #include "cell/routing/identity.h"
 #include "cell/routing/refusal.h"
@@ -199,7 +200,9 @@ static void receive_counted(rs_cell* cell, const rs_command* command, const uint
   rs_commanding* commanding = &cell->commanding;
   const bool for_us = cell->id != RS_ID_NONE;
   const uint32_t time = rs_tick_time(cell, now_us);
-  const bool expired = ((time - commanding->time) & TICK_TIME_MASK) > COUNTER_LIFE_MS;
+  const uint32_t since = (time - commanding->time) & TICK_TIME_MASK;
+  const bool went_back = since > TICK_TIME_MASK - RS_TIME_BACK_MOST;
+  const bool expired = since > COUNTER_LIFE_MS && !went_back;
   if (commanding->counted && !expired && commanding->sum == sum_of(commanding)) {
     if (command->counter == commanding->counter) {
       /* Sent again because a reply was missed: pass on, answer, but do nothing twice. */

@@ -5,6 +5,10 @@
 
 #include "cell/wire/wave.h"
 
+/* So many ticks the time of a cell may go back, by the sequence numbers in flight: where it was alone, it may follow
+ * ticks that are played again. */
+enum { RS_TIME_BACK_MOST = 0x8000 };
+
 RS_INLINE bool rs_time_known(const rs_route* route) {
   return route->known_time == ~route->known_time_complement;
 }

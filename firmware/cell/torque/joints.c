@@ -2,13 +2,18 @@
  * Joint positions, broadcast down the tree once an epoch: passed on, and those of the own limb kept. */
 #include "cell/torque/joints.h"
 
+#include "cell/memory/known_time.h"
 #include "cell/routing/refusal.h"
 #include "cell/time/tick_time.h"
 #include "cell/transport/queues.h"
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
 
-enum { TICK_TIME_MASK = (1 << RS_TICK_TIME_BITS) - 1, EPOCHS_OLD = 16 };
+enum {
+  EPOCHS_MASK = ((1 << RS_TICK_TIME_BITS) - 1) / RS_EPOCH_TICKS,
+  EPOCHS_BACK = RS_TIME_BACK_MOST / RS_EPOCH_TICKS,
+  EPOCHS_OLD = 16
+};
 
 /* The epoch whose low bits a frame has: the last such one up to the next, as a cell's time may be a little behind. */
 static uint32_t epoch_of(uint32_t low, uint32_t now) {
@@ -30,12 +35,23 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     rs_refuse_tag(cell, port, now_us);
     return;
   }
+  /* The own time may have gone back, to that of ticks that are played again: these joints are then, too. */
+  const uint32_t behind = (state->latest - epoch) & EPOCHS_MASK;
+  const bool timed = state->latest == ~state->latest_complement;
+  if (timed && behind >= EPOCHS_OLD && behind <= EPOCHS_BACK) {
+    ++cell->counts.commands_stale;
+    return;
+  }
   uint8_t* newest = &state->newest[joints.limb][joints.part];
   if (state->known[joints.limb] >> joints.part & 1U && (uint8_t)(*newest - epoch) < EPOCHS_OLD) {
     ++cell->counts.commands_stale;
     return;
   }
   *newest = (uint8_t)epoch;
+  if (!timed || behind > EPOCHS_BACK) {
+    state->latest = epoch & EPOCHS_MASK;
+    state->latest_complement = ~state->latest;
+  }
   state->known[joints.limb] |= (uint8_t)(1U << joints.part);
   rs_queue_down(cell, frame);
   if (joints.limb != cell->torque.own.limb || joints.part >= RS_TORQUE_PARTS) return;
@@ -49,5 +65,5 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
   for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i) {
     state->position[RS_JOINTS_PER_PART * joints.part + i] = (int16_t)position[i];
   }
-  state->epoch[joints.part] = epoch & (TICK_TIME_MASK / RS_EPOCH_TICKS);
+  state->epoch[joints.part] = epoch & EPOCHS_MASK;
 }

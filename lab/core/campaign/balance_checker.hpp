@@ -37,7 +37,7 @@ class BalanceChecker {
   static constexpr std::int64_t under_way_ns = 60 * ms;
   // A leaf that has moved rests for 64 ticks, and a round takes as many at most; two rounds in a row may find no offer
   // that fits. More than that without a grant would need more such rounds, or each to lose its frames.
-  static constexpr std::int64_t grant_within_ns = 260 * ms;
+  static constexpr std::int64_t grant_within_ns = 300 * ms;
 
   struct Grant {
     std::int64_t time_ns = -under_way_ns;
