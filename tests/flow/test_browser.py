@@ -354,7 +354,7 @@ def test_the_page_of_balance_shows_what_holds_the_robot_up(browser: "sync_api.Br
     rows = [row.inner_text().removeprefix("●").split() for row in told.locator("[data-wrenches] tr").all()[1:]]
     assert [row[:2] for row in rows[:2]] == [["left", "foot"], ["right", "foot"]]
     assert all(len(row) == 8 for row in rows[:2]), "force and moment of each foot"
-    assert float(rows[2][-3]) < -5, "the chest is pushed backwards"
+    assert float(rows[2][-3]) < -3, "the chest is pushed backwards"
     if PICTURE_FOLDER in os.environ:
         look_from_the_front(page)
     picture(page, "balance")

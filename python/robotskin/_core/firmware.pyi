@@ -146,7 +146,7 @@ TORQUE_END_US: int = 3700
 
 EPOCH_TICKS: int = 4
 
-CELL_STATE_BYTES: int = 7780
+CELL_STATE_BYTES: int = 7788
 
 CHANNELS: tuple = ...
 
