@@ -200,9 +200,8 @@ static void receive_counted(rs_cell* cell, const rs_command* command, const uint
   rs_commanding* commanding = &cell->commanding;
   const bool for_us = cell->id != RS_ID_NONE;
   const uint32_t time = rs_tick_time(cell, now_us);
-  const uint32_t since = (time - commanding->time) & TICK_TIME_MASK;
-  const bool went_back = since > TICK_TIME_MASK - RS_TIME_BACK_MOST;
-  const bool expired = since > COUNTER_LIFE_MS && !went_back;
+  const uint32_t since = rs_ticks_between(commanding->time, time);
+  const bool expired = since > COUNTER_LIFE_MS && !rs_time_went_back(since);
   if (commanding->counted && !expired && commanding->sum == sum_of(commanding)) {
     if (command->counter == commanding->counter) {
       /* Sent again because a reply was missed: pass on, answer, but do nothing twice. */

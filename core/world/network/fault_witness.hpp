@@ -17,6 +17,8 @@ class FaultWitness {
   virtual void disturbed(std::int64_t for_ns, std::int64_t longer_ns = 0) = 0;
   // Links of the fault's wires, or of all wires of a cell, may go down although both ends run: `downs` times.
   virtual void links_fall(const Fault& fault, std::int64_t for_ns, std::int32_t downs) = 0;
+  // Nothing comes on the fault's wires for so long, though both ends run.
+  virtual void silent(const Fault& fault, std::int64_t for_ns) = 0;
   virtual void links_of_cell_fall(std::size_t cell, std::int64_t for_ns, std::int32_t downs) = 0;
   virtual void processor_stuck(std::size_t cell, bool stuck) = 0;
   virtual void memory_overwritten(std::size_t cell) = 0;

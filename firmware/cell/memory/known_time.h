@@ -9,6 +9,11 @@
  * ticks that are played again. */
 enum { RS_TIME_BACK_MOST = 0x8000 };
 
+/* Whether a time that is so many ticks from another one (rs_ticks_between) is before it, by no more than that. */
+RS_INLINE bool rs_time_went_back(uint32_t ticks) {
+  return ticks > (1U << RS_TICK_TIME_BITS) - RS_TIME_BACK_MOST;
+}
+
 RS_INLINE bool rs_time_known(const rs_route* route) {
   return route->known_time == ~route->known_time_complement;
 }

@@ -17,8 +17,7 @@
 /* Whether a wave is from before the known time by more than the sequence numbers in flight: a tick played again. */
 static bool is_past(const rs_cell* cell, const rs_wave* wave) {
   const uint32_t ahead = rs_time_ahead(&cell->route, wave);
-  return rs_time_known(&cell->route) && ahead >= RS_TICK_TIME_HALF &&
-         ahead <= (1U << RS_TICK_TIME_BITS) - RS_TIME_BACK_MOST;
+  return rs_time_known(&cell->route) && ahead >= RS_TICK_TIME_HALF && !rs_time_went_back(ahead);
 }
 
 /* Whether a root made this wave: what the own parent said before needs no proof, where its time is known. */

@@ -9,11 +9,7 @@
 #include "cell/wire/tags.h"
 #include "cell/wire/wave.h"
 
-enum {
-  EPOCHS_MASK = ((1 << RS_TICK_TIME_BITS) - 1) / RS_EPOCH_TICKS,
-  EPOCHS_BACK = RS_TIME_BACK_MOST / RS_EPOCH_TICKS,
-  EPOCHS_OLD = 16
-};
+enum { TICK_TIME_MASK = (1 << RS_TICK_TIME_BITS) - 1, EPOCHS_OLD = 16 };
 
 /* The epoch whose low bits a frame has: the last such one up to the next, as a cell's time may be a little behind. */
 static uint32_t epoch_of(uint32_t low, uint32_t now) {
@@ -36,9 +32,10 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     return;
   }
   /* The own time may have gone back, to that of ticks that are played again: these joints are then, too. */
-  const uint32_t behind = (state->latest - epoch) & EPOCHS_MASK;
+  const uint32_t time = epoch * RS_EPOCH_TICKS;
   const bool timed = state->latest == ~state->latest_complement;
-  if (timed && behind >= EPOCHS_OLD && behind <= EPOCHS_BACK) {
+  const bool before = timed && rs_time_went_back(rs_ticks_between(state->latest, time));
+  if (before && rs_ticks_between(time, state->latest) >= EPOCHS_OLD * RS_EPOCH_TICKS) {
     ++cell->counts.commands_stale;
     return;
   }
@@ -48,8 +45,8 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
     return;
   }
   *newest = (uint8_t)epoch;
-  if (!timed || behind > EPOCHS_BACK) {
-    state->latest = epoch & EPOCHS_MASK;
+  if (!before) {
+    state->latest = time;
     state->latest_complement = ~state->latest;
   }
   state->known[joints.limb] |= (uint8_t)(1U << joints.part);
@@ -65,5 +62,5 @@ void rs_joints_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
   for (unsigned i = 0; i < RS_JOINTS_PER_PART; ++i) {
     state->position[RS_JOINTS_PER_PART * joints.part + i] = (int16_t)position[i];
   }
-  state->epoch[joints.part] = epoch & EPOCHS_MASK;
+  state->epoch[joints.part] = epoch & (TICK_TIME_MASK / RS_EPOCH_TICKS);
 }

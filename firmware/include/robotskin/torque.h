@@ -43,7 +43,7 @@ typedef struct {
   int16_t position[RS_TORQUE_PARTS * RS_JOINTS_PER_PART];
   uint32_t epoch[RS_TORQUE_PARTS]; /* of each part */
   uint8_t newest[16][4];           /* low bits of the newest epoch heard, by limb and part */
-  uint32_t latest;                 /* epoch of all limbs and parts, */
+  uint32_t latest;                 /* tick time of the newest epoch of all limbs and parts, */
   uint32_t latest_complement;      /* and its complement: a damaged one must not keep out what comes */
   uint8_t known[16];               /* by limb; bit p: part p has been heard */
   uint8_t limb;                    /* whose positions these are */

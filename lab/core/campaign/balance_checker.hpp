@@ -36,7 +36,8 @@ class BalanceChecker {
   // From the grant to the last of the subtree's arrival: down the tree, a hold, and the subtree's next ticks.
   static constexpr std::int64_t under_way_ns = 60 * ms;
   // A leaf that has moved rests for 64 ticks, and a round takes as many at most; two rounds in a row may find no offer
-  // that fits. More than that without a grant would need more such rounds, or each to lose its frames.
+  // that fits: 256 ticks. More than that without a grant would need more such rounds, or each to lose its frames. What
+  // offers and grants take on their way is added, and chosen.
   static constexpr std::int64_t grant_within_ns = 300 * ms;
 
   struct Grant {

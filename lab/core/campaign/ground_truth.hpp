@@ -118,6 +118,7 @@ class GroundTruth : private world::FaultWitness {
  private:
   void disturbed(std::int64_t for_ns, std::int64_t longer_ns) override;
   void links_fall(const world::Fault& fault, std::int64_t for_ns, std::int32_t downs) override;
+  void silent(const world::Fault& fault, std::int64_t for_ns) override;
   void links_of_cell_fall(std::size_t cell, std::int64_t for_ns, std::int32_t downs) override;
   void processor_stuck(std::size_t cell, bool stuck) override;
   void memory_overwritten(std::size_t cell) override;

@@ -2,6 +2,7 @@
 """Embraces: paths, areas, states and bounds as laws. `robotskin bench embrace` measures whole hugs and grasps."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -300,3 +301,12 @@ def test_the_command_tells_what_it_takes() -> None:
     assert answer.exit_code == 0
     assert "--stiff" in answer.output
     assert "--headless" in answer.output
+
+
+def test_the_page_states_the_forces_at_which_arms_give_way_and_let_go() -> None:
+    page = (Path(__file__).parents[3] / "docs/app_embrace.md").read_text()
+    hug = Hold()
+    assert f"more than `{hug.cell_n:g} N` in a hug, or `{GRASP_HOLD.cell_n:g} N` in a grasp, makes" in page
+    for hold in (hug, GRASP_HOLD):
+        let_go = f"more than {hold.most_cell_n:g} N for 0.2 s; with {hold.outside_n:g} N where no contact is allowed"
+        assert page.count(let_go) == 2

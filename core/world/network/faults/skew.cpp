@@ -18,7 +18,9 @@ void begin(Network::RunningFault& act, int) {
   act.wake_unit();
 }
 
+// A clock that goes back holds the ticks back for as long.
 void tell(const Fault& fault, bool, FaultWitness& witness) {
+  if (fault.by_ns < 0) witness.silent(fault, -fault.by_ns);
   witness.disturbed(std::abs(fault.by_ns));
 }
 
