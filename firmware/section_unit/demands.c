@@ -25,18 +25,28 @@ void rs_demands_close(rs_unit_balance* balance) {
   for (unsigned w = 0; w < RS_DEMANDS; ++w) rs_demand_remove(balance, 0);
 }
 
+uint32_t rs_demands_given(const rs_section_unit* unit, unsigned port, uint8_t root) {
+  uint32_t given = 0;
+  for (unsigned p = 0; p < unit->config.ports; ++p) {
+    const rs_unit_balance* other = &unit->port[p].balance;
+    if (p == port || (!other->open && unit->tick_time >= other->busy_until)) continue;
+    for (unsigned w = 0; w < RS_DEMANDS; ++w) {
+      if (other->given_root[w] == root) given += other->given[w];
+    }
+  }
+  return given;
+}
+
 /* By how many cells tree j is smaller than tree k, with what other ports are giving it already. Cells go downhill only,
  * and so many at most: no cable becomes fuller than the one that gives, and loads no less even, whatever becomes of
- * what j is to pass on. */
+ * what j is to pass on. A port that found no offer in many rounds keeps no other from giving. */
 static uint32_t gap_to(const rs_section_unit* unit, const rs_trees* trees, unsigned k, unsigned j) {
-  uint32_t taken = trees->size[j];
+  uint32_t taken = trees->size[j] + rs_demands_given(unit, trees->port[k], trees->root[j]);
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     const rs_unit_balance* other = &unit->port[port].balance;
-    if (port == trees->port[k]) continue;
+    if (port == trees->port[k] || !other->open || other->failed > RS_FAILED_ROUNDS) continue;
     for (unsigned w = 0; w < RS_DEMANDS; ++w) {
-      if (other->open && other->demand_root[w] == trees->root[j]) taken += other->demand_size[w];
-      const bool counts = other->open || unit->tick_time < other->busy_until;
-      if (counts && other->given_root[w] == trees->root[j]) taken += other->given[w];
+      if (other->demand_root[w] == trees->root[j]) taken += other->demand_size[w];
     }
   }
   return trees->size[k] > taken ? trees->size[k] - taken : 0U;

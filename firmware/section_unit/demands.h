@@ -16,6 +16,8 @@ RS_INLINE uint64_t rs_there_and_back(const rs_unit_port* port) {
 }
 /* Opens a round of own tree k, if it has anything to give. */
 void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k);
+/* Cells that other ports than `port` have granted to tree `root` in rounds that are not over. */
+uint32_t rs_demands_given(const rs_section_unit* unit, unsigned port, uint8_t root);
 void rs_demand_remove(rs_unit_balance* balance, unsigned w);
 void rs_demands_close(rs_unit_balance* balance);
 

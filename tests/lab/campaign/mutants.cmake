@@ -78,8 +78,8 @@ campaign_mutant(levelled_uphill section_unit/demands.c
   "return trees->size[k] > taken ? trees->size[k] - taken : 0U"
   "return taken > trees->size[k] ? taken - trees->size[k] : 0U"
   section_unit/balance.c
-  "if (size_of(unit, offer->root) + offer->size > unit->port[port].size) return false"
-  "(void)size_of")
+  "if (taken + offer->size > unit->port[port].size) return false"
+  "(void)taken")
 campaign_mutant(never_levelled section_unit/balance.c
   "if (tick >= balance->decide_at && fits(unit, port)) {"
   "if (fits(unit, port) && balance->failed > 1000U) {")
@@ -199,6 +199,10 @@ campaign_mutant(torques_miscounted cell/torque/torque_epoch.c
 campaign_mutant(levers_shortened cell/torque/chain.c
   "point[i] += place->offset[i]"
   "point[i] += 0 * place->offset[i]")
+
+campaign_mutant(stuck_wants_counted section_unit/demands.c
+  "|| !other->open || other->failed > RS_FAILED_ROUNDS) continue;"
+  "|| !other->open) continue;")
 
 # ---- What the host is told ----
 campaign_mutant(neighbours_mixed_up cell/routing/identity.c

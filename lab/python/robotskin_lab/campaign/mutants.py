@@ -109,6 +109,9 @@ MUTANTS = {
     "orders_held_up": Mutant(
         "an order that waits for a port that does not exist is waited for", ("sampled",), directed=True
     ),
+    "stuck_wants_counted": Mutant(
+        "what a tree wants to give, and cannot, keeps others from giving", ("levelling_progress",), directed=True
+    ),
     "another_cipher": Mutant("tags and keys are those of another permutation", ("true_tag",)),
     "orders_out_of_order": Mutant("of what the host orders only what is old is carried out", ("obeyed",)),
     "neighbours_mixed_up": Mutant("topology reports name the wrong neighbour", ("host_topology",), seed=58),
