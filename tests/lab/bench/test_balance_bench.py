@@ -71,7 +71,7 @@ def test_the_base_is_estimated_and_a_push_is_borne(rig: StandingRig) -> None:
     assert rig.skinned.controller.tasks["balance"].skin_shift[0] < -0.01, "the skin tells the shift"
 
 
-@pytest.mark.parametrize("kept", (None, 2), ids=("drawn", "kept"))
+@pytest.mark.parametrize("kept", [None, 2], ids=("drawn", "kept"))
 def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way(seed: int, kept: int | None) -> None:
     seed = seed if kept is None else kept
     cell = drawn_cells(seed, 1, SHOULDERS[1.0], np.array((0.0, 1.0, 0.0)))[0]
