@@ -173,10 +173,10 @@ RS_INLINE void follow_parent(rs_cell* cell, uint32_t now_us) {
 }
 
 /* Epochs begin and end by the tick time. */
-RS_INLINE void follow_epoch(rs_cell* cell, uint32_t now_us) {
+RS_INLINE void follow_epoch(rs_cell* cell, const rs_input* input, uint32_t now_us) {
   const rs_torque_epoch* epoch = &cell->torque;
   if (epoch->open || cell->route.origin_us != epoch->origin_us || rs_reached(now_us, epoch->begin_us)) {
-    rs_torque_advance(cell, now_us);
+    rs_torque_advance(cell, input->kind == RS_INPUT_FRAME ? input->late_us : 0U, now_us);
   }
 }
 
@@ -216,7 +216,7 @@ RS_NOINLINE void rs_step(rs_cell* cell, const rs_input* input, uint32_t now_us, 
     check(cell, now_us);
   }
   follow_parent(cell, now_us);
-  follow_epoch(cell, now_us);
+  follow_epoch(cell, input, now_us);
   rs_transmit(cell, now_us, output);
   pass_note(cell, now_us);
 

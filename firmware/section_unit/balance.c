@@ -123,7 +123,7 @@ static bool fits(const rs_section_unit* unit, unsigned port) {
   }
   uint32_t taken = size_of(unit, offer->root);
   /* Other ports did not reckon with the wants of one that found no offer for long. */
-  if (balance->failed > RS_FAILED_ROUNDS) taken += rs_demands_given(unit, port, offer->root);
+  if (rs_demands_stuck(balance)) taken += rs_demands_given(unit, port, offer->root);
   if (taken + offer->size > unit->port[port].size) return false;
   for (unsigned w = 0; w < RS_DEMANDS; ++w) {
     if (balance->demand_root[w] == offer->root && balance->demand_size[w] >= offer->size) return true;

@@ -44,7 +44,7 @@ static uint32_t gap_to(const rs_section_unit* unit, const rs_trees* trees, unsig
   uint32_t taken = trees->size[j] + rs_demands_given(unit, trees->port[k], trees->root[j]);
   for (unsigned port = 0; port < unit->config.ports; ++port) {
     const rs_unit_balance* other = &unit->port[port].balance;
-    if (port == trees->port[k] || !other->open || other->failed > RS_FAILED_ROUNDS) continue;
+    if (port == trees->port[k] || !other->open || rs_demands_stuck(other)) continue;
     for (unsigned w = 0; w < RS_DEMANDS; ++w) {
       if (other->demand_root[w] == trees->root[j]) taken += other->demand_size[w];
     }
@@ -55,7 +55,7 @@ static uint32_t gap_to(const rs_section_unit* unit, const rs_trees* trees, unsig
 /* How much of that tree j may take. One that does not pass cells on takes no more than brings the two level, because
  * what it takes beyond that stays there. */
 static uint32_t room(const rs_section_unit* unit, const rs_trees* trees, unsigned j, uint32_t gap) {
-  const bool stuck = trees->port[j] != RS_TREE_FOREIGN && unit->port[trees->port[j]].balance.failed > RS_FAILED_ROUNDS;
+  const bool stuck = trees->port[j] != RS_TREE_FOREIGN && rs_demands_stuck(&unit->port[trees->port[j]].balance);
   return stuck ? gap / 2U : gap;
 }
 

@@ -16,6 +16,10 @@ RS_INLINE uint64_t rs_there_and_back(const rs_unit_port* port) {
 }
 /* Opens a round of own tree k, if it has anything to give. */
 void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k);
+/* Whether a tree is taken for one that gives nothing. */
+RS_INLINE bool rs_demands_stuck(const rs_unit_balance* balance) {
+  return balance->failed > RS_FAILED_ROUNDS;
+}
 /* Cells that other ports than `port` have granted to tree `root` in rounds that are not over. */
 uint32_t rs_demands_given(const rs_section_unit* unit, unsigned port, uint8_t root);
 void rs_demand_remove(rs_unit_balance* balance, unsigned w);

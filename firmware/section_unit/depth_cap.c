@@ -51,7 +51,7 @@ void rs_depth_cap_watch(rs_section_unit* unit, const rs_trees* trees, unsigned f
     const rs_unit_balance* balance = &unit->port[trees->port[k]].balance;
     if (balance->failed == 0U && !balance->open) continue;
     ++wanting;
-    if (balance->failed > RS_FAILED_ROUNDS) ++failing;
+    if (rs_demands_stuck(balance)) ++failing;
   }
   lead->steady = count != lead->trees || cells != lead->cells ? 0U : lead->steady < 100U ? lead->steady + 1U : 100U;
   lead->trees = count;

@@ -32,7 +32,11 @@ void rs_status_note(rs_cell* cell, uint32_t now_us) {
 
 uint32_t rs_torque_wait_us(const rs_cell* cell, uint32_t now_us) {
   const rs_torque_epoch* epoch = &cell->torque;
-  if (epoch->open) return epoch->deadline_us - now_us;
+  if (epoch->open) {
+    /* Overdue, it waits only for what came sooner. */
+    const uint32_t left_us = epoch->deadline_us - now_us;
+    return left_us - 1U < RS_TORQUE_WAIT_MAX_US ? left_us : 1U;
+  }
   return epoch->own.parts > 0U || epoch->used > 0U ? epoch->begin_us - now_us : RS_HEARTBEAT_US;
 }
 

@@ -208,7 +208,7 @@ void rs_torque_receive(rs_cell* cell, unsigned port, const uint8_t* frame, uint3
   if (epoch->open) report(cell, now_us);
 }
 
-void rs_torque_advance(rs_cell* cell, uint32_t now_us) {
+void rs_torque_advance(rs_cell* cell, uint32_t late_us, uint32_t now_us) {
   rs_torque_epoch* epoch = &cell->torque;
   if (cell->route.parent_port != RS_NO_PARENT &&
       (cell->route.origin_us != epoch->origin_us || rs_reached(now_us, epoch->begin_us))) {
@@ -220,8 +220,9 @@ void rs_torque_advance(rs_cell* cell, uint32_t now_us) {
     const rs_neighbour* neighbour = &cell->route.neighbour[port];
     if (!neighbour->child || !neighbour->up) waiting &= (uint8_t)~(1U << port);
   }
-  const uint32_t left_us = epoch->deadline_us - now_us;
-  if (left_us == 0U || left_us > RS_TORQUE_WAIT_MAX_US) waiting = 0;
+  /* What came before the deadline may still wait behind the input at hand. */
+  const int32_t left_us = (int32_t)(epoch->deadline_us - now_us);
+  if (left_us + (int32_t)late_us <= 0 || left_us > RS_TORQUE_WAIT_MAX_US) waiting = 0;
   if (waiting == epoch->waiting) return;
   epoch->waiting = waiting;
   report(cell, now_us);

@@ -201,7 +201,7 @@ campaign_mutant(levers_shortened cell/torque/chain.c
   "point[i] += 0 * place->offset[i]")
 
 campaign_mutant(stuck_wants_counted section_unit/demands.c
-  "|| !other->open || other->failed > RS_FAILED_ROUNDS) continue;"
+  "|| !other->open || rs_demands_stuck(other)) continue;"
   "|| !other->open) continue;")
 
 # ---- What the host is told ----
