@@ -29,6 +29,7 @@ class Group:
         self.timers = [-1] * len(offsets_us)
         self.parts = [0] * len(offsets_us)  # which units hear each other: those of one part
         self.loss = 0.0
+        self.held_up_us = 0  # longer the way from each unit to those after it
         self.queue: list[tuple[int, int, str, int, object]] = []
         self.ticks: list[list[tuple[int, int]]] = [[] for _ in offsets_us]  # (time us, tick number) at port 1
         self.sent: list[tuple[int, bytes]] = []
@@ -60,7 +61,8 @@ class Group:
             self.sent.append((unit, output.to_peers))
             for other in range(len(self.units)):
                 if other != unit and self.random.random() >= self.loss:
-                    self.at(self.now + self.delay_us, "datagram", other, (self.parts[unit], output.to_peers))
+                    way_us = self.delay_us + (self.held_up_us if other > unit else 0)
+                    self.at(self.now + way_us, "datagram", other, (self.parts[unit], output.to_peers))
         wait_us = (output.timer_ns - self.clock_ns(unit)) / 1000
         self.timers[unit] = self.now + max(0, round(wait_us)) + (wait_us > 0)
         self.at(self.timers[unit], "timer", unit)
@@ -159,6 +161,19 @@ def test_time_only_goes_forward_when_parts_meet_that_never_met(seed: int) -> Non
     for ticks in group.ticks:
         steps = [(b[1] - a[1]) % 65536 for a, b in itertools.pairwise(ticks[5:])]
         assert all(0 < step < 32768 for step in steps)
+
+
+def test_a_way_that_is_held_up_in_one_direction_alone_moves_no_clock(seed: int) -> None:
+    group = Group([0, 5000], seed)
+    for unit in range(2):
+        group.boot(unit)
+    group.run_ms(100)
+    group.held_up_us = 40_000  # half of that would be taken for the time that clocks are apart
+    group.run_ms(600)
+    assert group.skew_us(40) < 100 + 2 * 1e-4 * 600_000
+    group.held_up_us = 0
+    group.run_ms(100)
+    assert group.skew_us(40) < 100
 
 
 def test_loss_on_ethernet_does_no_harm(seed: int) -> None:
