@@ -106,7 +106,11 @@ def test_names_that_are_not_public_are_found(tmp_path: Path) -> None:
         (["embrace", "--taught", __file__], "--taught"),
         (["embrace", "--grasp", "--teach", "path.toml"], "--teach"),
         (["embrace", "--grasp", "--standing", "--learn-map", "map.npz"], "--learn-map"),
+        (["embrace", "--headless", "--teach", "path.toml", "--stiff"], "--stiff"),
+        (["embrace", "--headless", "--teach", "path.toml", "--self-collision"], "--self-collision"),
         (["balance", "--headless", "--push", "3"], "--push"),
+        (["balance", "--force", "20"], "--force"),
+        (["balance", "--headless", "--force", "20"], "--force"),
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(words: list[str], told: str) -> None:

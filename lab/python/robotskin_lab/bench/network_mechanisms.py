@@ -64,7 +64,7 @@ class Loads:
 
 
 def case_text(network: CellNetwork, seed: int) -> str:
-    """A skin as the programs of the campaign read it, without faults, as `trial_of` makes it."""
+    """A skin as the programs of the campaign read it, without faults, of cells that compute in no time."""
 
     def end(cell: int, port: int) -> str:
         return f"{cell}.{port}" if cell >= 0 else "-"

@@ -44,6 +44,8 @@ def command(
     if headless and push is not None:
         raise typer.BadParameter("is for the page; without it, --pushes tells how many", param_hint="--push")
     refuse_in_page(headless, context, "json_file", "pushes")
+    if push is None:
+        refuse_in_page(False, context, "force", because="needs --push")
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)

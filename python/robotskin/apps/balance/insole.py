@@ -66,7 +66,7 @@ class Insole:
         self._calibrate()
 
     def feel(self, load_n: float, centre_m: Array) -> Array:
-        """(n,) newton shown under a load that presses at `centre_m` (2,) from the sole's middle."""
+        """(3 n,) newton of each cell's three sensors, under a load that presses at `centre_m` (2,) from the middle."""
         pressure = load_n * self._pressure.at(self._sensors, self._pressure.plane(centre_m))
         true = SHARE * USUAL_N / len(self._sensors) * (pressure / USUAL_N) ** self._exponent
         # Foam and sensors show less while the load grows and more while it falls.
@@ -87,5 +87,5 @@ class Insole:
             loads.append(load)
             centres.append(at)
         self.poses = (np.array(felt), np.array(loads), np.array(centres))
-        """Of the calibration: (p, n) N felt, (p,) N of load, (p, 2) m where it pressed."""
+        """Of the calibration: (p, 3 n) N felt, (p,) N of load, (p, 2) m where it pressed."""
         self.calibration.learn(*self.poses)

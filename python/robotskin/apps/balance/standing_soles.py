@@ -70,7 +70,7 @@ class StandingSoles:
         """(2, 3) newton and newton metres, as `SolePressure.load`, about each sole's middle.
 
         Args:
-            felt: (2, 3) what the cells of each sole tell.
+            felt: (2, 3) newton and newton metres, as `SolePressure.load`, that the cells of each sole tell.
             unsure: (2,) σ of where they say that it presses, over half the sole's length and width.
             joints: (n,) rad, positions as measured; those of the base count for nothing.
             period_s: since the call before.

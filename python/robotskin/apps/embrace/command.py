@@ -93,6 +93,8 @@ def command(
         raise typer.BadParameter(f"learns a map on a fixed base; it is not for {other}", param_hint="--learn-map")
     if teach_file is not None and grasp:
         raise typer.BadParameter("teaches, and grasps nothing; then grasp with --taught", param_hint="--teach")
+    if teach_file is not None and (stiff or self_collision):
+        raise typer.BadParameter("is not for --teach", param_hint="--stiff" if stiff else "--self-collision")
     refuse_in_page(headless, context, "json_file", "teach_file")
     console = Console()
     if teach_file is not None:

@@ -85,9 +85,9 @@ class FeelingFeet:
         self.told = (Told(), Told())
         self.motors = SimulatedVibrators()
         self.duty = np.zeros((2, len(Region)))
-        """Of each foot's regions."""
+        """Duty of each foot's regions, 0 to 1."""
         self.loads_n = np.full((2, len(Region)), np.nan)
-        """Of each foot's regions, as felt; NaN: not known."""
+        """Newton on each foot's regions, as felt; NaN: not known."""
         self.calibration: Calibration | None = None
         self.on_event: Callable[[int, Event], None] = lambda foot, event: None
         self._others = vibrators
