@@ -92,7 +92,7 @@ def test_a_new_behaviour_is_one_file(monkeypatch: pytest.MonkeyPatch, seed: int)
     ((name, row),) = files.items()
     assert module.__file__ is not None
     assert ROOT / name == Path(module.__file__)
-    (made,) = eval(f"({row})", vars(module))  # the row, as it would stand in the file
+    made = eval(row, vars(module))  # the row, as it would stand in the file
     monkeypatch.setitem(module.BEHAVIOURS, made.name, made)
     session = rs.Session(rs.load_robot("ur5"), rs.finished_layout("ur5"), made.name, seed=seed, link="in process")
     session.boot()
