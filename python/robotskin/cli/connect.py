@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 def command(
+    context: typer.Context,
     robot: Annotated[str, typer.Argument(help="A robot by name (robotskin robots lists them), or its URDF.")],
     robot_port: Annotated[
         str,
@@ -89,6 +90,7 @@ def command(
     """
     from robotskin import control
     from robotskin import layout as layouts
+    from robotskin.apps.options import refuse_in_page
     from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.cli._in_fleet import require_fleet
@@ -100,6 +102,8 @@ def command(
     from robotskin.robots.gains import robot_with_gains
 
     require_writable("--json", json_file, (".json",))
+    refuse_in_page(headless, context, "json_file", "seconds")
+    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
     control.behaviour(behaviour)
     member("interface", CommandMode, interface)
     require_fleet(fleet)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def command(
+    context: typer.Context,
     robot: Annotated[str, typer.Option(help="A robot by name (robotskin robots lists them), or its URDF.")] = "ur5",
     gains: Annotated[
         Path | None,
@@ -87,6 +88,7 @@ def command(
     Exit status 0 means that every figure with a bound keeps it.
     """
     from robotskin import layout as layouts
+    from robotskin.apps.options import refuse_in_page
     from robotskin.cli._terminal import terminal
     from robotskin.cli.run import tell_gains
     from robotskin.layout.mounting import read_for
@@ -97,6 +99,8 @@ def command(
     from robotskin.world import load_scene
 
     require_writable("--json", json_file, (".json",))
+    refuse_in_page(headless, context, "json_file", "seconds")
+    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
     around = None if scene is None else load_scene(scene)
     console = terminal()
     with waiting(f"loading {robot}"):

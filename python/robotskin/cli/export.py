@@ -13,6 +13,7 @@ from robotskin.cli._waiting import waiting
 
 
 def command(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(help="A recording (MCAP) that `--record` or `robotskin record` has made.")],
     lerobot: Annotated[
         Path | None, typer.Option("--lerobot", help="Write a LeRobot data set, version 3, into this new folder.")
@@ -32,10 +33,12 @@ def command(
 
     Exit status 2: the file is damaged, what is to be written exists, or an extra is not installed.
     """
+    from robotskin.apps.options import refuse_in_page
     from robotskin.record import Recording
 
     if lerobot is None and ros2 is None and foxglove is None and rrd is None:
         raise typer.BadParameter("name at least one", param_hint="--lerobot, --ros2, --foxglove, --rrd")
+    refuse_in_page(lerobot is not None, context, "fps", "window", "task", because="is for --lerobot")
     recording = Recording(file)
     if lerobot is not None:
         from robotskin.export import export_lerobot

@@ -10,6 +10,7 @@ import typer
 
 
 def command(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(help="The recording (MCAP); Foxglove opens it, robotskin replay plays it.")],
     repair: Annotated[bool, typer.Option("--repair", help="Mend FILE, which was cut or damaged.")] = False,
     robot: Annotated[str, typer.Option(help="A robot by name (robotskin robots lists them), or its URDF.")] = "ur5",
@@ -22,12 +23,16 @@ def command(
 
     `demo`, `run` and `connect` record as well, with --record FILE. Exit status 2: the file cannot be written or mended.
     """
+    from robotskin.apps.options import refuse_in_page
+
     if repair:
+        because = "with --repair: nothing is recorded"
+        refuse_in_page(False, context, "robot", "behaviour", "mode", "seconds", "seed", because=because)
         mend(file)
         return
     from robotskin.cli.run import command as run
 
-    run(robot, behaviour, headless=True, seconds=seconds, mode=mode, seed=seed, record=file)
+    run(context, robot, behaviour, headless=True, seconds=seconds, mode=mode, seed=seed, record=file)
 
 
 def mend(file: Path) -> None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 def command(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(help="A recording (MCAP) that `--record` or `robotskin record` has made.")],
     start: Annotated[float, typer.Option("--from", help="Begin so many seconds into it.", min=0)] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="End so many seconds into it; default: all of it.")] = None,
@@ -54,6 +55,7 @@ def command(
     """
     from rich.table import Table
 
+    from robotskin.apps.options import refuse_in_page
     from robotskin.cli._terminal import terminal
     from robotskin.figures import write_figures
     from robotskin.outputs import require_writable
@@ -67,6 +69,7 @@ def command(
         beside = [name for name, value in others.items() if value is not None]
         if asked and beside:
             raise InputError(f"{', '.join(beside)} with {alone}: only one at a time; give them without {alone}")
+    refuse_in_page(page, context, "port", because="is for --page")
     recording = Recording(file)
     if not start <= recording.seconds or (end is not None and not end >= start):
         raise InputError(

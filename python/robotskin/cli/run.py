@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 def command(
+    context: typer.Context,
     robot: Annotated[
         str,
         typer.Argument(help="A robot by name (robotskin robots lists them), or the path of its URDF."),
@@ -111,6 +112,7 @@ def command(
     """
     from robotskin import control
     from robotskin import layout as layouts
+    from robotskin.apps.options import refuse_in_page
     from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.cli._terminal import terminal
@@ -124,6 +126,8 @@ def command(
     from robotskin.world import load_scene
 
     require_writable("--json", json_file, (".json",))
+    refuse_in_page(headless, context, "json_file", "seconds")
+    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
     control.behaviour(behaviour)
     fused = None if fusion is None else member("fusion", Fusion, fusion)
     source = member("skin source", SkinSource, skin_source)

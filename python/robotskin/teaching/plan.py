@@ -102,7 +102,7 @@ class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     taught_with: str
     steps: Annotated[tuple[Step, ...], msgspec.Meta(min_length=1)]
     tries: Annotated[int, msgspec.Meta(ge=1, le=100)] = 3
-    """How often a thing is reached for again that was not held."""
+    """How often a thing is reached for in all, while it was not held."""
 
     def require_doable(self, knowledge: Knowledge, robot: str, places: list[str]) -> None:
         """Raise, naming the step, what could not be carried out to its end; nothing has moved then.

@@ -98,6 +98,31 @@ def test_what_is_typed_wrong_is_told_in_one_line_with_what_to_type_next(typed: s
 
 
 @pytest.mark.parametrize(
+    ("typed", "option", "because"),
+    [
+        ("run ur5 --json found.json", "--json", "is for --headless"),
+        ("run ur5 --seconds 3", "--seconds", "is for --headless"),
+        ("run ur5 --headless --ros2 --ros2-commands", "--ros2-commands", "is for the page"),
+        ("demo --json found.json", "--json", "is for --headless"),
+        ("connect ur5 --robot-port ur:127.0.0.1 --seconds 3", "--seconds", "is for --headless"),
+        (f"configure ur5 --from {__file__} --postures 5", "--postures", "nothing moves"),
+        ("export none.mcap --foxglove seen.mcap --fps 10", "--fps", "is for --lerobot"),
+        ("record none.mcap --repair --seed 3", "--seed", "nothing is recorded"),
+        ("replay none.mcap --port 8081", "--port", "is for --page"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(
+    typed: str, option: str, because: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = CliRunner().invoke(main.app, typed.split())
+    assert answer.exit_code == 2, answer.output
+    assert option in answer.output
+    assert because in answer.output
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
     "typed",
     [
         *("run ur5", "demo", "simulate sheet:4x4", f"check {__file__}", "doctor ur5", "replay none.mcap"),

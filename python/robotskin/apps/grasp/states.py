@@ -64,7 +64,7 @@ TABLE: tuple[Row[State, Seen], ...] = (
     Row(State.SQUEEZE, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.SQUEEZE, lambda seen: seen.risen, State.HOLD, "the force has risen", 1.6, 8.0),
     Row(State.HOLD, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
-    Row(State.HOLD, lambda seen: not seen.held, State.LOST, "no finger feels anything", 0.3),
+    Row(State.HOLD, lambda seen: not seen.held, State.LOST, "fewer than two fingers feel it", 0.3),
     Row(State.LOST, lambda seen: seen.asked_to_release, State.RELEASE, "asked to let go"),
     Row(State.RELEASE, lambda seen: seen.open, State.RELEASED, "open", 0.5),
     Row(State.RELEASED, lambda seen: False, State.BRINGING, "asked to grasp again"),
