@@ -19,7 +19,7 @@ void BeaconLog::issued(const rs_tick& tick) {
   any_ = true;
 }
 
-void BeaconLog::arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {
+void BeaconLog::keep(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns, bool planted) {
   Port& port = arrived_[at_wire];
   port.last = static_cast<std::uint8_t>((port.last + 1) % beacons_kept);
   port.beacon[port.last] = {now_ns,
@@ -27,13 +27,17 @@ void BeaconLog::arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t n
                             static_cast<std::uint8_t>(tick.hops),
                             static_cast<std::uint8_t>(tick.root),
                             tick.parent != 0,
-                            false};
+                            planted};
+}
+
+void BeaconLog::arrived(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {
+  keep(at_wire, tick, now_ns, false);
+  arrived_[at_wire].own_child = tick.parent != 0;
 }
 
 void BeaconLog::planted(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns) {
   if (find(at_wire, static_cast<std::uint16_t>(tick.sequence), static_cast<std::uint8_t>(tick.hops)) != nullptr) return;
-  arrived(at_wire, tick, now_ns);
-  arrived_[at_wire].beacon[arrived_[at_wire].last].planted = true;
+  keep(at_wire, tick, now_ns, true);
 }
 
 const IssuedTick* BeaconLog::find(const rs_wave& wave) const {

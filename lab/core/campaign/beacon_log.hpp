@@ -44,13 +44,18 @@ class BeaconLog {
   // The last beacon of this content at the port; null: none of the last few.
   const ArrivedBeacon* find(std::size_t at_wire, std::uint16_t sequence, std::uint8_t hops) const;
   const ArrivedBeacon& newest(std::size_t at_wire) const { return arrived_[at_wire].beacon[arrived_[at_wire].last]; }
+  // The neighbour says to be the receiver's child, in its own last beacon and in what was played again since.
+  bool child(std::size_t at_wire) const { return arrived_[at_wire].own_child && newest(at_wire).parent; }
   std::uint32_t newest_time() const { return newest_time_; }  // tick time of the root that is furthest ahead
   bool any() const { return any_; }
 
  private:
+  void keep(std::size_t at_wire, const rs_tick& tick, std::int64_t now_ns, bool planted);
+
   struct Port {
     std::array<ArrivedBeacon, beacons_kept> beacon;
     std::uint8_t last = 0;
+    bool own_child = false;  // of the last that was not planted
   };
 
   const GroundTruth& ground_;

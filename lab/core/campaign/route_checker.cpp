@@ -165,7 +165,7 @@ void RouteChecker::adopted(std::size_t cell, const rs_route& route) {
                    {"sequence", route.wave.sequence},
                    {"announced hops", beacons_.newest(wire).hops},
                    {"announced sequence", beacons_.newest(wire).sequence}});
-    if (beacons_.newest(wire).parent)
+    if (beacons_.child(wire))
       breaks_.add(Invariant::own_child, now_ns, {cell, far_cell},
                   {{"port", port}, {"hops", route.hops}, {"sequence", route.wave.sequence}});
     if (false_wave && !spread)

@@ -308,5 +308,5 @@ def test_the_page_states_the_forces_at_which_arms_give_way_and_let_go() -> None:
     hug = Hold()
     assert f"more than `{hug.cell_n:g} N` in a hug, or `{GRASP_HOLD.cell_n:g} N` in a grasp, makes" in page
     for hold in (hug, GRASP_HOLD):
-        let_go = f"more than {hold.most_cell_n:g} N for 0.2 s; with {hold.outside_n:g} N where no contact is allowed"
+        let_go = f"more than {hold.most_cell_n:g} N for 0.2 s; at once with more than {hold.outside_n:g} N where no"
         assert page.count(let_go) == 2

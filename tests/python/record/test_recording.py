@@ -327,12 +327,14 @@ def test_a_file_without_a_message_stays_as_it_is(made: Made, tmp_path: Path) -> 
 
 def test_times_outside_of_it_are_refused(made: Made) -> None:
     """A start behind the end told that no cell felt anything."""
-    from robotskin.cli.replay import command
-    from robotskin.errors import InputError
+    from typer.testing import CliRunner
 
-    for start, end in ((100.0, None), (0.2, 0.1)):
-        with pytest.raises(InputError, match="lasts"):
-            command(made.path, start, end)
+    from robotskin.cli.main import app
+
+    for times in (["--from", "100"], ["--from", "0.2", "--to", "0.1"]):
+        answer = CliRunner().invoke(app, ["replay", str(made.path), *times])
+        assert answer.exit_code == 2
+        assert "lasts" in answer.output
 
 
 def test_a_whole_file_is_left_alone(made: Made) -> None:
