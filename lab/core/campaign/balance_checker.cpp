@@ -4,6 +4,21 @@
 #include <algorithm>
 
 namespace robotskin::campaign {
+namespace {
+
+// Demands come down from cell to cell. One that waits for its id has no turn either: it cannot check the tags of what
+// comes down, and passes nothing of it on.
+bool hears_demands(const world::Network& network, const RouteChecker& routes, std::size_t cell) {
+  for (std::size_t above = 0; above < network.cell_count(); ++above) {
+    const rs_cell& here = network.cell(cell);
+    if (here.id == RS_ID_NONE || (here.keyed && here.turn == RS_TURN_NONE)) return false;
+    if (routes.parent(cell) < 0) return true;
+    cell = static_cast<std::size_t>(routes.parent(cell));
+  }
+  return false;
+}
+
+}  // namespace
 
 void BalanceChecker::granted(const world::Network& network, const RouteChecker& routes, const std::uint8_t* frame) {
   rs_grant grant;
@@ -88,7 +103,7 @@ void BalanceChecker::weigh_chances(const world::Network& network, const GroundTr
   unsigned port = 0;
   for (; undisturbed && grants_ == grants_then_ && cell < leaf.size(); ++cell) {
     const rs_cell& here = network.cell(cell);
-    const bool may = leaf[cell] && ground.runs(cell) && recovery.has_path(cell) && here.id != RS_ID_NONE;
+    const bool may = leaf[cell] && ground.runs(cell) && recovery.has_path(cell) && hears_demands(network, routes, cell);
     if (!may || here.route.parent_port == RS_NO_PARENT || here.route.hops <= 1 || here.route.wave.forming != 0)
       continue;
     port = port_to_smaller(network, ground, loads, cell);
