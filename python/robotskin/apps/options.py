@@ -17,6 +17,7 @@ __all__ = [
     "Seed",
     "StiffnessRatio",
     "refuse_in_page",
+    "refuse_unless",
 ]
 
 Headless = Annotated[bool, typer.Option("--headless", help="No page: run the script, print its figures, and end.")]
@@ -34,14 +35,23 @@ KnowledgeFile = Annotated[
 ]
 
 
-def refuse_in_page(headless: bool, context: typer.Context, *names: str, because: str = "is for --headless") -> None:
+def refuse_in_page(headless: bool, context: typer.Context, *names: str) -> None:
     """Refuse options, by the names of their arguments, that were given and that a page has no use for.
 
     Raises:
         typer.BadParameter: names them.
     """
+    refuse_unless(headless, context, *names, because="is for --headless")
+
+
+def refuse_unless(of_use: bool, context: typer.Context, *names: str, because: str) -> None:
+    """Refuse options, by the names of their arguments, that were given where they are of no use.
+
+    Raises:
+        typer.BadParameter: names them, and says `because`.
+    """
     sources = {name: context.get_parameter_source(name) for name in names}
     given = [name for name, source in sources.items() if source is not None and source.name == "COMMANDLINE"]
-    if given and not headless:
+    if given and not of_use:
         options = [parameter.opts[0] for parameter in context.command.params if parameter.name in given]
         raise typer.BadParameter(because, param_hint=", ".join(options))

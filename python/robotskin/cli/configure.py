@@ -113,7 +113,7 @@ def command(
 
     from rich.table import Table
 
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_unless
     from robotskin.cli._sharing import told_recorded
     from robotskin.cli._terminal import terminal
     from robotskin.configuring.configured import babble, check_again, placed_by_camera, worn_layout
@@ -134,8 +134,8 @@ def command(
         raise InputError("--camera with --from: the camera looks at a simulated skin, so --layout must name it")
     if record is not None and source is not None:
         raise InputError(f"--record {record} with --from: nothing moves, so nothing is recorded")
-    moves = source is None
-    refuse_in_page(moves, context, "postures", "swing_postures", "floor_m", because="with --from: nothing moves")
+    because = "with --from: nothing moves"
+    refuse_unless(source is None, context, "postures", "swing_postures", "floor_m", because=because)
     model = robot_with_gains(robot).robot
     chosen = tuple(step.strip() for step in steps.split(","))
     # Whatever can be refused is refused before the robot moves.

@@ -90,7 +90,7 @@ def command(
     """
     from robotskin import control
     from robotskin import layout as layouts
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_in_page, refuse_unless
     from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.cli._in_fleet import require_fleet
@@ -103,7 +103,7 @@ def command(
 
     require_writable("--json", json_file, (".json",))
     refuse_in_page(headless, context, "json_file", "seconds")
-    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
+    refuse_unless(not headless, context, "ros2_commands", because="is for the page")
     control.behaviour(behaviour)
     member("interface", CommandMode, interface)
     require_fleet(fleet)

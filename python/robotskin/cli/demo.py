@@ -88,7 +88,7 @@ def command(
     Exit status 0 means that every figure with a bound keeps it.
     """
     from robotskin import layout as layouts
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_in_page, refuse_unless
     from robotskin.cli._terminal import terminal
     from robotskin.cli.run import tell_gains
     from robotskin.layout.mounting import read_for
@@ -100,7 +100,7 @@ def command(
 
     require_writable("--json", json_file, (".json",))
     refuse_in_page(headless, context, "json_file", "seconds")
-    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
+    refuse_unless(not headless, context, "ros2_commands", because="is for the page")
     around = None if scene is None else load_scene(scene)
     console = terminal()
     with waiting(f"loading {robot}"):

@@ -33,12 +33,12 @@ def command(
 
     Exit status 2: the file is damaged, what is to be written exists, or an extra is not installed.
     """
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_unless
     from robotskin.record import Recording
 
     if lerobot is None and ros2 is None and foxglove is None and rrd is None:
         raise typer.BadParameter("name at least one", param_hint="--lerobot, --ros2, --foxglove, --rrd")
-    refuse_in_page(lerobot is not None, context, "fps", "window", "task", because="is for --lerobot")
+    refuse_unless(lerobot is not None, context, "fps", "window", "task", because="is for --lerobot")
     recording = Recording(file)
     if lerobot is not None:
         from robotskin.export import export_lerobot

@@ -23,11 +23,11 @@ def command(
 
     `demo`, `run` and `connect` record as well, with --record FILE. Exit status 2: the file cannot be written or mended.
     """
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_unless
 
+    because = "with --repair: nothing is recorded"
+    refuse_unless(not repair, context, "robot", "behaviour", "mode", "seconds", "seed", because=because)
     if repair:
-        because = "with --repair: nothing is recorded"
-        refuse_in_page(False, context, "robot", "behaviour", "mode", "seconds", "seed", because=because)
         mend(file)
         return
     from robotskin.cli.run import command as run

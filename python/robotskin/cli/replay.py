@@ -55,7 +55,7 @@ def command(
     """
     from rich.table import Table
 
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_unless
     from robotskin.cli._terminal import terminal
     from robotskin.figures import write_figures
     from robotskin.outputs import require_writable
@@ -69,7 +69,7 @@ def command(
         beside = [name for name, value in others.items() if value is not None]
         if asked and beside:
             raise InputError(f"{', '.join(beside)} with {alone}: only one at a time; give them without {alone}")
-    refuse_in_page(page, context, "port", because="is for --page")
+    refuse_unless(page, context, "port", because="is for --page")
     recording = Recording(file)
     if not start <= recording.seconds or (end is not None and not end >= start):
         raise InputError(

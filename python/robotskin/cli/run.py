@@ -112,7 +112,7 @@ def command(
     """
     from robotskin import control
     from robotskin import layout as layouts
-    from robotskin.apps.options import refuse_in_page
+    from robotskin.apps.options import refuse_in_page, refuse_unless
     from robotskin.calibration import Calibration
     from robotskin.choices import member
     from robotskin.cli._terminal import terminal
@@ -127,7 +127,7 @@ def command(
 
     require_writable("--json", json_file, (".json",))
     refuse_in_page(headless, context, "json_file", "seconds")
-    refuse_in_page(not headless, context, "ros2_commands", because="is for the page")
+    refuse_unless(not headless, context, "ros2_commands", because="is for the page")
     control.behaviour(behaviour)
     fused = None if fusion is None else member("fusion", Fusion, fusion)
     source = member("skin source", SkinSource, skin_source)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page, refuse_unless
 
 ROBOT, LAYOUT = "talos_standing", "talos_embrace"
 """A skin whose cells cover the chest's front too, where a person pushes first."""
@@ -44,8 +44,7 @@ def command(
     if headless and push is not None:
         raise typer.BadParameter("is for the page; without it, --pushes tells how many", param_hint="--push")
     refuse_in_page(headless, context, "json_file", "pushes")
-    if push is None:
-        refuse_in_page(False, context, "force", because="needs --push")
+    refuse_unless(push is not None, context, "force", because="needs --push")
     console = Console()
     with console.status(f"loading {ROBOT}"):
         ready = robot_with_gains(ROBOT)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page, refuse_unless
 
 
 def command(
@@ -44,8 +44,7 @@ def command(
     from robotskin.session import Session
 
     refuse_in_page(headless, context, "json_file", "wait")
-    if push is None:
-        refuse_in_page(headless, context, "force", because="is for --push")
+    refuse_unless(headless or push is not None, context, "force", because="is for --push")
     console = Console()
     loaded = load(robot)
     carrying = carrying_limb(loaded).name
