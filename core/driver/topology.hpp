@@ -12,7 +12,7 @@ namespace robotskin::driver {
 struct ReportedNeighbour {
   std::uint16_t id = RS_ID_NONE;  // 16383: a section unit
   std::uint8_t port = 0;          // the port it uses, 1 to 4
-  std::uint8_t errors = 0;        // binary logarithm of frames lost there, at most 7
+  std::uint8_t errors = 0;        // binary digits of the count of frames lost there, at most 7
 };
 
 // The newest topology frame of one cell.

@@ -13,7 +13,7 @@
 enum {
   BESIDE_TICKS = 100, /* a tree not seen beside the own one for so long is there no more */
   REPEAT_TICKS = 8,   /* wants that still stand are told again so often */
-  WINDOW_TICKS = 64   /* longest round */
+  WINDOW_TICKS = 64   /* longest round in which anything is granted */
 };
 
 /* ---- What is heard of a tree ---- */
@@ -171,7 +171,8 @@ static void serve(rs_section_unit* unit, unsigned port) {
     if (balance->demand_left > 0U) --balance->demand_left;
     send_grant(unit, port, &no_offer);
   }
-  if (balance->demand_root[0] != 0U && tick < balance->close_at && tick < balance->opened_at + WINDOW_TICKS) return;
+  const bool too_long = balance->failed == 0U && tick >= balance->opened_at + WINDOW_TICKS;
+  if (balance->demand_root[0] != 0U && tick < balance->close_at && !too_long) return;
   /* Now the sizes have to settle before anything new is wanted. */
   rs_demands_close(balance);
   balance->open = false;

@@ -8,8 +8,9 @@
 #define MOST_WANTED RS_FIELD_MAX(grant_demand_1_size)
 
 enum {
-  DECIDE_TICKS = 2, /* offers are collected so long, and while the tree is crossed */
-  DETOUR_TICKS = 10 /* in a last resort so much longer, until trunks at the border have become light */
+  DECIDE_TICKS = 2,  /* offers are collected so long, and while the tree is crossed */
+  DETOUR_TICKS = 10, /* in a last resort so much longer, until trunks at the border have become light */
+  PATIENCE_TICKS = 64
 };
 
 void rs_demand_remove(rs_unit_balance* balance, unsigned w) {
@@ -77,6 +78,14 @@ static void want(rs_unit_balance* balance, uint32_t surplus[RS_DEMANDS], uint32_
   balance->gap[w] = (uint16_t)gap;
 }
 
+/* How much longer than usual an offer is waited for, which climbs a deep tree slowly where that has much to tell. */
+static uint64_t patience(const rs_unit_port* port) {
+  const unsigned failed = port->balance.failed;
+  if (failed <= RS_FAILED_ROUNDS) return 0;
+  const uint32_t longer = (uint32_t)port->height << (failed - RS_FAILED_ROUNDS < 3U ? failed - RS_FAILED_ROUNDS : 3U);
+  return longer < PATIENCE_TICKS ? longer : PATIENCE_TICKS;
+}
+
 void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k) {
   rs_unit_port* here = &unit->port[trees->port[k]];
   rs_unit_balance* balance = &here->balance;
@@ -107,7 +116,7 @@ void rs_demands_start(rs_section_unit* unit, const rs_trees* trees, unsigned k) 
   balance->opened_at = unit->tick_time;
   balance->decide_at = unit->tick_time + DECIDE_TICKS + rs_there_and_back(here);
   if (balance->last_resort) balance->decide_at += DETOUR_TICKS;
-  balance->close_at = balance->decide_at + RS_OFFER_TICKS;
+  balance->close_at = balance->decide_at + RS_OFFER_TICKS + patience(here);
   if (balance->failed < 1000U) ++balance->failed; /* until an offer comes */
   for (unsigned i = 0; i < RS_UNIT_GRANTED; ++i) balance->granted[i] = RS_ID_NONE;
 }

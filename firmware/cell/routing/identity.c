@@ -50,8 +50,8 @@ void rs_identity_rejoin(rs_cell* cell, uint32_t now_us) {
   cell->queues.beacon_due = RS_ALL_PORTS;
 }
 
-/* Binary logarithm plus one, capped at 7; 0 for none. */
-static uint32_t logarithm(uint32_t count) {
+/* Binary digits of the count, at most 7; 0 for none. */
+static uint32_t binary_digits(uint32_t count) {
   uint32_t result = 0;
   for (; count != 0U && result < 7U; count >>= 1) ++result;
   return result;
@@ -73,16 +73,16 @@ static void report_topology(rs_cell* cell, uint32_t now_us) {
                                 .closed = rs_tags_told(cell),
                                 .neighbour_1 = id[0],
                                 .neighbour_port_1 = port[0],
-                                .errors_1 = logarithm(neighbour[0].lost),
+                                .errors_1 = binary_digits(neighbour[0].lost),
                                 .neighbour_2 = id[1],
                                 .neighbour_port_2 = port[1],
-                                .errors_2 = logarithm(neighbour[1].lost),
+                                .errors_2 = binary_digits(neighbour[1].lost),
                                 .neighbour_3 = id[2],
                                 .neighbour_port_3 = port[2],
-                                .errors_3 = logarithm(neighbour[2].lost),
+                                .errors_3 = binary_digits(neighbour[2].lost),
                                 .neighbour_4 = id[3],
                                 .neighbour_port_4 = port[3],
-                                .errors_4 = logarithm(neighbour[3].lost)};
+                                .errors_4 = binary_digits(neighbour[3].lost)};
   RS_WORDS uint8_t frame[RS_FRAME_BYTES];
   rs_topology_pack(frame, &topology);
   rs_frame_seal(frame);

@@ -208,16 +208,16 @@ typedef enum { RS_FRAME_TYPES(RS_TYPE_NUMBER) RS_TYPE_LIMIT = 16 } rs_frame_type
   X(closed, 0, 3, "port closed by wrong tags, now or lately; 5: orders under its own key") \
   X(neighbour_1, 0, 14, "id of the cell at port 1")                     \
   X(neighbour_port_1, 0, 2, "the port it uses - 1")                     \
-  X(errors_1, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(errors_1, 0, 3, "binary digits of the count of frames lost there, at most 7") \
   X(neighbour_2, 0, 14, "id of the cell at port 2")                     \
   X(neighbour_port_2, 0, 2, "the port it uses - 1")                     \
-  X(errors_2, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(errors_2, 0, 3, "binary digits of the count of frames lost there, at most 7") \
   X(neighbour_3, 0, 14, "id of the cell at port 3")                     \
   X(neighbour_port_3, 0, 2, "the port it uses - 1")                     \
-  X(errors_3, 0, 3, "binary logarithm of frames lost there, at most 7") \
+  X(errors_3, 0, 3, "binary digits of the count of frames lost there, at most 7") \
   X(neighbour_4, 0, 14, "id of the cell at port 4")                     \
   X(neighbour_port_4, 0, 2, "the port it uses - 1")                     \
-  X(errors_4, 0, 3, "binary logarithm of frames lost there, at most 7")
+  X(errors_4, 0, 3, "binary digits of the count of frames lost there, at most 7")
 
 /* Flooded down the tree: a cell takes commands only from its parent. */
 #define RS_COMMAND_FIELDS(X)                      \

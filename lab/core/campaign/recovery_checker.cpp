@@ -33,6 +33,7 @@ RecoveryChecker::RecoveryChecker(const world::Network& network, GroundTruth& gro
       clean_lines_(clean_lines),
       path_(network.cell_count()),
       at_port_(network.cell_count()),
+      ways_(network.cell_count()),
       trees_(RS_SECTION_UNIT_PORTS_MAX * network.unit_count()),
       sizes_(network, breaks, clean_lines),
       path_since_ns_(network.cell_count(), never),
@@ -279,6 +280,27 @@ unsigned RecoveryChecker::nearer_port(std::size_t cell) const {
   return 0;
 }
 
+void RecoveryChecker::note_moves() {
+  for (std::size_t cell = 0; cell < path_.size(); ++cell) {
+    if (path_[cell] != Path::whole) continue;
+    Way& way = ways_[cell];
+    const std::int32_t parent = routes_.parent(cell);
+    if (parent != way.parent && at_port_[cell] == way.at_port) way.moved_ns = network_.time_ns();
+    way.parent = parent;
+    way.at_port = at_port_[cell];
+  }
+}
+
+// Whether the cell, or one that its way leads over, has taken another parent in its tree since then.
+bool RecoveryChecker::moved_within_tree(std::size_t cell, std::int64_t since_ns) const {
+  auto at = static_cast<std::int32_t>(cell);
+  for (std::size_t hops = 0; at >= 0 && hops < path_.size(); ++hops) {
+    if (ways_[static_cast<std::size_t>(at)].moved_ns > since_ns) return true;
+    at = routes_.parent(static_cast<std::size_t>(at));
+  }
+  return false;
+}
+
 // By the port of a section unit that the ways of its cells lead to.
 const std::vector<TreeSizeChecker::Tree>& RecoveryChecker::count_trees() {
   std::ranges::fill(trees_, TreeSizeChecker::Tree{});
@@ -287,6 +309,13 @@ const std::vector<TreeSizeChecker::Tree>& RecoveryChecker::count_trees() {
     TreeSizeChecker::Tree& tree = trees_[at_port_[cell]];
     ++tree.cells;
     tree.deepest = std::max(tree.deepest, static_cast<std::int32_t>(routes_.hops(cell)));
+  }
+  note_moves();
+  for (std::size_t cell = 0; cell < path_.size(); ++cell) {
+    if (!ground_.runs(cell) || path_[cell] != Path::whole) continue;
+    TreeSizeChecker::Tree& tree = trees_[at_port_[cell]];
+    const std::int64_t since_ns = network_.time_ns() - sizes_.word_ns(tree.deepest);
+    if (routes_.changed_ns() > since_ns && moved_within_tree(cell, since_ns)) ++tree.moved;
   }
   return trees_;
 }

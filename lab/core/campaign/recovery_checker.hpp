@@ -58,6 +58,8 @@ class RecoveryChecker {
   unsigned nearer_port(std::size_t cell) const;
   void check_nearest();
   const std::vector<TreeSizeChecker::Tree>& count_trees();
+  void note_moves();
+  bool moved_within_tree(std::size_t cell, std::int64_t since_ns) const;
 
   const world::Network& network_;
   GroundTruth& ground_;
@@ -66,6 +68,12 @@ class RecoveryChecker {
   bool clean_lines_;
   std::vector<Path> path_;
   std::vector<std::size_t> at_port_;  // by cell with a path, the port of a section unit that it leads to
+  struct Way {
+    std::int32_t parent = RouteChecker::none;
+    std::size_t at_port = 0;
+    std::int64_t moved_ns = -1000 * ms;  // when the cell took another parent in the same tree
+  };
+  std::vector<Way> ways_;
   std::vector<TreeSizeChecker::Tree> trees_;
   TreeSizeChecker sizes_;
   std::vector<std::int64_t> path_since_ns_, nearer_since_ns_;

@@ -51,7 +51,7 @@ void TreeSizeChecker::weigh(const std::vector<Tree>& trees) {
     const auto [least, most] = std::ranges::minmax(port.recent);
     const std::uint32_t size = told_size(at);
     if (size == trees[at].cells) port.right_ns = now_ns;
-    if (size >= least && size <= most) port.true_lately_ns = now_ns;
+    if (size + trees[at].moved >= least && size <= most + trees[at].moved) port.true_lately_ns = now_ns;
     if (port.told || now_ns - port.true_lately_ns <= word_ns(trees[at].deepest)) continue;
     port.told = true;
     add_break(at, trees[at].cells);

@@ -3,7 +3,8 @@
 // skin is whole and at rest.
 //
 // A move takes cells from one tree to another at once, and the word of it goes up hop by hop. So a size may be that of
-// a moment ago, and one that is under way counts twice or not at all for a moment. Neither load nor a processor that
+// a moment ago. A branch that moves within a tree counts twice or not at all until both words of it are through; deep
+// trees that drain a branch may move others before that. Neither load nor a processor that
 // loses frames excuses more: levelling and the rate divisor go by these sizes, and most of all in a tree that is too
 // full.
 #pragma once
@@ -22,10 +23,13 @@ class TreeSizeChecker {
   struct Tree {
     std::uint32_t cells = 0;
     std::int32_t deepest = 0;  // hops
+    std::uint32_t moved = 0;   // cells that have another way within the tree since less than word_ns(deepest)
   };
 
   TreeSizeChecker(const world::Network& network, BreakLog& breaks, bool clean_lines);
 
+  // How long the word of a change takes from so deep a cell.
+  std::int64_t word_ns(std::int32_t hops) const;
   // The true trees now, by port.
   void weigh(const std::vector<Tree>& trees);
   // At the end of the run: the true trees, and since when sizes have had time to become true.
@@ -44,7 +48,6 @@ class TreeSizeChecker {
 
   // What a section unit says of the tree at its port; 0: there is none.
   std::uint32_t told_size(std::size_t at) const;
-  std::int64_t word_ns(std::int32_t hops) const;
   void add_break(std::size_t at, std::uint32_t cells) const;
 
   const world::Network& network_;
