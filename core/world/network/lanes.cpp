@@ -62,9 +62,14 @@ void Network::find_lanes() {
     lanes_[n].number = n;
     lanes_[n].queue.reserve(4 * RS_PORTS * lanes_[n].cells.size() + 64 * (lanes_[n].units.size() + 1));
   }
-  if (const std::size_t threads = std::min(options_.threads, lanes_.size()); threads > 1)
-    workers_ = std::make_unique<Workers>(threads, lanes_.size(),
-                                         [this](std::size_t lane) { run(lanes_[lane], lanes_end_ns_); });
+  const std::size_t threads = std::min(options_.threads, lanes_.size());
+  if (threads <= 1) return;
+  // The largest first, so that no thread begins a large one when the others are nearly through.
+  std::vector<std::size_t> by_size(lanes_.size());
+  std::iota(by_size.begin(), by_size.end(), std::size_t{0});
+  std::ranges::stable_sort(by_size, std::greater<>(), [&](std::size_t lane) { return lanes_[lane].cells.size(); });
+  workers_ = std::make_unique<Workers>(
+      threads, lanes_.size(), [this, by_size](std::size_t piece) { run(lanes_[by_size[piece]], lanes_end_ns_); });
 }
 
 // A wire joins two lanes, between two runs: from now on they are one.
