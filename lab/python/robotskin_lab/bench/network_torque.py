@@ -27,12 +27,14 @@ EPOCH_NS = firmware.EPOCH_TICKS * firmware.TICK_US * 1000
 TORQUE_TYPE = next(number for name, number, _ in firmware.FRAME_TYPES if name == "torque")
 FAULTS = ("link", "cell", "reboot", "cable", "zombie", "flap")
 FROM_S, FAULT_S, TO_S = 0.1, 0.4, 0.8
+WHOLE = 0.001
 
 
 @dataclass(frozen=True)
 class TorqueRun:
     """late_ms: from an epoch's tick to its datagram, each vector; doubles: vectors with a cell twice, or handed over
-    twice; short: share of the contributions of cells in reach that are in no vector; fault: its kind, or none.
+    twice; short: share of the contributions of cells in reach that are in no vector; fault: its kind, or none; deepest:
+    hops of the skin's farthest cell.
     """
 
     fault: str
@@ -40,6 +42,7 @@ class TorqueRun:
     doubles: int
     epochs: int
     short: float
+    deepest: int
 
 
 def torque_run(seed: int, with_fault: bool) -> TorqueRun:
@@ -81,14 +84,21 @@ def torque_run(seed: int, with_fault: bool) -> TorqueRun:
                 seen.add(key)
                 counted += fields["cells"]
     epochs = round((TO_S - FROM_S) * 1e9 / EPOCH_NS)
-    return TorqueRun(kind, tuple(late), doubles, epochs, max(0.0, 1 - counted / reach))
+    deepest = max(world.network.depths)
+    return TorqueRun(kind, tuple(late), doubles, epochs, max(0.0, 1 - counted / reach), deepest)
 
 
 def torque_figures(runs: list[TorqueRun]) -> dict[str, float | int]:
-    """The figures of the issue, over all runs; completeness without a fault and with one."""
+    """The figures of the issue, over all runs; completeness without a fault and with one.
+
+    torque_missing_worst: of the skin without a fault that misses most, so many hops deep (torque_missing_worst_hops);
+    torque_whole_hops: how deep a skin without a fault is at most that misses less than a thousandth.
+    """
     late = np.concatenate([run.late_ms for run in runs])
-    calm = [run.short for run in runs if not run.fault]
+    unstruck = [run for run in runs if not run.fault]
+    calm = [run.short for run in unstruck]
     struck = [run.short for run in runs if run.fault]
+    worst = max(unstruck, key=lambda run: run.short)
     return {
         "torque_runs": len(runs),
         "torque_sums": len(late),
@@ -97,4 +107,7 @@ def torque_figures(runs: list[TorqueRun]) -> dict[str, float | int]:
         "torque_double_counts": sum(run.doubles for run in runs),
         "torque_missing_share": float(np.mean(calm)),
         "torque_missing_share_faults": float(np.mean(struck)),
+        "torque_missing_worst": worst.short,
+        "torque_missing_worst_hops": worst.deepest,
+        "torque_whole_hops": max((run.deepest for run in unstruck if run.short < WHOLE), default=0),
     }
