@@ -97,6 +97,18 @@ def test_trials_are_pooled_over_seeds_where_the_catalogue_says_so() -> None:
     assert figures == {"wait_ms": 2.5, "cells": 510, "name": "ur5"}
 
 
+def test_a_ratio_of_two_figures_is_taken_seed_by_seed(tmp_path: Path) -> None:
+    """The least of one over the most of another would mix seeds, and flatter one of them."""
+    by_seed = {1: {"ours": 9, "theirs": 10}, 2: {"ours": 18, "theirs": 20}, 3: {"ours": 29, "theirs": 30}}
+    assert result(by_seed=by_seed).worst({"ours/theirs": "least"})["ours/theirs"] == 0.9
+    result(by_seed=by_seed).save(tmp_path)
+    page = "<!-- driver.ours/theirs least:.2f -->0.30<!-- --> to <!-- driver.ours/theirs .2f --><!-- --> of it"
+    told = cited.with_figures(page, tmp_path)
+    assert re.findall(r">([\d.]+)<", told) == ["0.90", "0.97"]
+    with pytest.raises(ResultError, match="no figure 'ours/gone'"):
+        cited.with_figures("<!-- driver.ours/gone .1f -->1<!-- -->", tmp_path)
+
+
 def test_how_seeds_are_joined_is_known_for_every_row() -> None:
     assert {choice for row in CATALOGUE.rows for choice in row.worst.values()} <= set(OF_SEEDS)
 
@@ -109,10 +121,10 @@ COMPARED_WITH = {
     "interface_spread_uncompensated": "least",
     "interface_spread_uncompensated_worst": "least",
     "push_peak_force_stiff_n": "least",
-    "frames_per_s_linear": "least",
-    "frames_per_s_linear_half_slope": "least",
-    "frames_per_s_better_of_both": "least",
-    "frames_per_s_lead": "least",
+    "frames_per_s_linear/frames_per_s_hold": "least",
+    "frames_per_s_linear_half_slope/frames_per_s_hold": "least",
+    "frames_per_s_better_of_both/frames_per_s_hold": "least",
+    "frames_per_s_lead/frames_per_s_hold": "least",
     "ball_primitive_undisturbed": "most",
     "cylinder_primitive_undisturbed": "most",
     "pliers_equal_below_5_deg": "most",

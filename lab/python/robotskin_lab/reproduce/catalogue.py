@@ -66,11 +66,31 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Lack:
+    """What the paper states and this project does not have. ours: what stands in its place, or nothing."""
+
+    figure: str
+    stated: str
+    ours: str
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What this project does otherwise by choice."""
+
+    of: str
+    paper: str
+    ours: str
+
+
+@dataclass(frozen=True)
 class Catalogue:
     """All runs by name, all rows in their order."""
 
     runs: dict[str, Run]
     rows: tuple[Row, ...]
+    lacks: tuple[Lack, ...] = ()
+    differences: tuple[Difference, ...] = ()
 
     def chosen(self, names: Sequence[str]) -> list[Run]:
         """The runs with these names; all where none is named.
@@ -119,4 +139,5 @@ def read(file: Path = FILE) -> Catalogue:
                 (ratio[0], float(ratio[1])) if ratio else None,
             )
         )
-    return Catalogue(runs, tuple(rows))
+    lacks = tuple(Lack(**entry) for entry in document["lack"])
+    return Catalogue(runs, tuple(rows), lacks, tuple(Difference(**entry) for entry in document["difference"]))

@@ -3,6 +3,7 @@
 
     recovers within <!-- network.recovery_p50_ms .1f -->3.2<!-- --> ms
 
+A key such as `one/other` is the ratio of two figures, which is taken seed by seed.
 The comments are not shown. `robotskin reproduce --table` writes what stands between them.
 """
 
@@ -16,7 +17,7 @@ from pathlib import Path
 from robotskin_lab.reproduce import catalogue
 from robotskin_lab.reproduce.result import FOLDER, Result, ResultError, load
 
-CITED = re.compile(r"<!-- (?P<run>[a-z]\w*)\.(?P<key>\w+) (?P<format>[^\s-]\S*) -->(?P<said>[^<]*)<!-- -->")
+CITED = re.compile(r"<!-- (?P<run>[a-z]\w*)\.(?P<key>\w+(?:/\w+)?) (?P<format>[^\s-]\S*) -->(?P<said>[^<]*)<!-- -->")
 
 
 def figure(cited: re.Match[str], folder: Path = FOLDER) -> str:
@@ -81,7 +82,7 @@ _NUMBER = re.compile(r"(?<![\w.(])(?!9[59] %)\d+(?:[.,]\d+| ?(?:%|°|(?:ms|µs|m
 _OF_RUNS = re.compile(
     r"\bseeds? \d|\bmedians?\b|\bat worst\b|\bthe worst\b|\bprocessor time\b|\bmeasured\b|\btook\b", re.IGNORECASE
 )
-_MARK = re.compile(r"<!-- (?:end|mechanisms|results|table: \w+) -->")
+_MARK = re.compile(r"<!-- (?:end|mechanisms|results|differences|table: \w+) -->")
 """Around what is made from a file."""
 _CODE = re.compile(r"`[^`]*`")
 

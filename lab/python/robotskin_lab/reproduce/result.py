@@ -48,7 +48,10 @@ class Result:
         return sorted(self.by_seed)
 
     def worst(self, choice: Mapping[str, str]) -> dict[str, Any]:
-        """For each figure the most of all seeds, or what `choice` says: one of `OF_SEEDS`; text: the first seed's."""
+        """For each figure the most of all seeds, or what `choice` says: one of `OF_SEEDS`; text: the first seed's.
+
+        A name of `choice` such as `one/other` is the ratio of two figures, which is taken seed by seed.
+        """
         first = self.by_seed[self.seeds[0]]
         found: dict[str, Any] = {}
         for key, value in first.items():
@@ -57,6 +60,11 @@ class Result:
                 found[key] = OF_SEEDS[choice.get(key, "most")](of_all)
             else:
                 found[key] = value
+        for ratio in choice:
+            over, _, under = ratio.partition("/")
+            if over in first and under in first:
+                of_all = [one[over] / one[under] for one in self.by_seed.values()]
+                found[ratio] = OF_SEEDS[choice[ratio]](of_all)
         return found
 
     def save(self, folder: Path = FOLDER) -> Path:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/reproduction.md, made from the kept results."""
+"""The tables of docs/reproduction.md: figures, made from the kept results, and what differs by choice."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ HEAD = (
     "| figure | stated (or our rebuild of the method) | ours | ours / stated | measured by | at commit |",
     "|---|---|---|---|---|---|",
 )
+DIFFERENCES_HEAD = ("| of | the paper | this project |", "|---|---|---|")
 
 
 def said(row: Row, result: Result) -> tuple[str, str]:
@@ -55,13 +56,20 @@ def line(row: Row, catalogue: Catalogue, folder: Path = FOLDER) -> str:
 
 
 def lines(catalogue: Catalogue, folder: Path = FOLDER) -> list[str]:
-    """The whole table, its head first."""
-    return [*HEAD, *(line(row, catalogue, folder) for row in catalogue.rows)]
+    """The whole table of figures, its head first; what is not reproduced stands last."""
+    lacks = (f"| {lack.figure} | {lack.stated} | {lack.ours} | — | — | — |" for lack in catalogue.lacks)
+    return [*HEAD, *(line(row, catalogue, folder) for row in catalogue.rows), *lacks]
+
+
+def differences(catalogue: Catalogue) -> list[str]:
+    """The table of what differs by choice, its head first."""
+    return [*DIFFERENCES_HEAD, *(f"| {one.of} | {one.paper} | {one.ours} |" for one in catalogue.differences)]
 
 
 def with_table(page: str, catalogue: Catalogue) -> str:
-    """The page with the table as it should be."""
-    return page_table.with_table(page, "results", lines(catalogue))
+    """The page with both tables as they should be."""
+    page = page_table.with_table(page, "results", lines(catalogue))
+    return page_table.with_table(page, "differences", differences(catalogue))
 
 
 def write(catalogue: Catalogue) -> list[Path]:
