@@ -18,6 +18,7 @@ from robotskin.selfconfig.readings.neighbour_files import load_neighbours, save_
 from robotskin.selfconfig.readings.rests_and_swings import recording_of
 from robotskin.selfconfig.reconstruction.accuracy import mean_errors
 from robotskin.session.worn_cells import cells_in
+from robotskin_lab.bench.selfconfig_cells import figures_of, placed_against
 from robotskin_lab.partial_skin import part_of
 
 JOINTS = range(5)
@@ -54,3 +55,9 @@ def test_axes_and_places_come_from_a_table_as_from_the_babbling(tmp_path: Path, 
     rotation_deg, position_mm = mean_errors(cells.link_from_cell, skin.link_from_cell[rows])
     assert rotation_deg < 2.0
     assert position_mm < 8.0
+
+    # On a robot nothing but the stated error tells how good a place is: it is neither far too small nor far too large.
+    stated = figures_of(placed_against(skin, found))
+    assert stated["nees_within_95"] > 0.4  # cells of a patch err together, so a few patches decide
+    assert 0.5 < stated["configure_stated_over_error_mm"] < 3
+    assert 0.5 < stated["configure_stated_over_error_deg"] < 3
