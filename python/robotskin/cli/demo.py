@@ -13,6 +13,7 @@ import typer
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
+from robotskin.cli._threads import Threads
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ def command(
             "takes a minute), or a layout file such as robotskin configure writes.",
         ),
     ] = "true",
+    threads: Threads = 1,
     ideal: Ideal = False,
     ideal_processors: IdealProcessors = False,
 ) -> None:
@@ -124,6 +126,7 @@ def command(
         cell_torques=False if headless else None,
         scene=around,
         gains=ready.gains,
+        threads=threads,
     )
     with shared(session, model, record, foxglove, ros2, ros2_interface, ros2_commands, fleet) as sharing:
         if headless:

@@ -11,6 +11,7 @@ import typer
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, shared
+from robotskin.cli._threads import Threads
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:
@@ -103,6 +104,7 @@ def command(
     ros2_commands: Ros2Commands = False,
     fleet: Fleet = None,
     port: Annotated[int, typer.Option(help="First port to try for the page, on 127.0.0.1.", min=1, max=65535)] = 8080,
+    threads: Threads = 1,
     ideal: Ideal = False,
     ideal_processors: IdealProcessors = False,
 ) -> None:
@@ -157,6 +159,7 @@ def command(
             fault_file=fault_file,
             gains=chosen,
             scene=around,
+            threads=threads,
         )
         session.set_source(source)
     tell_gains(console, ready, gains)

@@ -71,6 +71,18 @@ def test_the_base_is_estimated_and_a_push_is_borne(rig: StandingRig) -> None:
     assert rig.skinned.controller.tasks["balance"].skin_shift[0] < -0.01, "the skin tells the shift"
 
 
+def test_a_light_push_is_borne_by_quadratic_programmes_too(rig: StandingRig) -> None:
+    assert rig.skinned is not None
+    controller = rig.skinned.controller
+    controller.use(controller.behaviour.with_fusion(Fusion.quadratic))
+    before = rig.cell_place(rig.cell or 0)
+    assert rig.push(held(15.0), 1.2), "it fell"
+    assert controller.fusion is Fusion.quadratic
+    assert rig.skinned.state is SafetyState.running, rig.skinned.why_not_running()
+    assert controller.report.violations == 0
+    assert np.linalg.norm(rig.cell_place(rig.cell or 0) - before) > 0.005, "it gives way"
+
+
 @pytest.mark.parametrize("kept", [None, 2], ids=("drawn", "kept"))
 def test_a_blow_on_the_shoulder_leaves_it_standing_though_arm_and_torso_give_way(seed: int, kept: int | None) -> None:
     seed = seed if kept is None else kept

@@ -260,8 +260,9 @@ def test_drawn_people_are_soft_and_not_too_deep(seed: int) -> None:
     generator = np.random.default_rng(seed)
     for _ in range(20):
         person = Person.drawn(generator)
-        assert person.depth_m <= 0.26
-        assert 5000 <= person.stiffness_n_per_m <= 15000
+        assert 0.24 <= person.depth_m <= 0.26
+        assert 5000 <= person.stiffness_n_per_m <= 9000
+        assert max(abs(person.aside_m), abs(person.away_m)) <= 0.015
         thing = scene_of(person).thing(PERSON)
         assert thing.stiffness_n_per_m == person.stiffness_n_per_m
         assert thing.gives == "local"

@@ -2,6 +2,7 @@
 """`robotskin run`: a behaviour through an interface, and what does not fit is refused before anything starts."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,7 @@ def test_a_goal_out_of_reach_is_refused() -> None:
         (("ur5", "--fusion", "nullspace"), "null_space"),
         (("ur5", "--goal", "1,two"), "numbers"),
         (("ur5", "--skin-source", "chip"), "host, skin"),
+        (("ur5", "--threads", "0"), "greater than or equal to 1"),
         (("ur5", "--behaviour", "kinesthetic_cartesian", "--skin-source", "skin"), "kinesthetic_joint"),
         (("ur5", "--skin-map", __file__), "robotskin configure --map FILE"),
         (("ur5", "--body-limits", __file__), "test_run.py"),
@@ -71,6 +73,14 @@ def test_what_is_no_choice_is_refused_with_the_choices(arguments: tuple[str, ...
     answer = run(*arguments, "--headless")
     assert answer.exit_code == 2
     assert message in " ".join(answer.output.split())
+
+
+def test_the_skin_of_a_standing_robot_refuses_torques_of_more_joints_than_a_cell_counts() -> None:
+    answer = run("talos_standing", "--skin-source", "skin", "--headless")
+    assert answer.exit_code == 2
+    said = " ".join(answer.output.split())
+    assert re.search(r"arm_\w+_link of talos_standing has 13 joints below it: 1 to 12 can be", said), said
+    assert "robotskin run talos_standing --skin-source host" in said
 
 
 def test_a_robot_runs_by_gains_and_skin_from_files(tmp_path: Path, seed: int) -> None:

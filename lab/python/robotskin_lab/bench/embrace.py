@@ -37,7 +37,8 @@ def run(
     """Measure the parts named in `parts`, with commas between them: hugs of a drawn person, grasps of drawn things.
 
     Of each of `seeds` seeds, from `seed` on, `objects` things by the skin and `objects_beside` in each other way: what
-    is told of a way is pooled over them. Hugs are of the first seed alone.
+    is told of a way is pooled over them. Hugs are of the first seed alone. The whole: `robotskin reproduce embrace
+    large_things`.
 
     hug: arms that answer to the skin. stiff: arms that close to where a person 250 mm deep would be held. grasp: large
     things, by the skin, on a fixed base. by_map: the same things, where touched cells give way by a sensory-motor map
