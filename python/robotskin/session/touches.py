@@ -154,9 +154,10 @@ def touch_torque(
     _, lever = gains.levers(robot, model, posture)
     force = np.asarray(normal_force, dtype=float).sum(axis=1)
     near = np.nan_to_num(np.asarray(proximity, dtype=float).ravel())  # a skin may lack it
-    felt = force * _active(force, values["force_silent_n"], values["force_full_n"])
-    felt += values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
-    return np.asarray(((1 + gains.force_weights(robot, model)) * felt) @ lever)
+    pressed = force * _active(force, values["force_silent_n"], values["force_full_n"])
+    seen = values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
+    asked = (1 + gains.force_weights(robot, model)) * pressed + (1 + gains.nearness_weights(robot, model)) * seen
+    return np.asarray(asked @ lever)
 
 
 def _active(value: NDArray[np.float64], silent: float, full: float) -> NDArray[np.float64]:

@@ -102,6 +102,24 @@ def test_a_standing_robot_gives_as_far_as_stated_although_it_leans_against_the_t
     assert not GainSet.load("ur5").leaning(robots.load("ur5").core, finished("ur5").skin_model()).any()
 
 
+def test_nearness_moves_the_trunk_of_a_standing_robot_farther_than_a_touch_and_all_else_alike() -> None:
+    robot, layout, gains = (
+        robots.load("talos_standing").core,
+        finished("talos_standing"),
+        GainSet.load("talos_standing"),
+    )
+    skin = layout.skin_model()
+    touch, near = gains.force_weights(robot, skin), gains.nearness_weights(robot, skin)
+    trunk = np.array([layout.links[link] == "torso_2_link" for link in layout.link])
+    assert (near[trunk] > 2 * touch[trunk]).mean() > 0.9
+    below = np.array([layout.links[link].startswith(("leg", "base")) for link in layout.link])
+    assert (near[below] == touch[below]).all()
+    newton = gains.values["skin"]["proximity_n"]
+    assert np.allclose(gains.skin_gains(robot, skin).proximity_weight, newton * (1 + near))
+    ur5, own, stated = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")
+    assert (stated.nearness_weights(ur5, own) == stated.force_weights(ur5, own)).all()
+
+
 def test_what_the_gains_promise_holds_for_the_finished_skin() -> None:
     """15 N move no cell by 5 mm without the skin task, and most by 0.03 to 0.15 m with it."""
     robot, skin, gains = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")

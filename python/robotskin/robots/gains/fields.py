@@ -82,6 +82,9 @@ SECTIONS: dict[str, tuple[str, dict[str, Field]]] = {
             "largest_force_weight_by_joint": Field(
                 "n", "the same of all cells that a joint moves, where it is larger", open=False, optional=True
             ),
+            "largest_proximity_weight_by_joint": Field(
+                "n", "the same for nearness, where it is larger than for a touch", open=False, optional=True
+            ),
             "proximity_n": _zero("1", "newton: the touch as which full-scale proximity counts", usual=8.0),
             "force_silent_n": _zero("1", "sum of a cell's three sensors below which nothing acts", usual=0.35),
             "force_full_n": Field("1", usual=0.9),

@@ -117,6 +117,22 @@ class GainSet:
         `largest_give_rad_per_n` and `largest_force_weight`, of limbs that may give more also by
         `largest_force_weight_by_joint`.
         """
+        return self._weights(robot, skin, posture, "largest_force_weight_by_joint")
+
+    def nearness_weights(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """(N) by which nearness counts as a force: w_f, or more where `largest_proximity_weight_by_joint` allows it.
+
+        A robot that stands leans against a touch, so that its trunk may give little. It leans against nothing that is
+        only near, and its trunk may draw back farther.
+        """
+        near = self._weights(robot, skin, posture, "largest_proximity_weight_by_joint")
+        return np.maximum(self.force_weights(robot, skin, posture), near)
+
+    def _weights(
+        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None, largest_by_joint: str
+    ) -> NDArray[np.float64]:
         gains = self.values["skin"]
         dynamics = self._dynamics(robot, posture)
         levers = cell_levers(robot, skin, dynamics)
@@ -132,7 +148,7 @@ class GainSet:
             total = (np.sqrt(both**2 + square * left) - both) / square
             total = np.minimum(total, gains["largest_give_rad_per_n"] / give)
         moves = np.abs(levers.jacobian).max(axis=1) > 0
-        of_joints = np.array(gains.get("largest_force_weight_by_joint", np.zeros(robot.joint_count)))
+        of_joints = np.array(gains.get(largest_by_joint, np.zeros(robot.joint_count)))
         largest = np.maximum(gains["largest_force_weight"], (moves * of_joints).max(axis=1))
         return np.where(give > 1e-9, np.clip(total - 1, 0, largest), 0.0)
 
@@ -191,18 +207,24 @@ class GainSet:
 
     def skin_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinGains:
         """Of skin tasks, as the file states them, for a `posture` (n) rad; default: home."""
-        return self.skin_gains_of(self.force_weights(robot, skin, posture))
+        return self.skin_gains_of(
+            self.force_weights(robot, skin, posture), near=self.nearness_weights(robot, skin, posture)
+        )
 
-    def skin_gains_of(self, force_weight: NDArray[np.float64], share: float = 1.0) -> SkinGains:
+    def skin_gains_of(
+        self, force_weight: NDArray[np.float64], share: float = 1.0, near: NDArray[np.float64] | None = None
+    ) -> SkinGains:
         """Of N cells with force weights (N), w_f of [Cheng19 eq. 14], and a share of both weights.
 
-        Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too.
+        Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too: by weights
+        near (N), or by those of a force.
         """
+        near = force_weight if near is None else near
         values = self.values["skin"]
         thresholds = ("force_silent_n", "force_full_n", "proximity_silent", "proximity_full")
         gains = SkinGains.uniform(len(force_weight), 0.0, 0.0, *(values[name] for name in thresholds))
         gains.force_weight = (share * force_weight).tolist()
-        gains.proximity_weight = (share * (values["proximity_n"] * (1 + force_weight))).tolist()
+        gains.proximity_weight = (share * (values["proximity_n"] * (1 + near))).tolist()
         return gains
 
     def cycle_gains(self, robot: RobotModel, skin: SkinModel) -> TaskCycleGains:
@@ -302,14 +324,15 @@ class ChosenGains:
 
     def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin tasks, for the home posture."""
-        return self._of_part(robot, skin, self.gains.force_weights(robot, skin))
+        weights = self.gains.force_weights(robot, skin), self.gains.nearness_weights(robot, skin)
+        return self._of_part(robot, skin, self.skin_weighted(*weights))
 
     def hand_skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin Cartesian tasks: every cell moves the hand alike."""
-        return self._of_part(robot, skin, np.full(len(skin), self.gains.hand_force_weight(robot)))
+        alike = np.full(len(skin), self.gains.hand_force_weight(robot))
+        return self._of_part(robot, skin, self.skin_weighted(alike))
 
-    def _of_part(self, robot: RobotModel, skin: SkinModel, force_weight: NDArray[np.float64]) -> SkinGains:
-        found = self.skin_weighted(force_weight)
+    def _of_part(self, robot: RobotModel, skin: SkinModel, found: SkinGains) -> SkinGains:
         if self.joints:
             link_joint = np.array([robot.link_joints[robot.link_index(name)] for name in skin.link_names])
             felt = np.isin(link_joint[skin.link], self.joints)
@@ -317,6 +340,6 @@ class ChosenGains:
             found.proximity_weight = (felt * np.array(found.proximity_weight)).tolist()
         return found
 
-    def skin_weighted(self, force_weight: NDArray[np.float64]) -> SkinGains:
-        """Of tasks of the skin whose force weights (N) for the whole share are these; nearness is weighted alike."""
-        return self.gains.skin_gains_of(force_weight, self.share["skin"])
+    def skin_weighted(self, force_weight: NDArray[np.float64], near: NDArray[np.float64] | None = None) -> SkinGains:
+        """Of tasks of the skin whose force weights (N) for the whole share are these; nearness by `near`, or alike."""
+        return self.gains.skin_gains_of(force_weight, self.share["skin"], near)
