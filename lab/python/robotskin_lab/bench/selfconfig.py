@@ -38,6 +38,7 @@ from robotskin.selfconfig.simulated.limb import (
 from robotskin.selfconfig.simulated.motion import AccelerometerFaults, swing_readings
 from robotskin.selfconfig.topology.neighbours import NeighbourLists
 from robotskin.selfconfig.topology.topology import Topology, explore
+from robotskin.world.ideal import ideal_world
 from robotskin_lab.bench.network_runs import spread
 from robotskin_lab.bench.progress import tell_step
 from robotskin_lab.bench.selfconfig_cells import cell_figures
@@ -116,6 +117,8 @@ def figures_of(part: str, seed: int, seeds: int, data: Path | None) -> Figures:
             figures = localisation_figures(chosen)
         case "displacement":
             figures = displacement_figures(seed)
+            with ideal_world(True):
+                figures |= {f"{name}_ideal": value for name, value in displacement_figures(seed).items()}
         case "kinematics":
             figures = kinematic_figures(chosen)
         case "reconstruction":

@@ -216,8 +216,8 @@ class GainSet:
     ) -> SkinGains:
         """Of N cells with force weights (N), w_f of [Cheng19 eq. 14], and a share of both weights.
 
-        Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too: by weights
-        near (N), or by those of a force.
+        Nearness is felt as a force of `proximity_n`, so that an approaching hand moves every cell alike, too: by
+        weights `near` (N), or by those of a force.
         """
         near = force_weight if near is None else near
         values = self.values["skin"]
