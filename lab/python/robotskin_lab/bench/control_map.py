@@ -69,8 +69,11 @@ def _agreement(robot: Robot, layout: Layout, learnt: SensoryMotorMap, seed: int,
         true = by_model.compute(dynamics, state, share)
         by_map.start(dynamics, posture, zero, state, share)
         by_map.update(dynamics, posture, zero, state, share)
-        if np.linalg.norm(true) < LEAST_TORQUE_NM or not by_map.torque.any():
-            continue  # no direction to speak of, or removed as too small to be grounded
+        if np.linalg.norm(true) < LEAST_TORQUE_NM:
+            continue  # no direction to speak of
+        if not by_map.torque.any():
+            cosines.append(0.0)  # a map that says nothing is a miss
+            continue
         cosines.append(float(by_map.torque @ true / np.linalg.norm(by_map.torque) / np.linalg.norm(true)))
     return {
         "map_task_agreement": float((np.array(cosines) > 0).mean()),
