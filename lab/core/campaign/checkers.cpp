@@ -71,6 +71,8 @@ void Checkers::frame_sent(const Network& network, world::WireEnd from, const std
 
 void Checkers::frame_ended(const Network& network, world::WireEnd, world::WireEnd to, const std::uint8_t* frame,
                            world::FrameFate fate) {
+  if (!whole_lines_ && fate != world::FrameFate::overrun)
+    ground_->frame_ended(ground_->wire_of(to), fate == world::FrameFate::delivered);
   if (fate != world::FrameFate::overrun || !overruns_.lost(network, *ground_, to.index)) return;
   topology_.crowded_out(network.time_ns(), frame);
   const rs_frame_type type = rs_frame_type_of(frame);

@@ -34,6 +34,7 @@ GroundTruth::GroundTruth(const world::Network& network, ProcessingTimes times, d
       joined_(far_.size()),
       ready_ns_(far_.size()),
       moved_ns_(far_.size()),
+      heard_ns_(far_.size(), -1000 * ms),
       runs_(cells_),
       zombie_(cells_),
       booted_ns_(cells_, -1),
@@ -131,6 +132,20 @@ void GroundTruth::granted() {
   // Until it has come to the cell it is for, on the longest way.
   moving_until_ns_ = network_.time_ns() + RS_HOPS_MAX * hop_ns() + held_ns;
   waits_ = waits_ || network_.time_ns() < repaired_ns_;
+}
+
+void GroundTruth::frame_ended(std::size_t wire, bool whole) {
+  const std::int64_t now_ns = network_.time_ns(), silent_ns = now_ns - heard_ns_[wire];
+  if (whole) {
+    heard_ns_[wire] = now_ns;
+    return;
+  }
+  // The next frame may come a heartbeat later. A link that has fallen does not fall again.
+  constexpr std::int64_t longest_ns = (RS_LINK_DOWN_US - RS_HEARTBEAT_US) * us * 98 / 100;
+  if (!joined_[wire] || silent_ns < longest_ns || silent_ns > RS_LINK_DOWN_US * us) return;
+  heard_ns_[wire] = -1000 * ms;
+  shake(wire, RS_HEARTBEAT_US * us, 1);
+  disturb(RS_HEARTBEAT_US * us, repair_ns());
 }
 
 void GroundTruth::booted(std::size_t cell) {

@@ -48,8 +48,10 @@ class GroundTruth : private world::FaultWitness {
   void planted(std::size_t wire);  // a frame of no neighbour's came in there: it keeps a link up that is cut one way
   void forged(std::size_t wire);   // the same under a wrong tag: so many close the port
   void granted();                  // a cell may move
-  void misled();                   // a cell alone for long may follow a tick from earlier
-  void settle();                   // after either of them
+  // A frame there, on lines that lose or damage some. Two in a row may be all that kept the link up.
+  void frame_ended(std::size_t wire, bool whole);
+  void misled();  // a cell alone for long may follow a tick from earlier
+  void settle();  // after either of them
 
   // ---- Wires: 4 a cell, then 15 a section unit ----
   std::size_t wire_of_cell(std::size_t cell, unsigned port) const { return RS_PORTS * cell + port - 1; }
@@ -139,7 +141,7 @@ class GroundTruth : private world::FaultWitness {
   std::size_t cells_;
   std::vector<std::int32_t> far_, downs_, forged_;
   std::vector<std::uint8_t> joined_;
-  std::vector<std::int64_t> ready_ns_, moved_ns_;
+  std::vector<std::int64_t> ready_ns_, moved_ns_, heard_ns_;
   std::vector<std::uint8_t> runs_, zombie_;
   std::vector<std::int64_t> booted_ns_, shaken_until_ns_, lawless_cell_ns_;
   std::vector<std::int32_t> depth_, queue_;
