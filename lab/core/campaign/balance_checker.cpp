@@ -9,13 +9,10 @@ namespace {
 // Demands come down from cell to cell. One that waits for its id has no turn either: it cannot check the tags of what
 // comes down, and passes nothing of it on.
 bool hears_demands(const world::Network& network, const RouteChecker& routes, std::size_t cell) {
-  for (std::size_t above = 0; above < network.cell_count(); ++above) {
-    const rs_cell& here = network.cell(cell);
-    if (here.id == RS_ID_NONE || (here.keyed && here.turn == RS_TURN_NONE)) return false;
-    if (routes.parent(cell) < 0) return true;
-    cell = static_cast<std::size_t>(routes.parent(cell));
-  }
-  return false;
+  return !routes.any_on_way(cell, [&](std::size_t at) {
+    const rs_cell& here = network.cell(at);
+    return here.id == RS_ID_NONE || (here.keyed && here.turn == RS_TURN_NONE);
+  });
 }
 
 }  // namespace
@@ -26,16 +23,8 @@ void BalanceChecker::granted(const world::Network& network, const RouteChecker& 
   if (grant.cell == RS_ID_NONE) return;
   // All whose way leads through the cell: more than that cannot move with it.
   std::uint32_t below = 0;
-  for (std::size_t cell = 0; cell < network.cell_count(); ++cell) {
-    auto at = static_cast<std::int32_t>(cell);
-    for (std::size_t hops = 0; at >= 0 && hops < network.cell_count(); ++hops) {
-      if (network.cell(static_cast<std::size_t>(at)).id == grant.cell) {
-        ++below;
-        break;
-      }
-      at = routes.parent(static_cast<std::size_t>(at));
-    }
-  }
+  for (std::size_t cell = 0; cell < network.cell_count(); ++cell)
+    below += routes.any_on_way(cell, [&](std::size_t at) { return network.cell(at).id == grant.cell; });
   recent_[grants_++ % recent_.size()] = {network.time_ns(), static_cast<std::uint8_t>(grant.target_root), below};
 }
 

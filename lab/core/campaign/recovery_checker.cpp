@@ -88,12 +88,7 @@ void RecoveryChecker::follow_paths() {
 
 bool RecoveryChecker::leads_through_damage(std::size_t cell) const {
   const std::int64_t now_ns = network_.time_ns();
-  auto at = static_cast<std::int32_t>(cell);
-  for (std::size_t hops = 0; at >= 0 && hops <= path_.size(); ++hops) {
-    if (ground_.lawless(now_ns, static_cast<std::size_t>(at))) return true;
-    at = routes_.parent(static_cast<std::size_t>(at));
-  }
-  return false;
+  return routes_.any_on_way(cell, [&](std::size_t at) { return ground_.lawless(now_ns, at); });
 }
 
 // Which cells damaged memory may concern: while it is near, while their way leads through there, and if they lose it,
@@ -293,12 +288,7 @@ void RecoveryChecker::note_moves() {
 
 // Whether the cell, or one that its way leads over, has taken another parent in its tree since then.
 bool RecoveryChecker::moved_within_tree(std::size_t cell, std::int64_t since_ns) const {
-  auto at = static_cast<std::int32_t>(cell);
-  for (std::size_t hops = 0; at >= 0 && hops < path_.size(); ++hops) {
-    if (ways_[static_cast<std::size_t>(at)].moved_ns > since_ns) return true;
-    at = routes_.parent(static_cast<std::size_t>(at));
-  }
-  return false;
+  return routes_.any_on_way(cell, [&](std::size_t at) { return ways_[at].moved_ns > since_ns; });
 }
 
 // By the port of a section unit that the ways of its cells lead to.

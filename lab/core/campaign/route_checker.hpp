@@ -32,6 +32,14 @@ class RouteChecker {
   std::int32_t parent(std::size_t cell) const { return shadow_[cell].parent; }
   unsigned parent_port(std::size_t cell) const { return shadow_[cell].port; }
   unsigned hops(std::size_t cell) const { return shadow_[cell].hops; }
+  // Whether `found(cell)` holds of the cell, or of one that its way leads over.
+  template <typename Found>
+  bool any_on_way(std::size_t cell, const Found& found) const {
+    auto at = static_cast<std::int32_t>(cell);
+    for (std::size_t hops = 0; at >= 0 && hops < shadow_.size(); ++hops, at = parent(static_cast<std::size_t>(at)))
+      if (found(static_cast<std::size_t>(at))) return true;
+    return false;
+  }
   std::int64_t changed_ns() const { return changed_ns_; }  // the last time that any cell had another parent
   // Without a parent for so long that it has forgotten how near it was, or since its boot: it cannot know the time. Nor
   // can one that took a time played again, until it hears the true one.

@@ -156,8 +156,8 @@ def touch_torque(
     near = np.nan_to_num(np.asarray(proximity, dtype=float).ravel())  # a skin may lack it
     pressed = force * _active(force, values["force_silent_n"], values["force_full_n"])
     seen = values["proximity_n"] * near * _active(near, values["proximity_silent"], values["proximity_full"])
-    asked = (1 + gains.force_weights(robot, model)) * pressed + (1 + gains.nearness_weights(robot, model)) * seen
-    return np.asarray(asked @ lever)
+    of_touch, of_nearness = gains.weights(robot, model)
+    return np.asarray(((1 + of_touch) * pressed + (1 + of_nearness) * seen) @ lever)
 
 
 def _active(value: NDArray[np.float64], silent: float, full: float) -> NDArray[np.float64]:

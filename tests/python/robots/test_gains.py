@@ -109,7 +109,8 @@ def test_nearness_moves_the_trunk_of_a_standing_robot_farther_than_a_touch_and_a
         GainSet.load("talos_standing"),
     )
     skin = layout.skin_model()
-    touch, near = gains.force_weights(robot, skin), gains.nearness_weights(robot, skin)
+    touch, near = gains.weights(robot, skin)
+    assert (touch == gains.force_weights(robot, skin)).all()
     trunk = np.array([layout.links[link] == "torso_2_link" for link in layout.link])
     assert (near[trunk] > 2 * touch[trunk]).mean() > 0.9
     below = np.array([layout.links[link].startswith(("leg", "base")) for link in layout.link])
@@ -117,7 +118,8 @@ def test_nearness_moves_the_trunk_of_a_standing_robot_farther_than_a_touch_and_a
     newton = gains.values["skin"]["proximity_n"]
     assert np.allclose(gains.skin_gains(robot, skin).proximity_weight, newton * (1 + near))
     ur5, own, stated = robots.load("ur5").core, finished("ur5").skin_model(), GainSet.load("ur5")
-    assert (stated.nearness_weights(ur5, own) == stated.force_weights(ur5, own)).all()
+    of_touch, of_nearness = stated.weights(ur5, own)
+    assert (of_nearness == of_touch).all()
 
 
 def test_what_the_gains_promise_holds_for_the_finished_skin() -> None:

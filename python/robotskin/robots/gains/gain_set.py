@@ -117,22 +117,17 @@ class GainSet:
         `largest_give_rad_per_n` and `largest_force_weight`, of limbs that may give more also by
         `largest_force_weight_by_joint`.
         """
-        return self._weights(robot, skin, posture, "largest_force_weight_by_joint")
+        return self.weights(robot, skin, posture)[0]
 
-    def nearness_weights(
+    def weights(
         self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64]:
-        """(N) by which nearness counts as a force: w_f, or more where `largest_proximity_weight_by_joint` allows it.
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(N) w_f as `force_weights` has it, and (N) by which nearness counts as a force: w_f, or more where
+        `largest_proximity_weight_by_joint` allows it.
 
         A robot that stands leans against a touch, so that its trunk may give little. It leans against nothing that is
         only near, and its trunk may draw back farther.
         """
-        near = self._weights(robot, skin, posture, "largest_proximity_weight_by_joint")
-        return np.maximum(self.force_weights(robot, skin, posture), near)
-
-    def _weights(
-        self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None, largest_by_joint: str
-    ) -> NDArray[np.float64]:
         gains = self.values["skin"]
         dynamics = self._dynamics(robot, posture)
         levers = cell_levers(robot, skin, dynamics)
@@ -148,9 +143,12 @@ class GainSet:
             total = (np.sqrt(both**2 + square * left) - both) / square
             total = np.minimum(total, gains["largest_give_rad_per_n"] / give)
         moves = np.abs(levers.jacobian).max(axis=1) > 0
-        of_joints = np.array(gains.get(largest_by_joint, np.zeros(robot.joint_count)))
-        largest = np.maximum(gains["largest_force_weight"], (moves * of_joints).max(axis=1))
-        return np.where(give > 1e-9, np.clip(total - 1, 0, largest), 0.0)
+        weights, largest = [], np.full(len(give), gains["largest_force_weight"])
+        for by_joint in ("largest_force_weight_by_joint", "largest_proximity_weight_by_joint"):
+            of_joints = np.array(gains.get(by_joint, np.zeros(robot.joint_count)))
+            largest = np.maximum(largest, (moves * of_joints).max(axis=1))
+            weights.append(np.where(give > 1e-9, np.clip(total - 1, 0, largest), 0.0))
+        return weights[0], weights[1]
 
     def hand_force_weight(self, robot: RobotModel) -> float:
         """w_f [Cheng19 eq. 14] of skin Cartesian tasks, for which a newton on any cell moves the hand by that length.
@@ -207,9 +205,8 @@ class GainSet:
 
     def skin_gains(self, robot: RobotModel, skin: SkinModel, posture: NDArray[np.float64] | None = None) -> SkinGains:
         """Of skin tasks, as the file states them, for a `posture` (n) rad; default: home."""
-        return self.skin_gains_of(
-            self.force_weights(robot, skin, posture), near=self.nearness_weights(robot, skin, posture)
-        )
+        touch, near = self.weights(robot, skin, posture)
+        return self.skin_gains_of(touch, near=near)
 
     def skin_gains_of(
         self, force_weight: NDArray[np.float64], share: float = 1.0, near: NDArray[np.float64] | None = None
@@ -324,8 +321,7 @@ class ChosenGains:
 
     def skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin tasks, for the home posture."""
-        weights = self.gains.force_weights(robot, skin), self.gains.nearness_weights(robot, skin)
-        return self._of_part(robot, skin, self.skin_weighted(*weights))
+        return self._of_part(robot, skin, self.skin_weighted(*self.gains.weights(robot, skin)))
 
     def hand_skin(self, robot: RobotModel, skin: SkinModel) -> SkinGains:
         """Of skin Cartesian tasks: every cell moves the hand alike."""
