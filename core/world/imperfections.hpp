@@ -50,12 +50,14 @@ namespace robotskin::world {
   ROW(imu_tilt_deg, 0.2, 0, "degrees", "slow error of an inertial unit's orientation, standard deviation about each level axis", "chosen: MEMS units of the better kind") \
   ROW(imu_bias_deg, 0.2, 0, "degrees", "constant error of that orientation, within ±; its heading is then drawn, too", "chosen") \
   ROW(imu_rate_noise_rad_s, 0.003, 0.003, "rad/s", "noise of its turn rates, standard deviation of a sample", "chosen: MEMS units of the better kind") \
+  ROW(imu_rate_bias_rad_s, 0.003, 0, "rad/s", "what its turn rates show at rest, about each axis, within ±", "chosen: a MEMS unit that was zeroed at rest") \
   ROW(imu_delay_s, 0.002, 0, "s", "age of what it tells; whole physics steps", "chosen: a filter and a bus cycle") \
   ROW(robot_force_noise_n, 1, 1, "N", "noise of a foot's force sensor, standard deviation of a sample and axis", "chosen") \
   ROW(robot_moment_noise_nm, 0.1, 0.1, "Nm", "the same of its moments", "chosen") \
   ROW(robot_force_bias_n, 2, 0, "N", "what it shows at rest, within ±", "chosen: a sensor that was tared") \
   ROW(robot_moment_bias_nm, 0.2, 0, "Nm", "the same of its moments", "chosen") \
   ROW(robot_force_bandwidth_hz, 100, 100, "Hz", "of its low-pass; 0: none", "chosen") \
+  ROW(robot_force_delay_s, 0.001, 0, "s", "age of what it tells, beside its low-pass; whole physics steps", "chosen: one bus cycle") \
   ROW(joint_friction, 0.03, 0, "1", "Coulomb friction of a joint, share of its effort limit", "chosen: geared arms have 2 to 10 %") \
   ROW(link_shift_mm, 0.5, 0, "mm", "how far a joint sits from where the model has it, in a drawn direction", "chosen: an arm that was not calibrated") \
   ROW(link_turn_deg, 0.2, 0, "degrees", "how far a joint is turned from where the model has it, about a drawn axis", "chosen: an arm that was not calibrated") \

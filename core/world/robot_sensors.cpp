@@ -16,6 +16,10 @@ constexpr std::uint64_t purpose = 0x1A0;
 constexpr double degree = std::numbers::pi / 180;
 constexpr double wander_s = 2;  // time in which a tilt error forgets what it was
 
+std::size_t steps(double seconds, double step_s) {
+  return static_cast<std::size_t>(std::llround(seconds / step_s));
+}
+
 }  // namespace
 
 RobotSensors::RobotSensors(const mjModel& model, SensorMounting mounting, const Imperfections& imperfections,
@@ -33,7 +37,8 @@ RobotSensors::RobotSensors(const mjModel& model, SensorMounting mounting, const 
               : 1.0),
       wander_(mounting_.imu_body.size()),
       filtered_(mounting_.force_body.size()),
-      delay_(static_cast<std::size_t>(std::llround(imperfections.imu_delay_s / model.opt.timestep))),
+      late_imus_(steps(imperfections.imu_delay_s, model.opt.timestep), mounting_.imu_body.size()),
+      late_forces_(steps(imperfections.robot_force_delay_s, model.opt.timestep), mounting_.force_body.size()),
       noise_key_(stream_key(seed, purpose, 0)) {
   const std::uint64_t key = stream_key(seed, purpose, 1);
   std::uint64_t draw = 0;
@@ -48,7 +53,10 @@ RobotSensors::RobotSensors(const mjModel& model, SensorMounting mounting, const 
     moment_bias_.push_back({drawn(moment), drawn(moment), drawn(moment)});
     filtered_[i].force = filtered_[i].moment = {0, 0, 0};
   }
-  late_.resize(delay_ * mounting_.imu_body.size());
+  for (std::size_t i = 0; i < mounting_.imu_body.size(); ++i) {
+    const double rate = imperfections.imu_rate_bias_rad_s;
+    rate_bias_.push_back({drawn(rate), drawn(rate), drawn(rate)});
+  }
 }
 
 double RobotSensors::noise() noexcept {
@@ -56,23 +64,25 @@ double RobotSensors::noise() noexcept {
 }
 
 void RobotSensors::measure(const mjModel& model, const mjData& data, std::int64_t stamp_ns) noexcept {
-  const std::size_t units = mounting_.imu_body.size();
-  for (std::size_t i = 0; i < units; ++i) {
+  for (std::size_t i = 0; i < mounting_.imu_body.size(); ++i) {
     ImuReading reading = imu(model, data, i);
     reading.stamp_ns = stamp_ns;
-    if (delay_ > 0) std::swap(reading, late_[oldest_ * units + i]);
+    late_imus_.exchange(reading, i);
     if (reading.stamp_ns != never_ns) readings_.imus[i] = reading;
   }
-  if (delay_ > 0) oldest_ = (oldest_ + 1) % delay_;
+  late_imus_.advance();
   for (std::size_t i = 0; i < mounting_.force_body.size(); ++i) {
     force(model, data, i);
-    ForceReading& reading = readings_.forces[i];
+    ForceReading reading;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       reading.force[axis] = filtered_[i].force[axis] + force_bias_[i][axis] + force_noise_n_ * noise();
       reading.moment[axis] = filtered_[i].moment[axis] + moment_bias_[i][axis] + moment_noise_nm_ * noise();
     }
     reading.stamp_ns = stamp_ns;
+    late_forces_.exchange(reading, i);
+    if (reading.stamp_ns != never_ns) readings_.forces[i] = reading;
   }
+  late_forces_.advance();
   began_ = true;
 }
 
@@ -91,7 +101,8 @@ ImuReading RobotSensors::imu(const mjModel& model, const mjData& data, std::size
   reading.angular_velocity = load3(spatial);
   mj_objectAcceleration(&model, &data, mjOBJ_BODY, body, spatial, 1);
   reading.acceleration = load3(spatial + 3);
-  for (double& rate : reading.angular_velocity) rate += rate_noise_rad_s_ * noise();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    reading.angular_velocity[axis] += rate_bias_[index][axis] + rate_noise_rad_s_ * noise();
   return reading;
 }
 

@@ -2,10 +2,13 @@
 // What a simulated robot measures beside its joints: an inertial unit on a link, and the forces on links such as feet.
 //
 // The unit's orientation is wrong by a bias and a slow wandering of its tilt, and its heading is of no use: it begins
-// anywhere. A force sensor sums what presses its link from outside, and is slow, noisy and biased.
+// anywhere. Its turn rates have a bias, too. A force sensor sums what presses its link from outside, and is slow, noisy
+// and biased. All of it is told late.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "model/sensor_readings.hpp"
@@ -20,6 +23,24 @@ namespace robotskin::world {
 struct SensorMounting {
   PortSensors sensors;
   std::vector<int> imu_body, force_body;
+};
+
+// Readings of some sensors, told whole steps later. The first ones are those of a new `Reading`.
+template <class Reading>
+class LateReadings {
+ public:
+  LateReadings(std::size_t steps, std::size_t sensors) : steps_(steps), sensors_(sensors), ring_(steps * sensors) {}
+  // Keeps what a sensor says now, and gives what it said so many steps ago.
+  void exchange(Reading& reading, std::size_t sensor) noexcept {
+    if (steps_ > 0) std::swap(reading, ring_[oldest_ * sensors_ + sensor]);
+  }
+  void advance() noexcept {
+    if (steps_ > 0) oldest_ = (oldest_ + 1) % steps_;
+  }
+
+ private:
+  std::size_t steps_, sensors_, oldest_ = 0;
+  std::vector<Reading> ring_;  // (steps, sensors)
 };
 
 class RobotSensors {
@@ -40,11 +61,12 @@ class RobotSensors {
   SensorReadings readings_;
   double tilt_rad_, wander_share_, rate_noise_rad_s_, force_noise_n_, moment_noise_nm_, force_share_;
   std::vector<Vector3> bias_;                      // of each unit, rad: tilt about x and y, heading
+  std::vector<Vector3> rate_bias_;                 // of each unit, rad/s
   std::vector<Vector3> wander_;                    // of each unit, rad
   std::vector<Vector3> force_bias_, moment_bias_;  // of each force sensor
   std::vector<ForceReading> filtered_;             // of each force sensor, before noise and bias
-  std::vector<ImuReading> late_;                   // (delay, units) as a ring
-  std::size_t delay_ = 0, oldest_ = 0;
+  LateReadings<ImuReading> late_imus_;
+  LateReadings<ForceReading> late_forces_;
   std::uint64_t noise_key_, draws_ = 0;
   bool began_ = false;
 };

@@ -267,6 +267,12 @@ class Imperfections:
     @imu_rate_noise_rad_s.setter
     def imu_rate_noise_rad_s(self, arg: float, /) -> None: ...
     @property
+    def imu_rate_bias_rad_s(self) -> float:
+        """what its turn rates show at rest, about each axis, within ±"""
+
+    @imu_rate_bias_rad_s.setter
+    def imu_rate_bias_rad_s(self, arg: float, /) -> None: ...
+    @property
     def imu_delay_s(self) -> float:
         """age of what it tells; whole physics steps"""
 
@@ -304,6 +310,12 @@ class Imperfections:
 
     @robot_force_bandwidth_hz.setter
     def robot_force_bandwidth_hz(self, arg: float, /) -> None: ...
+    @property
+    def robot_force_delay_s(self) -> float:
+        """age of what it tells, beside its low-pass; whole physics steps"""
+
+    @robot_force_delay_s.setter
+    def robot_force_delay_s(self, arg: float, /) -> None: ...
     @property
     def joint_friction(self) -> float:
         """Coulomb friction of a joint, share of its effort limit"""

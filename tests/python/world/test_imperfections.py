@@ -6,10 +6,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from robotskin import robots
+from robotskin.layout import finished
+from robotskin.model import SensorReadings
+from robotskin.robots.gains import GainSet
 from robotskin.selfconfig.simulated.limb import AccelerometerImperfections
 from robotskin.world import Imperfections, World, ideal_world
 from robotskin.world.robot_as_built import build_differently
-from robotskin.world.things import SceneSpec, Sphere, ThingSpec
+from robotskin.world.things import FloorSpec, SceneSpec, Sphere, ThingSpec
 
 NAMES = [row[0] for row in Imperfections.table()]
 
@@ -195,3 +199,38 @@ def test_the_robot_is_built_a_little_differently(ur5, seed) -> None:
             assert np.degrees(turned) == pytest.approx(0.2, rel=1e-3)
         if before.mass > 0:
             assert abs(after.mass / before.mass - 1) == pytest.approx(0.05)
+
+
+def told_by_a_standing_robot(seed: int, steps: int = 30, **values: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of each step of 1 ms: (steps, 3) turn rates of its inertial unit, (steps, 3) force of its first foot."""
+    name = "talos_standing"
+    world = World(
+        finished(name),
+        robots.load(name),
+        seed,
+        posture=GainSet.load(name).home,
+        powered=False,
+        scene=SceneSpec(floor=FloorSpec(robot_stands=True)),
+        imperfections=only(**values),
+    )
+    readings, rates, forces = SensorReadings(world.port.sensors), [], []
+    for _ in range(steps):
+        world.step(0.001)
+        world.port.read_sensors(readings)
+        rates.append(readings.imus[0].angular_velocity)
+        forces.append(readings.forces[0].force)
+    return np.array(rates), np.array(forces)
+
+
+def test_a_foot_tells_late_and_turn_rates_have_a_bias(seed: int) -> None:
+    rates, forces = told_by_a_standing_robot(seed)
+    assert np.ptp(forces[:, 2]) > 1.0, "it lands"
+    biased, same = told_by_a_standing_robot(seed, imu_rate_bias_rad_s=0.003)
+    np.testing.assert_array_equal(same, forces)
+    bias = biased - rates
+    assert np.ptp(bias, axis=0) == pytest.approx(0.0, abs=1e-12), "it is constant"
+    assert (np.abs(bias[0]) <= 0.003).all()
+    assert len(set(bias[0])) == 3, "each axis has its own"
+    _, late = told_by_a_standing_robot(seed, robot_force_delay_s=0.003)
+    np.testing.assert_array_equal(late[3:], forces[:-3])
+    assert np.isnan(late[:2]).all(), "nothing is told before it was measured"
