@@ -12,14 +12,18 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Share of a normal's square that has to be independent of the active ones for a step along it. Where the Hessian is
-// nearly singular, normals differ by as little as 1e-14 that do exclude each other's minimum. For a guess, more.
+// nearly singular, normals differ by as little as 1e-14 that do exclude each other's minimum. More for what may be
+// missed by rounding alone, as a step along the little that is left would carry that far off, and for a guess.
 constexpr double independent = 1e-19;
+constexpr double independent_rounded = 1e-12;
 constexpr double independent_guess = 1e-8;
 // A shorter normal, against the longest, belongs to a constraint on which nothing has an influence any more.
 constexpr double shortest = 1e-10;
-// By how many tolerances a constraint that the active ones make up may be missed for its rounding.
-constexpr double rounding = 100;
+// By how many tolerances a constraint may be missed for its rounding, if the active ones make it up or if it was added
+// so often that constraints take turns.
+constexpr double rounding = 1000;
 constexpr int most_refined = 4;  // attempts, before such a constraint is left out
+constexpr std::uint8_t most_added = 4;
 
 }  // namespace
 
@@ -32,7 +36,8 @@ ActiveSet::ActiveSet(std::size_t largest_size, std::size_t largest_constraints)
       row_(capacity_),
       sign_(capacity_),
       side_(room_),
-      void_(room_) {
+      void_(room_),
+      added_(room_) {
   for (auto* values : {&length_, &low_, &high_, &value_}) values->resize(room_);
   for (auto* values : {&y_, &multiplier_, &bound_, &normal_, &turned_, &step_, &share_}) values->resize(capacity_);
 }
@@ -70,7 +75,7 @@ ActiveSetOutcome ActiveSet::solve(const Problem& problem, double* x, std::int8_t
 }
 
 ActiveSetOutcome ActiveSet::search(double tolerance, double least_length, StepBudget& budget) noexcept {
-  std::fill_n(void_.begin(), constraints_, std::uint8_t{0});
+  for (auto* values : {&void_, &added_}) std::fill_n(values->begin(), constraints_, std::uint8_t{0});
   if (!start_from_guess(least_length, budget)) return ActiveSetOutcome::unfinished;
   bool exact = true;  // y_ is free of what many steps round
   int refined = 0;
@@ -94,10 +99,16 @@ ActiveSetOutcome ActiveSet::search(double tolerance, double least_length, StepBu
       exact = true;
       continue;
     }
-    const ActiveSetOutcome met = meet(worst, sign, miss, budget);
+    const bool rounded = miss <= rounding * tolerance;
+    if (rounded && added_[worst] >= most_added) {
+      void_[worst] = 1;
+      continue;
+    }
+    added_[worst] = static_cast<std::uint8_t>(std::min(added_[worst] + 1, 255));
+    const ActiveSetOutcome met = meet(worst, sign, miss, rounded ? independent_rounded : independent, budget);
     if (met == ActiveSetOutcome::unfinished) return met;
     if (met == ActiveSetOutcome::none) {  // the active ones make it up; what is missed may be what they round
-      if (miss > rounding * tolerance) return met;
+      if (!rounded) return met;
       if (exact || ++refined > most_refined) void_[worst] = 1;
       follow_bounds();
       exact = true;
@@ -107,8 +118,10 @@ ActiveSetOutcome ActiveSet::search(double tolerance, double least_length, StepBu
   }
 }
 
-// Moves along the constraint's normal until it is met, dropping active ones that stop pushing on the way.
-ActiveSetOutcome ActiveSet::meet(std::size_t constraint, double sign, double miss, StepBudget& budget) noexcept {
+// Moves along the constraint's normal until it is met, dropping active ones that stop pushing on the way. `least` is
+// the share of its square that has to be independent of them for that.
+ActiveSetOutcome ActiveSet::meet(std::size_t constraint, double sign, double miss, double least,
+                                 StepBudget& budget) noexcept {
   double along = turn(constraint, sign);
   double multiplier = 0;
   for (;;) {
@@ -121,7 +134,7 @@ ActiveSetOutcome ActiveSet::meet(std::size_t constraint, double sign, double mis
         partial = multiplier_[i] / share_[i];
         blocking = i;
       }
-    const bool moves = active_ < size_ && along > independent * length_[constraint] * length_[constraint];
+    const bool moves = active_ < size_ && along > least * length_[constraint] * length_[constraint];
     const double whole = moves ? miss / along : infinity;
     const double length = std::min(partial, whole);
     if (length == infinity) return ActiveSetOutcome::none;

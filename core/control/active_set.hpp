@@ -30,7 +30,7 @@ class ActiveSet {
     const double* matrix;  // (constraints, size)
     std::size_t matrix_stride;
     const double *low, *high;  // (constraints) low <= matrix x <= high
-    double tolerance;          // by which a constraint may be missed
+    double tolerance;          // by which a constraint may be missed; a thousand times that where it rounds
   };
   // x (size): in, the unconstrained minimum; out, the constrained one. side (constraints): in, a guess of what is met,
   // -1 the lower bound, 1 the upper one, 0 none; out, what is, or where the search stopped. A step of `budget` is one
@@ -41,7 +41,7 @@ class ActiveSet {
  private:
   ActiveSetOutcome search(double tolerance, double least_length, StepBudget& budget) noexcept;
   bool start_from_guess(double least_length, StepBudget& budget) noexcept;
-  ActiveSetOutcome meet(std::size_t constraint, double sign, double miss, StepBudget& budget) noexcept;
+  ActiveSetOutcome meet(std::size_t constraint, double sign, double miss, double least, StepBudget& budget) noexcept;
   double turn(std::size_t constraint, double sign) noexcept;
   void divide_share() noexcept;
   void add(std::size_t constraint, double sign) noexcept;
@@ -57,10 +57,11 @@ class ActiveSet {
   std::vector<double> basis_;       // (size, size) orthogonal; its first columns span the active normals
   std::vector<double> triangle_;    // (active, active) upper: the active normals are basis triangle
   std::vector<double> y_, multiplier_, bound_, normal_, turned_, step_, share_;
-  std::vector<std::size_t> row_;    // (active) constraint
-  std::vector<double> sign_;        // (active) 1: at its lower bound
-  std::vector<std::int8_t> side_;   // (constraints)
-  std::vector<std::uint8_t> void_;  // (constraints) those that active ones make up, but for rounding
+  std::vector<std::size_t> row_;     // (active) constraint
+  std::vector<double> sign_;         // (active) 1: at its lower bound
+  std::vector<std::int8_t> side_;    // (constraints)
+  std::vector<std::uint8_t> void_;   // (constraints) those that are missed by rounding alone
+  std::vector<std::uint8_t> added_;  // (constraints) how often, in this search
   std::size_t size_ = 0, constraints_ = 0, active_ = 0;
 };
 

@@ -54,13 +54,34 @@ def test_a_cut_tick_keeps_every_limit_that_an_uncut_one_can_keep(drawn_seed: int
     assert cut >= CUT_TICKS * len(numbers)
 
 
+NEARLY_DEPENDENT_LIMITS = {1: (84, 213), 4: (21, 374), 5: (332,), 7: (29, 72), 14: (80,), 16: (30, 56, 86, 165)}
+"""By seed, the numbers of drawn states in which those limits that are met nearly make up one that rounding misses."""
+
+
+@pytest.mark.parametrize("drawn_seed", NEARLY_DEPENDENT_LIMITS)
+def test_a_tick_with_steps_left_is_exact_though_limits_are_nearly_dependent(drawn_seed: int) -> None:
+    robot, limits = half_as_strong()
+    numbers = NEARLY_DEPENDENT_LIMITS[drawn_seed]
+    for number, state in enumerate(drawn(robot, limits, drawn_seed, max(numbers) + 1)):
+        if number not in numbers:
+            continue
+        bounds = Bounds(state.dynamics, limits, state.position, state.velocity)
+        fusion = QuadraticFusion(robot.joint_count, 100, len(state.levels), limits)
+        for _ in range(3):
+            torque = state.fuse(fusion)
+            assert not fusion.report.fallback, (number, fusion.report.steps, fusion.report.finished)
+            assert fusion.report.steps <= 400
+            assert bounds.keep(torque, strict=not fusion.report.widened)
+
+
 def test_cut_ticks_keep_the_limits_and_the_torque(seed: int) -> None:
     figures = fallback_figures(seed, 40)
     assert figures["fallback_cut_ticks"] > 500
     assert figures["fallback_limit_violations"] == 0
     assert figures["fallback_states_widened_needlessly"] == 0
     assert figures["fallback_jump_nm"] <= 1e-3
-    assert figures["fallback_level_error"] < 0.02
+    assert figures["fallback_level_error"] < 0.005
+    assert figures["fallback_uncut_ticks"] <= 2
 
 
 def test_a_bound_that_the_first_torque_nearly_meets_is_not_moved() -> None:

@@ -34,9 +34,10 @@ def fallback_figures(seed: int, states: int) -> dict[str, float]:
     `fallback_jump_nm`: the largest step of a joint's torque in the tick in which the cut begins or ends, where no limit
     forbids that the torque stays; `fallback_jumps_by_limits`: how many ticks had such a limit; `fallback_level_error`:
     the most that a cut tick changes of what the levels above the cut have, as a share of what the levels ask for.
+    `fallback_uncut_ticks`: ticks that fell back although they had steps left, as rounding hid their answer.
     """
     robot, limits = half_as_strong()
-    cut = violations = by_limits = widened = needless = room_steps = 0
+    cut = uncut = violations = by_limits = widened = needless = room_steps = 0
     jump = error = 0.0
     for state in drawn(robot, limits, seed, states):
         fusion = QuadraticFusion(robot.joint_count, 100, len(state.levels), limits)
@@ -57,6 +58,7 @@ def fallback_figures(seed: int, states: int) -> dict[str, float]:
                 jump = max(jump, float(np.abs(torque - before).max()))
             if report.fallback:
                 cut += 1
+                uncut += report.steps < steps
                 violations += not bounds.keep(torque, strict=strict)
                 for asked, rows in state.levels[: report.finished]:
                     changed = np.linalg.norm(rows @ state.dynamics.solve_mass(torque - exact))
@@ -67,6 +69,7 @@ def fallback_figures(seed: int, states: int) -> dict[str, float]:
         needless += gave_way and strict
     return {
         "fallback_cut_ticks": float(cut),
+        "fallback_uncut_ticks": float(uncut),
         "fallback_limit_violations": float(violations),
         "fallback_states_widened": float(widened),
         "fallback_states_widened_needlessly": float(needless),
