@@ -16,6 +16,7 @@ __all__ = [
     "Port",
     "Seed",
     "StiffnessRatio",
+    "Threads",
     "refuse_in_page",
     "refuse_unless",
 ]
@@ -29,6 +30,15 @@ Port = Annotated[int, typer.Option(help="First port to try for the page, on 127.
 GripperRobot = Annotated[str, typer.Option("--robot", help="ur5_gripper or panda_gripper.")]
 StiffnessRatio = Annotated[
     float, typer.Option("--ratio", help="Stiffness of hard fruits over that of soft ones.", min=1, max=10)
+]
+Threads = Annotated[
+    int,
+    typer.Option(
+        "--threads",
+        min=1,
+        max=64,
+        help="That simulate groups of section units side by side; the run is the same for any number.",
+    ),
 ]
 KnowledgeFile = Annotated[
     Path | None, typer.Option("--knowledge", help="Another file of classes, activities and skills.")

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robotskin.apps.options import Threads
 from robotskin.cli._ideal import Ideal
 from robotskin.cli._ideal_processors import IdealProcessors
 from robotskin.cli._sharing import Fleet, Foxglove, Ros2, Ros2Commands, Ros2Interface, Sharing, shared
-from robotskin.cli._threads import Threads
 from robotskin.cli._waiting import waiting
 
 if TYPE_CHECKING:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`--threads` of verbs that run a whole robot reaches the network of its skin, and changes nothing of the run."""
+"""`--threads` of what runs a whole robot reaches the network of its skin, and changes nothing of the run."""
 
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +8,7 @@ from robotskin import session as sessions
 from robotskin.cli import demo, main
 from robotskin.cli import run as run_verb
 from robotskin.session import PERIOD_S, Session
+from robotskin.session import session as session_module
 
 PUSH_N, RUNS_S = 8.0, 0.1
 VERBS = {"run": (run_verb, ["run", "dual_arm"]), "demo": (demo, ["demo", "--robot", "dual_arm"])}
@@ -47,3 +48,28 @@ def test_the_threads_that_are_asked_for_make_the_same_run(
         assert answer.exit_code == 0, answer.output
     assert asked == [1, 2]
     assert found[0] == found[1]
+
+
+APPS = (["balance"], ["balance", "--soles"], ["embrace"], ["embrace", "--grasp"])
+
+
+@pytest.mark.parametrize("words", APPS, ids=" ".join)
+def test_the_world_of_an_application_has_the_threads_that_are_asked_for(
+    words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Asked(Exception):
+        """Instead of a world."""
+
+    def world(*_: object, threads: int, **__: object) -> None:
+        raise Asked(threads)
+
+    monkeypatch.setattr(session_module, "World", world)
+    answer = CliRunner().invoke(main.app, ["app", *words, "--headless", "--threads", "3"])
+    assert isinstance(answer.exception, Asked), answer.output
+    assert answer.exception.args == (3,)
+
+
+def test_threads_are_refused_where_arms_are_led() -> None:
+    answer = CliRunner().invoke(main.app, ["app", "embrace", "--teach", "path.toml", "--headless", "--threads", "2"])
+    assert answer.exit_code == 2
+    assert "--threads" in answer.output

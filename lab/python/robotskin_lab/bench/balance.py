@@ -16,6 +16,7 @@ from robotskin.apps.balance.insole import SHARE
 from robotskin.errors import UnknownNameError
 from robotskin.tasks import BalanceGains
 from robotskin_lab.bench.balance_cells import EMBRACE, hand_cells
+from robotskin_lab.bench.balance_chain import chain_figures
 from robotskin_lab.bench.balance_faults import fault_figures
 from robotskin_lab.bench.balance_palm import palm_figures
 from robotskin_lab.bench.balance_picture import draw_pushed, pushed
@@ -73,7 +74,7 @@ KINDS = (
     Kind("impulse_chest_ns", impulse, 24.0, 60.0),
     Kind("impulse_side_ns", impulse, 38.0, 80.0, side=True),
 )
-PARTS = ("limits", "give", "three", "touches", "palm", "soles", "faults")
+PARTS = ("limits", "chain", "give", "three", "touches", "palm", "soles", "faults")
 LARGE_IS_WORSE = ("spread", "max", "falls", "stops", "unfelt_points", "redrawn", "violations", "error_p95_mm")
 MOST_COUNTS = ("statue", "stiff", "fault_stops")
 """What names of figures begin with, of which the largest of the seeds counts."""
@@ -103,9 +104,9 @@ def run(
 
     A push from the side is on the shoulder, since the arms hang there.
 
-    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not, but for the palm:
-    the skin's forces are true, 8 ms late, and end at 10 N a sensor. Give, palm and three pushes at once are measured on
-    the layout talos_embrace, in which chest and wrists have cells; all else on Talos' own.
+    Physics, port, estimate, tasks, guard and imperfections are all there. The cells' network is not, but for chain and
+    palm: the skin's forces are true, 8 ms late, and end at 10 N a sensor. Give, palm and three pushes at once are
+    measured on the layout talos_embrace, in which chest and wrists have cells; all else on Talos' own.
 
     Args:
         seed: of world and cells; the first of `seeds`.
@@ -114,8 +115,9 @@ def run(
         halvings: of the last interval of 15 % in which a limit is looked for.
         laws: with commas between, of compliant, stiff, statue, unbalanced, skinless, footless, soles; or all.
         kinds: figures, with commas between; or all.
-        parts: with commas between: limits, give, three (pushes at once), touches (at random), palm, soles (how
-            far their zero-moment point is off), faults (of sensors, cells and control, one at a time); empty: none.
+        parts: with commas between: limits, chain (limits on the chest at one cell, through firmware, network and
+            driver), give, three (pushes at once), touches (at random), palm, soles (how far their zero-moment point
+            is off), faults (of sensors, cells and control, one at a time); empty: none.
         triples: of pushes at once.
         touches_s: seconds of random touches.
         picture: where one slow push on the chest of a compliant robot and of a statue is drawn (PNG).
@@ -141,6 +143,8 @@ def run(
         found: dict[str, float] = {}
         if "limits" in asked:
             found |= limit_figures(one, cells, halvings, wanted, chosen)
+        if "chain" in asked:
+            found |= through_chain(one, chosen)
         if "give" in asked:
             found |= give_figures(one, cells)
         if "three" in asked:
@@ -240,6 +244,16 @@ def largest_push(
         return Outcome(stands, rig.stopped)
 
     return largest_stood(push, first or kind.first, kind.most, halvings, least=kind.first / 12)
+
+
+def through_chain(seed: int, kinds: list[str]) -> dict[str, float]:
+    """The largest pushes on the chest through firmware, network and driver, of one cell, beside the reduced rig's."""
+    wanted = {kind.figure: kind for kind in KINDS if kind.figure in kinds and not kind.side}
+    return chain_figures(
+        seed,
+        {figure: (kind.profile, kind.first, kind.most) for figure, kind in wanted.items()},
+        lambda figure, cell, way: largest_push(LAWS[""], wanted[figure], seed, cell, way, 1).largest,
+    )
 
 
 def sole_figures(seed: int) -> dict[str, float]:

@@ -14,14 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotskin import robots
-from robotskin.layout import finished
+from robotskin.layout import Layout, finished
 from robotskin.model import CommandMode, JointCommand, RobotPort
+from robotskin.robots import Robot
 from robotskin.robots.gains import GainSet
 from robotskin.robots.standing import BASE_JOINTS
 from robotskin.session import SafetyState, SkinnedRobot
 from robotskin.skin import Health, InputStatus, SkinInput, SkinState
 from robotskin.tasks import BalanceGains, SelfCollisionTask
 from robotskin.world import HandSpec, World
+from robotskin.world.thing import Thing
 from robotskin.world.things import Box, FloorSpec, GuideSpec, SceneSpec, ThingSpec
 from robotskin_lab.bench.balance_soles import ComparedSolePort
 
@@ -110,7 +112,7 @@ class StandingRig:
         self.robot, self.layout, self.gains = robots.load(name), finished(worn or name, name), GainSet.load(name)
         self.direction = np.asarray(direction, dtype=float)
         self.cell = cell
-        scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=() if cell is None else (self._plate(cell),))
+        scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=self._plate_before(cell))
         self.world = World(
             self.layout,
             self.robot,
@@ -143,28 +145,12 @@ class StandingRig:
             self.skinned.start()
         self.run(SETTLE_S)
 
+    def _plate_before(self, cell: int | None) -> tuple[ThingSpec, ...]:
+        return () if cell is None else (plate_before(self.robot, self.layout, self.gains.home, cell, self.direction),)
+
     def _sensed(self, port: RobotPort, seed: int) -> RobotPort:
         cells = self.law.sole_cells
         return ComparedSolePort(self.world, self.robot, port, cells, seed) if cells else port
-
-    def _plate(self, cell: int) -> ThingSpec:
-        place = self.robot.base_from_link(self.gains.home)[
-            self.robot.link_index(self.layout.links[self.layout.link[cell]])
-        ]
-        centre = (place @ self.layout.link_from_cell[cell])[:3, 3]
-        x, y, z = (float(value) for value in centre - (PLATE_THICKNESS_M / 2 + GAP_M) * self.direction)
-        along: Literal["x", "y"] = "x" if abs(self.direction[0]) > 0.5 else "y"
-        depth, width = (PLATE_THICKNESS_M, PLATE_M) if along == "x" else (PLATE_M, PLATE_THICKNESS_M)
-        return ThingSpec(
-            name="plate",
-            shape=Box(lengths_m=(depth, width, PLATE_M)),
-            mass_kg=PLATE_KG,
-            moves="slides",
-            guide=GuideSpec(axes=(along,), damping_n_s_per_m=10.0),
-            position_m=(x, y, z),
-            stiffness_n_per_m=PAD_N_PER_M,
-            gives="local",
-        )
 
     # ---- Time ----
 
@@ -241,25 +227,63 @@ class StandingRig:
     @property
     def fallen(self) -> bool:
         """Whether the base is low or tilted."""
-        _, _, z, _, pitch, roll = self.world.joint_positions()[: len(BASE_JOINTS)]
-        return bool(z < LOWEST_SHARE * self._home_height or max(abs(pitch), abs(roll)) > LARGEST_TILT_RAD)
+        return fallen(self.world, self._home_height)
 
     # ---- Pushes ----
 
     def push(self, force_n: Callable[[float], float], seconds: float) -> bool:
         """Push with the plate, newton by seconds since it touched; whether the robot still stands at the end."""
-        plate = self.world.thing("plate")
-        plate.push(2.0 * self.direction)
-        for _ in range(round(1.5 / PERIOD_S)):
-            self.step()
-            if plate.skin_force_n > 0.5:
-                break
-        for tick in range(round(seconds / PERIOD_S)):
-            plate.push(force_n(tick * PERIOD_S) * self.direction)
-            self.step()
-            if tick % 50 == 0 and self.fallen:
-                return False
-        return not self.fallen
+        return push_with_plate(
+            self.world.thing("plate"), self.direction, force_n, seconds, step=self.step, fallen=lambda: self.fallen
+        )
+
+
+def fallen(world: World, home_height: float) -> bool:
+    """Whether the base of a robot whose home has it so high (m) is low or tilted."""
+    _, _, z, _, pitch, roll = world.joint_positions()[: len(BASE_JOINTS)]
+    return bool(z < LOWEST_SHARE * home_height or max(abs(pitch), abs(roll)) > LARGEST_TILT_RAD)
+
+
+def plate_before(robot: Robot, layout: Layout, home: Array, cell: int, direction: Array) -> ThingSpec:
+    """A padded plate on a rail, which waits before a cell of a robot at home; direction (3,): unit, along x or y."""
+    place = robot.base_from_link(home)[robot.link_index(layout.links[layout.link[cell]])]
+    centre = (place @ layout.link_from_cell[cell])[:3, 3]
+    x, y, z = (float(value) for value in centre - (PLATE_THICKNESS_M / 2 + GAP_M) * direction)
+    along: Literal["x", "y"] = "x" if abs(direction[0]) > 0.5 else "y"
+    depth, width = (PLATE_THICKNESS_M, PLATE_M) if along == "x" else (PLATE_M, PLATE_THICKNESS_M)
+    return ThingSpec(
+        name="plate",
+        shape=Box(lengths_m=(depth, width, PLATE_M)),
+        mass_kg=PLATE_KG,
+        moves="slides",
+        guide=GuideSpec(axes=(along,), damping_n_s_per_m=10.0),
+        position_m=(x, y, z),
+        stiffness_n_per_m=PAD_N_PER_M,
+        gives="local",
+    )
+
+
+def push_with_plate(
+    plate: Thing,
+    direction: Array,
+    force_n: Callable[[float], float],
+    seconds: float,
+    *,
+    step: Callable[[], None],
+    fallen: Callable[[], bool],
+) -> bool:
+    """Push with a plate, newton by seconds since it touched, one `step` a control period; whether the robot stands."""
+    plate.push(2.0 * direction)
+    for _ in range(round(1.5 / PERIOD_S)):
+        step()
+        if plate.skin_force_n > 0.5:
+            break
+    for tick in range(round(seconds / PERIOD_S)):
+        plate.push(force_n(tick * PERIOD_S) * direction)
+        step()
+        if tick % 50 == 0 and fallen():
+            return False
+    return not fallen()
 
 
 def ramp(force_n: float) -> tuple[Callable[[float], float], float]:

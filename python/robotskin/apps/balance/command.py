@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page, refuse_unless
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, Threads, refuse_in_page, refuse_unless
 
 ROBOT, LAYOUT = "talos_standing", "talos_embrace"
 """A skin whose cells cover the chest's front too, where a person pushes first."""
@@ -30,6 +30,7 @@ def command(
     seed: Seed = 1,
     json_file: JsonFile = None,
     port: Port = 8080,
+    threads: Threads = 1,
 ) -> None:
     """Push a standing humanoid: it gives way, leans, and stands. Exit status 0: it stood, and no limit was violated."""
     from rich.console import Console
@@ -50,9 +51,9 @@ def command(
         ready = robot_with_gains(ROBOT)
         layout = finished(LAYOUT, ROBOT)
         session = (
-            SoleSession(ready.robot, layout, CELLS_OF_A_SOLE, seed=seed, gains=ready.gains)
+            SoleSession(ready.robot, layout, CELLS_OF_A_SOLE, seed=seed, gains=ready.gains, threads=threads)
             if soles
-            else Session(ready.robot, layout, seed=seed, gains=ready.gains)
+            else Session(ready.robot, layout, seed=seed, gains=ready.gains, threads=threads)
         )
     if not headless:
         from robotskin.apps.balance.panel import show

@@ -17,12 +17,20 @@ class SoleSession(Session):
     """
 
     def __init__(
-        self, robot: Robot, layout: Layout, cells: int, *, seed: int = 1, gains: GainSet | None = None
+        self,
+        robot: Robot,
+        layout: Layout,
+        cells: int,
+        *,
+        seed: int = 1,
+        gains: GainSet | None = None,
+        threads: int = 1,
     ) -> None:
         super().__init__(
             robot,
             layout,
             seed=seed,
             gains=gains,
+            threads=threads,
             port=lambda inner: SolePort(self.world, robot, inner, cells, seed),
         )

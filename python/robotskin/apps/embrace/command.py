@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from robotskin.apps.options import Headless, JsonFile, Port, Seed, refuse_in_page
+from robotskin.apps.options import Headless, JsonFile, Port, Seed, Threads, refuse_in_page, refuse_unless
 from robotskin.outputs import writable
 
 
@@ -59,6 +59,7 @@ def command(
     seed: Seed = 1,
     json_file: JsonFile = None,
     port: Port = 8080,
+    threads: Threads = 1,
 ) -> None:
     """A standing humanoid hugs a soft person, gives way when they are pushed, and lets go.
 
@@ -96,6 +97,7 @@ def command(
     if teach_file is not None and (stiff or self_collision):
         raise typer.BadParameter("is not for --teach", param_hint="--stiff" if stiff else "--self-collision")
     refuse_in_page(headless, context, "json_file", "teach_file")
+    refuse_unless(teach_file is None, context, "threads", because="is not for --teach")
     console = Console()
     if teach_file is not None:
         with console.status("loading the robot") as status:
@@ -124,10 +126,16 @@ def command(
         taught = None if taught_file is None else load_taught_path(taught_file).paths(grasp_script.arms_of(standing))
         session = (
             grasp_script.grasp_session_of(
-                large, seed, standing=standing, skin_map=learnt, taught=taught, self_collision=self_collision
+                large,
+                seed,
+                standing=standing,
+                skin_map=learnt,
+                taught=taught,
+                self_collision=self_collision,
+                threads=threads,
             )
             if grasp
-            else script.session_of(person, seed, self_collision=self_collision)
+            else script.session_of(person, seed, self_collision=self_collision, threads=threads)
         )
     figures = {}
     try:

@@ -71,11 +71,13 @@ def grasp_session_of(
     skin_map: SensoryMotorMap | None = None,
     taught: Paths | None = None,
     self_collision: bool = False,
+    threads: int = 1,
 ) -> Session:
     """A session with this thing on its table, not booted; the robot is bolted down, or stands on its feet.
 
     skin_map: by which the arms answer to touch, instead of by the model. taught: the paths of the grasp to come, where
-    they are not those of the model. self_collision: tasks above keep bodies apart and joints off their ends.
+    they are not those of the model. self_collision: tasks above keep bodies apart and joints off their ends. threads:
+    that simulate groups of section units.
 
     Raises SceneError, SessionError for a thing that the arms could not bear, and InputError for the map of another
     robot or skin.
@@ -93,6 +95,7 @@ def grasp_session_of(
         link="in process",
         scene=scene,
         self_collision=self_collision,
+        threads=threads,
     )
 
 

@@ -52,7 +52,9 @@ def hug_limits() -> BodyLimits:
         return BodyLimits.load(file)
 
 
-def session_of(person: Person, seed: int, limits: BodyLimits | None = None, *, self_collision: bool = False) -> Session:
+def session_of(
+    person: Person, seed: int, limits: BodyLimits | None = None, *, self_collision: bool = False, threads: int = 1
+) -> Session:
     """A session with this person in its scene, not booted; limits: by default `hug_limits`. Raises SceneError."""
     ready = robot_with_gains(ROBOT)
     return Session(
@@ -64,6 +66,7 @@ def session_of(person: Person, seed: int, limits: BodyLimits | None = None, *, s
         scene=scene_of(person),
         body_limits=limits or hug_limits(),
         self_collision=self_collision,
+        threads=threads,
     )
 
 

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The largest pushes that a standing robot bears through firmware, network and driver, beside those of the reduced rig.
+
+Cell, plate and push are those of the reduced rig, whose skin tells true forces some milliseconds late.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robotskin.layout import finished
+from robotskin.robots.gains import robot_with_gains
+from robotskin.session import SafetyState, Session
+from robotskin.world.things import FloorSpec, SceneSpec
+from robotskin_lab.bench.balance_rig import CHEST, ROBOT, drawn_cells, fallen, plate_before, push_with_plate
+from robotskin_lab.bench.balance_search import Outcome, largest_stood
+from robotskin_lab.bench.progress import tell
+
+Profile = tuple[Callable[[float], float], float]
+SETTLES_S = 1.0
+WAYS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+
+
+def chain_figures(
+    seed: int,
+    kinds: dict[str, tuple[Callable[[float], Profile], float, float]],
+    reduced: Callable[[str, int, tuple[float, float, float]], float],
+) -> dict[str, float]:
+    """Of one drawn cell of the chest for each direction: chain_FIGURE, the largest push found, the worse direction;
+    chain_over_reduced_FIGURE: the least ratio to what the reduced rig finds at the same cell; chain_FIGURE without its
+    unit and with _stops: pushes that it stood though the guard stopped it.
+
+    Args:
+        seed: of world, cells and network.
+        kinds: by figure, how a push goes, the size that is tried first, and the largest.
+        reduced: the largest push that the reduced rig stands, by figure, cell and direction.
+    """
+    figures: dict[str, float] = {}
+    for figure, (profile, first, most) in kinds.items():
+        sizes, ratios, stops = [], [], 0
+        for direction in WAYS:
+            cell = drawn_cells(seed, 1, CHEST, np.array(direction))[0]
+            beside = reduced(figure, cell, direction)
+
+            def push(size: float, cell: int = cell, direction: tuple[float, float, float] = direction) -> Outcome:
+                return pushed_through_chain(seed, cell, direction, *profile(size))  # noqa: B023
+
+            found = largest_stood(push, beside or first, most, 1, least=first / 12)
+            sizes.append(found.largest)
+            ratios.append(found.largest / max(beside, 1e-9))
+            stops += found.stops
+            tell(
+                f"balance: seed {seed}, {figure} along {direction[0]:+.0f}: {found.largest:.1f} through the chain, "
+                f"{beside:.1f} by the reduced rig, {found.stops} stops"
+            )
+        name, _ = figure.rsplit("_", 1)
+        figures[f"chain_{figure}"] = min(sizes)
+        figures[f"chain_over_reduced_{figure}"] = min(ratios)
+        figures[f"chain_{name}_stops"] = float(stops)
+    return figures
+
+
+def pushed_through_chain(
+    seed: int, cell: int, direction: tuple[float, float, float], force_n: Callable[[float], float], seconds: float
+) -> Outcome:
+    """One push of the plate on a robot whose cells, network, section units and driver all run."""
+    ready, layout, way = robot_with_gains(ROBOT), finished(ROBOT), np.array(direction)
+    plate = plate_before(ready.robot, layout, ready.gains.home, cell, way)
+    scene = SceneSpec(floor=FloorSpec(robot_stands=True), things=(plate,))
+    session = Session(ready.robot, layout, seed=seed, gains=ready.gains, link="in process", scene=scene)
+    home_height = float(ready.gains.home[2])
+    try:
+        session.boot()
+        session.run(SETTLES_S)
+        stands = push_with_plate(
+            session.world.thing("plate"),
+            way,
+            force_n,
+            seconds,
+            step=session.step,
+            fallen=lambda: fallen(session.world, home_height),
+        )
+        stopped = session.state not in (SafetyState.running, SafetyState.degraded)
+    finally:
+        session.shut_down()
+    return Outcome(stands, stopped)

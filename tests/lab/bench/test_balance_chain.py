@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Limits of a standing robot through firmware, network and driver, beside those of the reduced rig."""
+
+import numpy as np
+import pytest
+
+from robotskin_lab.bench import balance_chain
+from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain
+from robotskin_lab.bench.balance_rig import CHEST, drawn_cells, ramp
+from robotskin_lab.bench.balance_search import GROWTH, Outcome
+
+
+def test_a_push_through_the_whole_chain_is_borne_and_stops_nothing(seed: int) -> None:
+    cell = drawn_cells(seed, 1, CHEST, np.array((1.0, 0.0, 0.0)))[0]
+    outcome = pushed_through_chain(seed, cell, (1.0, 0.0, 0.0), lambda t: 30.0 * min(t / 0.3, 1.0), 1.0)
+    assert outcome == Outcome(stands=True, stopped=False)
+
+
+def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = {1.0: 80.0, -1.0: 100.0}
+    asked = []
+
+    def pushed(seed: int, cell: int, direction: tuple[float, float, float], force_n, seconds: float) -> Outcome:
+        asked.append((cell, direction))
+        size = force_n(3.5)  # the top of the ramp
+        return Outcome(size <= limits[direction[0]], stopped=size > 0.95 * limits[direction[0]])
+
+    reduced = {1.0: 90.0, -1.0: 90.0}
+    monkeypatch.setattr(balance_chain, "pushed_through_chain", pushed)
+    figures = chain_figures(
+        seed, {"ramp_chest_n": (ramp, 95.0, 200.0)}, lambda figure, cell, direction: reduced[direction[0]]
+    )
+    assert 80.0 / np.sqrt(GROWTH) <= figures["chain_ramp_chest_n"] <= 80.0
+    assert figures["chain_over_reduced_ramp_chest_n"] == figures["chain_ramp_chest_n"] / 90.0
+    for cell, direction in asked:
+        assert cell == drawn_cells(seed, 1, CHEST, np.array(direction))[0]
