@@ -140,7 +140,7 @@ class Session(SkinnedRobot):
         """Processor time of the driver so far."""
         self.control_seconds = 0.0
         """Processor time of the loop so far: skin, control, robot."""
-        self.torques = _cell_torques(known, model, gains, cell_torques)
+        self.torques, self._torques_refused = _cell_torques(known, model, gains, cell_torques)
         """What the cells are told, if they are."""
         if self.torques is not None:
             reader = TorqueReader(self.driver, self.torques.places, robot.joint_count, step=self.torques.step)
@@ -182,6 +182,12 @@ class Session(SkinnedRobot):
     def computes_torques(self) -> bool:
         """Whether the cells have been told how to compute their torques."""
         return self.torques is not None
+
+    @property
+    def source_refused(self) -> str:
+        """Why `set_source` refuses "skin" at present; empty where it does not."""
+        told = super().source_refused
+        return told if self.computes_torques else f"{told}: {self._torques_refused}"
 
     def _carry_datagrams(self) -> None:
         began = time.thread_time()
@@ -278,15 +284,18 @@ class Session(SkinnedRobot):
         return int(self.driver.statistics()["frames_missing"])
 
 
-def _cell_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None) -> CellTorques | None:
-    """What the cells of a skin are told so that they compute their torques; None where they are not to, or cannot."""
+def _cell_torques(
+    robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None
+) -> tuple[CellTorques | None, str]:
+    """What the cells of a skin are told so that they compute their torques; None where they are not to, or cannot, and
+    why."""
     if wanted is False:
-        return None
+        return None, "give cell_torques"
     try:
         if skin.has_force_calibration:
             raise ChainError("the cells know nothing of a calibration of their forces: let the host sum the torques")
-        return CellTorques.of(robot, skin, gains.skin_gains(robot.core, skin), TORQUE_STEP_BITS)
-    except ChainError:
+        return CellTorques.of(robot, skin, gains.skin_gains(robot.core, skin), TORQUE_STEP_BITS), ""
+    except ChainError as error:
         if wanted:
             raise
-        return None
+        return None, str(error)

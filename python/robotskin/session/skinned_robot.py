@@ -224,7 +224,7 @@ class SkinnedRobot:
         """
         chosen = member("source", SkinSource, source)
         if chosen is SkinSource.skin and not self.computes_torques:
-            raise SessionError(f"{self.source_refused}: give cell_torques")
+            raise SessionError(self.source_refused)
         self.controller.request_skin_source(chosen)
         self.source = str(chosen.name)
 

@@ -125,7 +125,8 @@ def test_a_robot_whose_limbs_are_too_long_for_the_cells_runs_by_the_hosts_sums(s
         Session(robot, skin, seed=seed, link="in process", cell_torques=True)
     session = Session(robot, skin, seed=seed, link="in process", cell_torques=None)
     assert session.torques is None
-    with pytest.raises(SessionError, match="cell_torques"):
+    assert "3 joints below it" in session.source_refused, "the page says why"
+    with pytest.raises(SessionError, match="3 joints below it: 1 to 2 can be"):
         session.set_source("skin")
 
 
