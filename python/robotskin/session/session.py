@@ -284,9 +284,7 @@ class Session(SkinnedRobot):
         return int(self.driver.statistics()["frames_missing"])
 
 
-def _cell_torques(
-    robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None
-) -> tuple[CellTorques | None, str]:
+def _cell_torques(robot: Robot, skin: SkinModel, gains: GainSet, wanted: bool | None) -> tuple[CellTorques | None, str]:
     """What the cells of a skin are told so that they compute their torques; None where they are not to, or cannot, and
     why."""
     if wanted is False:

@@ -38,7 +38,8 @@ GAP_M = 0.08
 SETTLE_S = 1.0
 LOWEST_SHARE = 0.8
 """Of the height of its base at home, below which the robot has fallen."""
-LARGEST_TILT_RAD = 0.5
+LARGEST_TILT_RAD = 1.0
+"""Of its base, beyond which it has fallen. Half of that is a bow, to which a push on the back makes it give way."""
 
 
 class LateSkin(SkinInput):
