@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from robotskin_lab.bench import balance_chain
+from robotskin.errors import UnknownNameError
+from robotskin_lab.bench import balance, balance_chain
 from robotskin_lab.bench.balance_chain import chain_figures, pushed_through_chain
 from robotskin_lab.bench.balance_rig import CHEST, drawn_cells, ramp
 from robotskin_lab.bench.balance_search import GROWTH, Outcome
@@ -36,3 +37,8 @@ def test_the_worse_direction_counts_beside_the_reduced_rig_at_the_same_cell(
     assert figures["chain_over_reduced_ramp_chest_n"] == figures["chain_ramp_chest_n"] / 90.0
     for cell, direction in asked:
         assert cell == drawn_cells(seed, 1, CHEST, np.array(direction))[0]
+
+
+def test_pushes_that_the_chain_does_not_try_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="impulse_side_ns"):
+        balance.run(parts="chain", kinds="impulse_side_ns")

@@ -138,6 +138,9 @@ def run(
     for name in chosen:
         if name not in [kind.figure for kind in KINDS]:
             raise UnknownNameError("kind of push", name, [kind.figure for kind in KINDS])
+    on_chest = [kind.figure for kind in KINDS if not kind.side]
+    if "chain" in asked and not set(chosen) & set(on_chest):
+        raise UnknownNameError("kind of push through the chain", kinds, on_chest)
     each: list[dict[str, float]] = []
     for one in range(seed, seed + seeds):
         found: dict[str, float] = {}
