@@ -6,6 +6,9 @@ from collections import Counter
 import numpy as np
 import pytest
 from large_world import LargeWorld, sheet
+from test_section_unit import Bench
+
+from robotskin_lab import firmware
 
 
 def rates(world: LargeWorld, milliseconds: float) -> dict[int, float]:
@@ -71,3 +74,41 @@ def test_cells_of_a_full_port_wait_little(seed: int) -> None:
     assert np.mean(waits_ms) <= 0.7
     assert np.percentile(waits_ms, 99) <= 1.3
     assert max(waits_ms) < 8
+
+
+class Loaded(Bench):
+    """A section unit at whose first port a tree has so many cells."""
+
+    def divisors(self, size: int, milliseconds: int, samples_hz: float = 0.0, **fields: int) -> list[int]:
+        """Of each millisecond; so many samples are heard of the tree in all, less what the divisor leaves out."""
+        sample, missing, divisors = firmware.pack("clock", {"source": 7, **fields}), 0.0, [1]
+        for _ in range(milliseconds):
+            self.frames.clear()
+            self.attach()
+            self.hear("status", size=size)
+            missing += samples_hz / 1000 / divisors[-1]
+            while missing >= 1:
+                self.take(self.unit.frame(1, sample, self.now))
+                missing -= 1
+            self.run_us(1000)
+            (tick,) = [firmware.unpack(frame)[1] for at, frame in self.frames if at == 1]
+            divisors.append(tick["rate_divisor"])
+        return divisors
+
+
+def test_no_cell_is_asked_for_less_than_every_fifteenth_sample() -> None:
+    """A tick can tell no larger number."""
+    assert max(Loaded().divisors(3000, 30)) == 15
+
+
+@pytest.mark.parametrize(("size", "rate_hz", "lost", "divisor"), [(100, 250, 0.35, 2), (200, 125, 0.0, 2)])
+def test_the_rate_of_the_cells_is_measured_though_lines_lose_samples(
+    size: int, rate_hz: int, lost: float, divisor: int
+) -> None:
+    assert Loaded().divisors(size, 500, size * rate_hz * (1 - lost))[-1] == divisor
+
+
+@pytest.mark.parametrize(("samples_hz", "divisor"), [(2_000, 1), (19_000, 2)])
+def test_only_where_the_line_is_full_do_lost_frames_thin_out_samples(samples_hz: int, divisor: int) -> None:
+    """Elsewhere it is another line that is full."""
+    assert Loaded().divisors(20, 60, samples_hz, dropped=1)[-1] == divisor

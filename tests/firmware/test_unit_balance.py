@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of what a section unit makes of the sizes that it hears: which trees are to take cells, and how deep they go."""
+
+from test_section_unit import Bench, datagram, record
+
+from robotskin_lab import firmware
+
+PEER = {name: number for name, number, _ in firmware.DATAGRAM_KINDS}["peer"]
+TICK, GRANT = ({name: number for name, number, _ in firmware.FRAME_TYPES}[name] for name in ("tick", "grant"))
+
+
+class Trees(Bench):
+    """A section unit whose ports hear their trees' sizes, heights and the roots beside them."""
+
+    def __init__(self, told: list[tuple[int, int, int]], **options: object) -> None:
+        super().__init__(len(told), **options)
+        self.told = told  # by port: size, height and a root beside the tree
+        self.run_ms(90)  # the trees have formed
+
+    def run_ms(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, 3):
+            for port, (size, height, beside) in enumerate(self.told, 1):
+                self.attach(port)
+                self.hear("status", port, sender=9, size=size, height=height, foreign_1=beside)
+            self.run_us(3000)
+
+    def cap_of(self, port: int) -> int:
+        """As the newest tick says that went down a port."""
+        ticks = [frame for at, frame in self.frames if at == port and frame[0] >> 4 == TICK]
+        return firmware.unpack(ticks[-1])[1]["depth_cap"]
+
+    def wants(self, port: int) -> list[list[tuple[int, int]]]:
+        """Of each grant frame that went down a port with wants in it: roots and numbers of cells."""
+        told = [
+            [(fields[f"demand_{w}_root"], fields[f"demand_{w}_size"]) for w in (1, 2, 3)]
+            for at, frame in self.frames
+            if at == port and frame[0] >> 4 == GRANT
+            for _, fields in [firmware.unpack(frame)]
+        ]
+        return [wants for wants in told if any(root for root, _ in wants)]
+
+    def cap(self) -> int:
+        caps = {self.cap_of(port) for port in range(1, len(self.told) + 1)}
+        assert len(caps) == 1, "one for all trees that hang together"
+        return caps.pop()
+
+
+def test_where_no_cell_offers_itself_trees_may_grow_deeper_hop_by_hop_but_not_for_ever() -> None:
+    bench = Trees([(8, 4, 2), (2, 2, 0)])
+    caps = [bench.cap()]
+    for _ in range(60):
+        bench.run_ms(9)
+        caps.append(bench.cap())
+    assert sorted(set(caps)) == [5, 6, 7, 8, 9]
+    assert caps == sorted(caps)
+
+
+def test_where_no_tree_has_more_than_its_share_none_grows_deeper() -> None:
+    """The first tree could give a cell to the last, but the fullest cable would carry no fewer."""
+    bench = Trees([(5, 4, 4), (5, 4, 4), (5, 4, 4), (3, 2, 0)])
+    bench.run_ms(300)
+    assert {wanted[0] for wanted in bench.wants(1)} == {(4, 1)}
+    assert bench.cap() == 5
+
+
+def test_trees_that_touch_nothing_keep_a_cap_of_their_own() -> None:
+    bench = Trees([(8, 4, 0), (2, 2, 0)])
+    bench.run_ms(300)
+    assert [bench.cap_of(port) for port in (1, 2)] == [5, 3]
+
+
+def test_the_largest_surplus_is_wanted_first() -> None:
+    bench = Trees([(40, 4, 3), (30, 3, 1), (10, 2, 1)])
+    assert bench.wants(1)
+    assert all(wants == [(3, 15), (2, 5), (0, 0)] for wants in bench.wants(1))
+
+
+def peer_datagram(bench: Bench, unit: int, sequence: int, size: int) -> bytes:
+    """What another unit of the group says that hears this one and has 15 trees of that size."""
+    session, now = 100 + unit, bench.now & 0xFFFFFFFF
+    head = [
+        bytes([number, 0]) + named.to_bytes(4, "big") + now.to_bytes(4, "big") + bytes(10)
+        for number, named in ((unit, session), (0, 77))
+    ]
+    tree = size.to_bytes(2, "big") + bytes([2, 0]) + bytes(16)
+    trees = [record(tree, port) for port in range(1, 16)]
+    return datagram(PEER, sequence, (*head, *trees), unit=unit, session=session, time_ns=bench.now)
+
+
+def test_of_45_trees_each_wants_to_give_to_the_one_that_is_beside_it() -> None:
+    beside = [0x20 | port for port in range(1, 16)]  # the trees of the last unit
+    bench = Trees([(1, 0, root) for root in beside])
+    bench.told = [(40, 3, root) for root in beside]
+    for sequence in range(1, 6):
+        for unit in (1, 2):
+            bench.say(peer_datagram(bench, unit, sequence, 2))
+        bench.run_ms(20)
+    assert bench.unit.refused == 0
+    wanted = [{root for wants in bench.wants(port) for root, _ in wants} - {0} for port in range(1, 16)]
+    assert wanted == [{root} for root in beside]

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of the torque sums of a section unit: handed over once all have come that are waited for, and no later."""
+
+import pytest
+from test_section_unit import START, Bench, records_of
+
+from robotskin_lab import firmware
+
+EPOCH_US = 1000 * firmware.EPOCH_TICKS
+FIRST = START // 1_000_000 // firmware.EPOCH_TICKS
+"""The epoch that begins when the unit is switched on."""
+
+
+class Summing(Bench):
+    """A section unit with two trees, both of which report torques."""
+
+    def __init__(self) -> None:
+        super().__init__(unasked=True)
+        self.serial = [0, 0]
+
+    def until(self, epoch: int, us: int = 0) -> None:
+        """Runs until so long after the begin of an epoch, counted from the first; both cells are heard meanwhile."""
+        end = START + 1000 * (epoch * EPOCH_US + us)
+        while self.now < end:
+            for port in (1, 2):
+                self.attach(port)
+            self.run_us(min(1000, (end - self.now) // 1000))
+        self.datagrams.clear()
+
+    def report(self, port: int, epoch: int, cells: int, limb: int = 1) -> None:
+        self.serial[port - 1] += 1
+        told = {"limb": limb, "cells": cells, "epoch": (FIRST + epoch) % 64, "serial": self.serial[port - 1] % 32}
+        self.hear("torque", port, **told, last=1)
+
+    def handed_over(self) -> list[tuple[int, int, int]]:
+        """Epoch, limb and cells of the sums since the last pause."""
+        told = []
+        for _, data in self.upward():
+            for part in records_of(data):
+                name, fields = firmware.unpack(part[:18] + firmware.crc16(part[:18]).to_bytes(2, "big"))
+                if name == "torque":
+                    told.append(((fields["epoch"] - FIRST) % 64, fields["limb"], fields["cells"]))
+        return told
+
+
+def test_a_limb_that_is_new_waits_for_every_port_that_reports_and_no_longer() -> None:
+    bench = Summing()
+    for epoch in (1, 2):
+        bench.until(epoch, 500)
+        for port in (1, 2):
+            bench.report(port, epoch, 3)
+    bench.until(3, 500)
+    bench.report(1, 3, 3, limb=2)
+    assert bench.handed_over() == []
+    bench.report(2, 3, 2, limb=2)
+    assert bench.handed_over() == [(3, 2, 5)]
+
+
+def test_what_has_come_at_the_end_of_an_epoch_is_handed_over() -> None:
+    bench = Summing()
+    for epoch in (1, 2):
+        bench.until(epoch, 500)
+        for port in (1, 2):
+            bench.report(port, epoch, 3)
+    bench.until(3, 500)
+    bench.report(1, 3, 3)
+    bench.run_us(firmware.TORQUE_END_US - 501)
+    assert bench.handed_over() == []
+    bench.run_us(2)
+    assert bench.handed_over() == [(3, 1, 3)]
+
+
+@pytest.mark.parametrize(("early_us", "taken"), [(249, True), (251, False)])
+def test_a_report_that_comes_a_little_before_its_epoch_is_of_it(early_us: int, taken: bool) -> None:
+    """Clocks of cells differ from that of the unit by so much."""
+    bench = Summing()
+    bench.until(3, EPOCH_US - early_us)
+    bench.report(1, 4, 3)
+    bench.run_us(1000)
+    assert bench.handed_over() == ([(4, 1, 3)] if taken else [])
+
+
+def test_cells_that_come_after_the_end_are_waited_for_in_the_next_epoch() -> None:
+    bench = Summing()
+    for epoch in (1, 2, 3):
+        bench.until(epoch, 500)
+        bench.report(1, epoch, 3)
+        assert bench.handed_over() == [(epoch, 1, 3)]
+    bench.until(3, firmware.TORQUE_END_US + 50)
+    bench.report(2, 3, 2)
+    bench.until(4, 500)
+    bench.report(1, 4, 3)
+    assert bench.handed_over() == []
+    bench.report(2, 4, 2)
+    assert bench.handed_over() == [(4, 1, 5)]
