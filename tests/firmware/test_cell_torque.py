@@ -191,7 +191,7 @@ def test_parameters_that_cannot_be_are_not_taken() -> None:
         return bytes(image)
 
     assert sealed(bytearray(told.image)) == told.image
-    for at, value in ((0, 2), (1, 16), (2, 0), (2, 13), (3, 4), (4, 16)):
+    for at, value in ((0, 2), (1, 16), (2, 0), (2, 13), (2, 255), (3, 4), (4, 16)):
         image = bytearray(told.image)
         image[at] = value
         assert not firmware.TorqueParameters.valid(bytes(image))

@@ -115,3 +115,37 @@ def test_what_waits_already_leaves_its_room_to_what_is_sent_again(seed: int) -> 
     again, rest = sent_again(100 * seed, 40, 30)
     assert rest[-29:] == list(range(100 * seed + 41, 100 * seed + 70))
     assert len(again) >= 8
+
+
+def test_no_frame_begins_on_a_line_that_has_one(seed: int) -> None:
+    """Whatever comes meanwhile: sums and events of a child, its ticks that ask for an answer, those of the parent."""
+    draw, bench = random.Random(seed), Crowded()
+    bench.keeps_busy = True
+    since: dict[int, int] = {}
+    due = bench.now + 1000
+
+    def check(output: firmware.CellOutput) -> None:
+        for port, frame in enumerate(output.frames, 1):
+            if frame is not None:
+                assert port not in since
+                since[port] = bench.now
+
+    for number in range(2000):
+        bench.now += draw.randrange(10, 80)
+        for port in [at for at in since if draw.random() < 0.1 or bench.now - since[at] > 2000]:
+            del since[port]
+            check(bench.cell.sent(port, bench.now))
+        if bench.now >= due:
+            due += 1000
+            bench.sequence += 1
+            check(bench.cell.frame(1, tick(bench.sequence), bench.now))
+        told = {"sender": 40, "parent": 1, "hops": 2, "sender_port": 1, "ack": draw.randrange(128)}
+        over = {"epoch": (bench.sequence // firmware.EPOCH_TICKS - 1) % 64, "serial": number % 32, "cells": 1}
+        kind = draw.choice(["torque", "event", "tick", "tick"])
+        frame = {
+            "torque": firmware.pack("torque", over),
+            "event": firmware.pack("event", {"source": 40, "sequence": number % 256, "ttl": 9}),
+            "tick": tick(bench.sequence, **told),
+        }[kind]
+        check(bench.cell.frame(2, frame, bench.now))
+    assert bench.cell.parent_port == 1
