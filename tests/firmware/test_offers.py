@@ -75,6 +75,21 @@ def test_an_offer_of_another_round_is_not_passed_on() -> None:
     assert bench.offered()["candidate"] == 0
 
 
+def test_all_trees_beside_a_subtree_are_told_of_in_turn_and_the_own_one_is_not() -> None:
+    bench = Asked()
+    bench.child_says(2, foreign_1=3, foreign_2=4, foreign_3=OWN)
+    bench.child_says(4, foreign_1=5, foreign_2=4)
+    bench.turn()
+    told = set()
+    for _ in range(9):
+        for _ in range(9):
+            bench.turn()
+        beside = [bench.offered()[f"foreign_{i}"] for i in (1, 2, 3)]
+        assert len(set(beside)) == 3
+        told |= set(beside)
+    assert told == {OTHER, 3, 4, 5}
+
+
 @pytest.mark.parametrize("grown", ["not at all", "since the round before", "since it offered itself"])
 def test_a_cell_moves_with_no_more_than_it_has_offered_in_this_round(grown: str) -> None:
     bench = Asked()

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of damaged memory: no single bit that turns goes unseen where a cell keeps sums, and no way without a length.
+
+What a cell is told to do gives no damaged memory, so its functions are called by their own names.
+"""
+
+import ctypes
+import random
+import struct
+
+import pytest
+from test_keys import KEY, skin
+from test_route import cell_between
+
+from robotskin_lab import _lab, firmware
+
+FIRMWARE = ctypes.CDLL(_lab.__file__)
+FIRMWARE.rs_sum_of.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
+FIRMWARE.rs_sum_of.restype = ctypes.c_uint32
+FIRMWARE.rs_cell_sealed.argtypes = (ctypes.c_void_p,)
+FIRMWARE.rs_cell_sealed.restype = ctypes.c_bool
+FIRMWARE.rs_route_check.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
+FIRMWARE.rs_route_check.restype = None
+
+
+def sum_of(halfwords: bytes) -> int:
+    return FIRMWARE.rs_sum_of(
+        (ctypes.c_uint64 * (len(halfwords) // 8 + 1)).from_buffer_copy(halfwords + bytes(8)), len(halfwords)
+    )
+
+
+@pytest.mark.parametrize("count", [2, 8, 46, 300])
+def test_a_sum_tells_any_bit_of_what_it_is_of(count: int, seed: int) -> None:
+    draw = random.Random(seed)
+    for whole in (bytes(count), b"\xff" * count, draw.randbytes(count)):
+        for bit in range(8 * count):
+            turned = bytearray(whole)
+            turned[bit // 8] ^= 1 << bit % 8
+            assert sum_of(bytes(turned)) != sum_of(whole), bit
+
+
+def test_no_sum_is_zero(seed: int) -> None:
+    """That means that there is nothing that it could be of."""
+    draw = random.Random(seed)
+    start = sum_of(b"")
+    assert start != 0
+    for _ in range(2000):
+        assert sum_of(draw.randbytes(8)) != 0
+
+
+def test_a_cell_is_not_what_it_was_if_any_bit_of_its_name_or_keys_turns(seed: int) -> None:
+    world = skin(seed)
+    cell = world.cell(0)
+    state = bytearray(cell.state)
+    keys = firmware.cell_keys(KEY, cell.uid)
+    of_ticks, of_all = bytes(state).find(keys[:16]), bytes(state).find(keys)
+    assert 0 < of_ticks < of_all
+    memory = (ctypes.c_uint64 * (len(state) // 8)).from_buffer(state)
+    assert FIRMWARE.rs_cell_sealed(memory)
+    # Serial number and name, and from the keys of ticks on to the number of the turn.
+    for at in (*range(6), *range(of_ticks, of_all + len(keys) + 4)):
+        for bit in range(8):
+            state[at] ^= 1 << bit
+            assert not FIRMWARE.rs_cell_sealed(memory), (at, bit)
+            state[at] ^= 1 << bit
+    assert FIRMWARE.rs_cell_sealed(memory)
+
+
+@pytest.mark.parametrize(("hops", "unbound"), [(0, 0), (firmware.HOPS_POISON, 0), (5, 1)])
+def test_a_way_of_no_length_is_found_anew_at_the_next_check(hops: int, unbound: int) -> None:
+    """A cell that has a parent has a distance."""
+    cell, now = cell_between({1: 4, 2: 5})
+    _, sequence, nearest = cell.feasible_distance
+    state = bytearray(cell.state)
+    said = struct.pack("<HBBBBB", sequence, nearest, cell.hops, cell.parent_port, 0, 0)
+    at = state.index(said)
+    memory = (ctypes.c_uint64 * (len(state) // 8)).from_buffer(state)
+    state[at + 3], state[at + 6] = hops, unbound
+    FIRMWARE.rs_route_check(memory, now)
+    assert (state[at + 3], state[at + 4], state[at + 6]) in ((5, 1, 0), (6, 2, 0))
