@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of damaged memory: no single bit that turns goes unseen where a cell keeps sums, and no way without a length.
+"""Laws of damaged memory: where a cell keeps sums no bit that turns goes unseen, and what cannot be is healed.
 
 What a cell is told to do gives no damaged memory, so its functions are called by their own names.
 """
@@ -10,17 +10,20 @@ import struct
 
 import pytest
 from test_keys import KEY, skin
+from test_queues import Crowded
 from test_route import cell_between
 
 from robotskin_lab import _lab, firmware
 
+QUEUE_DATA = 64
 FIRMWARE = ctypes.CDLL(_lab.__file__)
 FIRMWARE.rs_sum_of.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
 FIRMWARE.rs_sum_of.restype = ctypes.c_uint32
 FIRMWARE.rs_cell_sealed.argtypes = (ctypes.c_void_p,)
 FIRMWARE.rs_cell_sealed.restype = ctypes.c_bool
-FIRMWARE.rs_route_check.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
-FIRMWARE.rs_route_check.restype = None
+for check in (FIRMWARE.rs_route_check, FIRMWARE.rs_queues_check):
+    check.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
+    check.restype = None
 
 
 def sum_of(halfwords: bytes) -> int:
@@ -78,3 +81,21 @@ def test_a_way_of_no_length_is_found_anew_at_the_next_check(hops: int, unbound: 
     state[at + 3], state[at + 6] = hops, unbound
     FIRMWARE.rs_route_check(memory, now)
     assert (state[at + 3], state[at + 4], state[at + 6]) in ((5, 1, 0), (6, 2, 0))
+
+
+@pytest.mark.parametrize(("waiting", "sent", "kept"), [(30, 34, True), (30, 35, False), (5, 59, True), (5, 60, False)])
+def test_no_more_samples_are_kept_that_were_sent_than_there_is_room_for(waiting: int, sent: int, kept: bool) -> None:
+    bench = Crowded()
+    for source in range(100, 107):
+        bench.hear(2, firmware.pack("clock", {"source": source, "ttl": 63}))
+    bench.keeps_busy = True
+    for source in range(200, 201 + waiting):  # the first of them goes out
+        bench.hear(2, firmware.pack("clock", {"source": source, "ttl": 63}))
+    state = bytearray(bench.cell.state)
+    most_sent_again = bytes([QUEUE_DATA, 8, 0])
+    assert (bench.cell.waiting[1], state.count(most_sent_again)) == (waiting, 1)
+    at = state.index(most_sent_again) + 1
+    memory = (ctypes.c_uint64 * (len(state) // 8)).from_buffer(state)
+    state[at] = sent
+    FIRMWARE.rs_queues_check(memory, bench.now)
+    assert state[at] == (sent if kept else 0)
