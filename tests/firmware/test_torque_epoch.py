@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of a cell's report of an epoch: it has each sum that came in time once, ends once, and waits for none in vain."""
+"""Laws of a cell's report of an epoch: what came in time is in it once, it ends once and is not put off for ever."""
 
 import pytest
 from test_route import Between

@@ -66,12 +66,13 @@ def test_where_no_cell_offers_itself_trees_may_grow_deeper_hop_by_hop_but_not_fo
     assert caps == sorted(caps)
 
 
-def test_where_no_tree_has_more_than_its_share_none_grows_deeper() -> None:
+@pytest.mark.parametrize(("sizes", "cap"), [((5, 5, 5, 3), 5), ((4, 4, 4, 1), 5), ((5, 4, 4, 3), 9)])
+def test_where_no_tree_has_more_than_its_share_none_grows_deeper(sizes: tuple[int, ...], cap: int) -> None:
     """The first tree could give a cell to the last, but the fullest cable would carry no fewer."""
-    bench = Trees([(5, 4, 4), (5, 4, 4), (5, 4, 4), (3, 2, 0)])
-    bench.run_ms(300)
-    assert {wanted[0] for wanted in bench.wants(1)} == {(4, 1)}
-    assert bench.cap() == 5
+    bench = Trees([(size, 4, 4) for size in sizes[:3]] + [(sizes[3], 2, 0)])
+    bench.run_ms(600)
+    assert {wanted[0][0] for wanted in bench.wants(1)} == {4}
+    assert bench.cap() == cap
 
 
 @pytest.mark.parametrize(
@@ -118,6 +119,13 @@ def test_moves_that_are_granted_let_trees_grow_deeper_only_if_they_bring_nothing
         caps.add(bench.cap())
     assert before > 8
     assert max(caps) == (5 if progress else 9)
+
+
+def test_trees_that_hang_together_have_one_cap_whatever_stands_between_their_ports() -> None:
+    bench = Trees([(8, 4, 3), (7, 9, 0), (2, 2, 0)])
+    assert [bench.cap_of(port) for port in (1, 2, 3)] == [5, 10, 5]
+    bench.run_ms(600)
+    assert [bench.cap_of(port) for port in (1, 2, 3)] == [9, 10, 9]
 
 
 def test_trees_that_touch_nothing_keep_a_cap_of_their_own() -> None:
