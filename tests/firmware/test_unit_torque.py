@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the torque sums of a section unit: handed over once all have come that are waited for, and no later."""
 
+import random
+
 import pytest
 from test_section_unit import START, Bench, records_of
 
@@ -27,20 +29,20 @@ class Summing(Bench):
             self.run_us(min(1000, (end - self.now) // 1000))
         self.datagrams.clear()
 
-    def report(self, port: int, epoch: int, cells: int, limb: int = 1) -> None:
+    def report(self, port: int, epoch: int, cells: int, limb: int = 1, **more: int) -> None:
         self.serial[port - 1] += 1
         told = {"limb": limb, "cells": cells, "epoch": (FIRST + epoch) % 64, "serial": self.serial[port - 1] % 32}
-        self.hear("torque", port, **told, last=1)
+        self.hear("torque", port, **told | {"last": 1} | more)
+
+    def sums(self) -> list[dict[str, int]]:
+        """What has been handed over since the last pause."""
+        parts = [part[:18] for _, data in self.upward() for part in records_of(data)]
+        told = [firmware.unpack(part + firmware.crc16(part).to_bytes(2, "big")) for part in parts]
+        return [fields for name, fields in told if name == "torque"]
 
     def handed_over(self) -> list[tuple[int, int, int]]:
-        """Epoch, limb and cells of the sums since the last pause."""
-        told = []
-        for _, data in self.upward():
-            for part in records_of(data):
-                name, fields = firmware.unpack(part[:18] + firmware.crc16(part[:18]).to_bytes(2, "big"))
-                if name == "torque":
-                    told.append(((fields["epoch"] - FIRST) % 64, fields["limb"], fields["cells"]))
-        return told
+        """Epoch, limb and cells of that."""
+        return [((fields["epoch"] - FIRST) % 64, fields["limb"], fields["cells"]) for fields in self.sums()]
 
 
 def test_a_limb_that_is_new_waits_for_every_port_that_reports_and_no_longer() -> None:
@@ -93,3 +95,56 @@ def test_cells_that_come_after_the_end_are_waited_for_in_the_next_epoch() -> Non
     assert bench.handed_over() == []
     bench.report(2, 4, 2)
     assert bench.handed_over() == [(4, 1, 5)]
+
+
+def test_of_each_limb_and_part_as_many_cells_are_awaited_as_it_has(seed: int) -> None:
+    bench = Summing()
+    draw = random.Random(seed)
+    cells = {(limb, part): 2 + 2 * limb + part for limb in range(16) for part in range(2)}
+    order = draw.sample(sorted(cells), len(cells))
+    for limb, part in order:
+        bench.until(1, 500)
+        bench.report(1, 1, cells[limb, part], limb, part=part)
+    bench.until(2, 500)
+    for limb, part in draw.sample(order, len(order)):
+        bench.report(1, 2, cells[limb, part] - 1, limb, part=part, last=0)
+    assert bench.sums() == []
+    for number, (limb, part) in enumerate(order, 1):
+        bench.report(2, 2, 1, limb, part=part, last=0)
+        told = bench.sums()
+        assert len(told) == number
+        assert (told[-1]["limb"], told[-1]["part"], told[-1]["cells"]) == (limb, part, cells[limb, part])
+    bench.run_us(firmware.TORQUE_END_US)
+    assert len(bench.sums()) == len(cells)
+
+
+def test_the_end_of_an_epoch_hands_over_what_is_left_and_says_which_is_the_last() -> None:
+    bench = Summing()
+    for epoch in (1, 2):
+        bench.until(epoch, 500)
+        for limb in (1, 2, 3):
+            bench.report(1, epoch, 3, limb)
+    bench.until(3, 500)
+    for limb, count in ((1, 2), (2, 3), (3, 1)):
+        bench.report(1, 3, count, limb)
+    assert bench.handed_over() == [(3, 2, 3)]
+    bench.run_us(firmware.TORQUE_END_US)
+    assert bench.handed_over() == [(3, 2, 3), (3, 1, 2), (3, 3, 1)]
+    assert [fields["last"] for fields in bench.sums()] == [0, 0, 1]
+
+
+def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more() -> None:
+    bench = Summing()
+    for epoch in (1, 2, 3):
+        bench.until(epoch, 500)
+        for port in (1, 2):
+            bench.report(port, epoch, 3)
+    for epoch in (4, 5):
+        bench.until(epoch, 500)
+        bench.report(1, epoch, 3)
+        assert bench.handed_over() == []
+        bench.run_us(firmware.TORQUE_END_US)
+        assert bench.handed_over() == [(epoch, 1, 3)]
+    bench.until(6, 500)
+    bench.report(1, 6, 3)
+    assert bench.handed_over() == [(6, 1, 3)]
