@@ -134,18 +134,19 @@ def test_the_end_of_an_epoch_hands_over_what_is_left_and_says_which_is_the_last(
     assert [fields["last"] for fields in bench.sums()] == [0, 0, 1]
 
 
-def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more() -> None:
+@pytest.mark.parametrize("limb", [0, 1, 15])
+def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more(limb: int) -> None:
     bench = Summing()
     for epoch in (1, 2, 3):
         bench.until(epoch, 500)
         for port in (1, 2):
-            bench.report(port, epoch, 3)
+            bench.report(port, epoch, 3, limb)
     for epoch in (4, 5):
         bench.until(epoch, 500)
-        bench.report(1, epoch, 3)
+        bench.report(1, epoch, 3, limb)
         assert bench.handed_over() == []
         bench.run_us(firmware.TORQUE_END_US)
-        assert bench.handed_over() == [(epoch, 1, 3)]
+        assert bench.handed_over() == [(epoch, limb, 3)]
     bench.until(6, 500)
-    bench.report(1, 6, 3)
-    assert bench.handed_over() == [(6, 1, 3)]
+    bench.report(1, 6, 3, limb)
+    assert bench.handed_over() == [(6, limb, 3)]
