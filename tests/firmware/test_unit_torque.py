@@ -134,19 +134,41 @@ def test_the_end_of_an_epoch_hands_over_what_is_left_and_says_which_is_the_last(
     assert [fields["last"] for fields in bench.sums()] == [0, 0, 1]
 
 
-@pytest.mark.parametrize("limb", [0, 1, 15])
-def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more(limb: int) -> None:
+@pytest.mark.parametrize(("limb", "part"), [(0, 0), (1, 1), (15, 3)])
+def test_cells_that_are_missing_in_two_epochs_are_waited_for_no_more(limb: int, part: int) -> None:
     bench = Summing()
     for epoch in (1, 2, 3):
         bench.until(epoch, 500)
         for port in (1, 2):
-            bench.report(port, epoch, 3, limb)
+            bench.report(port, epoch, 3, limb, part=part)
     for epoch in (4, 5):
         bench.until(epoch, 500)
-        bench.report(1, epoch, 3, limb)
+        bench.report(1, epoch, 3, limb, part=part)
         assert bench.handed_over() == []
         bench.run_us(firmware.TORQUE_END_US)
         assert bench.handed_over() == [(epoch, limb, 3)]
     bench.until(6, 500)
-    bench.report(1, 6, 3, limb)
+    bench.report(1, 6, 3, limb, part=part)
     assert bench.handed_over() == [(6, limb, 3)]
+
+
+def test_a_port_that_reports_no_more_is_not_waited_for_after_two_epochs() -> None:
+    bench = Summing()
+    for epoch in (1, 2):
+        bench.until(epoch, 500)
+        for port in (1, 2):
+            bench.report(port, epoch, 3)
+    for epoch in (3, 4):
+        bench.until(epoch, 500)
+        bench.report(1, epoch, 3, limb=epoch)
+        assert bench.handed_over() == ([] if epoch == 3 else [(4, 4, 3)])
+
+
+def test_a_sum_that_is_sent_again_counts_once() -> None:
+    bench = Summing()
+    for epoch in (1, 2):
+        bench.until(epoch, 500)
+        bench.report(1, epoch, 3)
+        assert bench.handed_over() == [(epoch, 1, 3)]
+        bench.serial[0] -= 1
+        bench.report(1, epoch, 3)
