@@ -81,3 +81,16 @@ def test_a_child_that_says_nothing_is_waited_for_a_while_and_after_two_epochs_no
         assert bench.sums() == [(LIMB, 1, 1)]
     bench.begin()
     assert bench.sums() == [(LIMB, 1, 1)]
+
+
+def test_of_more_limbs_than_a_cell_can_sum_none_is_lost_and_the_end_is_told_once() -> None:
+    bench = Reporting()
+    for _ in range(3):
+        bench.begin()
+        for limb in range(2, 9):
+            bench.report(limb, 3, last=int(limb == 8))
+        bench.wait_us(1000)
+        told = bench.sums()
+        assert len([cells for _, cells, _ in told if cells > 0]) == 8
+        assert {limb: cells for limb, cells, _ in told if cells > 0} == {LIMB: 1} | dict.fromkeys(range(2, 9), 3)
+        assert sum(last for _, _, last in told) == 1
